@@ -1,0 +1,31 @@
+# How every library, program and test of Raywalk is declared.
+
+# Warnings are errors; the include root is the repository, so that an include names its folder.
+add_library(raywalk_options INTERFACE)
+target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow
+                       -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+target_include_directories(raywalk_options INTERFACE ${PROJECT_SOURCE_DIR})
+if(RAYWALK_SANITIZE)
+  target_compile_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE}
+                         -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE})
+endif()
+
+# raywalk_library(<name> SOURCES ... LINK ...): one static library of a folder.
+function(raywalk_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC raywalk_options ${ARG_LINK})
+endfunction()
+
+# raywalk_test(<name> SOURCES ... LINK ...): one GoogleTest executable, every case known to ctest.
+function(raywalk_test name)
+  if(NOT RAYWALK_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
+endfunction()
