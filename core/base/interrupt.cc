@@ -1,0 +1,40 @@
+#include "core/base/interrupt.h"
+
+#include <atomic>
+#include <csignal>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+// A signal handler may touch lock-free atomics only ([support.signal]).
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void request_stop(int /*signal*/) { stop_requested.store(true); }
+
+void install(int signal, int flags) {
+  struct sigaction action = {};
+  action.sa_handler = request_stop;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = flags;
+  sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+void install_interrupt_handlers() {
+  // SA_RESETHAND restores the default after the first SIGINT, so the second ends the process the
+  // way a shell expects: killed by SIGINT, which it shows as 130.
+  install(SIGINT, SA_RESTART | SA_RESETHAND);
+  install(SIGTERM, SA_RESTART);
+}
+
+bool interrupt_requested() { return stop_requested.load(std::memory_order_relaxed); }
+
+void throw_if_interrupted() {
+  if (interrupt_requested()) throw Interrupted("interrupted");
+}
+
+}  // namespace raywalk

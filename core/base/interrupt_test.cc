@@ -1,0 +1,54 @@
+#include "core/base/interrupt.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+// The flag never goes back, so each case that raises a signal runs in a process of its own.
+class InterruptDeathTest : public testing::Test {
+ protected:
+  void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
+};
+
+TEST(Interrupt, NothingIsThrownWithoutASignal) {
+  EXPECT_FALSE(interrupt_requested());
+  EXPECT_NO_THROW(throw_if_interrupted());
+}
+
+void stop_in_good_order_after(int signal) {
+  install_interrupt_handlers();
+  std::raise(signal);
+  try {
+    throw_if_interrupted();
+  } catch (const Interrupted&) {
+    std::exit(interrupt_requested() ? 42 : 1);
+  }
+  std::exit(2);
+}
+
+TEST_F(InterruptDeathTest, SigintIsThrownAsInterrupted) {
+  EXPECT_EXIT(stop_in_good_order_after(SIGINT), testing::ExitedWithCode(42), "");
+}
+
+TEST_F(InterruptDeathTest, SigtermIsThrownAsInterrupted) {
+  EXPECT_EXIT(stop_in_good_order_after(SIGTERM), testing::ExitedWithCode(42), "");
+}
+
+TEST_F(InterruptDeathTest, SecondSigintEndsTheProcessAtOnce) {
+  EXPECT_EXIT(
+      {
+        install_interrupt_handlers();
+        std::raise(SIGINT);
+        std::raise(SIGINT);
+        std::exit(0);
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,55 @@
+#include "core/base/parallel.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <opencv2/core/utility.hpp>
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+
+void set_thread_count(int threads) {
+  if (threads < 0) {
+    throw UsageError("the number of threads is " + std::to_string(threads) +
+                     "; give 0 for all cores, or 1 and more");
+  }
+  // TBB takes the smallest limit of all global_control objects alive, so the old one has to go
+  // first.
+  static std::mutex mutex;
+  static std::unique_ptr<tbb::global_control> limit;
+  const std::lock_guard lock(mutex);
+  limit.reset();
+  if (threads > 0) {
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                  static_cast<std::size_t>(threads));
+  }
+  // For OpenCV 0 means "no threading at all", so it is told the resolved count.
+  cv::setNumThreads(thread_count());
+}
+
+int thread_count() {
+  return static_cast<int>(
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
+void parallel_for(int begin, int end, int grain, const std::function<void(int, int)>& body) {
+  if (begin >= end) return;
+  const auto chunk = static_cast<std::size_t>(std::max(grain, 1));
+  // The simple partitioner splits until a chunk holds at most `grain` indices; the default one may
+  // hand out far larger chunks, which would delay the answer to Ctrl-C.
+  tbb::parallel_for(
+      tbb::blocked_range<int>(begin, end, chunk),
+      [&body](const tbb::blocked_range<int>& range) {
+        throw_if_interrupted();
+        body(range.begin(), range.end());
+      },
+      tbb::simple_partitioner());
+}
+
+}  // namespace raywalk

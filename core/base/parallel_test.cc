@@ -1,0 +1,79 @@
+#include "core/base/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <csignal>
+#include <opencv2/core/utility.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+TEST(ParallelFor, VisitsEveryIndexOnceInChunksOfAtMostTheGrain) {
+  for (const int grain : {-3, 0, 1, 7, 64, 5000}) {
+    std::vector<std::atomic<int>> visits(1000);
+    std::atomic<int> longest{0};
+    parallel_for(10, 1000, grain, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) ++visits[static_cast<std::size_t>(i)];
+      int seen = longest;
+      while (seen < end - begin && !longest.compare_exchange_weak(seen, end - begin)) {
+      }
+    });
+    for (int i = 0; i < 1000; ++i) {
+      ASSERT_EQ(visits[static_cast<std::size_t>(i)], i < 10 ? 0 : 1) << i << " grain " << grain;
+    }
+    EXPECT_LE(longest, std::max(grain, 1));
+  }
+}
+
+TEST(ParallelFor, EmptyRangeMakesNoCalls) {
+  const auto fail = [](int, int) { FAIL() << "called"; };
+  parallel_for(3, 3, 1, fail);
+  parallel_for(3, -3, 1, fail);
+}
+
+TEST(ParallelFor, ExceptionOfTheBodyReachesTheCaller) {
+  EXPECT_THROW(parallel_for(0, 100, 1,
+                            [](int begin, int) {
+                              if (begin == 57) throw Error("left_057.jpg: cut short");
+                            }),
+               Error);
+}
+
+TEST(ParallelFor, CtrlCEndsTheLoop) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        install_interrupt_handlers();
+        set_thread_count(1);
+        int chunks = 0;
+        try {
+          parallel_for(0, 100, 1, [&](int, int) {
+            if (++chunks == 3) std::raise(SIGINT);
+          });
+        } catch (const Interrupted&) {
+          std::exit(chunks == 3 ? 42 : 1);
+        }
+        std::exit(2);
+      },
+      testing::ExitedWithCode(42), "");
+}
+
+TEST(ThreadCount, LimitsLoopsAndOpenCvAlike) {
+  set_thread_count(1);
+  EXPECT_EQ(thread_count(), 1);
+  EXPECT_EQ(cv::getNumThreads(), 1);
+  set_thread_count(0);
+  EXPECT_GE(thread_count(), 1);
+  EXPECT_EQ(cv::getNumThreads(), thread_count());
+}
+
+TEST(ThreadCount, NegativeCountIsWrongUsage) { EXPECT_THROW(set_thread_count(-1), UsageError); }
+
+}  // namespace
+}  // namespace raywalk

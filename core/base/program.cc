@@ -1,0 +1,101 @@
+#include "core/base/program.h"
+
+#include <poll.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+std::string program_name(const CLI::App& app, int argc, char** argv) {
+  if (!app.get_name().empty()) return app.get_name();
+  return argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "raywalk";
+}
+
+// Log lines read "<program>: <level>: <message>", as the error line does.
+void set_up_logging(const std::string& program) {
+  auto logger =
+      std::make_shared<spdlog::logger>(program, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger->set_pattern("%n: %l: %v");
+  spdlog::set_default_logger(std::move(logger));
+}
+
+void set_up_signals() {
+  install_interrupt_handlers();
+  // A reader that goes away (`| head`) and a file-size limit are then failed writes, which clean up
+  // after themselves, and not the end of the process in the middle of a file.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+int fail(const std::string& program, const std::string& message, ExitCode code) {
+  std::cerr << program << ": error: " << one_line(message) << std::endl;
+  return static_cast<int>(code);
+}
+
+// On a pipe POLLERR means that the reading end is closed (poll(2)).
+bool reader_of_stdout_is_gone() {
+  pollfd descriptor = {STDOUT_FILENO, POLLOUT, 0};
+  return poll(&descriptor, 1, 0) == 1 && (descriptor.revents & POLLERR) != 0;
+}
+
+// Results on stdout count as written only once they have left the buffers. A reader that has seen
+// enough is no failure.
+void flush_stdout() {
+  std::cout.flush();
+  const bool flushed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
+  if (!flushed && !reader_of_stdout_is_gone()) {
+    throw Error("cannot write to standard output; check the disk it is redirected to");
+  }
+}
+
+int parse_and_run(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& request) {  // --help, --version
+    app.exit(request);
+  }
+  flush_stdout();
+  return static_cast<int>(ExitCode::kDone);
+}
+
+}  // namespace
+
+int run_program(CLI::App& app, int argc, char** argv) {
+  const std::string program = program_name(app, argc, argv);
+  try {
+    set_up_logging(program);
+    set_up_signals();
+    return parse_and_run(app, argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return fail(program, std::string(e.what()) + "; see " + program + " --help",
+                ExitCode::kWrongUsage);
+  } catch (const UsageError& e) {
+    return fail(program, e.what(), ExitCode::kWrongUsage);
+  } catch (const Interrupted& e) {
+    return fail(program, e.what(), ExitCode::kInterrupted);
+  } catch (const std::filesystem::filesystem_error& e) {
+    return fail(program, e.path1().string() + ": " + e.code().message(), ExitCode::kFailed);
+  } catch (const std::bad_alloc&) {
+    return fail(program, "out of memory; use fewer --threads or a smaller picture",
+                ExitCode::kFailed);
+  } catch (const std::exception& e) {
+    return fail(program, e.what(), ExitCode::kFailed);
+  } catch (...) {
+    return fail(program, "an exception of unknown type; please report it", ExitCode::kFailed);
+  }
+}
+
+}  // namespace raywalk

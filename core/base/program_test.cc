@@ -1,0 +1,173 @@
+#include "core/base/program.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <new>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+// Runs "raywalk-test <arguments>", whose subcommand `work` calls `work`.
+Outcome run(
+    std::vector<std::string> arguments, const std::function<void()>& work = [] {}) {
+  CLI::App app("A program under test", "raywalk-test");
+  app.set_version_flag("--version", "raywalk 0.1.0");
+  app.require_subcommand(1);
+  CLI::App* command = app.add_subcommand("work", "Does the work");
+  double k_deg = 0.0;
+  command->add_option("--k", k_deg);
+  command->callback(work);
+  arguments.insert(arguments.begin(), "raywalk-test");
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+
+  Outcome outcome;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  outcome.exit_code = run_program(app, static_cast<int>(arguments.size()), argv.data());
+  outcome.err = testing::internal::GetCapturedStderr();
+  outcome.out = testing::internal::GetCapturedStdout();
+  return outcome;
+}
+
+template <typename Exception>
+Outcome run_throwing(Exception exception) {
+  return run({"work"}, [&] { throw Exception(exception); });
+}
+
+TEST(RunProgram, DoneIsSilent) {
+  const Outcome outcome = run({"work"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST(RunProgram, HelpAndVersionGoToStdoutAndAreNoFailure) {
+  const Outcome help = run({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.out, HasSubstr("Does the work"));
+  EXPECT_EQ(help.err, "");
+  const Outcome command_help = run({"work", "--help"});
+  EXPECT_EQ(command_help.exit_code, 0);
+  EXPECT_THAT(command_help.out, HasSubstr("--k"));
+  const Outcome version = run({"--version"});
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_EQ(version.out, "raywalk 0.1.0\n");
+}
+
+TEST(RunProgram, WrongCommandLinesAreOneLineAndExitCode2) {
+  for (const auto& arguments : std::vector<std::vector<std::string>>{
+           {}, {"wrok"}, {"work", "--l", "1"}, {"work", "--k", "many"}, {"work", "extra"}}) {
+    const Outcome outcome = run(arguments, [] { FAIL() << "must not run"; });
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, testing::MatchesRegex("raywalk-test: error: [^\n]+; see raywalk-test "
+                                                   "--help\n"));
+    EXPECT_EQ(outcome.out, "");
+  }
+}
+
+TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
+  const Outcome failed = run_throwing(Error("a.jpg: empty"));
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_EQ(failed.err, "raywalk-test: error: a.jpg: empty\n");
+  const Outcome usage = run_throwing(UsageError("view.yaml:3: unknown key 'q'"));
+  EXPECT_EQ(usage.exit_code, 2);
+  EXPECT_EQ(usage.err, "raywalk-test: error: view.yaml:3: unknown key 'q'\n");
+  const Outcome interrupted = run_throwing(Interrupted("interrupted"));
+  EXPECT_EQ(interrupted.exit_code, 130);
+  EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted\n");
+  const Outcome other = run_throwing(std::logic_error("impossible"));
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_EQ(other.err, "raywalk-test: error: impossible\n");
+  const Outcome memory = run_throwing(std::bad_alloc());
+  EXPECT_EQ(memory.exit_code, 1);
+  EXPECT_THAT(memory.err, HasSubstr("out of memory"));
+  EXPECT_EQ(run_throwing(7).exit_code, 1);
+}
+
+TEST(RunProgram, FilesystemErrorsNameThePath) {
+  const Outcome outcome =
+      run({"work"}, [] { std::filesystem::create_directory("/proc/no/such/place"); });
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(outcome.err, "raywalk-test: error: /proc/no/such/place: No such file or directory\n");
+}
+
+TEST(RunProgram, MessagesOfSeveralLinesAreFolded) {
+  const Outcome outcome = run({"work"}, [] { CV_Error(cv::Error::StsBadArg, "first\nsecond"); });
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("first > second"));
+}
+
+TEST(RunProgram, LogGoesToStderr) {
+  const Outcome outcome = run({"work"}, [] { spdlog::warn("station 7 has no distances"); });
+  EXPECT_EQ(outcome.err, "raywalk-test: warning: station 7 has no distances\n");
+  EXPECT_EQ(outcome.out, "");
+}
+
+// Runs a program that prints a line while stdout is `descriptor`; returns its exit code.
+int exit_code_with_stdout(int descriptor) {
+  CLI::App app("", "raywalk-test");
+  app.callback([] { std::cout << "a line of results\n"; });
+  std::string name = "raywalk-test";
+  char* argv[] = {name.data(), nullptr};
+  dup2(descriptor, STDOUT_FILENO);
+  return run_program(app, 1, argv);
+}
+
+// These spoil stdout, so each has a process of its own.
+TEST(RunProgramDeathTest, ResultsThatCannotBeWrittenAreAFailure) {
+  EXPECT_EXIT(std::_Exit(exit_code_with_stdout(open("/dev/full", O_WRONLY))),
+              testing::ExitedWithCode(1), "raywalk-test: error: cannot write to standard output");
+}
+
+TEST(RunProgramDeathTest, AReaderThatHasSeenEnoughIsNoFailure) {
+  EXPECT_EXIT(
+      {
+        int ends[2] = {};
+        if (pipe(ends) != 0) std::_Exit(9);
+        close(ends[0]);
+        std::_Exit(exit_code_with_stdout(ends[1]));
+      },
+      testing::ExitedWithCode(0), "^$");
+}
+
+int exit_code_after_ctrl_c() {
+  CLI::App app("", "raywalk-test");
+  app.callback([] {
+    std::raise(SIGINT);
+    throw_if_interrupted();
+  });
+  std::string name = "raywalk-test";
+  std::vector<char*> argv = {name.data(), nullptr};
+  return run_program(app, 1, argv.data());
+}
+
+TEST(RunProgramDeathTest, CtrlCGives130) {
+  EXPECT_EXIT(std::_Exit(exit_code_after_ctrl_c()), testing::ExitedWithCode(130),
+              "raywalk-test: error: interrupted");
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,37 @@
+// Progress of long work: a live line with rate and time left on a terminal, plain lines in a log.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace raywalk {
+
+// Counts finished units of one piece of work; thread-safe. Prints to stderr: on a terminal one line
+// that is rewritten at most ten times a second, elsewhere a line every tenth of the work but at
+// most one a second. The destructor ends the live line.
+class Progress {
+ public:
+  Progress(std::string what, std::int64_t total, std::string unit);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void advance(std::int64_t units = 1);
+
+ private:
+  void print(bool final);
+
+  std::mutex mutex_;
+  std::string what_;
+  std::string unit_;
+  std::int64_t total_;
+  std::int64_t done_ = 0;
+  std::int64_t printed_ = -1;
+  bool terminal_ = false;
+  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point last_print_;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,99 @@
+#include "core/base/progress.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <unistd.h>
+
+#include <array>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace raywalk {
+namespace {
+
+using testing::ContainsRegex;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+TEST(Progress, QuickWorkInALogIsOneLineWithTheTotal) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("packing", 60, "frames");
+    for (int i = 0; i < 60; ++i) progress.advance();
+  }
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, StartsWith("packing: 60 of 60 frames (100 %)"));
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
+}
+
+TEST(Progress, UnfinishedWorkDoesNotClaimToBeDone) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("packing", 60, "frames");
+    progress.advance(59);
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::Not(HasSubstr("100 %")));
+}
+
+TEST(Progress, CountsFromAllThreads) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("rendering", 4000, "columns");
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([&progress] {
+        for (int i = 0; i < 1000; ++i) progress.advance();
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("4000 of 4000 columns (100 %)"));
+}
+
+TEST(Progress, WorkOfUnknownOrNoSizePrintsNoNonsense) {
+  testing::internal::CaptureStderr();
+  {
+    Progress nothing("packing", 0, "frames");
+    nothing.advance(0);
+    Progress unknown("reading", 0, "rows");
+    unknown.advance(5);
+  }
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, testing::Not(ContainsRegex("nan|inf|%")));
+}
+
+// Runs `work` with stderr on a pseudo-terminal and returns what a terminal would have been sent.
+template <typename Work>
+std::string terminal_output_of(Work work) {
+  int controller = -1;
+  int terminal = -1;
+  if (openpty(&controller, &terminal, nullptr, nullptr, nullptr) != 0) return "no pseudo-terminal";
+  const int saved = dup(STDERR_FILENO);
+  dup2(terminal, STDERR_FILENO);
+  work();
+  dup2(saved, STDERR_FILENO);
+  close(saved);
+  std::array<char, 4096> buffer = {};
+  const ssize_t count = read(controller, buffer.data(), buffer.size());
+  close(terminal);
+  close(controller);
+  return {buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
+}
+
+TEST(Progress, OnATerminalOneLineIsRewrittenAndThenEnded) {
+  const std::string shown = terminal_output_of([] {
+    Progress progress("packing", 2, "frames");
+    progress.advance();
+    progress.advance();
+  });
+  EXPECT_THAT(shown, StartsWith("\rpacking: 1 of 2 frames (50 %)"));
+  EXPECT_THAT(shown, HasSubstr("\rpacking: 2 of 2 frames (100 %)"));
+  EXPECT_THAT(shown, EndsWith("\n"));
+  EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 1);
+}
+
+}  // namespace
+}  // namespace raywalk

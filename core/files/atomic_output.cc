@@ -1,0 +1,182 @@
+#include "core/files/atomic_output.h"
+
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Linux limits a name to 255 bytes; what a temporary name adds to the stem stays far below 100.
+constexpr std::size_t kMaxStemBytes = 100;
+constexpr std::size_t kReadBlockBytes = std::size_t{1} << 20;
+
+// The message of an errno value.
+std::string reason(int error_number) { return std::generic_category().message(error_number); }
+
+[[noreturn]] void throw_write_error(const fs::path& target, int error_number) {
+  throw Error("cannot write " + target.string() + ": " + reason(error_number));
+}
+
+// Owns a file descriptor.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& file, int flags) : fd_(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  bool valid() const { return fd_ >= 0; }
+  int get() const { return fd_; }
+  // Closes now and tells whether it succeeded: network file systems report failed writes here.
+  bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
+
+ private:
+  int fd_;
+};
+
+fs::path directory_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+fs::path follow_link(fs::path target) {
+  std::error_code error;
+  if (!fs::is_symlink(target, error)) return target;
+  fs::path resolved = fs::weakly_canonical(target, error);
+  if (error) throw Error("cannot write " + target.string() + ": " + error.message());
+  return resolved;
+}
+
+void check_target(const fs::path& target) {
+  if (!target.has_filename()) {
+    throw Error("cannot write '" + target.string() + "': it names no file");
+  }
+  std::error_code error;
+  const fs::file_status status = fs::status(target, error);
+  if (fs::is_directory(status)) {
+    throw Error("cannot write " + target.string() + ": it is a directory; name a file in it");
+  }
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw Error("cannot write " + target.string() + ": it is not a plain file");
+  }
+  const fs::path directory = directory_of(target);
+  if (!fs::is_directory(directory, error)) {
+    throw Error("cannot write " + target.string() + ": " + directory.string() +
+                " is not an existing directory; create it first");
+  }
+  if (access(directory.c_str(), W_OK | X_OK) != 0) throw_write_error(target, errno);
+}
+
+// ".<stem>.<pid>.<n>.partial<extension>": the process id keeps programs apart, the counter keeps
+// apart what one program writes at the same time, the dot hides it from listings.
+fs::path temporary_beside(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  fs::path temporary;
+  do {
+    temporary = directory_of(target) /
+                fmt::format(".{}.{}.{}.partial{}", target.stem().string().substr(0, kMaxStemBytes),
+                            getpid(), counter.fetch_add(1), target.extension().string());
+  } while (fs::exists(fs::symlink_status(temporary)));
+  return temporary;
+}
+
+// fsync of a file or directory; 0 or an errno value. Some file systems cannot sync a directory and
+// say EINVAL (fsync(2)), which is no loss of data.
+int sync_to_disk(const fs::path& path) {
+  const Descriptor descriptor(path, O_RDONLY);
+  if (!descriptor.valid()) return errno;
+  return fsync(descriptor.get()) == 0 || errno == EINVAL ? 0 : errno;
+}
+
+// 0 or an errno value.
+int write_all(int fd, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path target) : target_(follow_link(std::move(target))) {
+  check_target(target_);
+  temporary_ = temporary_beside(target_);
+}
+
+AtomicFile::~AtomicFile() {
+  std::error_code ignored;
+  if (!committed_) fs::remove(temporary_, ignored);
+}
+
+void AtomicFile::commit() {
+  if (const int error = sync_to_disk(temporary_)) throw_write_error(target_, error);
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) throw_write_error(target_, errno);
+  committed_ = true;
+  if (const int error = sync_to_disk(directory_of(target_))) throw_write_error(target_, error);
+}
+
+void write_file_atomically(const fs::path& target, std::span<const std::byte> bytes) {
+  AtomicFile output(target);
+  Descriptor descriptor(output.temporary_path(), O_WRONLY | O_CREAT | O_EXCL);
+  if (!descriptor.valid()) throw_write_error(target, errno);
+  if (const int error = write_all(descriptor.get(), bytes)) throw_write_error(target, error);
+  if (!descriptor.close()) throw_write_error(target, errno);
+  output.commit();
+}
+
+void write_file_atomically(const fs::path& target, std::string_view text) {
+  write_file_atomically(target, std::as_bytes(std::span(text)));
+}
+
+std::string read_file(const fs::path& file, std::size_t max_bytes) {
+  // One byte more than allowed tells a file that fits from one that was cut.
+  std::string bytes = read_file_prefix(file, std::max(max_bytes, max_bytes + 1));
+  if (bytes.size() > max_bytes) {
+    throw Error(file.string() + ": larger than " + std::to_string(max_bytes) +
+                " bytes; is it the right file?");
+  }
+  return bytes;
+}
+
+std::string read_file_prefix(const fs::path& file, std::size_t max_bytes) {
+  const Descriptor descriptor(file, O_RDONLY);
+  if (!descriptor.valid()) throw Error("cannot read " + file.string() + ": " + reason(errno));
+  // The size is only a hint how much to reserve: pipes have none, and a file may be growing.
+  struct stat status = {};
+  const bool sized = fstat(descriptor.get(), &status) == 0 && status.st_size > 0;
+  const std::size_t expected = sized ? static_cast<std::size_t>(status.st_size) : kReadBlockBytes;
+
+  std::string bytes;
+  std::size_t block = std::min(expected, max_bytes);
+  while (bytes.size() < max_bytes) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + std::min(block, max_bytes - before));
+    const ssize_t count = read(descriptor.get(), bytes.data() + before, bytes.size() - before);
+    const int error = errno;
+    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    if (count < 0 && error == EINTR) continue;
+    if (count < 0) throw Error("cannot read " + file.string() + ": " + reason(error));
+    if (count == 0) break;
+    block = kReadBlockBytes;
+  }
+  return bytes;
+}
+
+}  // namespace raywalk

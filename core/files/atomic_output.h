@@ -1,0 +1,48 @@
+// Outputs that appear only when complete: written under a temporary name beside the target, then
+// renamed onto it.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace raywalk {
+
+// A file being written at temporary_path(); commit() flushes it to disk and renames it to the
+// target. Without commit() the destructor removes it, so a failure leaves nothing.
+class AtomicFile {
+ public:
+  // Throws Error if the target's directory does not exist or is not writable, or the target is a
+  // directory, a device or anything else that is not a plain file. A symbolic link is followed, so
+  // that the file it names is replaced and the link stays.
+  explicit AtomicFile(std::filesystem::path target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  // Same directory as the target, same extension (encoders look at it), not yet existing.
+  const std::filesystem::path& temporary_path() const { return temporary_; }
+  // fsync, rename, fsync of the directory. Throws Error (disk full, permissions).
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  bool committed_ = false;
+};
+
+// Writes a whole file atomically. Throws Error naming the target (unwritable, disk full).
+void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
+void write_file_atomically(const std::filesystem::path& target, std::string_view text);
+
+// Reads a whole file. Throws Error naming it when missing, unreadable, a directory, or larger than
+// max_bytes.
+std::string read_file(const std::filesystem::path& file,
+                      std::size_t max_bytes = std::size_t{1} << 30);
+
+// The first max_bytes bytes of a file, or all of it where it is shorter. Throws Error as read_file.
+std::string read_file_prefix(const std::filesystem::path& file, std::size_t max_bytes);
+
+}  // namespace raywalk

@@ -1,0 +1,159 @@
+#include "core/files/atomic_output.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+#include <fstream>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+// The message of the Error that `action` throws; "" when it throws none.
+template <typename Action>
+std::string error_of(Action action) {
+  try {
+    action();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(AtomicFile, TargetAppearsOnlyWithCommit) {
+  const TestDirectory directory;
+  const fs::path target = directory / "view.png";
+  AtomicFile output(target);
+  EXPECT_EQ(output.temporary_path().parent_path(), directory.path());
+  EXPECT_EQ(output.temporary_path().extension(), ".png");
+  EXPECT_FALSE(fs::exists(output.temporary_path()));
+  std::ofstream(output.temporary_path()) << "picture";
+  EXPECT_FALSE(fs::exists(target));
+  output.commit();
+  EXPECT_EQ(read_file(target), "picture");
+  EXPECT_EQ(directory.entries(), 1U);
+}
+
+TEST(AtomicFile, WithoutCommitTheOldContentStaysAndNothingElse) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "a.txt", "old");
+  {
+    const AtomicFile output(directory / "a.txt");
+    std::ofstream(output.temporary_path()) << "half of the n";
+  }
+  EXPECT_EQ(read_file(directory / "a.txt"), "old");
+  EXPECT_EQ(directory.entries(), 1U);
+}
+
+TEST(AtomicFile, TwoWritersOfOneTargetDoNotShareATemporary) {
+  const TestDirectory directory;
+  const AtomicFile first(directory / "a.txt");
+  const AtomicFile second(directory / "a.txt");
+  EXPECT_NE(first.temporary_path(), second.temporary_path());
+}
+
+TEST(AtomicFile, LongestLegalNameCanBeWritten) {
+  const TestDirectory directory;
+  const fs::path target = directory / (std::string(251, 'x') + ".txt");
+  write_file_atomically(target, "text");
+  EXPECT_EQ(read_file(target), "text");
+}
+
+TEST(AtomicFile, CommitWithoutAWrittenFileIsAnError) {
+  const TestDirectory directory;
+  AtomicFile output(directory / "a.txt");
+  EXPECT_THAT(error_of([&] { output.commit(); }), HasSubstr("a.txt: No such file"));
+}
+
+TEST(AtomicFile, ImpossibleTargetsAreRefusedBeforeAnythingIsWritten) {
+  const TestDirectory directory;
+  fs::create_directory(directory / "folder");
+  write_file_atomically(directory / "file", "text");
+  EXPECT_THAT(error_of([&] { AtomicFile(directory / "folder"); }), HasSubstr("is a directory"));
+  EXPECT_THAT(error_of([&] { AtomicFile(directory / "missing/a.png"); }),
+              AllOf(HasSubstr("missing/a.png"), HasSubstr("create it first")));
+  EXPECT_THAT(error_of([&] { AtomicFile(directory / "file/a.png"); }),
+              HasSubstr("not an existing directory"));
+  EXPECT_THAT(error_of([] { AtomicFile(""); }), HasSubstr("names no file"));
+  EXPECT_THAT(error_of([] { AtomicFile("/dev/null"); }), HasSubstr("not a plain file"));
+  EXPECT_THAT(error_of([] { write_file_atomically("/proc/raywalk", "text"); }),
+              HasSubstr("cannot write /proc/raywalk: "));
+}
+
+TEST(AtomicFile, SymbolicLinkStaysAndItsFileIsReplaced) {
+  const TestDirectory directory;
+  fs::create_directory(directory / "disk");
+  write_file_atomically(directory / "disk/real.txt", "old");
+  fs::create_symlink("disk/real.txt", directory / "link.txt");
+  write_file_atomically(directory / "link.txt", "new");
+  EXPECT_TRUE(fs::is_symlink(directory / "link.txt"));
+  EXPECT_EQ(read_file(directory / "disk/real.txt"), "new");
+}
+
+// A file-size limit makes write(2) fail part-way, as a full disk does.
+void write_beyond_limit(const fs::path& target) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit = {4096, 4096};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const std::string message =
+      error_of([&] { write_file_atomically(target, std::string(100000, 'x')); });
+  const bool named = message == "cannot write " + target.string() + ": File too large";
+  std::_Exit(named ? 42 : 1);
+}
+
+TEST(WriteFileDeathTest, FailedWriteNamesFileAndReasonAndLeavesNothing) {
+  const TestDirectory directory;
+  EXPECT_EXIT(write_beyond_limit(directory / "rays.bin"), testing::ExitedWithCode(42), "");
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(WriteFileDeathTest, FailedWriteKeepsTheOldFile) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "rays.bin", "old");
+  EXPECT_EXIT(write_beyond_limit(directory / "rays.bin"), testing::ExitedWithCode(42), "");
+  EXPECT_EQ(read_file(directory / "rays.bin"), "old");
+  EXPECT_EQ(directory.entries(), 1U);
+}
+
+TEST(ReadFile, ReturnsAllBytesAsTheyAre) {
+  const TestDirectory directory;
+  std::string bytes;
+  for (int i = 0; i < 3000000; ++i) bytes += static_cast<char>(i * 7);
+  write_file_atomically(directory / "a", bytes);
+  EXPECT_EQ(read_file(directory / "a"), bytes);
+  EXPECT_EQ(read_file_prefix(directory / "a", 1000), bytes.substr(0, 1000));
+  EXPECT_EQ(read_file_prefix(directory / "a", 1U << 30), bytes);
+  write_file_atomically(directory / "empty", "");
+  EXPECT_EQ(read_file(directory / "empty"), "");
+}
+
+TEST(ReadFile, ReadsFilesWithoutASize) { EXPECT_NE(read_file("/proc/self/status"), ""); }
+
+TEST(ReadFile, ErrorsNameTheFile) {
+  const TestDirectory directory;
+  EXPECT_THAT(error_of([&] { read_file(directory / "none.csv"); }),
+              HasSubstr("none.csv: No such file or directory"));
+  EXPECT_THAT(error_of([&] { read_file(directory.path()); }),
+              AllOf(HasSubstr(directory.path().string()), HasSubstr("Is a directory")));
+}
+
+TEST(ReadFile, SizeLimitIsInclusive) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "a", "12345");
+  EXPECT_EQ(read_file(directory / "a", 5), "12345");
+  EXPECT_THAT(error_of([&] { read_file(directory / "a", 4); }), HasSubstr("larger than 4 bytes"));
+  EXPECT_THAT(error_of([] { read_file("/dev/zero", 1000); }), HasSubstr("larger than 1000 bytes"));
+}
+
+}  // namespace
+}  // namespace raywalk

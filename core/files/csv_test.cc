@@ -1,0 +1,130 @@
+#include "core/files/csv.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+CsvTable poses(const std::string& text) {
+  return CsvTable::parse(text, "poses.csv", {"file", "x", "y", "z"}, {"yaw", "pitch", "roll"});
+}
+
+std::string error_of(const std::string& text) {
+  try {
+    const CsvTable table = poses(text);
+    for (std::size_t row = 0; row < table.rows(); ++row) table.number(row, "x");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(CsvTable, ReadsNumbersAndTextInAnyColumnOrder) {
+  const CsvTable table = poses("x,file,z,y\n -0.5 ,front_000.jpg,1e-3,+2\n.25,b.jpg,-7,0\n");
+  ASSERT_EQ(table.rows(), 2U);
+  EXPECT_EQ(table.text(0, "file"), "front_000.jpg");
+  EXPECT_EQ(table.number(0, "x"), -0.5);
+  EXPECT_EQ(table.number(0, "y"), 2.0);
+  EXPECT_EQ(table.number(0, "z"), 1e-3);
+  EXPECT_EQ(table.number(1, "x"), 0.25);
+  EXPECT_FALSE(table.has_column("yaw"));
+  EXPECT_TRUE(table.has_column("z"));
+}
+
+TEST(CsvTable, AcceptsWhatSpreadsheetsWrite) {
+  const CsvTable table = poses(
+      "\xEF\xBB\xBF"
+      "file,x,y,z\r\na.jpg,1,2,3\r\n\"b, c.jpg\", 4 ,5,6");
+  ASSERT_EQ(table.rows(), 2U);
+  EXPECT_EQ(table.number(0, "z"), 3.0);
+  EXPECT_EQ(table.text(1, "file"), "b, c.jpg");
+}
+
+TEST(CsvTable, QuotedFieldsFollowRfc4180) {
+  const CsvTable table = poses(
+      "file,x,y,z\n \"a, \"\"b\"\"\" ,1,2,3\n\"two\nlines\",1,2,3\n\"\",1,2,3\n"
+      "\"\"\"\",1,2,3\n");
+  ASSERT_EQ(table.rows(), 4U);
+  EXPECT_EQ(table.text(0, "file"), "a, \"b\"");
+  EXPECT_EQ(table.text(1, "file"), "two\nlines");
+  EXPECT_EQ(table.text(2, "file"), "");
+  EXPECT_EQ(table.text(3, "file"), "\"");
+  EXPECT_EQ(table.where(2), "poses.csv:5") << "the field of two lines counts as two";
+}
+
+TEST(CsvTable, BlankLinesAndCommentsAreSkippedButCounted) {
+  const CsvTable table = poses("# captured by hand\n\nfile,x,y,z\n  \t\n#a,1\na.jpg,1,2,3\n");
+  ASSERT_EQ(table.rows(), 1U);
+  EXPECT_EQ(table.where(0), "poses.csv:6");
+}
+
+TEST(CsvTable, HeaderAloneIsATableWithoutRows) { EXPECT_EQ(poses("file,x,y,z").rows(), 0U); }
+
+TEST(CsvTable, HeaderErrorsSayWhatIsNeeded) {
+  EXPECT_EQ(error_of(""), "poses.csv: empty; a header line with file,x,y,z is needed");
+  EXPECT_EQ(error_of("# nothing\n\n"), error_of(""));
+  EXPECT_EQ(error_of("file,x,z\n"), "poses.csv:1: no column 'y'; the header needs file,x,y,z");
+  EXPECT_EQ(error_of("\nfile,x,y,z,ptich\n"),
+            "poses.csv:2: unknown column 'ptich'; did you mean 'pitch'?");
+  EXPECT_EQ(error_of("file,x,y,z,temperature\n"),
+            "poses.csv:1: unknown column 'temperature'; valid are file, x, y, z, yaw, pitch, roll");
+  EXPECT_EQ(error_of("file,x,y,z,x\n"), "poses.csv:1: column 'x' appears twice");
+  EXPECT_THAT(error_of("file,x,y,z,\n"), StartsWith("poses.csv:1: unknown column ''"));
+}
+
+TEST(CsvTable, RowsOfAnotherLengthAreErrors) {
+  EXPECT_EQ(error_of("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),
+            "poses.csv:3: 3 fields where the header has 4 (file,x,y,z)");
+  EXPECT_THAT(error_of("file,x,y,z\nb.jpg,1,2,3,\n"), StartsWith("poses.csv:2: 5 fields"));
+  EXPECT_THAT(error_of("file,x,y,z\na.jpg;1;2;3\n"), StartsWith("poses.csv:2: 1 fields"));
+}
+
+TEST(CsvTable, MalformedQuotesAreErrorsWithTheirLine) {
+  EXPECT_EQ(error_of("file,x,y,z\n\"a.jpg,1,2,3\nb.jpg,1,2,3\n"),
+            "poses.csv:2: a quoted field has no closing quote");
+  EXPECT_THAT(error_of("file,x,y,z\n\"a\" b,1,2,3\n"), StartsWith("poses.csv:2: text after"));
+  EXPECT_THAT(error_of("file,x,y,z\na\"b\",1,2,3\n"), StartsWith("poses.csv:2: a quote inside"));
+}
+
+TEST(CsvTable, BinaryDataIsRefused) {
+  EXPECT_THAT(error_of(std::string("file,x,y,z\n\0\0", 13)), HasSubstr("binary data"));
+}
+
+TEST(CsvTable, OnlyFiniteNumbersAreNumbers) {
+  for (const std::string bad : {"nan", "NaN", "inf", "-infinity", "1e999", "", "1.2.3", "0x10",
+                                "1 2", "two", "\"1,5\"", "1e", "--1", "+-1"}) {
+    const std::string error = error_of("file,x,y,z\na.jpg," + bad + ",2,3\n");
+    EXPECT_THAT(error, StartsWith("poses.csv:2: column 'x': '")) << bad;
+    EXPECT_THAT(error, HasSubstr("is not a finite number")) << bad;
+  }
+}
+
+TEST(CsvTable, ErrorsStayOneLineWhateverTheFieldHolds) {
+  const std::string error = error_of("file,x,y,z\na.jpg,\"1\n\x1b[2J\",2,3\n");
+  EXPECT_EQ(error.find_first_of("\n\x1b"), std::string::npos) << error;
+}
+
+TEST(CsvTable, AskingForAColumnTheTableLacksIsAProgrammingError) {
+  EXPECT_THROW(poses("file,x,y,z\na,1,2,3\n").number(0, "yaw"), std::logic_error);
+}
+
+TEST(CsvTable, MissingFileIsNamed) {
+  try {
+    CsvTable::read("/nonexistent/poses.csv", {"file"}, {});
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("/nonexistent/poses.csv"));
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

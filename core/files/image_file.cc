@@ -1,0 +1,153 @@
+#include "core/files/image_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_header.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Room for the EXIF block and previews that cameras put before the size; longer headers are rare.
+constexpr std::size_t kHeaderPrefixBytes = std::size_t{256} << 10;
+
+[[noreturn]] void throw_truncated(const fs::path& file) {
+  throw Error(file.string() + ": the image is cut short; capture or copy it again");
+}
+
+std::optional<ImageHeader> header_of(const std::string& bytes, const fs::path& file) {
+  return parse_image_header(std::as_bytes(std::span(bytes)), file.string());
+}
+
+std::string size_text(std::int64_t width, std::int64_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+void require_panorama(const ImageHeader& header, const fs::path& file) {
+  if (header.width != 2 * header.height) {
+    throw Error(file.string() + ": " + size_text(header.width, header.height) +
+                " is not a panorama; its width must be twice its height");
+  }
+  // PNG counts to 2^32, cv::Mat to 2^31.
+  if (header.width > std::numeric_limits<int>::max()) {
+    throw Error(file.string() + ": " + size_text(header.width, header.height) + " is too large");
+  }
+  if (header.bits_per_channel > 8) {
+    throw Error(file.string() + ": " + std::to_string(header.bits_per_channel) +
+                " bits per channel; panoramas have 8");
+  }
+}
+
+void require_distance_map(const ImageHeader& header, const fs::path& file) {
+  if (header.format != ImageFormat::kPng || header.bits_per_channel != 16 || !header.is_grey) {
+    throw Error(file.string() +
+                ": not a 16-bit grey PNG; distance maps are, in millimetres along the ray");
+  }
+}
+
+// A complete image file, as bytes and as its header.
+struct EncodedImage {
+  std::string bytes;
+  ImageHeader header;
+};
+
+// OpenCV hands out a picture that stops early as if it were whole, the missing part grey or black,
+// so that the end of the file is looked for first.
+EncodedImage read_encoded(const fs::path& file) {
+  EncodedImage image;
+  image.bytes = read_file(file);
+  const auto header = header_of(image.bytes, file);
+  if (!header || !is_complete_image(std::as_bytes(std::span(image.bytes)), header->format)) {
+    throw_truncated(file);
+  }
+  image.header = *header;
+  return image;
+}
+
+cv::Mat decode(EncodedImage& image, int flags, int type, const fs::path& file) {
+  cv::Mat picture;
+  try {
+    const cv::Mat bytes(1, static_cast<int>(image.bytes.size()), CV_8UC1, image.bytes.data());
+    picture = cv::imdecode(bytes, flags);
+  } catch (const cv::Exception& e) {
+    throw Error(file.string() + ": cannot be decoded (" + one_line(e.err) + ")");
+  }
+  if (picture.cols != image.header.width || picture.rows != image.header.height ||
+      picture.type() != type) {
+    throw Error(file.string() + ": cannot be decoded; the file is damaged");
+  }
+  return picture;
+}
+
+std::string lower_case_extension(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// OpenCV would convert what a format cannot hold without a word, and change its values.
+void require_encodable(const fs::path& file, const cv::Mat& image) {
+  const std::string extension = lower_case_extension(file);
+  const bool is_jpeg = extension == ".jpg" || extension == ".jpeg";
+  if (!is_jpeg && extension != ".png") {
+    throw UsageError(file.string() + ": unknown image format; end the name in .png or .jpg");
+  }
+  const bool has_channels = image.channels() == 1 || image.channels() == 3;
+  const bool has_depth = image.depth() == CV_8U || (!is_jpeg && image.depth() == CV_16U);
+  if (image.empty() || !has_channels || !has_depth) {
+    throw Error(file.string() + ": cannot hold a " + size_text(image.cols, image.rows) +
+                " picture of OpenCV type " + cv::typeToString(image.type()));
+  }
+}
+
+}  // namespace
+
+cv::Mat read_panorama(const fs::path& file) {
+  EncodedImage image = read_encoded(file);
+  require_panorama(image.header, file);
+  return decode(image, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION, CV_8UC3, file);
+}
+
+cv::Mat read_distance_map(const fs::path& file) {
+  EncodedImage image = read_encoded(file);
+  require_distance_map(image.header, file);
+  return decode(image, cv::IMREAD_UNCHANGED, CV_16UC1, file);
+}
+
+PanoramaSize panorama_size_of(const fs::path& file) {
+  auto header = header_of(read_file_prefix(file, kHeaderPrefixBytes), file);
+  if (!header) header = header_of(read_file(file), file);
+  if (!header) throw_truncated(file);
+  require_panorama(*header, file);
+  return {static_cast<int>(header->width), static_cast<int>(header->height)};
+}
+
+void write_image(const fs::path& file, const cv::Mat& image) {
+  require_encodable(file, image);
+  // Encoded in memory first: cv::imwrite does not notice a full disk.
+  std::vector<unsigned char> bytes;
+  bool encoded = false;
+  try {
+    encoded = cv::imencode(lower_case_extension(file), image, bytes);
+  } catch (const cv::Exception& e) {
+    throw Error("cannot write " + file.string() + ": " + one_line(e.err));
+  }
+  if (!encoded) {
+    throw Error("cannot write " + file.string() + ": a " + size_text(image.cols, image.rows) +
+                " picture is more than its format can hold");
+  }
+  write_file_atomically(file, std::as_bytes(std::span(bytes)));
+}
+
+}  // namespace raywalk

@@ -1,0 +1,28 @@
+// Reading and writing of images, with errors that say what is wrong with a file.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+// An 8-bit colour panorama, CV_8UC3 in OpenCV's BGR order, width = 2 * height. EXIF orientation is
+// ignored. Throws Error naming the file: missing, empty, not an image, truncated (JPEG without its
+// end marker, PNG that stops early), not 2:1.
+cv::Mat read_panorama(const std::filesystem::path& file);
+
+// A distance map: 16-bit grey PNG, CV_16UC1, millimetres along the ray, 0 = no surface. Throws
+// Error naming the file as above, also when it is not 16-bit grey.
+cv::Mat read_distance_map(const std::filesystem::path& file);
+
+// Size from the image's header, without decoding it. Throws Error as read_panorama does where the
+// header shows it.
+PanoramaSize panorama_size_of(const std::filesystem::path& file);
+
+// Writes an image atomically (see atomic_output.h); the format follows the extension (.png, .jpg).
+// Throws Error naming the file.
+void write_image(const std::filesystem::path& file, const cv::Mat& image);
+
+}  // namespace raywalk

@@ -1,0 +1,138 @@
+#include "core/files/image_header.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using Buffer = std::vector<unsigned char>;
+
+Buffer encoded(const std::string& extension, int width, int height, int type,
+               const std::vector<int>& parameters = {}) {
+  Buffer bytes;
+  cv::imencode(extension, cv::Mat(height, width, type, cv::Scalar(30, 60, 90)), bytes, parameters);
+  return bytes;
+}
+
+std::span<const std::byte> as_bytes(const Buffer& buffer) {
+  return std::as_bytes(std::span(buffer));
+}
+
+std::optional<ImageHeader> header_of(const Buffer& buffer) {
+  return parse_image_header(as_bytes(buffer), "a.jpg");
+}
+
+TEST(ImageHeader, ReadsWhatTheEncoderWrote) {
+  const auto jpeg = header_of(encoded(".jpg", 300, 150, CV_8UC3));
+  ASSERT_TRUE(jpeg);
+  EXPECT_EQ(jpeg->format, ImageFormat::kJpeg);
+  EXPECT_EQ(jpeg->width, 300);
+  EXPECT_EQ(jpeg->height, 150);
+  EXPECT_EQ(jpeg->bits_per_channel, 8);
+  EXPECT_FALSE(jpeg->is_grey);
+  EXPECT_TRUE(header_of(encoded(".jpg", 8, 4, CV_8UC1))->is_grey);
+
+  const auto png = header_of(encoded(".png", 70000, 2, CV_16UC1));
+  ASSERT_TRUE(png);
+  EXPECT_EQ(png->format, ImageFormat::kPng);
+  EXPECT_EQ(png->width, 70000);
+  EXPECT_EQ(png->height, 2);
+  EXPECT_EQ(png->bits_per_channel, 16);
+  EXPECT_TRUE(png->is_grey);
+  EXPECT_FALSE(header_of(encoded(".png", 4, 2, CV_8UC3))->is_grey);
+}
+
+TEST(ImageHeader, ProgressiveJpegIsReadAndFollowedToItsEnd) {
+  const Buffer bytes = encoded(".jpg", 64, 32, CV_8UC3,
+                               {cv::IMWRITE_JPEG_PROGRESSIVE, 1, cv::IMWRITE_JPEG_RST_INTERVAL, 1});
+  ASSERT_TRUE(header_of(bytes));
+  EXPECT_EQ(header_of(bytes)->width, 64);
+  EXPECT_TRUE(is_complete_image(as_bytes(bytes), ImageFormat::kJpeg));
+}
+
+TEST(ImageHeader, EveryPrefixIsShortButNeverComplete) {
+  for (const std::string extension : {".jpg", ".png"}) {
+    const Buffer whole = encoded(extension, 32, 16, CV_8UC3);
+    const ImageFormat format = header_of(whole)->format;
+    EXPECT_TRUE(is_complete_image(as_bytes(whole), format));
+    for (std::size_t length = 1; length < whole.size(); ++length) {
+      const Buffer cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
+      const auto header = header_of(cut);
+      EXPECT_TRUE(!header || header->width == 32);
+      ASSERT_FALSE(is_complete_image(as_bytes(cut), format)) << extension << " " << length;
+    }
+  }
+}
+
+TEST(ImageHeader, DataAfterTheEndIsLegal) {
+  for (const std::string extension : {".jpg", ".png"}) {
+    Buffer bytes = encoded(extension, 32, 16, CV_8UC3);
+    bytes.insert(bytes.end(), 100000, 0x55);
+    EXPECT_TRUE(is_complete_image(as_bytes(bytes), header_of(bytes)->format));
+  }
+}
+
+// An application segment that holds a whole little JPEG, as an EXIF preview does.
+Buffer with_preview(const Buffer& jpeg, const Buffer& preview) {
+  const std::size_t length = preview.size() + 2;
+  Buffer bytes = {0xFF,
+                  0xD8,
+                  0xFF,
+                  0xE1,
+                  static_cast<unsigned char>(length >> 8),
+                  static_cast<unsigned char>(length & 0xFF)};
+  bytes.insert(bytes.end(), preview.begin(), preview.end());
+  bytes.insert(bytes.end(), jpeg.begin() + 2, jpeg.end());
+  return bytes;
+}
+
+TEST(ImageHeader, PreviewInsideTheHeaderIsNotTakenForTheImage) {
+  const Buffer preview = encoded(".jpg", 16, 8, CV_8UC3);
+  Buffer bytes = with_preview(encoded(".jpg", 256, 128, CV_8UC3), preview);
+  EXPECT_EQ(header_of(bytes)->width, 256);
+  EXPECT_TRUE(is_complete_image(as_bytes(bytes), ImageFormat::kJpeg));
+  bytes.resize(bytes.size() - 100);
+  EXPECT_FALSE(is_complete_image(as_bytes(bytes), ImageFormat::kJpeg));
+}
+
+TEST(ImageHeader, WhatIsNoImageIsRefused) {
+  const std::string page = "<!DOCTYPE html><html></html>";
+  EXPECT_THROW(header_of({}), Error);
+  EXPECT_THROW(header_of(Buffer(page.begin(), page.end())), Error);
+  EXPECT_THROW(header_of(encoded(".bmp", 4, 2, CV_8UC3)), Error);
+  EXPECT_THROW(header_of({0xFF, 0xD8, 0xFF, 0xD9}), Error) << "ends before it has a size";
+  EXPECT_THROW(header_of({0xFF, 0xD8, 0xFF, 0xC0, 0, 4, 8, 0}), Error) << "frame header too short";
+  EXPECT_THROW(header_of({0xFF, 0xD8, 0xFF, 0xC0, 0, 8, 8, 0, 0, 0, 4, 3}), Error) << "height 0";
+}
+
+TEST(ImageHeader, DamagedBytesAreAnErrorOrAHeaderNeverACrash) {
+  std::mt19937 random(11);
+  for (const std::string extension : {".jpg", ".png"}) {
+    const Buffer whole = encoded(extension, 32, 16, CV_8UC3);
+    for (int i = 0; i < 5000; ++i) {
+      Buffer damaged = whole;
+      for (int change = 0; change < 4; ++change) {
+        damaged[random() % damaged.size()] = static_cast<unsigned char>(random());
+      }
+      try {
+        const auto header = header_of(damaged);
+        if (!header) continue;
+        EXPECT_GE(header->width, 1);
+        EXPECT_GE(header->height, 1);
+        is_complete_image(as_bytes(damaged), header->format);
+      } catch (const Error& e) {
+        EXPECT_EQ(std::string(e.what()).rfind("a.jpg: ", 0), 0U);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

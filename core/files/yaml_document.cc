@@ -1,0 +1,65 @@
+#include "core/files/yaml_document.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <yaml-cpp/eventhandler.h>
+
+#include <sstream>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+// Notes where the last document it was handed starts, and ignores what is in it.
+class DocumentStart : public YAML::EventHandler {
+ public:
+  YAML::Mark mark() const { return mark_; }
+
+  void OnDocumentStart(const YAML::Mark& mark) override { mark_ = mark; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+ private:
+  YAML::Mark mark_;
+};
+
+// YAML::Load drops whatever follows the first document, and YAML::LoadAll of yaml-cpp 0.7 never
+// returns from some malformed texts ("{a: 1}, d}": it finds one more empty document again and
+// again), so the parser is asked for two documents at most.
+void require_single_document(const std::string& yaml, const std::string& source) {
+  std::istringstream stream(yaml);
+  YAML::Parser parser(stream);
+  DocumentStart start;
+  if (parser.HandleNextDocument(start) && parser.HandleNextDocument(start)) {
+    throw UsageError(yaml_place(source, start.mark()) +
+                     "something follows the settings; they are one YAML document");
+  }
+}
+
+}  // namespace
+
+YAML::Node load_yaml_document(std::string_view yaml, const std::string& source) {
+  try {
+    const std::string text(yaml);
+    require_single_document(text, source);
+    return YAML::Load(text);
+  } catch (const YAML::Exception& e) {
+    throw UsageError(yaml_place(source, e.mark) + "not valid YAML: " + one_line(e.msg));
+  }
+}
+
+std::string yaml_place(const std::string& source, const YAML::Mark& mark) {
+  // yaml-cpp counts lines from 0.
+  return mark.is_null() ? source + ": " : fmt::format("{}:{}: ", source, mark.line + 1);
+}
+
+}  // namespace raywalk
