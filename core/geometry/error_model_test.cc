@@ -1,0 +1,395 @@
+#include "core/geometry/error_model.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+namespace {
+
+// The printed equations lose up to 34 digits over the tested domain (step^2 / d_src^2 in (3)); a
+// hundred leave more than enough.
+using Exact = boost::multiprecision::cpp_bin_float_100;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kSamples = 3000;
+constexpr double kBoundUlp = 4.0;
+
+Exact exact_pi() { return boost::math::constants::pi<Exact>(); }
+
+// The equations as the paper prints them.
+Exact printed_5(double d, double d_p, double phi) {
+  const Exact p = phi;
+  return atan2(Exact(d * sin(p)), Exact(d * cos(p) + d_p));
+}
+
+Exact printed_2(double d, double phi, double apart) {
+  const Exact p = phi;
+  return atan2(Exact(d * sin(p)), Exact(d * cos(p))) -
+         atan2(Exact(d * sin(p)), Exact(d * cos(p) + apart));
+}
+
+Exact printed_3(double d, double phi, double theta, double step) {
+  const Exact c = d * cos(Exact(phi));
+  const Exact t = theta;
+  const Exact ahead = c * cos(t);
+  const Exact aside = c * sin(t) + step;
+  return sqrt(Exact(ahead * ahead + aside * aside)) - c;
+}
+
+Exact tan_deg(double k_deg) { return tan(Exact(Exact(k_deg) * exact_pi() / 180)); }
+
+Exact printed_8(double a, double b, double k_deg) {
+  return (a - b * tan_deg(k_deg)) / cos(Exact((90 - Exact(k_deg)) * exact_pi() / 180));
+}
+
+// The distance of a result from the exact value in units of its last place.
+double error_ulp(double actual, const Exact& exact) {
+  const double rounded = std::abs(static_cast<double>(exact));
+  const double ulp = std::nextafter(rounded, kInfinity) - rounded;
+  return static_cast<double>(Exact(abs(Exact(actual - exact)) / ulp));
+}
+
+class ErrorModelNumerics : public testing::Test {
+ protected:
+  double log_uniform(double low, double high) {
+    std::uniform_real_distribution<double> exponent(std::log(low), std::log(high));
+    return std::exp(exponent(random_));
+  }
+  double distance() { return log_uniform(1e-6, 1e8); }
+  double step() { return log_uniform(1e-9, 1e6); }
+  bool one_in(int n) { return std::uniform_int_distribution<int>(1, n)(random_) == 1; }
+
+  // Latitudes at the poles, beside them, near the horizon and anywhere between; either sign.
+  double latitude() {
+    const double sign = one_in(2) ? -1.0 : 1.0;
+    if (one_in(8)) return sign * kHalfPi;
+    if (one_in(4)) return sign * (kHalfPi - log_uniform(1e-15, 1.0));
+    if (one_in(2)) return sign * log_uniform(1e-12, kHalfPi);
+    return std::uniform_real_distribution<double>(-kHalfPi, kHalfPi)(random_);
+  }
+  // Incidence angles on the side that turns away, its ends included.
+  double incidence() { return std::abs(latitude()); }
+
+  // A corner whose angle is anywhere in [45, 90] degrees, both ends included.
+  CornerOffset corner() {
+    const double side = distance();
+    if (one_in(8)) return {side, 0.0};
+    if (one_in(8)) return {side, side};
+    return {side, side * log_uniform(1e-12, 1.0)};
+  }
+  // A limit angle at the ends of the range, beside 90 degrees, or anywhere between.
+  double limit_deg() {
+    if (one_in(6)) return 45.0;
+    if (one_in(6)) return 90.0;
+    if (one_in(3)) return 90.0 - log_uniform(1e-13, 45.0);
+    return std::uniform_real_distribution<double>(45.0, 90.0)(random_);
+  }
+
+  std::mt19937_64 random_{20230101};
+};
+
+TEST_F(ErrorModelNumerics, LatitudeShiftIsExactToFourUlp) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double d = distance();
+    const double phi = latitude();
+    const double apart = step();
+    EXPECT_LE(error_ulp(latitude_shift(d, phi, apart), printed_2(d, phi, apart)), kBoundUlp)
+        << "d " << d << " phi " << phi << " apart " << apart;
+  }
+}
+
+TEST_F(ErrorModelNumerics, LatitudeShiftIsOddBoundedAndMonotone) {
+  for (int i = 0; i < 100000; ++i) {
+    const double d = distance();
+    const double phi = latitude();
+    const double apart = step();
+    const double shift = latitude_shift(d, phi, apart);
+    EXPECT_EQ(latitude_shift(d, -phi, apart), -shift);
+    EXPECT_LE(std::abs(shift), std::abs(phi));
+    EXPECT_EQ(std::signbit(shift), std::signbit(phi));
+    EXPECT_LE(std::abs(latitude_shift(d * (1.0 + log_uniform(1e-12, 1e3)), phi, apart)),
+              std::abs(shift));
+    EXPECT_GE(std::abs(latitude_shift(d, phi, apart * (1.0 + log_uniform(1e-12, 1e3)))),
+              std::abs(shift));
+  }
+}
+
+TEST_F(ErrorModelNumerics, LatitudeShiftIsMonotoneToOneUlpBetweenNeighbours) {
+  for (int i = 0; i < 100000; ++i) {
+    const double d = distance();
+    const double phi = std::abs(latitude());
+    const double apart = step();
+    const double shift = latitude_shift(d, phi, apart);
+    EXPECT_LE(latitude_shift(std::nextafter(d, kInfinity), phi, apart),
+              std::nextafter(shift, kInfinity));
+  }
+}
+
+TEST_F(ErrorModelNumerics, LatitudeShiftHasItsLimits) {
+  for (int i = 0; i < 1000; ++i) {
+    const double phi = latitude();
+    EXPECT_EQ(latitude_shift(kInfinity, phi, step()), 0.0);
+    EXPECT_EQ(latitude_shift(kInfinity, phi, kInfinity), 0.0);
+    EXPECT_EQ(latitude_shift(distance(), phi, 0.0), 0.0);
+    EXPECT_EQ(latitude_shift(0.0, phi, 0.0), 0.0);
+    EXPECT_EQ(latitude_shift(distance(), 0.0, step()), 0.0);
+    EXPECT_DOUBLE_EQ(latitude_shift(0.0, phi, step()), phi);
+    EXPECT_DOUBLE_EQ(latitude_shift(distance(), phi, kInfinity), phi);
+  }
+}
+
+TEST_F(ErrorModelNumerics, LatitudeShiftHoldsAtTheEdgeOfDouble) {
+  // The products D sin(phi) and D cos(phi) would underflow or overflow here.
+  for (const double phi : {1e-300, 1e-160, 1.0, kHalfPi}) {
+    for (const double d : {1e-300, 1e-150, 1e150, 1e300}) {
+      const double shift = latitude_shift(d, phi, d * 0.5);
+      EXPECT_LE(error_ulp(shift, printed_2(d, phi, d * 0.5)), kBoundUlp) << phi << " " << d;
+    }
+  }
+}
+
+TEST_F(ErrorModelNumerics, FirstOrderTermIsEquationOne) {
+  // (1), read as the angle d_p sin(phi) / d_src, is the shift of a far source.
+  for (int i = 0; i < 1000; ++i) {
+    const double phi = latitude();
+    const double d_p = log_uniform(1e-3, 1.0);
+    EXPECT_NEAR(latitude_shift(1e7, phi, d_p) / (d_p * std::sin(phi) / 1e7), 1.0, 2e-7);
+  }
+}
+
+TEST_F(ErrorModelNumerics, CorrectedLatitudeIsExactToFourUlp) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double d = distance();
+    const double phi = latitude();
+    const double d_p = step();
+    EXPECT_LE(error_ulp(corrected_latitude(d, d_p, phi), printed_5(d, d_p, phi)), kBoundUlp)
+        << "d " << d << " phi " << phi << " d_p " << d_p;
+  }
+}
+
+TEST_F(ErrorModelNumerics, CorrectedLatitudeKeepsItsBoundWhereItCancels) {
+  std::uniform_real_distribution<double> over_the_pole(kHalfPi, kPi);
+  for (int i = 0; i < kSamples; ++i) {
+    const double d = distance();
+    // Over the pole from behind, or up to it from in front of the line: x = cos(phi) + r cancels.
+    const bool in_front = one_in(2);
+    const double phi = in_front ? latitude() : over_the_pole(random_);
+    const double ratio = log_uniform(1e-3, 1e3) * (in_front ? -1.0 : 1.0);
+    const double d_p = d * ratio;
+    const double r = d_p / d;
+    const double length = std::hypot(std::cos(phi) + r, std::sin(phi));
+    const double bound_rad = 1e-15 * (1.0 + (std::abs(std::cos(phi)) + std::abs(r)) / length);
+    const Exact error = abs(Exact(corrected_latitude(d, d_p, phi) - printed_5(d, d_p, phi)));
+    EXPECT_LE(static_cast<double>(error), bound_rad) << "phi " << phi << " r " << r;
+  }
+}
+
+TEST_F(ErrorModelNumerics, CorrectedLatitudeMovesTowardsTheHorizon) {
+  for (int i = 0; i < 100000; ++i) {
+    const double d = distance();
+    const double phi = one_in(4) ? kPi - log_uniform(1e-12, kHalfPi) : latitude();
+    const double d_p = step();
+    const double corrected = corrected_latitude(d, d_p, phi);
+    EXPECT_LE(std::abs(corrected), std::abs(phi));
+    EXPECT_EQ(corrected_latitude(d, d_p, -phi), -corrected);
+  }
+}
+
+TEST_F(ErrorModelNumerics, CorrectedLatitudeHasItsLimits) {
+  for (int i = 0; i < 1000; ++i) {
+    const double phi = latitude();
+    EXPECT_EQ(corrected_latitude(kInfinity, step(), phi), phi);
+    EXPECT_EQ(corrected_latitude(distance(), 0.0, phi), phi);
+    EXPECT_EQ(corrected_latitude(0.0, 0.0, phi), phi);
+    EXPECT_EQ(corrected_latitude(0.0, step(), phi), 0.0);
+  }
+}
+
+TEST_F(ErrorModelNumerics, BendingDistanceIsExactToFourUlp) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double d = distance();
+    const double phi = latitude();
+    const double theta = incidence();
+    const double s = step();
+    EXPECT_LE(error_ulp(bending_distance(d, phi, theta, s), printed_3(d, phi, theta, s)), kBoundUlp)
+        << "d " << d << " phi " << phi << " theta " << theta << " step " << s;
+  }
+}
+
+TEST_F(ErrorModelNumerics, BendingDistanceKeepsItsBoundWhereItCrossesZero) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double d = distance();
+    const double phi = 0.9 * latitude();
+    const double theta = -incidence();
+    const double twice_aside = 2.0 * d * std::cos(phi) * std::abs(std::sin(theta));
+    // Half of the samples are beside the zero.
+    const double s = one_in(2) ? step() : twice_aside * (1.0 + log_uniform(1e-12, 1e-1));
+    const Exact aside = 2 * d * cos(Exact(phi)) * sin(Exact(theta));
+    const double condition = static_cast<double>(Exact((s - aside) / abs(Exact(s + aside))));
+    EXPECT_LE(error_ulp(bending_distance(d, phi, theta, s), printed_3(d, phi, theta, s)),
+              kBoundUlp * condition)
+        << "d " << d << " phi " << phi << " theta " << theta << " step " << s;
+  }
+}
+
+TEST_F(ErrorModelNumerics, BendingDistanceIsATriangleSide) {
+  for (int i = 0; i < 100000; ++i) {
+    const double s = step();
+    const double theta = latitude();
+    const double distance_m = bending_distance(distance(), latitude(), theta, s);
+    EXPECT_LE(std::abs(distance_m), s);
+    EXPECT_TRUE(theta < 0.0 || distance_m > 0.0);
+  }
+}
+
+TEST_F(ErrorModelNumerics, BendingDistanceHasItsLimits) {
+  for (int i = 0; i < 1000; ++i) {
+    const double phi = latitude();
+    const double theta = latitude();
+    const double s = step();
+    EXPECT_EQ(bending_distance(distance(), phi, theta, 0.0), 0.0);
+    EXPECT_EQ(bending_distance(0.0, phi, theta, 0.0), 0.0);
+    EXPECT_EQ(bending_distance(kInfinity, phi, theta, 0.0), 0.0);
+    EXPECT_DOUBLE_EQ(bending_distance(0.0, phi, theta, s), s);
+    EXPECT_DOUBLE_EQ(bending_distance(kInfinity, phi, theta, s), s * std::sin(theta));
+    // Along the line the source is farther by the whole step.
+    EXPECT_DOUBLE_EQ(bending_distance(distance(), phi, kHalfPi, s), s);
+  }
+}
+
+TEST_F(ErrorModelNumerics, MismatchDistanceIsExactToFourUlpTimesItsCondition) {
+  for (int i = 0; i < kSamples; ++i) {
+    const CornerOffset offset = corner();
+    const double a = offset.to_side_m;
+    const double b = offset.to_front_m;
+    // Half of the samples are beside the zero at the corner angle.
+    const double angle_deg = corner_angle_deg(offset);
+    const double k_deg =
+        one_in(2) ? limit_deg() : std::max(45.0, angle_deg * (1.0 - log_uniform(1e-15, 1e-2)));
+    const double actual = mismatch_distance(offset, k_deg);
+    if (k_deg >= angle_deg) {
+      EXPECT_EQ(actual, 0.0);
+      continue;
+    }
+    const Exact exact = printed_8(a, b, k_deg);
+    const double condition = static_cast<double>(Exact(a / abs(Exact(a - b * tan_deg(k_deg)))));
+    EXPECT_LE(error_ulp(actual, exact), kBoundUlp * condition)
+        << "a " << a << " b " << b << " k " << k_deg;
+  }
+}
+
+TEST_F(ErrorModelNumerics, MismatchDistanceIsExactToFourUlpAwayFromItsZero) {
+  for (int i = 0; i < kSamples; ++i) {
+    const CornerOffset offset = corner();
+    const double k_deg = limit_deg();
+    if (k_deg == 90.0 || offset.to_front_m * tan_deg(k_deg) > offset.to_side_m / 2) continue;
+    EXPECT_LE(error_ulp(mismatch_distance(offset, k_deg),
+                        printed_8(offset.to_side_m, offset.to_front_m, k_deg)),
+              kBoundUlp);
+  }
+}
+
+TEST_F(ErrorModelNumerics, MismatchDistanceAtTheCornerAngleIsExactlyZero) {
+  for (int i = 0; i < 100000; ++i) {
+    const CornerOffset offset = corner();
+    const double angle_deg = corner_angle_deg(offset);
+    EXPECT_EQ(mismatch_distance(offset, angle_deg), 0.0);
+    EXPECT_EQ(mismatch_distance(offset, std::min(90.0, angle_deg + 1e-9)), 0.0);
+    EXPECT_EQ(mismatch_distance(offset, 90.0), 0.0);
+  }
+}
+
+TEST_F(ErrorModelNumerics, MismatchDistanceOnLinesAndCorners) {
+  // On the front line (8) is a / sin k, on the diagonal and in the corner it is 0.
+  EXPECT_DOUBLE_EQ(mismatch_distance({2.0, 0.0}, 60.0), 2.0 / std::sin(radians_from_degrees(60.0)));
+  EXPECT_DOUBLE_EQ(mismatch_distance({2.0, 0.0}, 89.0), 2.0 / std::sin(radians_from_degrees(89.0)));
+  for (const double k_deg : {45.0, 60.0, 90.0}) {
+    EXPECT_EQ(mismatch_distance({0.0, 0.0}, k_deg), 0.0);
+    EXPECT_EQ(mismatch_distance({2.0, 2.0}, k_deg), 0.0);
+    EXPECT_EQ(mismatch_distance({0.0, 2.0}, k_deg), 0.0);
+  }
+}
+
+TEST_F(ErrorModelNumerics, MismatchDistanceAtFortyFiveDegreesHasNoConditionLimit) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double a = distance();
+    const double b = a * (1.0 - log_uniform(1e-15, 1.0));
+    EXPECT_LE(error_ulp(mismatch_distance({a, b}, 45.0), (Exact(a) - b) * sqrt(Exact(2))),
+              kBoundUlp);
+  }
+}
+
+TEST_F(ErrorModelNumerics, ScalingLengthsByAPowerOfTwoChangesNoBit) {
+  for (int i = 0; i < 100000; ++i) {
+    const double scale = std::ldexp(1.0, std::uniform_int_distribution<int>(-300, 300)(random_));
+    const double d = distance();
+    const double phi = latitude();
+    const double theta = latitude();
+    const double s = step();
+    EXPECT_EQ(latitude_shift(d * scale, phi, s * scale), latitude_shift(d, phi, s));
+    EXPECT_EQ(corrected_latitude(d * scale, s * scale, phi), corrected_latitude(d, s, phi));
+    EXPECT_EQ(bending_distance(d * scale, phi, theta, s * scale),
+              bending_distance(d, phi, theta, s) * scale);
+    const CornerOffset offset = corner();
+    const CornerOffset scaled{offset.to_side_m * scale, offset.to_front_m * scale};
+    const double k_deg = limit_deg();
+    EXPECT_EQ(mismatch_distance(scaled, k_deg), mismatch_distance(offset, k_deg) * scale);
+    EXPECT_EQ(corner_angle_deg(scaled), corner_angle_deg(offset));
+  }
+}
+
+TEST_F(ErrorModelNumerics, NothingIsEverNanOrInfinite) {
+  const std::vector<double> distances{0.0, 1e-300, 1e-6, 1.0, 1e8, 1e300, kInfinity};
+  const std::vector<double> lengths{0.0, 1e-300, 1e-9, 1.0, 1e6, 1e300};
+  const std::vector<double> angles{-kHalfPi, -1e-300, -0.0, 0.0, 1e-300, 0.5, kHalfPi};
+  for (const double s : lengths) {
+    for (const double b : lengths) {
+      for (const double k_deg : {45.0, 76.0, std::nextafter(90.0, 0.0), 90.0}) {
+        EXPECT_TRUE(std::isfinite(mismatch_distance({s, b}, k_deg))) << s << " " << b;
+      }
+    }
+    for (const double d : distances) {
+      for (const double phi : angles) {
+        EXPECT_TRUE(std::isfinite(latitude_shift(d, phi, s))) << d << " " << phi << " " << s;
+        EXPECT_TRUE(std::isfinite(corrected_latitude(d, s, phi))) << d << " " << phi << " " << s;
+        EXPECT_TRUE(std::isfinite(corrected_latitude(d, -s, phi))) << d << " " << phi << " " << s;
+        for (const double theta : angles) {
+          EXPECT_TRUE(std::isfinite(bending_distance(d, phi, theta, s)))
+              << d << " " << phi << " " << theta << " " << s;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(ErrorModelNumerics, CornerAngleIsExactToFourUlp) {
+  for (int i = 0; i < kSamples; ++i) {
+    const CornerOffset offset = corner();
+    const Exact exact = atan2(Exact(offset.to_side_m), Exact(offset.to_front_m)) * 180 / exact_pi();
+    EXPECT_LE(error_ulp(corner_angle_deg(offset), exact), kBoundUlp);
+  }
+  EXPECT_EQ(corner_angle_deg({3.0, 3.0}), 45.0);
+  EXPECT_EQ(corner_angle_deg({3.0, 0.0}), 90.0);
+  EXPECT_EQ(corner_angle_deg({0.0, 3.0}), 0.0);
+}
+
+TEST(ConnectionRange, ReachesToTheCornerAngleSeenFromTheNearerLine) {
+  const CornerOffset near_front{0.7, 0.2};
+  EXPECT_EQ(connection_range(near_front).min_deg, 45.0);
+  EXPECT_EQ(connection_range(near_front).max_deg, corner_angle_deg(near_front));
+  const CornerOffset near_side{0.2, 0.7};
+  EXPECT_EQ(connection_range(near_side).max_deg, corner_angle_deg(near_front));
+  EXPECT_EQ(connection_range({0.5, 0.5}).max_deg, 45.0);
+  EXPECT_EQ(connection_range({0.0, 0.0}).max_deg, 45.0);
+  EXPECT_EQ(connection_range({0.0, 1.0}).max_deg, 90.0);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,185 @@
+#include "core/geometry/sphere.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+namespace raywalk {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTolerance = 1e-14;
+
+void expect_near(const Vector3d& actual, const Vector3d& expected) {
+  EXPECT_LT((actual - expected).norm(), kTolerance)
+      << "actual " << actual.transpose() << ", expected " << expected.transpose();
+}
+
+Vector3d random_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+TEST(WrapAngle, HoldsTheLowerEndAndNotTheUpper) {
+  EXPECT_EQ(wrap_angle(0.0), 0.0);
+  EXPECT_EQ(wrap_angle(kPi), -kPi);
+  EXPECT_EQ(wrap_angle(-kPi), -kPi);
+  EXPECT_EQ(wrap_angle(kTwoPi), 0.0);
+  EXPECT_EQ(wrap_angle(1.5), 1.5);
+  EXPECT_NEAR(wrap_angle(3.0 * kHalfPi), -kHalfPi, kTolerance);
+  EXPECT_NEAR(wrap_angle(-3.0 * kHalfPi), kHalfPi, kTolerance);
+}
+
+TEST(WrapAngle, StaysInRangeAndKeepsTheDirectionForAnyTurns) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> angle(-1000.0, 1000.0);
+  for (int i = 0; i < 10000; ++i) {
+    const double a = angle(random);
+    const double w = wrap_angle(a);
+    EXPECT_GE(w, -kPi);
+    EXPECT_LT(w, kPi);
+    EXPECT_NEAR(std::sin(w), std::sin(a), 1e-12);
+    EXPECT_NEAR(std::cos(w), std::cos(a), 1e-12);
+  }
+}
+
+TEST(Direction, FollowsTheWorldFrame) {
+  expect_near(direction_from_angles({0.0, 0.0}), Vector3d::UnitZ());
+  expect_near(direction_from_angles({kHalfPi, 0.0}), Vector3d::UnitX());
+  expect_near(direction_from_angles({-kHalfPi, 0.0}), -Vector3d::UnitX());
+  expect_near(direction_from_angles({-kPi, 0.0}), -Vector3d::UnitZ());
+  expect_near(direction_from_angles({1.0, kHalfPi}), Vector3d::UnitY());
+  expect_near(direction_from_angles({1.0, -kHalfPi}), -Vector3d::UnitY());
+}
+
+TEST(Direction, RoundTripsAtAnyLength) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> exponent(-150.0, 150.0);
+  for (int i = 0; i < 10000; ++i) {
+    const Vector3d direction = random_direction(random);
+    const SphereAngles angles = angles_from_direction(direction * std::pow(10.0, exponent(random)));
+    EXPECT_GE(angles.theta_rad, -kPi);
+    EXPECT_LT(angles.theta_rad, kPi);
+    EXPECT_LE(std::abs(angles.phi_rad), kHalfPi);
+    expect_near(direction_from_angles(angles), direction);
+  }
+}
+
+TEST(Direction, KeepsItsDigitsBesideThePole) {
+  // asin(y) would return exactly pi / 2 here.
+  const SphereAngles angles = angles_from_direction({0.0, 1.0, 1e-9});
+  EXPECT_NEAR(kHalfPi - angles.phi_rad, 1e-9, 1e-15);
+}
+
+TEST(Direction, HasLongitudeZeroAtThePoles) {
+  for (const double x : {0.0, -0.0}) {
+    for (const double z : {0.0, -0.0}) {
+      EXPECT_EQ(angles_from_direction({x, 2.0, z}).theta_rad, 0.0);
+      EXPECT_EQ(angles_from_direction({x, 2.0, z}).phi_rad, kHalfPi);
+      EXPECT_EQ(angles_from_direction({x, -2.0, z}).phi_rad, -kHalfPi);
+    }
+  }
+}
+
+TEST(Direction, BackwardsIsAlwaysTheLowerEndOfTheRange) {
+  EXPECT_EQ(angles_from_direction({0.0, 0.0, -1.0}).theta_rad, -kPi);
+  EXPECT_EQ(angles_from_direction({-0.0, 0.0, -1.0}).theta_rad, -kPi);
+}
+
+TEST(Pixel, CentresAreHalfAPixelInside) {
+  constexpr PanoramaSize size{360, 180};
+  const SphereAngles first = angles_from_pixel({0.0, 0.0}, size);
+  EXPECT_NEAR(degrees_from_radians(first.theta_rad), -179.5, 1e-12);
+  EXPECT_NEAR(degrees_from_radians(first.phi_rad), 89.5, 1e-12);
+  const SphereAngles last = angles_from_pixel({359.0, 179.0}, size);
+  EXPECT_NEAR(degrees_from_radians(last.theta_rad), 179.5, 1e-12);
+  EXPECT_NEAR(degrees_from_radians(last.phi_rad), -89.5, 1e-12);
+}
+
+TEST(Pixel, CentreAndBordersAreExact) {
+  constexpr PanoramaSize size{4096, 2048};
+  EXPECT_EQ(angles_from_pixel({2047.5, 1023.5}, size).theta_rad, 0.0);
+  EXPECT_EQ(angles_from_pixel({2047.5, 1023.5}, size).phi_rad, 0.0);
+  EXPECT_EQ(angles_from_pixel({-0.5, -0.5}, size).theta_rad, -kPi);
+  EXPECT_EQ(angles_from_pixel({-0.5, -0.5}, size).phi_rad, kHalfPi);
+  EXPECT_EQ(angles_from_pixel({-0.5, 2047.5}, size).phi_rad, -kHalfPi);
+  // The right border is the left one.
+  EXPECT_EQ(angles_from_pixel({4095.5, 0.0}, size).theta_rad, -kPi);
+}
+
+TEST(Pixel, MirroredPixelsHaveExactlyMirroredAngles) {
+  constexpr PanoramaSize size{1000, 500};
+  for (int u = 0; u < size.width; ++u) {
+    EXPECT_EQ(angles_from_pixel({1.0 * u, 0.0}, size).theta_rad,
+              -angles_from_pixel({size.width - 1.0 - u, 0.0}, size).theta_rad);
+  }
+  for (int v = 0; v < size.height; ++v) {
+    EXPECT_EQ(angles_from_pixel({0.0, 1.0 * v}, size).phi_rad,
+              -angles_from_pixel({0.0, size.height - 1.0 - v}, size).phi_rad);
+  }
+}
+
+TEST(Pixel, RoundTripsOverTheWholePanorama) {
+  constexpr PanoramaSize size{720, 360};
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> across(-0.5, size.width - 0.5);
+  std::uniform_real_distribution<double> down(-0.5, size.height - 0.5);
+  for (int i = 0; i < 10000; ++i) {
+    const PixelPosition pixel{across(random), down(random)};
+    const PixelPosition back = pixel_from_angles(angles_from_pixel(pixel, size), size);
+    EXPECT_NEAR(back.u, pixel.u, 1e-11);
+    EXPECT_NEAR(back.v, pixel.v, 1e-11);
+  }
+}
+
+TEST(Attitude, YawTurnsTheCentreTowardsX) {
+  const double a = 0.3;
+  expect_near(world_from_camera({.yaw_rad = a}) * Vector3d::UnitZ(),
+              {std::sin(a), 0.0, std::cos(a)});
+}
+
+TEST(Attitude, PitchRaisesTheCentre) {
+  const double a = 0.3;
+  expect_near(world_from_camera({.pitch_rad = a}) * Vector3d::UnitZ(),
+              {0.0, std::sin(a), std::cos(a)});
+}
+
+TEST(Attitude, RollTipsUpTowardsTheRight) {
+  const double a = 0.3;
+  expect_near(world_from_camera({.roll_rad = a}) * Vector3d::UnitY(),
+              {std::sin(a), std::cos(a), 0.0});
+}
+
+TEST(Attitude, RollsFirstThenPitchesThenYaws) {
+  const Attitude attitude{.yaw_rad = 0.7, .pitch_rad = -0.4, .roll_rad = 0.2};
+  const Eigen::Matrix3d expected = world_from_camera({.yaw_rad = 0.7}) *
+                                   world_from_camera({.pitch_rad = -0.4}) *
+                                   world_from_camera({.roll_rad = 0.2});
+  EXPECT_LT((world_from_camera(attitude) - expected).norm(), kTolerance);
+}
+
+TEST(Attitude, CentreLooksAtYawAndPitchWhateverTheRoll) {
+  const Attitude attitude{.yaw_rad = -2.1, .pitch_rad = 0.6, .roll_rad = 1.3};
+  const SphereAngles centre =
+      angles_from_direction(world_from_camera(attitude) * Vector3d::UnitZ());
+  EXPECT_NEAR(centre.theta_rad, -2.1, kTolerance);
+  EXPECT_NEAR(centre.phi_rad, 0.6, kTolerance);
+}
+
+TEST(Attitude, IsAProperRotation) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> angle(-kPi, kPi);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Matrix3d rotation =
+        world_from_camera({angle(random), angle(random), angle(random)});
+    EXPECT_LT((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), kTolerance);
+    EXPECT_NEAR(rotation.determinant(), 1.0, kTolerance);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,79 @@
+// Reports as one self-contained HTML page: text, tables, plots and pictures, no other file and no
+// script. The page follows the reader's light or dark mode and prints well. It is well-formed XML
+// too.
+//
+//   HtmlPage page("Validation of room.lf", "12 views, hlf-vd at 16 layers");
+//   page.add_section("Gain over distance");
+//   page.add_paragraph("Each point is one view.");
+//   page.add_figures({svg_figure(svg_from_plot(plot), "PSNR over distance from the line")});
+//   write_file_atomically(dir / "index.html", page.html());
+#pragma once
+
+#include <initializer_list>
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/report/data_uri.h"
+
+namespace raywalk {
+
+// Something to look at and what it shows. `markup` goes into the page as it is: use the functions
+// below to make it.
+struct HtmlFigure {
+  std::string markup{};
+  std::string caption{};  // plain text
+};
+
+// A figure of an <svg> element, as svg_from_plot returns it.
+HtmlFigure svg_figure(std::string svg, std::string caption);
+
+// A figure of a picture; shown at up to its own width. `alt` is read out where it cannot be seen.
+// Throws Error as data_uri does.
+HtmlFigure picture_figure(const cv::Mat& image, EmbeddedFormat format, std::string_view alt,
+                          std::string caption);
+
+struct HtmlCell {
+  std::string text{};       // plain text
+  bool emphasised = false;  // bold and tinted, as the best value of a row
+};
+
+// The first column names the row; the others are aligned to the right, as numbers are.
+struct HtmlTable {
+  std::string caption{};  // plain text, may be empty
+  std::vector<std::string> header{};
+  std::vector<std::vector<HtmlCell>> rows{};  // each as long as the header
+};
+
+// A figure of merit at the top of a report: "PSNR", "34.2 dB".
+struct HtmlFact {
+  std::string name{};
+  std::string value{};
+};
+
+// All text is escaped. Content appears in the order it was added.
+class HtmlPage {
+ public:
+  explicit HtmlPage(std::string_view title, std::string_view subtitle = {});
+
+  void add_section(std::string_view heading);
+  void add_paragraph(std::string_view text);
+  void add_facts(std::span<const HtmlFact> facts);
+  void add_facts(std::initializer_list<HtmlFact> facts);
+  // Throws Error if a row is not as long as the header.
+  void add_table(const HtmlTable& table);
+  // Side by side as far as the window has room, else one below the other.
+  void add_figures(std::span<const HtmlFigure> figures);
+  void add_figures(std::initializer_list<HtmlFigure> figures);
+
+  // The complete page so far.
+  std::string html() const;
+
+ private:
+  std::string title_;
+  std::string body_;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,150 @@
+#include "core/report/html_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/report/markup_check.h"
+#include "core/report/svg_plot.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+cv::Mat gradient() {
+  cv::Mat image(16, 32, CV_8UC3);
+  for (int row = 0; row < image.rows; ++row) {
+    for (int column = 0; column < image.cols; ++column) {
+      image.at<cv::Vec3b>(row, column) = cv::Vec3b(static_cast<unsigned char>(row * 8),
+                                                   static_cast<unsigned char>(column * 4), 100);
+    }
+  }
+  return image;
+}
+
+// The bytes of a data URI, decoded independently of the encoder under test.
+std::vector<unsigned char> decoded(const std::string& uri) {
+  static const std::string alphabet =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<unsigned char> bytes;
+  unsigned bits = 0;
+  int count = 0;
+  for (const char c : uri.substr(uri.find(',') + 1)) {
+    if (c == '=') break;
+    bits = bits << 6 | static_cast<unsigned>(alphabet.find(c));
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes.push_back(static_cast<unsigned char>(bits >> count));
+  }
+  return bytes;
+}
+
+TEST(DataUri, IsBase64OfTheBytes) {
+  const std::string text = "light field";
+  const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
+  EXPECT_EQ(data_uri(std::span(bytes, 11), "text/plain"),
+            "data:text/plain;base64,bGlnaHQgZmllbGQ=");
+  EXPECT_EQ(data_uri(std::span(bytes, 10), "a/b"), "data:a/b;base64,bGlnaHQgZmllbA==");
+  EXPECT_EQ(data_uri(std::span(bytes, 9), "a/b"), "data:a/b;base64,bGlnaHQgZmll");
+  EXPECT_EQ(data_uri(std::span(bytes, 0), "a/b"), "data:a/b;base64,");
+}
+
+TEST(DataUri, HoldsMoreThanOneBlock) {
+  std::vector<unsigned char> bytes(7'000'001);
+  std::iota(bytes.begin(), bytes.end(), static_cast<unsigned char>(0));
+  EXPECT_EQ(decoded(data_uri(bytes, "a/b")), bytes);
+}
+
+TEST(DataUri, PngKeepsEveryPixel) {
+  const std::string uri = data_uri(gradient(), EmbeddedFormat::kPng);
+  EXPECT_THAT(uri, testing::StartsWith("data:image/png;base64,"));
+  const cv::Mat back = cv::imdecode(decoded(uri), cv::IMREAD_COLOR);
+  EXPECT_EQ(cv::norm(back, gradient(), cv::NORM_INF), 0.0);
+}
+
+TEST(DataUri, JpegComesClose) {
+  const std::string uri = data_uri(gradient(), EmbeddedFormat::kJpeg);
+  EXPECT_THAT(uri, testing::StartsWith("data:image/jpeg;base64,"));
+  const cv::Mat back = cv::imdecode(decoded(uri), cv::IMREAD_COLOR);
+  EXPECT_LT(cv::norm(back, gradient(), cv::NORM_INF), 24.0);
+}
+
+TEST(DataUri, RefusesWhatIsNoPicture) {
+  EXPECT_THROW(data_uri(cv::Mat(), EmbeddedFormat::kPng), Error);
+  EXPECT_THROW(data_uri(cv::Mat(4, 4, CV_32FC3), EmbeddedFormat::kPng), Error);
+}
+
+HtmlPage full_page() {
+  HtmlPage page("A title", "A subtitle");
+  page.add_facts({{"PSNR", "34.2 dB"}});
+  page.add_section("A section");
+  page.add_paragraph("A paragraph.");
+  page.add_table({.caption = "A table",
+                  .header = {"method", "error"},
+                  .rows = {{{"initial"}, {"731"}}, {{"hlf-vd"}, {"45", true}}}});
+  page.add_figures({svg_figure(svg_from_plot({.title = "A plot"}), "A plot's caption"),
+                    picture_figure(gradient(), EmbeddedFormat::kPng, "A gradient", "A picture")});
+  return page;
+}
+
+TEST(HtmlPage, IsWellFormed) {
+  EXPECT_EQ(markup_fault(full_page().html()), "");
+  EXPECT_EQ(markup_fault(HtmlPage("").html()), "");
+}
+
+TEST(HtmlPage, NeedsNothingFromOutside) {
+  const std::string html = full_page().html();
+  for (const char* part : {"<link", "<script", "src=\"http", "url(", "@import"}) {
+    EXPECT_THAT(html, Not(HasSubstr(part)));
+  }
+}
+
+TEST(HtmlPage, KeepsTheOrderOfItsContent) {
+  const std::string html = full_page().html();
+  std::size_t at = html.find("<h1>");
+  for (const char* part : {"A title", "A subtitle", "34.2 dB", "A section", "A paragraph.",
+                           "A table", "731", "A plot's caption", "A picture"}) {
+    const std::string text =
+        std::string(part) == "A plot's caption" ? "A plot&#39;s caption" : part;
+    at = html.find(text, at);
+    ASSERT_NE(at, std::string::npos) << part;
+  }
+}
+
+TEST(HtmlPage, EscapesEveryText) {
+  const std::string evil = "<script>\"&";
+  HtmlPage page(evil, evil);
+  page.add_facts({{evil, evil}});
+  page.add_section(evil);
+  page.add_paragraph(evil);
+  page.add_table({.caption = evil, .header = {evil}, .rows = {{{evil}}, {{evil, true}}}});
+  page.add_figures(
+      {svg_figure("<svg/>", evil), picture_figure(gradient(), EmbeddedFormat::kPng, evil, evil)});
+  const std::string html = page.html();
+  EXPECT_EQ(markup_fault(html), "");
+  EXPECT_THAT(html, Not(HasSubstr("<script>")));
+}
+
+TEST(HtmlPage, EmphasisesACell) {
+  const std::string html = full_page().html();
+  EXPECT_THAT(html, HasSubstr("<td class=\"best\">45</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>731</td>"));
+}
+
+TEST(HtmlPage, RefusesARowThatDoesNotFitTheHeader) {
+  HtmlPage page("A title");
+  EXPECT_THROW(page.add_table({.caption = "t", .header = {"a", "b"}, .rows = {{{"1"}}}}), Error);
+  EXPECT_THAT(page.html(), Not(HasSubstr("<table>")));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,299 @@
+#include "core/report/svg_plot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string_view>
+
+#include "core/report/markup.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kXTicks = 6;
+constexpr int kYTicks = 5;
+constexpr double kFontPx = 12.0;
+// Mean advance of a sans-serif glyph in units of the font size, to lay out legend and notes.
+constexpr double kGlyphWidth = 0.56;
+constexpr double kNoteGapPx = 6.0;
+constexpr double kLegendKeyPx = 26.0;
+constexpr double kLegendGapPx = 18.0;
+constexpr double kLegendRowPx = 18.0;
+constexpr std::size_t kColours = 6;
+
+// Okabe and Ito's palette, which stays distinct for colour-blind readers; lightened where it would
+// be too dark on black. The class keeps the style from reaching the rest of a page.
+constexpr std::string_view kStyle = R"(<style>
+.raywalk-plot { --ink: #1f2933; --soft: #6b7785; --grid: #e3e7eb; --s0: #0072b2; --s1: #d55e00;
+  --s2: #009e73; --s3: #b0508a; --s4: #b57d00; --s5: #3a93c4; }
+@media (prefers-color-scheme: dark) {
+.raywalk-plot { --ink: #e4e8ec; --soft: #98a3af; --grid: #333b44; --s0: #4aa8e0; --s1: #f08a4b;
+  --s2: #3cc79b; --s3: #de8fba; --s4: #e8b13a; --s5: #8cccf0; } }
+.raywalk-plot text { font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: var(--ink); }
+.raywalk-plot .title { font-size: 14px; font-weight: 600; }
+.raywalk-plot .tick, .raywalk-plot .note { fill: var(--soft); }
+.raywalk-plot .grid { stroke: var(--grid); stroke-width: 1; }
+.raywalk-plot .axis { stroke: var(--soft); stroke-width: 1; fill: none; }
+.raywalk-plot .reference { stroke: var(--soft); stroke-width: 1.2; stroke-dasharray: 5 4; }
+.raywalk-plot .line { fill: none; stroke-width: 2.2; stroke-linejoin: round; stroke-linecap: round; }
+.raywalk-plot .c0 { --c: var(--s0); } .raywalk-plot .c1 { --c: var(--s1); }
+.raywalk-plot .c2 { --c: var(--s2); } .raywalk-plot .c3 { --c: var(--s3); }
+.raywalk-plot .c4 { --c: var(--s4); } .raywalk-plot .c5 { --c: var(--s5); }
+.raywalk-plot .line { stroke: var(--c); } .raywalk-plot .dot { fill: var(--c); }
+</style>
+)";
+
+std::string px(double value) { return plain_number(value, 2); }
+
+bool is_finite(const PlotPoint& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
+
+std::string text_element(double x, double y, std::string_view attributes, std::string_view text) {
+  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\" " + std::string(attributes) + ">" +
+         escape_markup(text) + "</text>\n";
+}
+
+std::string line_element(double x1, double y1, double x2, double y2, std::string_view css_class) {
+  return "<line class=\"" + std::string(css_class) + "\" x1=\"" + px(x1) + "\" y1=\"" + px(y1) +
+         "\" x2=\"" + px(x2) + "\" y2=\"" + px(y2) + "\"/>\n";
+}
+
+// About how wide a text is printed.
+double text_px(std::string_view text) {
+  return kGlyphWidth * kFontPx * static_cast<double>(text.size());
+}
+
+// Consecutive classes repeat after kColours.
+std::string colour_class(std::size_t series) {
+  return std::string(1, 'c').append(std::to_string(series % kColours));
+}
+
+bool has_line(PlotStyle style) { return style != PlotStyle::kPoints; }
+bool has_points(PlotStyle style) { return style != PlotStyle::kLine; }
+
+AxisRange data_range(const std::vector<PlotSeries>& all,
+                     const std::function<double(const PlotPoint&)>& coordinate) {
+  AxisRange range{std::numeric_limits<double>::infinity(),
+                  -std::numeric_limits<double>::infinity()};
+  for (const PlotSeries& series : all) {
+    for (const PlotPoint& point : series.points) {
+      if (!is_finite(point)) continue;
+      range.min = std::min(range.min, coordinate(point));
+      range.max = std::max(range.max, coordinate(point));
+    }
+  }
+  return range;
+}
+
+// Where a legend entry starts.
+struct LegendPlace {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+// Entries from left to right, wrapped at `width_px`; coordinates are relative to the legend's
+// corner.
+std::vector<LegendPlace> legend_places(const std::vector<PlotSeries>& all, double width_px) {
+  std::vector<LegendPlace> places;
+  LegendPlace next;
+  for (const PlotSeries& series : all) {
+    const double entry_px = kLegendKeyPx + text_px(series.name);
+    if (next.x > 0.0 && next.x + entry_px > width_px) next = {0.0, next.y + kLegendRowPx};
+    places.push_back(next);
+    next.x += entry_px + kLegendGapPx;
+  }
+  return places;
+}
+
+// The plot's rectangle within the picture: what title, legend and labels leave.
+struct Frame {
+  double left = 64.0;
+  double right = 0.0;
+  double top = 0.0;
+  double bottom = 0.0;
+};
+
+class SvgPlot {
+ public:
+  explicit SvgPlot(const LinePlot& plot)
+      : plot_(plot), frame_(frame_of(plot)), x_(x_axis(plot, frame_)), y_(y_axis(plot, frame_)) {}
+
+  std::string draw() {
+    open();
+    draw_grid();
+    draw_references();
+    draw_series();
+    draw_frame_and_labels();
+    draw_legend();
+    svg_ += "</svg>\n";
+    return svg_;
+  }
+
+ private:
+  static double legend_top(const LinePlot& plot) { return plot.title.empty() ? 10.0 : 34.0; }
+
+  static Frame frame_of(const LinePlot& plot) {
+    Frame frame;
+    frame.right = plot.width_px - 18.0;
+    frame.bottom = plot.height_px - 50.0;
+    const std::vector<LegendPlace> places = legend_places(plot.series, frame.right - frame.left);
+    const double legend_px = places.empty() ? 0.0 : places.back().y + kLegendRowPx;
+    frame.top = legend_top(plot) + legend_px + 8.0;
+    return frame;
+  }
+
+  static PlotAxis x_axis(const LinePlot& plot, const Frame& frame) {
+    const AxisRange range = plot.x_range.value_or(
+        data_range(plot.series, [](const PlotPoint& point) { return point.x; }));
+    return {range, frame.left, frame.right, kXTicks};
+  }
+
+  static PlotAxis y_axis(const LinePlot& plot, const Frame& frame) {
+    const AxisRange data = data_range(plot.series, [](const PlotPoint& point) { return point.y; });
+    const AxisRange range = plot.y_range ? *plot.y_range : rounded_range(data, kYTicks);
+    return {range, frame.bottom, frame.top, kYTicks};
+  }
+
+  void open() {
+    const std::string width = std::to_string(plot_.width_px);
+    const std::string height = std::to_string(plot_.height_px);
+    svg_ +=
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"raywalk-plot\" role=\"img\" width=\"" +
+        width + "\" height=\"" + height + "\" viewBox=\"0 0 " + width + " " + height +
+        "\" style=\"max-width: 100%; height: auto\">\n";
+    const std::string& name = plot_.title.empty() ? plot_.y_label : plot_.title;
+    svg_ += "<title>" + escape_markup(name) + "</title>\n";
+    svg_ += kStyle;
+  }
+
+  void draw_grid() {
+    for (const double tick : x_.ticks()) {
+      const double x = x_.pixel(tick);
+      svg_ += line_element(x, frame_.top, x, frame_.bottom, "grid");
+      svg_ += text_element(x, frame_.bottom + 18.0, "class=\"tick\" text-anchor=\"middle\"",
+                           x_.label(tick));
+    }
+    for (const double tick : y_.ticks()) {
+      const double y = y_.pixel(tick);
+      svg_ += line_element(frame_.left, y, frame_.right, y, "grid");
+      svg_ += text_element(frame_.left - 8.0, y + 4.0, "class=\"tick\" text-anchor=\"end\"",
+                           y_.label(tick));
+    }
+  }
+
+  // The rightmost line has its label on its right and the others on their left, as far as there is
+  // room, so that a label does not lie across a neighbouring line; each stands below the one
+  // before.
+  void draw_references() {
+    std::vector<PlotReference> references = plot_.references;
+    std::ranges::sort(references, {}, &PlotReference::x);
+    std::erase_if(references, [&](const PlotReference& reference) {
+      const double x = x_.pixel(reference.x);
+      return !(x >= frame_.left && x <= frame_.right);
+    });
+    double label_y = frame_.top + 14.0;
+    for (std::size_t i = 0; i < references.size(); ++i) {
+      const double x = x_.pixel(references[i].x);
+      const double label_px = text_px(references[i].label) + kNoteGapPx;
+      const bool fits_left = x - label_px >= frame_.left;
+      const bool fits_right = x + label_px <= frame_.right;
+      const bool right = fits_right && (i + 1 == references.size() || !fits_left);
+      svg_ += line_element(x, frame_.top, x, frame_.bottom, "reference");
+      svg_ += text_element(
+          x + (right ? kNoteGapPx : -kNoteGapPx), label_y,
+          right ? "class=\"note\" text-anchor=\"start\"" : "class=\"note\" text-anchor=\"end\"",
+          references[i].label);
+      label_y += 16.0;
+    }
+  }
+
+  // One <polyline> for each run of finite points.
+  void draw_line(const PlotSeries& series, const std::string& colour) {
+    std::string run;
+    const auto end_run = [&] {
+      if (!run.empty()) {
+        svg_ += "<polyline class=\"line " + colour + "\" points=\"" + run + "\"/>\n";
+      }
+      run.clear();
+    };
+    for (const PlotPoint& point : series.points) {
+      if (!is_finite(point)) {
+        end_run();
+        continue;
+      }
+      if (!run.empty()) run += ' ';
+      run += px(x_.pixel(point.x)) + "," + px(y_.pixel(point.y));
+    }
+    end_run();
+  }
+
+  void draw_points(const PlotSeries& series, const std::string& colour) {
+    for (const PlotPoint& point : series.points) {
+      if (!is_finite(point)) continue;
+      svg_ += dot(x_.pixel(point.x), y_.pixel(point.y), colour);
+    }
+  }
+
+  static std::string dot(double x, double y, const std::string& colour) {
+    return "<circle class=\"dot " + colour + "\" cx=\"" + px(x) + "\" cy=\"" + px(y) +
+           "\" r=\"3.6\"/>\n";
+  }
+
+  // A nested <svg> clips to its own rectangle; its viewBox keeps the picture's coordinates.
+  void draw_series() {
+    const std::string box = px(frame_.left) + " " + px(frame_.top) + " " +
+                            px(frame_.right - frame_.left) + " " + px(frame_.bottom - frame_.top);
+    svg_ += "<svg x=\"" + px(frame_.left) + "\" y=\"" + px(frame_.top) + "\" width=\"" +
+            px(frame_.right - frame_.left) + "\" height=\"" + px(frame_.bottom - frame_.top) +
+            "\" viewBox=\"" + box + "\"" + (clips() ? "" : " overflow=\"visible\"") + ">\n";
+    for (std::size_t i = 0; i < plot_.series.size(); ++i) {
+      const PlotSeries& series = plot_.series[i];
+      if (has_line(series.style)) draw_line(series, colour_class(i));
+      if (has_points(series.style)) draw_points(series, colour_class(i));
+    }
+    svg_ += "</svg>\n";
+  }
+
+  // Without a given range nothing lies outside, and a dot on the frame should stay whole.
+  bool clips() const { return plot_.x_range.has_value() || plot_.y_range.has_value(); }
+
+  void draw_frame_and_labels() {
+    svg_ += "<path class=\"axis\" d=\"M" + px(frame_.left) + " " + px(frame_.top) + "V" +
+            px(frame_.bottom) + "H" + px(frame_.right) + "\"/>\n";
+    svg_ += text_element(0.5 * (frame_.left + frame_.right), plot_.height_px - 10.0,
+                         "text-anchor=\"middle\"", plot_.x_label);
+    const double middle = 0.5 * (frame_.top + frame_.bottom);
+    svg_ += text_element(16.0, middle,
+                         "text-anchor=\"middle\" transform=\"rotate(-90 16 " + px(middle) + ")\"",
+                         plot_.y_label);
+    if (!plot_.title.empty()) {
+      svg_ += text_element(frame_.left, 22.0, "class=\"title\"", plot_.title);
+    }
+  }
+
+  void draw_legend() {
+    const std::vector<LegendPlace> places = legend_places(plot_.series, frame_.right - frame_.left);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double x = frame_.left + places[i].x;
+      const double y = legend_top(plot_) + places[i].y + 8.0;
+      const PlotSeries& series = plot_.series[i];
+      if (has_line(series.style)) {
+        svg_ += line_element(x, y, x + 18.0, y, "line " + colour_class(i));
+      }
+      if (has_points(series.style)) svg_ += dot(x + 9.0, y, colour_class(i));
+      svg_ += text_element(x + kLegendKeyPx, y + 4.0, "text-anchor=\"start\"", series.name);
+    }
+  }
+
+  const LinePlot& plot_;
+  Frame frame_;
+  PlotAxis x_;
+  PlotAxis y_;
+  std::string svg_;
+};
+
+}  // namespace
+
+std::string svg_from_plot(const LinePlot& plot) { return SvgPlot(plot).draw(); }
+
+}  // namespace raywalk
