@@ -1,0 +1,89 @@
+// The capture grid: stations on lines, lines that bound square or rectangular cells.
+//
+// A line runs along x or along z within a tolerance; it is fitted to its stations, so it may be
+// slightly oblique and need not lie exactly where it was planned. A cell is closed by four lines.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+// Which plan axis a line follows.
+enum class LineAxis { kX, kZ };
+
+// One captured position on a line.
+struct Station {
+  std::string file;                     // as named in the frame list
+  Eigen::Vector3d position_m{0, 0, 0};  // world frame; need not lie exactly on the fitted line
+  double along_m = 0.0;                 // position along the fitted line, from Line::origin
+};
+
+// One straight run of the slider. `direction` is a unit vector in the plan with a positive
+// component along `axis`; a point on the line is origin + along_m * direction.
+struct Line {
+  std::string id;  // "x0", "x1", ... ordered by z; "z0", "z1", ... ordered by x
+  LineAxis axis = LineAxis::kX;
+  PlanPoint origin;  // world position of along_m = 0
+  PlanPoint direction{1.0, 0.0};
+  double height_m = 0.0;          // mean y of the stations
+  std::vector<Station> stations;  // at least two, along_m strictly increasing
+
+  double first_m() const { return stations.front().along_m; }
+  double last_m() const { return stations.back().along_m; }
+};
+
+// The sides of a cell, in the order the rest of the program indexes them.
+enum class Side : int { kFront = 0, kRight = 1, kBack = 2, kLeft = 3 };
+
+// A rectangle of the plan whose four sides are captured. Bounds are world metres; `line[side]`
+// indexes Grid::lines.
+struct Cell {
+  double x_min_m = 0.0, x_max_m = 0.0, z_min_m = 0.0, z_max_m = 0.0;
+  std::array<int, 4> line{-1, -1, -1, -1};
+};
+
+struct Grid {
+  std::vector<Line> lines;
+  std::vector<Cell> cells;  // empty where no four lines close one
+};
+
+// A station before it has been assigned to a line.
+struct StationPose {
+  std::string file;
+  Eigen::Vector3d position_m{0, 0, 0};
+  std::string where;  // where the pose was read, for errors ("poses.csv:12"); may be empty
+};
+
+struct GridTolerance {
+  // How far a station may lie from its line, in metres; none: a tenth of the median spacing between
+  // nearest stations, but at least 1e-9 of the grid's extent.
+  std::optional<double> off_line_m;
+};
+
+// Where a point projects onto a line: along_m of the foot of its perpendicular.
+double along_line(const Line& line, PlanPoint point);
+
+// Where two lines of different axes intersect, each taken as infinitely long.
+PlanPoint crossing_of(const Line& a, const Line& b);
+
+// Median distance between neighbouring stations of a line.
+double median_spacing_m(const Line& line);
+
+// Groups stations into lines along x and z, fits each line, and finds the cells. A station at a
+// crossing may appear once per line it belongs to only if it was captured once per line; stations
+// are never shared. Throws Error when a station belongs to no line, two stations of a line
+// coincide, a line has one station, or a coordinate is not finite.
+Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
+
+// Index of the cell that holds the viewpoint, borders included (the first in Grid::cells where
+// several do); none if no cell holds it.
+std::optional<int> find_cell(const Grid& grid, PlanPoint viewpoint);
+
+}  // namespace raywalk

@@ -1,0 +1,56 @@
+// The distance maps of one line, mapped from `distances/<id>.h5`.
+//
+// Datasets: `station` int32 [maps] (station index of each map, increasing), `distance_m` float32
+// [maps][theta][phi] (metres along the ray to the first surface; +inf where there is none, as in
+// open sky), `confidence` uint8 [maps][theta][phi] (0 = unknown, 255 = certain). Both are stored
+// contiguously and laid out as the rays are; width and height may be smaller than the panorama's.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "core/room/mapped_dataset.h"
+
+namespace raywalk {
+
+// The root attribute `format` of distances/<id>.h5.
+inline constexpr const char* kDistanceVolumeFormat = "raywalk-distances";
+
+class DistanceVolume {
+ public:
+  DistanceVolume() = default;  // no maps
+
+  // Maps the file read-only. Throws Error naming the file when it is missing, not HDF5, cut short,
+  // of a newer format version, misshapen, or names a station the line does not have.
+  static DistanceVolume open(const std::filesystem::path& file, int stations_of_line);
+
+  int maps() const { return static_cast<int>(stations_.size()); }
+  // Station index of each map, increasing.
+  std::span<const int> stations() const { return stations_; }
+  PanoramaSize size() const { return size_; }
+  // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
+  std::span<const float> distance_column(int map, int theta) const {
+    return {static_cast<const float*>(distance_.data()) + offset(map, theta), rows()};
+  }
+  std::span<const std::uint8_t> confidence_column(int map, int theta) const {
+    return {static_cast<const std::uint8_t*>(confidence_.data()) + offset(map, theta), rows()};
+  }
+
+ private:
+  size_t rows() const { return static_cast<size_t>(size_.height); }
+  size_t offset(int map, int theta) const {
+    return (static_cast<size_t>(map) * static_cast<size_t>(size_.width) +
+            static_cast<size_t>(theta)) *
+           rows();
+  }
+
+  std::vector<int> stations_;
+  PanoramaSize size_;
+  MappedDataset distance_;
+  MappedDataset confidence_;
+};
+
+}  // namespace raywalk

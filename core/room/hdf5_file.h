@@ -1,0 +1,99 @@
+// The part of HDF5 that room volumes use, with handles that close themselves and failures that
+// throw Error naming the file and HDF5's reason. The HDF5 library is not thread-safe as packaged:
+// callers make one call at a time.
+#pragma once
+
+#include <hdf5.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace raywalk {
+
+// The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads, and the one it
+// writes; every file carries it as the root attribute `format_version`.
+inline constexpr int kVolumeFormatVersion = 1;
+
+// An HDF5 identifier, closed by the function that belongs to its kind.
+class Hdf5Handle {
+ public:
+  using Closer = herr_t (*)(hid_t);
+  Hdf5Handle() = default;
+  Hdf5Handle(hid_t id, Closer closer) : id_(id), closer_(closer) {}
+  Hdf5Handle(Hdf5Handle&& other) noexcept;
+  Hdf5Handle& operator=(Hdf5Handle&& other) noexcept;
+  Hdf5Handle(const Hdf5Handle&) = delete;
+  Hdf5Handle& operator=(const Hdf5Handle&) = delete;
+  ~Hdf5Handle();
+
+  hid_t get() const { return id_; }
+  // Closes now; false if that failed, as it does when buffered data cannot be written.
+  bool close();
+  // Forgets the identifier without closing it.
+  void abandon() { id_ = H5I_INVALID_HID; }
+
+ private:
+  hid_t id_ = H5I_INVALID_HID;
+  Closer closer_ = nullptr;
+};
+
+// An open HDF5 file.
+class Hdf5File {
+ public:
+  // Throw Error naming the file. `create` replaces a file that exists.
+  static Hdf5File open(const std::filesystem::path& file);
+  static Hdf5File create(const std::filesystem::path& file);
+
+  const std::filesystem::path& path() const { return path_; }
+  hid_t id() const { return file_.get(); }
+
+  // Throws Error unless the root attribute `format` is `format` and its version can be read.
+  void require_format(const std::string& format) const;
+
+  Hdf5Handle open_dataset(const std::string& name) const;
+  std::vector<std::size_t> shape_of(const std::string& name) const;
+  // Whole small datasets. The element count is limited to 16 million.
+  std::vector<std::int32_t> read_int32(const std::string& name) const;
+  std::vector<double> read_float64(const std::string& name) const;
+  // A dataset of strings of one fixed length.
+  std::vector<std::string> read_strings(const std::string& name) const;
+
+  // `where` is a group or dataset path, "/" for the file itself.
+  void write_attribute(const std::string& where, const std::string& name, const std::string& text);
+  void write_attribute(const std::string& where, const std::string& name, int value);
+  void write_int32(const std::string& name, std::span<const std::int32_t> values);
+  void write_float64(const std::string& name, std::span<const double> values,
+                     std::span<const std::size_t> shape);
+  // All of one length.
+  void write_strings(const std::string& name, std::span<const std::string> values);
+  // Makes a dataset stored contiguously, its space reserved and not filled.
+  Hdf5Handle create_contiguous(const std::string& name, hid_t type,
+                               std::span<const std::size_t> shape);
+  // Writes the values of one index of the first dimension; `bytes` is in the memory type `type`.
+  void write_slab(const Hdf5Handle& dataset, std::size_t index, hid_t type,
+                  std::span<const std::size_t> shape, const void* values);
+
+  // Closes the file; throws Error if buffered data cannot be written (disk full).
+  void close();
+
+  // Throws Error: "<file>: <what>: <HDF5's innermost reason>".
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  // The same after a failed write. HDF5 1.10 crashes when it closes a file whose buffers it cannot
+  // write (disk full), at the latest when the process exits; so the file stays open for the short
+  // rest.
+  [[noreturn]] void fail_to_write(const std::string& what);
+  Hdf5Handle checked(hid_t id, Hdf5Handle::Closer closer, const std::string& what) const;
+  std::size_t element_count(const std::string& name, hid_t dataset) const;
+  void write_small(const std::string& name, hid_t type, std::span<const std::size_t> shape,
+                   const void* values);
+
+  std::filesystem::path path_;
+  Hdf5Handle file_;
+};
+
+}  // namespace raywalk

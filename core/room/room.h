@@ -1,0 +1,65 @@
+// A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, distance maps in
+// `distances/<id>.h5`. This is the reading side, used by every later stage; raywalk-build-lf
+// writes.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/grid.h"
+#include "core/room/distance_volume.h"
+#include "core/room/line_volume.h"
+
+namespace raywalk {
+
+// The newest manifest this program reads and the one it writes.
+inline constexpr int kRoomFormatVersion = 1;
+
+// What manifest.json says.
+struct RoomManifest {
+  PanoramaSize panorama;  // of every captured frame
+  Grid grid;
+  // Of each line's rays: SHA-256 over the text of its stations' checksums (dataset `sha256` of
+  // lines/<id>.h5), so that a volume that belongs to another room is noticed. Empty: not known.
+  std::vector<std::string> rays_sha256;
+};
+
+// Text of manifest.json and back. `source` names the text in errors. Parsing throws Error on a
+// newer format version, a missing or ill-typed key, a value out of range, or a line or cell that
+// contradicts itself.
+std::string manifest_to_json(const RoomManifest& manifest);
+RoomManifest manifest_from_json(const std::string& text, const std::string& source);
+
+// Where the files of a room lie.
+std::filesystem::path manifest_path(const std::filesystem::path& room);
+std::filesystem::path line_volume_path(const std::filesystem::path& room,
+                                       const std::string& line_id);
+std::filesystem::path distance_volume_path(const std::filesystem::path& room,
+                                           const std::string& line_id);
+
+// An opened room: volumes are mapped, nothing is read until it is touched.
+class Room {
+ public:
+  // Opens a complete room. Throws Error when the directory, the manifest or a volume is missing,
+  // truncated or does not match the manifest.
+  static Room open(const std::filesystem::path& directory);
+
+  const std::filesystem::path& directory() const { return directory_; }
+  const RoomManifest& manifest() const { return manifest_; }
+  const Grid& grid() const { return manifest_.grid; }
+  PanoramaSize panorama() const { return manifest_.panorama; }
+  const LineVolume& volume(int line) const { return volumes_[static_cast<size_t>(line)]; }
+  // The distance maps of a line; empty (no maps) where the line has none.
+  const DistanceVolume& distances(int line) const { return distances_[static_cast<size_t>(line)]; }
+  bool has_distances() const;
+
+ private:
+  std::filesystem::path directory_;
+  RoomManifest manifest_;
+  std::vector<LineVolume> volumes_;
+  std::vector<DistanceVolume> distances_;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,254 @@
+#include "core/room/room.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "core/room/hdf5_file.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr int kStations = 3;
+constexpr PanoramaSize kSize{8, 4};
+constexpr std::size_t kColumnBytes = 12;
+
+template <typename Open>
+std::string error_of(const Open& open) {
+  try {
+    open();
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    return error.what();
+  }
+  return "no error";
+}
+
+// rays[i] = i modulo 251, so that every byte tells where it came from.
+std::vector<std::uint8_t> numbered_rays() {
+  std::vector<std::uint8_t> rays(kStations * 8 * kColumnBytes);
+  for (size_t i = 0; i < rays.size(); ++i) rays[i] = static_cast<std::uint8_t>(i % 251);
+  return rays;
+}
+
+void write_line(const fs::path& path, int version = kVolumeFormatVersion,
+                const std::string& format = kLineVolumeFormat) {
+  Hdf5File file = Hdf5File::create(path);
+  file.write_attribute("/", "format", format);
+  file.write_attribute("/", "format_version", version);
+  const std::array<std::size_t, 4> shape{kStations, 8, 4, 3};
+  const std::vector<std::uint8_t> rays = numbered_rays();
+  {
+    const Hdf5Handle dataset = file.create_contiguous("rays", H5T_STD_U8LE, shape);
+    for (size_t i = 0; i < kStations; ++i) {
+      file.write_slab(dataset, i, H5T_NATIVE_UINT8, shape, rays.data() + i * 8 * kColumnBytes);
+    }
+  }
+  file.close();
+}
+
+void write_distances(const fs::path& path, const std::vector<std::int32_t>& stations,
+                     std::array<std::size_t, 3> shape) {
+  Hdf5File file = Hdf5File::create(path);
+  file.write_attribute("/", "format", kDistanceVolumeFormat);
+  file.write_attribute("/", "format_version", kVolumeFormatVersion);
+  file.write_int32("station", stations);
+  std::vector<float> metres(shape[1] * shape[2]);
+  std::iota(metres.begin(), metres.end(), 1.0F);
+  metres[0] = std::numeric_limits<float>::infinity();
+  const std::vector<std::uint8_t> confidence(metres.size(), 200);
+  {
+    const Hdf5Handle distance = file.create_contiguous("distance_m", H5T_IEEE_F32LE, shape);
+    const Hdf5Handle certain = file.create_contiguous("confidence", H5T_STD_U8LE, shape);
+    for (size_t i = 0; i < shape[0]; ++i) {
+      file.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, metres.data());
+      file.write_slab(certain, i, H5T_NATIVE_UINT8, shape, confidence.data());
+    }
+  }
+  file.close();
+}
+
+class VolumeTest : public ::testing::Test {
+ protected:
+  std::string line_error(int stations = kStations, PanoramaSize size = kSize) {
+    return error_of([&] { LineVolume::open(file_, stations, size); });
+  }
+  std::string distance_error(int stations = kStations) {
+    return error_of([&] { DistanceVolume::open(file_, stations); });
+  }
+
+  TestDirectory directory_;
+  fs::path file_ = directory_ / "x0.h5";
+};
+
+TEST_F(VolumeTest, ColumnsAreWhatWasWritten) {
+  write_line(file_);
+  const LineVolume volume = LineVolume::open(file_, kStations, kSize);
+  const std::vector<std::uint8_t> rays = numbered_rays();
+  for (int station = 0; station < kStations; ++station) {
+    for (int theta = 0; theta < kSize.width; ++theta) {
+      const auto begin = rays.begin() + (station * kSize.width + theta) * 12;
+      EXPECT_THAT(volume.column(station, theta),
+                  ::testing::ElementsAreArray(begin, begin + kColumnBytes));
+    }
+  }
+}
+
+TEST_F(VolumeTest, MappingOutlivesAMove) {
+  write_line(file_);
+  LineVolume first = LineVolume::open(file_, kStations, kSize);
+  const LineVolume second = std::move(first);
+  EXPECT_EQ(second.column(0, 0)[5], 5);
+}
+
+TEST_F(VolumeTest, MissingFileIsNamed) {
+  EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("no such file")));
+}
+
+TEST_F(VolumeTest, FileThatIsNotHdf5IsNamed) {
+  write_file_atomically(file_, "not a volume");
+  EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("not an HDF5 file")));
+}
+
+TEST_F(VolumeTest, EveryLengthShorterThanTheFileIsRefused) {
+  write_line(file_);
+  const std::string whole = read_file(file_);
+  const fs::path cut = directory_ / "cut.h5";
+  for (size_t length = 0; length < whole.size(); length += 37) {
+    std::ofstream(cut, std::ios::binary) << whole.substr(0, length);
+    EXPECT_THAT(error_of([&] { LineVolume::open(cut, kStations, kSize); }), HasSubstr("cut.h5"))
+        << length;
+  }
+}
+
+TEST_F(VolumeTest, ShapeMustBeTheManifests) {
+  write_line(file_);
+  EXPECT_THAT(line_error(kStations + 1), HasSubstr("[3, 8, 4, 3], the manifest says [4, 8, 4, 3]"));
+  EXPECT_THAT(line_error(kStations, {16, 8}), HasSubstr("[3, 16, 8, 3]"));
+}
+
+TEST_F(VolumeTest, NewerVersionAndOtherFormatAreRefused) {
+  write_line(file_, kVolumeFormatVersion + 1);
+  EXPECT_THAT(line_error(), HasSubstr("newer"));
+  write_line(file_, 0);
+  EXPECT_THAT(line_error(), HasSubstr("does not exist"));
+  write_line(file_, kVolumeFormatVersion, "something-else");
+  EXPECT_THAT(line_error(), HasSubstr("format is not raywalk-line"));
+}
+
+TEST_F(VolumeTest, OtherElementTypeIsRefused) {
+  Hdf5File file = Hdf5File::create(file_);
+  file.write_int32("rays", std::array{1, 2, 3});
+  file.close();
+  EXPECT_THAT(error_of([&] { MappedDataset::open(file_, "rays", ElementType::kUint8); }),
+              HasSubstr("not of type uint8"));
+  EXPECT_THAT(error_of([&] { MappedDataset::open(file_, "other", ElementType::kUint8); }),
+              HasSubstr("'other'"));
+}
+
+TEST_F(VolumeTest, ChunkedDatasetIsRefused) {
+  {
+    const Hdf5File file = Hdf5File::create(file_);
+    const std::array<hsize_t, 1> dims{100};
+    const Hdf5Handle space(H5Screate_simple(1, dims.data(), nullptr), H5Sclose);
+    const Hdf5Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_chunk(properties.get(), 1, dims.data());
+    const Hdf5Handle dataset(H5Dcreate2(file.id(), "rays", H5T_STD_U8LE, space.get(), H5P_DEFAULT,
+                                        properties.get(), H5P_DEFAULT),
+                             H5Dclose);
+  }
+  EXPECT_THAT(error_of([&] { MappedDataset::open(file_, "rays", ElementType::kUint8); }),
+              HasSubstr("contiguously"));
+}
+
+TEST_F(VolumeTest, DistancesAreWhatWasWritten) {
+  write_distances(file_, {0, 2}, {2, 8, 4});
+  const DistanceVolume volume = DistanceVolume::open(file_, kStations);
+  EXPECT_THAT(volume.stations(), ::testing::ElementsAre(0, 2));
+  EXPECT_EQ(volume.size(), (PanoramaSize{8, 4}));
+  EXPECT_TRUE(std::isinf(volume.distance_column(1, 0)[0]));
+  EXPECT_THAT(volume.distance_column(1, 2), ::testing::ElementsAre(9.0F, 10.0F, 11.0F, 12.0F));
+  EXPECT_EQ(volume.confidence_column(0, 7)[3], 200);
+}
+
+TEST_F(VolumeTest, DistancesThatDoNotFitTheLineAreRefused) {
+  write_distances(file_, {0, 3}, {2, 8, 4});
+  EXPECT_THAT(distance_error(), HasSubstr("station 3 does not exist"));
+  write_distances(file_, {-1, 1}, {2, 8, 4});
+  EXPECT_THAT(distance_error(), HasSubstr("station -1 does not exist"));
+  write_distances(file_, {2, 1}, {2, 8, 4});
+  EXPECT_THAT(distance_error(), HasSubstr("does not increase"));
+  write_distances(file_, {0, 1}, {2, 8, 5});
+  EXPECT_THAT(distance_error(), HasSubstr("twice as many theta as phi"));
+  write_distances(file_, {0}, {2, 8, 4});
+  EXPECT_THAT(distance_error(), HasSubstr("1 maps"));
+}
+
+class RoomTest : public ::testing::Test {
+ protected:
+  // One line of three stations.
+  void SetUp() override {
+    fs::create_directories(room_ / "lines");
+    fs::create_directories(room_ / "distances");
+    std::vector<StationPose> stations;
+    for (int i = 0; i < kStations; ++i) {
+      stations.push_back({std::to_string(i) + ".jpg", {0.1 * i, 0.0, 0.0}, ""});
+    }
+    write_file_atomically(manifest_path(room_),
+                          manifest_to_json({kSize, find_grid(stations, {}), {}}));
+    write_line(line_volume_path(room_, "x0"));
+  }
+  std::string open_error() {
+    return error_of([&] { Room::open(room_); });
+  }
+
+  TestDirectory directory_;
+  fs::path room_ = directory_ / "room.lf";
+};
+
+TEST_F(RoomTest, OpensWithoutDistances) {
+  const Room room = Room::open(room_);
+  EXPECT_EQ(room.volume(0).stations(), kStations);
+  EXPECT_EQ(room.distances(0).maps(), 0);
+  EXPECT_FALSE(room.has_distances());
+}
+
+TEST_F(RoomTest, DistancesWrittenLaterAreFound) {
+  write_distances(distance_volume_path(room_, "x0"), {1}, {1, 4, 2});
+  const Room room = Room::open(room_);
+  EXPECT_TRUE(room.has_distances());
+  EXPECT_EQ(room.distances(0).maps(), 1);
+}
+
+TEST_F(RoomTest, EveryMissingPartIsNamed) {
+  EXPECT_THAT(error_of([&] { Room::open(directory_ / "none"); }), HasSubstr("no such room"));
+  EXPECT_THAT(error_of([&] { Room::open(room_ / "lines"); }), HasSubstr("no manifest.json"));
+  fs::remove(line_volume_path(room_, "x0"));
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("no such file")));
+}
+
+TEST_F(RoomTest, VolumeCutShortIsNamed) {
+  fs::resize_file(line_volume_path(room_, "x0"), fs::file_size(line_volume_path(room_, "x0")) - 1);
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("cut short")));
+}
+
+TEST_F(RoomTest, DamagedDistancesAreNamed) {
+  write_file_atomically(distance_volume_path(room_, "x0"), "damaged");
+  EXPECT_THAT(open_error(), HasSubstr("distances/x0.h5"));
+}
+
+}  // namespace
+}  // namespace raywalk
