@@ -1,0 +1,59 @@
+#include "build_lf/frame_list.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include "core/base/error.h"
+#include "core/files/csv.h"
+
+namespace raywalk {
+namespace {
+
+// Positions beyond this are a wrong unit or a wrong column; manifest.json has the same limit.
+constexpr double kMaxMetres = 1e6;
+
+double metres(const CsvTable& table, std::size_t row, const std::string& column) {
+  const double value = table.number(row, column);
+  if (std::abs(value) > kMaxMetres) {
+    throw Error(fmt::format("{}: {} = {:g} is not a position in metres (at most {:g})",
+                            table.where(row), column, value, kMaxMetres));
+  }
+  return value;
+}
+
+double radians(const CsvTable& table, std::size_t row, const std::string& column) {
+  return table.has_column(column) ? radians_from_degrees(table.number(row, column)) : 0.0;
+}
+
+}  // namespace
+
+std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
+  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll"});
+  if (table.rows() == 0) throw Error(list.string() + ": lists no frames");
+  std::vector<Frame> frames;
+  std::map<std::string, std::string> listed;  // file -> where
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    Frame frame;
+    frame.where = table.where(row);
+    frame.file = table.text(row, "file");
+    if (frame.file.empty()) throw Error(frame.where + ": names no file");
+    frame.path = list.parent_path() / frame.file;
+    frame.position_m = {metres(table, row, "x"), metres(table, row, "y"), metres(table, row, "z")};
+    const Attitude attitude{radians(table, row, "yaw"), radians(table, row, "pitch"),
+                            radians(table, row, "roll")};
+    if (attitude.yaw_rad != 0.0 || attitude.pitch_rad != 0.0 || attitude.roll_rad != 0.0) {
+      frame.attitude = attitude;
+    }
+    const auto [first, is_new] = listed.emplace(frame.file, frame.where);
+    if (!is_new) {
+      throw Error(
+          fmt::format("{}: {} is listed already at {}", frame.where, frame.file, first->second));
+    }
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,27 @@
+// The frame list (poses.csv): which panorama was captured where, and with which attitude.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+struct Frame {
+  std::string file;            // as the list names it, relative to the list
+  std::filesystem::path path;  // where it lies
+  Eigen::Vector3d position_m{0, 0, 0};
+  std::optional<Attitude> attitude;  // none: the panorama is in world axes already
+  std::string where;                 // "poses.csv:12", for errors
+};
+
+// Reads columns file,x,y,z (metres) and, where given, yaw,pitch,roll (degrees; a missing column is
+// 0). Throws Error naming list and line: no frames, a number that is none or out of range, a file
+// listed twice.
+std::vector<Frame> read_frame_list(const std::filesystem::path& list);
+
+}  // namespace raywalk

@@ -1,0 +1,68 @@
+#include "build_lf/frame_list.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class FrameListTest : public ::testing::Test {
+ protected:
+  std::vector<Frame> read(const std::string& text) {
+    write_file_atomically(list_, text);
+    return read_frame_list(list_);
+  }
+  std::string error_of(const std::string& text) {
+    try {
+      read(text);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+
+  TestDirectory directory_;
+  std::filesystem::path list_ = directory_ / "poses.csv";
+};
+
+TEST_F(FrameListTest, FilesAreRelativeToTheList) {
+  const std::vector<Frame> frames = read("file,x,y,z\ncapture/a.jpg,1,2,3\n/abs/b.jpg,4,5,6\n");
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_EQ(frames[0].path, directory_ / "capture/a.jpg");
+  EXPECT_EQ(frames[0].file, "capture/a.jpg");
+  EXPECT_EQ(frames[1].path, "/abs/b.jpg");
+  EXPECT_EQ(frames[0].position_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(frames[0].attitude.has_value());
+}
+
+TEST_F(FrameListTest, AnglesAreDegreesAndMissingOnesZero) {
+  const std::vector<Frame> frames =
+      read("file,x,y,z,yaw,roll\na.jpg,0,0,0,90,-45\nb.jpg,0,0,1,0,0\n");
+  ASSERT_TRUE(frames[0].attitude.has_value());
+  EXPECT_DOUBLE_EQ(frames[0].attitude->yaw_rad, kHalfPi);
+  EXPECT_DOUBLE_EQ(frames[0].attitude->pitch_rad, 0.0);
+  EXPECT_DOUBLE_EQ(frames[0].attitude->roll_rad, -0.25 * kPi);
+  EXPECT_FALSE(frames[1].attitude.has_value());
+}
+
+TEST_F(FrameListTest, BadRowsAreNamedByLine) {
+  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,nan,0,0\n"), HasSubstr("poses.csv:3"));
+  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,2000000\n"), HasSubstr("position in metres"));
+  EXPECT_THAT(error_of("file,x,y,z\n,0,0,0\n"), HasSubstr("names no file"));
+  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,0,0,1\na.jpg,1,0,0\n"),
+              AllOf(HasSubstr("poses.csv:4"), HasSubstr("poses.csv:2"), HasSubstr("a.jpg")));
+}
+
+TEST_F(FrameListTest, EmptyListIsAnError) {
+  EXPECT_THAT(error_of("file,x,y,z\n"), HasSubstr("no frames"));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,116 @@
+#include "build_lf/frame_rotation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+namespace {
+
+constexpr PanoramaSize kSize{256, 128};
+
+Attitude degrees(double yaw, double pitch, double roll) {
+  return {radians_from_degrees(yaw), radians_from_degrees(pitch), radians_from_degrees(roll)};
+}
+
+// A smooth world: each channel waves along one axis of the direction.
+cv::Vec3b world_colour(const Eigen::Vector3d& direction) {
+  const auto channel = [](double along) {
+    return cv::saturate_cast<uchar>(128.0 + 60.0 * along + 40.0 * std::sin(5.0 * along));
+  };
+  return {channel(direction.x()), channel(direction.y()), channel(direction.z())};
+}
+
+// What a camera with the given attitude sees of that world.
+cv::Mat seen_by_camera(const Eigen::Matrix3d& rotation) {
+  cv::Mat image(kSize.height, kSize.width, CV_8UC3);
+  for (int v = 0; v < kSize.height; ++v) {
+    for (int u = 0; u < kSize.width; ++u) {
+      const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
+      const Eigen::Vector3d in_camera = direction_from_angles(angles_from_pixel(pixel, kSize));
+      image.at<cv::Vec3b>(v, u) = world_colour(rotation * in_camera);
+    }
+  }
+  return image;
+}
+
+double largest_difference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_INF);
+}
+
+// Seam and poles included; 3 of 255 is the rounding of source and result and the cubic's residual
+// at the poles, where 128 rows sample the pattern coarsely across the pole.
+TEST(RotatePanorama, ShowsTheWorldWhateverTheAttitude) {
+  const cv::Mat world = seen_by_camera(Eigen::Matrix3d::Identity());
+  for (const Attitude& attitude :
+       {degrees(0, 0, 0), degrees(90, 0, 0), degrees(-37, 0, 0), degrees(0, 30, 0),
+        degrees(0, 90, 0), degrees(0, 0, 25), degrees(0, 0, 180), degrees(120, -50, 77),
+        degrees(1.5, -0.7, 0.4)}) {
+    const Eigen::Matrix3d rotation = world_from_camera(attitude);
+    EXPECT_LE(largest_difference(rotate_panorama(seen_by_camera(rotation), rotation), world), 3.0)
+        << degrees_from_radians(attitude.yaw_rad) << " "
+        << degrees_from_radians(attitude.pitch_rad);
+  }
+}
+
+TEST(RotatePanorama, RotatingThereAndBackGivesTheOriginal) {
+  const cv::Mat original = seen_by_camera(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d rotation = world_from_camera(degrees(40, -25, 160));
+  const cv::Mat there = rotate_panorama(original, rotation);
+  const cv::Mat back = rotate_panorama(there, rotation.transpose());
+  EXPECT_GT(largest_difference(there, original), 50.0);
+  EXPECT_LE(largest_difference(back, original), 4.0);
+}
+
+TEST(RotatePanorama, NoRotationChangesNoPixel) {
+  const cv::Mat original = seen_by_camera(Eigen::Matrix3d::Identity());
+  EXPECT_EQ(largest_difference(rotate_panorama(original, Eigen::Matrix3d::Identity()), original),
+            0.0);
+}
+
+// A positive yaw turns the camera's centre towards +x, so what it saw in its centre lies at theta =
+// yaw in the world: a quarter of the width to the right.
+TEST(RotatePanorama, YawMovesTheCameraCentreToTheRight) {
+  cv::Mat image(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0));
+  image.at<cv::Vec3b>(kSize.height / 2, kSize.width / 2) = {255, 255, 255};
+  const cv::Mat rotated = rotate_panorama(image, world_from_camera(degrees(90, 0, 0)));
+  EXPECT_EQ(rotated.at<cv::Vec3b>(kSize.height / 2, kSize.width * 3 / 4)[0], 255);
+}
+
+// A positive pitch raises the centre: it moves up the picture.
+TEST(RotatePanorama, PitchMovesTheCameraCentreUp) {
+  cv::Mat image(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0));
+  const int u = kSize.width / 2, v = kSize.height / 2;
+  for (int du : {-1, 0}) {
+    for (int dv : {-1, 0}) image.at<cv::Vec3b>(v + dv, u + du) = {255, 255, 255};
+  }
+  const cv::Mat rotated = rotate_panorama(image, world_from_camera(degrees(0, 45, 0)));
+  EXPECT_GT(rotated.at<cv::Vec3b>(kSize.height / 4, u)[0], 200);
+  EXPECT_EQ(rotated.at<cv::Vec3b>(kSize.height * 3 / 4, u)[0], 0);
+}
+
+TEST(RotateDistanceMap, KeepsValuesAndMovesThem) {
+  cv::Mat map(kSize.height, kSize.width, CV_16UC1);
+  for (int v = 0; v < map.rows; ++v) {
+    for (int u = 0; u < map.cols; ++u) map.at<ushort>(v, u) = u < map.cols / 2 ? 1000 : 60000;
+  }
+  const cv::Mat rotated = rotate_distance_map(map, world_from_camera(degrees(90, 0, 0)));
+  for (int v = 0; v < map.rows; ++v) {
+    for (int u = 0; u < map.cols; ++u) {
+      EXPECT_EQ(rotated.at<ushort>(v, u), map.at<ushort>(v, (u + map.cols * 3 / 4) % map.cols));
+    }
+  }
+  const cv::Mat oblique = rotate_distance_map(map, world_from_camera(degrees(10, 70, -30)));
+  for (int v = 0; v < map.rows; ++v) {
+    for (int u = 0; u < map.cols; ++u) {
+      const int value = oblique.at<ushort>(v, u);
+      EXPECT_TRUE(value == 1000 || value == 60000) << value;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

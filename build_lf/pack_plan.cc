@@ -1,0 +1,190 @@
+#include "build_lf/pack_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <map>
+#include <span>
+#include <system_error>
+
+#include "build_lf/frame_list.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/image_header.h"
+#include "core/files/sha256.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Signature and header chunk, with room to spare.
+constexpr std::size_t kPngHeaderBytes = 64;
+
+// Bytes of one distance and its confidence.
+constexpr std::uint64_t kBytesPerDistance = sizeof(float) + 1;
+
+// The size all panoramas have, read from their headers.
+PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
+  PanoramaSize common;
+  for (const Frame& frame : frames) {
+    throw_if_interrupted();
+    std::error_code error;
+    if (!fs::exists(frame.path, error)) {
+      throw Error(fmt::format("{}: {}: no such file", frame.where, frame.path.string()));
+    }
+    const PanoramaSize size = panorama_size_of(frame.path);
+    if (common == PanoramaSize{}) common = size;
+    if (size == common) continue;
+    throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all frames must have one size",
+                            frame.path.string(), size.width, size.height,
+                            frames.front().path.string(), common.width, common.height));
+  }
+  return common;
+}
+
+// Size of a distance map from its header, without decoding it. A PNG's header is its first chunk.
+PanoramaSize distance_map_size_of(const fs::path& file) {
+  std::array<char, kPngHeaderBytes> start{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), start.size());
+  const std::span read(start.data(), static_cast<std::size_t>(stream.gcount()));
+  const std::optional<ImageHeader> header = parse_image_header(std::as_bytes(read), file.string());
+  if (!header || header->format != ImageFormat::kPng || header->bits_per_channel != 16 ||
+      !header->is_grey) {
+    throw Error(file.string() +
+                ": not a distance map, a 16-bit grey PNG in millimetres along the ray");
+  }
+  if (header->width != 2 * header->height) {
+    throw Error(fmt::format("{}: {} x {} is not 2:1, as distance maps must be", file.string(),
+                            header->width, header->height));
+  }
+  return {static_cast<int>(header->width), static_cast<int>(header->height)};
+}
+
+// The map of each frame that has one; frames and maps share their stem.
+std::map<std::string, fs::path> find_distance_maps(const std::vector<Frame>& frames,
+                                                   const fs::path& directory) {
+  std::error_code error;
+  if (!fs::is_directory(directory, error)) {
+    throw Error(directory.string() + ": no such directory of distance maps");
+  }
+  std::map<std::string, fs::path> maps;           // frame -> map
+  std::map<std::string, std::string> stem_owner;  // stem -> frame
+  for (const Frame& frame : frames) {
+    const std::string stem = frame.path.stem().string();
+    const fs::path map = directory / (stem + ".png");
+    if (!fs::exists(map, error)) continue;
+    const auto [owner, is_new] = stem_owner.emplace(stem, frame.file);
+    if (!is_new) {
+      throw Error(fmt::format("{} could belong to {} or to {}; give the frames different names",
+                              map.string(), owner->second, frame.file));
+    }
+    maps[frame.file] = map;
+  }
+  if (maps.empty()) {
+    throw Error(fmt::format("{}: no map there is named as a frame; for {} it would be {}.png",
+                            directory.string(), frames.front().file,
+                            frames.front().path.stem().string()));
+  }
+  return maps;
+}
+
+PanoramaSize common_map_size(const std::map<std::string, fs::path>& maps, PanoramaSize panorama) {
+  PanoramaSize common;
+  const fs::path& first = maps.begin()->second;
+  for (const auto& [frame, map] : maps) {
+    throw_if_interrupted();
+    const PanoramaSize size = distance_map_size_of(map);
+    if (common == PanoramaSize{}) common = size;
+    if (size != common) {
+      throw Error(fmt::format(
+          "{} is {} x {} but {} is {} x {}; all distance maps must have one size", map.string(),
+          size.width, size.height, first.string(), common.width, common.height));
+    }
+  }
+  if (common.width > panorama.width) {
+    throw Error(fmt::format("{} is {} x {}, larger than the frames' {} x {}", first.string(),
+                            common.width, common.height, panorama.width, panorama.height));
+  }
+  return common;
+}
+
+std::string stamp_of(const fs::path& file) {
+  return fmt::format("{}\n{} {}\n", file.string(), fs::file_size(file),
+                     fs::last_write_time(file).time_since_epoch().count());
+}
+
+std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
+  std::string text = fmt::format("room format {}\n", kRoomFormatVersion);
+  text += options.off_line_m ? fmt::format("tolerance {}\n", *options.off_line_m) : "";
+  text += read_file(options.frames);
+  for (const std::vector<StationSource>& line : plan.sources) {
+    for (const StationSource& source : line) {
+      text += stamp_of(source.panorama);
+      if (source.distance_map) text += stamp_of(*source.distance_map);
+    }
+  }
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
+  std::vector<StationPose> poses;
+  poses.reserve(frames.size());
+  for (const Frame& frame : frames) poses.push_back({frame.file, frame.position_m, frame.where});
+  return find_grid(poses, {options.off_line_m});
+}
+
+}  // namespace
+
+bool PackPlan::has_maps(std::size_t line) const {
+  return std::any_of(sources[line].begin(), sources[line].end(),
+                     [](const StationSource& source) { return source.distance_map.has_value(); });
+}
+
+std::uint64_t PackPlan::bytes() const {
+  const auto pixels = [](PanoramaSize size) {
+    return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
+  };
+  std::uint64_t sum = 0;
+  for (const std::vector<StationSource>& line : sources) {
+    for (const StationSource& source : line) {
+      sum += 3 * pixels(panorama);
+      if (source.distance_map) sum += kBytesPerDistance * pixels(distance_map);
+    }
+  }
+  return sum;
+}
+
+PackPlan plan_pack(const PackOptions& options) {
+  const std::vector<Frame> frames = read_frame_list(options.frames);
+  PackPlan plan;
+  plan.grid = grid_of(frames, options);
+  plan.panorama = common_panorama_size(frames);
+  std::map<std::string, fs::path> maps;
+  if (options.distances) {
+    maps = find_distance_maps(frames, *options.distances);
+    plan.distance_map = common_map_size(maps, plan.panorama);
+  }
+  std::map<std::string, const Frame*> frame_of;
+  for (const Frame& frame : frames) frame_of[frame.file] = &frame;
+  for (const Line& line : plan.grid.lines) {
+    std::vector<StationSource>& sources = plan.sources.emplace_back();
+    for (const Station& station : line.stations) {
+      const Frame& frame = *frame_of.at(station.file);
+      StationSource source{frame.path, frame.attitude, std::nullopt};
+      if (const auto map = maps.find(frame.file); map != maps.end())
+        source.distance_map = map->second;
+      sources.push_back(std::move(source));
+    }
+  }
+  plan.fingerprint = fingerprint_of(options, plan);
+  return plan;
+}
+
+}  // namespace raywalk

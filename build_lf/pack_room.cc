@@ -1,0 +1,106 @@
+#include "build_lf/pack_room.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <system_error>
+
+#include "build_lf/partial_room.h"
+#include "build_lf/station_data.h"
+#include "build_lf/volume_writer.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+#include "core/room/hdf5_file.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// One volume still to be written.
+struct Job {
+  std::size_t line;
+  bool distances;
+  std::int64_t stations;
+};
+
+// The volumes that an earlier run has not finished.
+std::vector<Job> open_jobs(const PackPlan& plan, const fs::path& room) {
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
+    const std::string& id = plan.grid.lines[i].id;
+    if (!fs::exists(line_volume_path(room, id))) {
+      jobs.push_back({i, false, static_cast<std::int64_t>(plan.sources[i].size())});
+    }
+    if (plan.has_maps(i) && !fs::exists(distance_volume_path(room, id))) {
+      const auto maps =
+          std::count_if(plan.sources[i].begin(), plan.sources[i].end(),
+                        [](const StationSource& s) { return s.distance_map.has_value(); });
+      jobs.push_back({i, true, maps});
+    }
+  }
+  return jobs;
+}
+
+// Finding out now is kinder than after an hour. What an earlier run left is not subtracted, as file
+// systems differ in what they count.
+void check_free_space(const PackPlan& plan, const fs::path& room, bool fresh) {
+  std::error_code error;
+  const fs::space_info space = fs::space(room, error);
+  if (error || !fresh || space.available >= plan.bytes()) return;
+  throw Error(fmt::format("{}: the room needs {:.1f} GB, {:.1f} GB are free", room.string(),
+                          static_cast<double>(plan.bytes()) * 1e-9,
+                          static_cast<double>(space.available) * 1e-9));
+}
+
+void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progress* progress) {
+  const Line& line = plan.grid.lines[job.line];
+  const std::vector<StationSource>& sources = plan.sources[job.line];
+  if (job.distances) {
+    write_distance_volume(distance_volume_path(room, line.id), line, sources, plan.distance_map,
+                          progress);
+  } else {
+    write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, progress);
+  }
+}
+
+std::string manifest_of(const PackPlan& plan, const fs::path& room) {
+  RoomManifest manifest{plan.panorama, plan.grid, {}};
+  for (const Line& line : plan.grid.lines) {
+    manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(room, line.id)));
+  }
+  return manifest_to_json(manifest);
+}
+
+}  // namespace
+
+std::string checksum_of_line(const fs::path& volume) {
+  std::string all;
+  for (const std::string& sha256 : Hdf5File::open(volume).read_strings("sha256")) all += sha256;
+  return sha256_hex(std::as_bytes(std::span(all)));
+}
+
+void pack_room(const PackOptions& options) {
+  const PackPlan plan = plan_pack(options);
+  PartialRoom partial(options.out, plan.fingerprint);
+  const fs::path& room = partial.directory();
+  const std::vector<Job> jobs = open_jobs(plan, room);
+  check_free_space(plan, room, jobs.size() >= plan.grid.lines.size());
+  std::int64_t stations = 0;
+  for (const Job& job : jobs) stations += job.stations;
+  try {
+    Progress progress("packing", stations, "images");
+    for (const Job& job : jobs) run_job(job, plan, room, &progress);
+  } catch (const InputError&) {
+    partial.discard();
+    throw;
+  }
+  write_file_atomically(manifest_path(room), manifest_of(plan, room));
+  Room::open(room);  // what was written can be read
+  partial.complete();
+}
+
+}  // namespace raywalk

@@ -1,0 +1,17 @@
+// Packs a captured grid into a room: `raywalk-build-lf pack`.
+#pragma once
+
+#include "build_lf/pack_plan.h"
+
+namespace raywalk {
+
+// Makes the room `options.out`, which appears only when complete. A run that was stopped
+// (Interrupted, disk full) keeps its finished volumes in `<out>.partial`; the same command resumes
+// there. Throws Error: what plan_pack and PartialRoom refuse, too little disk space, an image that
+// cannot be decoded (nothing is kept then), output that cannot be written.
+void pack_room(const PackOptions& options);
+
+// RoomManifest::rays_sha256 of a line, from the checksums stored in its volume.
+std::string checksum_of_line(const std::filesystem::path& volume);
+
+}  // namespace raywalk

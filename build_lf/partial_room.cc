@@ -1,0 +1,134 @@
+#include "build_lf/partial_room.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLockFile = "lock";
+constexpr const char* kFingerprintFile = "inputs.sha256";
+constexpr std::array kVolumeDirectories = {"lines", "distances"};
+
+std::string reason(int error_number) { return std::generic_category().message(error_number); }
+
+// "room.lf/" and "room.lf" are the same directory, but only the latter has a name to extend.
+fs::path without_trailing_slash(const fs::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
+void require_absent(const fs::path& out) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(out, error))) {
+    throw Error(out.string() + ": exists already; remove it or choose another --out");
+  }
+}
+
+fs::path made_directory(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directory(directory, error);
+  if (error) throw Error(fmt::format("cannot make {}: {}", directory.string(), error.message()));
+  return directory;
+}
+
+fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
+
+// Temporary files of a run that was killed start with a dot.
+bool is_finished_volume(const fs::path& file) {
+  return file.extension() == ".h5" && file.filename().string().front() != '.';
+}
+
+}  // namespace
+
+PartialRoom::Lock::Lock(const fs::path& file)
+    : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  const std::string directory = file.parent_path().string();
+  if (fd_ < 0) throw Error(fmt::format("cannot write {}: {}", directory, reason(errno)));
+  const bool locked = ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
+  struct stat held {
+  }, named{};
+  // A run that just completed has renamed or removed the directory: the lock is then of a file that
+  // is no longer there under this name.
+  const bool current = locked && ::fstat(fd_, &held) == 0 && ::stat(file.c_str(), &named) == 0 &&
+                       held.st_ino == named.st_ino;
+  if (!current) {
+    ::close(fd_);
+    throw Error(directory +
+                ": another raywalk-build-lf is packing this room; wait for it to finish");
+  }
+}
+
+PartialRoom::Lock::~Lock() { ::close(fd_); }
+
+PartialRoom::PartialRoom(const fs::path& out)
+    : out_(without_trailing_slash(out)),
+      directory_((require_absent(out_), made_directory(partial_path(out_)))),
+      lock_(directory_ / kLockFile) {}
+
+PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint) : PartialRoom(out) {
+  std::error_code error;
+  const fs::path inputs = directory_ / kFingerprintFile;
+  for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
+  if (!has_finished_volume()) {
+    write_file_atomically(inputs, fingerprint);
+    return;
+  }
+  if (!fs::exists(inputs, error) || read_file(inputs) != fingerprint) {
+    throw Error(
+        fmt::format("{}: holds an unfinished room of other frames, distances or options; "
+                    "remove it to start afresh",
+                    directory_.string()));
+  }
+}
+
+PartialRoom::~PartialRoom() {
+  if (!completed_ && !has_finished_volume()) discard();
+}
+
+void PartialRoom::discard() {
+  std::error_code ignored;
+  fs::remove_all(directory_, ignored);
+}
+
+void PartialRoom::complete() {
+  require_absent(out_);
+  for (const char* file : {kLockFile, kFingerprintFile}) fs::remove(directory_ / file);
+  for (const char* name : kVolumeDirectories) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name)) {
+      if (!is_finished_volume(entry.path())) fs::remove(entry.path());
+    }
+  }
+  if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
+  std::error_code error;
+  fs::rename(directory_, out_, error);
+  if (error) {
+    throw Error(fmt::format("cannot rename {} to {}: {}", directory_.string(), out_.string(),
+                            error.message()));
+  }
+  completed_ = true;
+}
+
+bool PartialRoom::has_finished_volume() const {
+  std::error_code error;
+  for (const char* name : kVolumeDirectories) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name, error)) {
+      if (is_finished_volume(entry.path())) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,79 @@
+#include "build_lf/partial_room.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class PartialRoomTest : public ::testing::Test {
+ protected:
+  std::string error_of(const std::string& fingerprint) {
+    try {
+      PartialRoom room(out_, fingerprint);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+  void finish_volume() { write_file_atomically(partial_ / "lines" / "x0.h5", "volume"); }
+
+  TestDirectory directory_;
+  fs::path out_ = directory_ / "room.lf";
+  fs::path partial_ = directory_ / "room.lf.partial";
+};
+
+TEST_F(PartialRoomTest, NothingIsLeftWithoutAFinishedVolume) {
+  { const PartialRoom room(out_, "a"); }
+  EXPECT_EQ(directory_.entries(), 0U);
+}
+
+TEST_F(PartialRoomTest, FinishedVolumesAreKeptForTheSameInputsOnly) {
+  {
+    const PartialRoom room(out_, "a");
+    finish_volume();
+  }
+  EXPECT_THAT(error_of("b"), HasSubstr(partial_.string()));
+  EXPECT_TRUE(fs::exists(partial_ / "lines" / "x0.h5"));
+  EXPECT_EQ(error_of("a"), "no error");
+}
+
+TEST_F(PartialRoomTest, OtherInputsStartAfreshWhereNothingIsFinished) {
+  fs::create_directories(partial_ / "lines");
+  write_file_atomically(partial_ / "inputs.sha256", "a");
+  EXPECT_EQ(error_of("b"), "no error");
+}
+
+TEST_F(PartialRoomTest, TwoAtOnceAreRefused) {
+  PartialRoom room(out_, "a");
+  EXPECT_THAT(error_of("a"), HasSubstr("another raywalk-build-lf"));
+  EXPECT_TRUE(fs::exists(partial_));
+}
+
+TEST_F(PartialRoomTest, CompletingGivesTheNameAndTakesTheTracesAway) {
+  {
+    PartialRoom room(out_, "a");
+    finish_volume();
+    room.complete();
+  }
+  EXPECT_TRUE(fs::exists(out_ / "lines" / "x0.h5"));
+  EXPECT_FALSE(fs::exists(partial_));
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_), {}), 1);
+  EXPECT_THAT(error_of("a"), HasSubstr("exists already"));
+}
+
+TEST_F(PartialRoomTest, RoomThatAppearedMeanwhileIsNotReplaced) {
+  PartialRoom room(out_, "a");
+  fs::create_directory(out_);
+  EXPECT_THROW(room.complete(), Error);
+}
+
+}  // namespace
+}  // namespace raywalk

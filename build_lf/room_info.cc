@@ -1,0 +1,196 @@
+#include "build_lf/room_info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::uintmax_t bytes_of(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  return error ? 0 : bytes;
+}
+
+// The corners of all cells on a line, as along_m; the outermost two count.
+void set_overhang(const Grid& grid, int index, LineInfo* info) {
+  const Line& line = grid.lines[static_cast<size_t>(index)];
+  std::optional<double> first, last;
+  for (const Cell& cell : grid.cells) {
+    if (std::find(cell.line.begin(), cell.line.end(), index) == cell.line.end()) continue;
+    for (int other : cell.line) {
+      const Line& across = grid.lines[static_cast<size_t>(other)];
+      if (across.axis == line.axis) continue;
+      const double corner = along_line(line, crossing_of(line, across));
+      first = std::min(first.value_or(corner), corner);
+      last = std::max(last.value_or(corner), corner);
+    }
+  }
+  if (!first) return;
+  info->overhang_first_m = *first - line.first_m();
+  info->overhang_last_m = line.last_m() - *last;
+}
+
+void set_extent(const Line& line, LineInfo* info) {
+  const bool along_x = line.axis == LineAxis::kX;
+  const auto axis_at = [&](double along) {
+    return along_x ? line.origin.x_m + along * line.direction.x_m
+                   : line.origin.z_m + along * line.direction.z_m;
+  };
+  const double middle = 0.5 * (line.first_m() + line.last_m());
+  info->from_m = axis_at(line.first_m());
+  info->to_m = axis_at(line.last_m());
+  info->place_m = along_x ? line.origin.z_m + middle * line.direction.z_m
+                          : line.origin.x_m + middle * line.direction.x_m;
+  info->oblique_deg =
+      degrees_from_radians(along_x ? std::atan2(line.direction.z_m, line.direction.x_m)
+                                   : std::atan2(line.direction.x_m, line.direction.z_m));
+}
+
+void set_spacing(const Line& line, LineInfo* info) {
+  info->spacing_median_m = median_spacing_m(line);
+  info->spacing_min_m = info->spacing_max_m = info->spacing_median_m;
+  for (size_t i = 1; i < line.stations.size(); ++i) {
+    const double spacing = line.stations[i].along_m - line.stations[i - 1].along_m;
+    info->spacing_min_m = std::min(info->spacing_min_m, spacing);
+    info->spacing_max_m = std::max(info->spacing_max_m, spacing);
+  }
+}
+
+LineInfo line_info(const Room& room, int index) {
+  const Line& line = room.grid().lines[static_cast<size_t>(index)];
+  LineInfo info;
+  info.id = line.id;
+  info.axis = line.axis;
+  info.stations = static_cast<int>(line.stations.size());
+  set_extent(line, &info);
+  set_spacing(line, &info);
+  set_overhang(room.grid(), index, &info);
+  info.distance_maps = room.distances(index).maps();
+  info.distance_size = room.distances(index).size();
+  info.bytes = bytes_of(line_volume_path(room.directory(), line.id)) +
+               bytes_of(distance_volume_path(room.directory(), line.id));
+  return info;
+}
+
+std::string counted(std::size_t count, const char* noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string distances_text(const LineInfo& line) {
+  if (line.distance_maps == 0) return "none";
+  return fmt::format("{} of {}, {} x {}", line.distance_maps, line.stations,
+                     line.distance_size.width, line.distance_size.height);
+}
+
+std::string overhang_text(const LineInfo& line) {
+  if (!line.overhang_first_m) return "-";
+  return fmt::format("{:.3f} / {:.3f}", *line.overhang_first_m, *line.overhang_last_m);
+}
+
+Json json_of_line(const LineInfo& line) {
+  const auto or_null = [](std::optional<double> value) { return value ? Json(*value) : Json(); };
+  return {{"id", line.id},
+          {"axis", line.axis == LineAxis::kX ? "x" : "z"},
+          {"stations", line.stations},
+          {"place_m", line.place_m},
+          {"from_m", line.from_m},
+          {"to_m", line.to_m},
+          {"oblique_deg", line.oblique_deg},
+          {"spacing_min_m", line.spacing_min_m},
+          {"spacing_median_m", line.spacing_median_m},
+          {"spacing_max_m", line.spacing_max_m},
+          {"overhang_first_m", or_null(line.overhang_first_m)},
+          {"overhang_last_m", or_null(line.overhang_last_m)},
+          {"distance_maps", line.distance_maps},
+          {"distance_width", line.distance_size.width},
+          {"distance_height", line.distance_size.height},
+          {"bytes", line.bytes}};
+}
+
+}  // namespace
+
+RoomInfo info_of(const Room& room) {
+  RoomInfo info;
+  info.panorama = room.panorama();
+  info.cells = room.grid().cells;
+  info.bytes = bytes_of(manifest_path(room.directory()));
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    info.lines.push_back(line_info(room, line));
+    info.stations += info.lines.back().stations;
+    info.distance_maps += info.lines.back().distance_maps;
+    info.bytes += info.lines.back().bytes;
+  }
+  return info;
+}
+
+std::string summary_of(const RoomInfo& info, const std::string& name) {
+  return fmt::format("{}: {}, {}, {} of {} x {}, {}, {:.1f} MB", name,
+                     counted(info.lines.size(), "line"), counted(info.cells.size(), "cell"),
+                     counted(static_cast<std::size_t>(info.stations), "panorama"),
+                     info.panorama.width, info.panorama.height,
+                     counted(static_cast<std::size_t>(info.distance_maps), "distance map"),
+                     static_cast<double>(info.bytes) * 1e-6);
+}
+
+std::string text_of(const RoomInfo& info, const std::string& name) {
+  std::string text = summary_of(info, name) + "\n\n";
+  text += fmt::format("{:<5} {:>8} {:>9} {:>19} {:>8}  {:>23}  {:>15}  {:<22} {:>9}\n", "line",
+                      "stations", "at m", "from .. to m", "oblique", "spacing min/med/max m",
+                      "overhang m", "distance maps", "MB");
+  for (const LineInfo& line : info.lines) {
+    text += fmt::format(
+        "{:<5} {:>8} {:>9.3f} {:>19} {:>8}  {:>23}  {:>15}  {:<22} {:>9.1f}\n", line.id,
+        line.stations, line.place_m, fmt::format("{:.3f} .. {:.3f}", line.from_m, line.to_m),
+        fmt::format("{:.2f} deg", line.oblique_deg),
+        fmt::format("{:.4f}/{:.4f}/{:.4f}", line.spacing_min_m, line.spacing_median_m,
+                    line.spacing_max_m),
+        overhang_text(line), distances_text(line), static_cast<double>(line.bytes) * 1e-6);
+  }
+  text += info.cells.empty() ? "\nno cell is closed\n"
+                             : "\ncell   x from .. to m        z from .. to m        "
+                               "front right back  left\n";
+  for (std::size_t i = 0; i < info.cells.size(); ++i) {
+    const Cell& cell = info.cells[i];
+    const auto id = [&](Side side) {
+      return info.lines[static_cast<size_t>(cell.line[static_cast<size_t>(side)])].id;
+    };
+    text += fmt::format("{:<6} {:<21} {:<21} {:<5} {:<5} {:<5} {:<5}\n", i,
+                        fmt::format("{:.3f} .. {:.3f}", cell.x_min_m, cell.x_max_m),
+                        fmt::format("{:.3f} .. {:.3f}", cell.z_min_m, cell.z_max_m),
+                        id(Side::kFront), id(Side::kRight), id(Side::kBack), id(Side::kLeft));
+  }
+  return text;
+}
+
+std::string json_of(const RoomInfo& info) {
+  Json lines = Json::array();
+  for (const LineInfo& line : info.lines) lines.push_back(json_of_line(line));
+  Json cells = Json::array();
+  for (const Cell& cell : info.cells) {
+    Json sides = Json::array();
+    for (int line : cell.line) sides.push_back(info.lines[static_cast<size_t>(line)].id);
+    cells.push_back({{"x_min_m", cell.x_min_m},
+                     {"x_max_m", cell.x_max_m},
+                     {"z_min_m", cell.z_min_m},
+                     {"z_max_m", cell.z_max_m},
+                     {"front_right_back_left", std::move(sides)}});
+  }
+  const Json root = {
+      {"panorama", {{"width", info.panorama.width}, {"height", info.panorama.height}}},
+      {"stations", info.stations},
+      {"distance_maps", info.distance_maps},
+      {"bytes", info.bytes},
+      {"lines", std::move(lines)},
+      {"cells", std::move(cells)}};
+  return root.dump(2) + "\n";
+}
+
+}  // namespace raywalk

@@ -1,0 +1,48 @@
+// What a room holds: `raywalk-build-lf info`.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+
+namespace raywalk {
+
+struct LineInfo {
+  std::string id;
+  LineAxis axis = LineAxis::kX;
+  int stations = 0;
+  double place_m = 0.0;  // z of a line along x, x of a line along z; at its middle
+  double from_m = 0.0;   // first and last station along the axis
+  double to_m = 0.0;
+  double oblique_deg = 0.0;  // angle to the axis
+  double spacing_min_m = 0.0, spacing_median_m = 0.0, spacing_max_m = 0.0;
+  // How far the stations reach beyond the outermost corners of cells, at the first and at the last
+  // end; negative where they stop short. None: no cell uses the line.
+  std::optional<double> overhang_first_m, overhang_last_m;
+  int distance_maps = 0;
+  PanoramaSize distance_size;  // 0 x 0 without maps
+  std::uintmax_t bytes = 0;    // of the volume and the distances
+};
+
+struct RoomInfo {
+  PanoramaSize panorama;
+  std::vector<LineInfo> lines;
+  std::vector<Cell> cells;
+  int stations = 0;
+  int distance_maps = 0;
+  std::uintmax_t bytes = 0;  // of the whole room
+};
+
+RoomInfo info_of(const Room& room);
+
+// One line: "room.lf: 4 lines, 1 cell, ...".
+std::string summary_of(const RoomInfo& info, const std::string& name);
+// Tables for a terminal.
+std::string text_of(const RoomInfo& info, const std::string& name);
+// The same facts for programs; keys carry their unit.
+std::string json_of(const RoomInfo& info);
+
+}  // namespace raywalk

@@ -1,0 +1,70 @@
+#include "build_lf/station_data.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <span>
+
+#include "build_lf/frame_rotation.h"
+#include "core/files/image_file.h"
+#include "core/files/sha256.h"
+
+namespace raywalk {
+namespace {
+
+// Reads an image again checked for size: the file may have changed since its header was read.
+template <typename Read>
+cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size, const Read& read) {
+  cv::Mat image;
+  try {
+    image = read(file);
+  } catch (const Error& error) {
+    throw InputError(error.what());
+  }
+  if (image.cols != size.width || image.rows != size.height) {
+    throw InputError(fmt::format("{}: changed its size while it was being packed", file.string()));
+  }
+  return image;
+}
+
+}  // namespace
+
+std::string checksum_of_distances(std::span<const float> distance_m,
+                                  std::span<const std::uint8_t> confidence) {
+  const std::string both =
+      sha256_hex(std::as_bytes(distance_m)) + sha256_hex(std::as_bytes(confidence));
+  return sha256_hex(std::as_bytes(std::span(both)));
+}
+
+StationRays read_station_rays(const StationSource& source, PanoramaSize size) {
+  cv::Mat panorama = read_checked(source.panorama, size, read_panorama);
+  if (source.attitude) panorama = rotate_panorama(panorama, world_from_camera(*source.attitude));
+  StationRays station;
+  station.rays.resize(panorama.total() * panorama.elemSize());
+  // Rows of the transposed image are columns of the panorama: [theta][phi].
+  cv::Mat rays(panorama.cols, panorama.rows, CV_8UC3, station.rays.data());
+  cv::transpose(panorama, rays);
+  cv::cvtColor(rays, rays, cv::COLOR_BGR2RGB);
+  station.sha256 = sha256_hex(std::as_bytes(std::span(station.rays)));
+  return station;
+}
+
+StationDistances read_station_distances(const StationSource& source, PanoramaSize size) {
+  cv::Mat map = read_checked(*source.distance_map, size, read_distance_map);
+  if (source.attitude) map = rotate_distance_map(map, world_from_camera(*source.attitude));
+  cv::Mat columns;
+  cv::transpose(map, columns);
+  StationDistances station;
+  station.confidence.assign(columns.total(), 255);
+  station.distance_m.reserve(columns.total());
+  for (auto mm = columns.begin<ushort>(); mm != columns.end<ushort>(); ++mm) {
+    station.distance_m.push_back(*mm == 0 ? std::numeric_limits<float>::infinity()
+                                          : static_cast<float>(*mm) * 1e-3F);
+  }
+  station.sha256 = checksum_of_distances(station.distance_m, station.confidence);
+  return station;
+}
+
+}  // namespace raywalk
