@@ -1,0 +1,21 @@
+// Any bytes are an image header, too short for one, or an Error of one line.
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+
+#include "core/base/error.h"
+#include "core/files/image_header.h"
+#include "tests/fuzz/expect.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto bytes = std::as_bytes(std::span(data, size));
+  try {
+    const auto header = raywalk::parse_image_header(bytes, "frame.jpg");
+    if (!header) return 0;
+    if (header->width < 1 || header->height < 1) std::abort();
+    raywalk::is_complete_image(bytes, header->format);
+  } catch (const raywalk::Error& e) {
+    raywalk::expect_one_line(e);
+  }
+  return 0;
+}

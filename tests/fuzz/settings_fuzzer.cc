@@ -1,0 +1,34 @@
+// Any text is settings or a UsageError of one line; what was set is within its bounds.
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/files/settings.h"
+#include "tests/fuzz/expect.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  double k_deg = 76.0;
+  int width = 4096;
+  bool two_sided = false;
+  std::string title;
+  std::string connection = "hybrid";
+  double overlap_deg = 5.0;
+  raywalk::SettingsSchema schema;
+  schema.number("k_deg", &k_deg, 45.0, 90.0)
+      .integer("width", &width, 2, 65536)
+      .boolean("two_sided", &two_sided)
+      .text("title", &title)
+      .choice("connection", &connection, {"hybrid", "lfu"})
+      .number("blend.overlap_deg", &overlap_deg, 0.0, 30.0);
+  try {
+    schema.parse(std::string_view(reinterpret_cast<const char*>(data), size), "view.yaml");
+  } catch (const raywalk::UsageError& e) {
+    raywalk::expect_one_line(e);
+  }
+  const bool in_bounds = k_deg >= 45.0 && k_deg <= 90.0 && width >= 2 && width <= 65536 &&
+                         overlap_deg >= 0.0 && overlap_deg <= 30.0;
+  if (!in_bounds) std::abort();
+  return 0;
+}
