@@ -1,0 +1,16 @@
+// Column kernels for any processor.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "render/view/column_kernels.h"
+#include "render/view/column_kernels_table.h"
+#include "render/view/fast_math.h"
+
+#include "render/view/column_kernels_body.inc"
+
+namespace raywalk {
+
+const ColumnKernels kGenericKernels = make_kernels("generic");
+
+}  // namespace raywalk

@@ -1,0 +1,397 @@
+#include "render/view/column_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "render/view/visibility.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kWeightOne = 32767;  // full weight of the kernels' fixed point
+
+std::int16_t fixed_weight(double weight) {
+  return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
+}
+
+// Where the rows of an output column lie in a map's column: row, and fraction of the way to row + 1.
+struct RowMapping {
+  RowMapping(int rows, int map_rows)
+      : upper(static_cast<size_t>(rows)), fraction(static_cast<size_t>(rows)),
+        nearest(static_cast<size_t>(rows)) {
+    for (int row = 0; row < rows; ++row) {
+      const double v = std::clamp((row + 0.5) * map_rows / rows - 0.5, 0.0, map_rows - 1.0);
+      const auto i = static_cast<size_t>(row);
+      upper[i] = std::min(static_cast<int>(v), map_rows - 2);
+      fraction[i] = static_cast<float>(v - upper[i]);
+      nearest[i] = static_cast<int>(std::lround(v));
+    }
+  }
+  std::vector<int> upper;
+  std::vector<float> fraction;
+  std::vector<int> nearest;
+};
+
+// Rows [begin, end) of a column.
+struct RowRun {
+  int begin = 0;
+  int end = 0;
+};
+
+// Storage for SamplePositions.
+struct SampleArrays {
+  explicit SampleArrays(int rows)
+      : offset_left(static_cast<size_t>(rows)), offset_right(offset_left),
+        weight_right(offset_left.size()), weight_lower(weight_right) {}
+  SamplePositions positions() {
+    return {offset_left.data(), offset_right.data(), weight_right.data(), weight_lower.data()};
+  }
+  std::vector<std::int32_t> offset_left, offset_right;
+  std::vector<std::int16_t> weight_right, weight_lower;
+};
+
+}  // namespace
+
+// What is known of one column of the distance view for the sources last used with it.
+struct ColumnRenderer::DepthColumn {
+  struct Visible {
+    int line = -1;
+    bool behind = false;
+    std::vector<std::uint8_t> rows;
+  };
+  int theta = -1;
+  std::vector<Visible> visible;
+  std::vector<int> fill;  // index into fill_maps, kUnknown, or kNone
+};
+
+struct ColumnRenderer::Scratch {
+  static constexpr int kUnknown = -2;
+  static constexpr int kNone = -1;
+
+  Scratch(const ViewInputs& view, int depth_rows)
+      : latitudes(view.output.height, view.output.height),
+        omega(static_cast<size_t>(view.output.height)), exact_omega(omega), zero_omega(omega),
+        samples{SampleArrays(view.output.height), SampleArrays(view.output.height)}, sum(omega.size() * 4), row_weight(omega.size()) {
+    if (depth_rows > 0) {
+      mapping = std::make_unique<RowMapping>(view.output.height, depth_rows);
+      depth_omega.resize(static_cast<size_t>(depth_rows));
+      fraction.resize(omega.size());
+      hidden.resize(static_cast<size_t>(depth_rows));
+      ring = std::make_unique<RingVisibility>(depth_rows);
+      // Where a column has 2, 4 or 8 times the rows of its distances, positions are found at the
+      // distances' rows and interpolated. Explicit layers are exact to the pixel instead.
+      const int ratio = view.output.height / depth_rows;
+      const bool whole = ratio * depth_rows == view.output.height;
+      if (whole && !view.layers && (ratio == 2 || ratio == 4 || ratio == 8)) {
+        rows_per_distance = ratio;
+        depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
+        for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows));
+        for (auto* shift : {&row_shift_u, &row_shift_v}) shift->resize(omega.size());
+      }
+    }
+  }
+  LatitudeTable latitudes;
+  std::vector<float> omega, exact_omega, zero_omega;
+  SampleArrays samples[2];  // of the two stations around A
+  std::vector<std::int16_t> sum, row_weight;
+  std::vector<RowRun> unresolved;  // hidden rows that no station sees
+  std::unique_ptr<RowMapping> mapping;
+  std::vector<float> depth_omega;
+  int rows_per_distance = 1;
+  std::unique_ptr<LatitudeTable> depth_latitudes;
+  std::vector<float> fraction;  // of the way to the next distance row; 0 or 1 across an edge
+  std::vector<float> shift_u, shift_v, row_shift_u, row_shift_v;
+  std::vector<std::vector<std::int16_t>> source_weights;  // [source][depth row]
+  std::vector<std::uint8_t> hidden;                       // [depth row]
+  bool any_hidden = false;
+  std::unique_ptr<RingVisibility> ring;
+  DepthColumn depth;
+};
+
+ColumnRenderer::ColumnRenderer(const ViewInputs& view)
+    : view_(view), kernels_(column_kernels()),
+      scratch_(std::make_unique<Scratch>(
+          view, view.distances != nullptr ? view.distances->size().height : 0)) {}
+
+ColumnRenderer::~ColumnRenderer() = default;
+
+void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
+  counts_.all += view_.output.height;
+  if (sources.empty()) {
+    mark_empty(u, rgb);
+  } else if (view_.distances == nullptr) {
+    render_initial(u, sources, rgb);
+  } else {
+    render_corrected(u, sources, rgb);
+  }
+}
+
+void ColumnRenderer::mark_empty(int u, std::uint8_t* rgb) {
+  counts_.empty += view_.output.height;
+  const int stripe = std::max(1, view_.output.height / 32);
+  for (int row = 0; row < view_.output.height; ++row) {
+    const bool dark = ((u + row) / stripe) % 2 == 0;
+    std::fill_n(rgb + 3 * row, 3, static_cast<std::uint8_t>(dark ? 72 : 88));
+  }
+}
+
+void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
+  const int rows = view_.output.height;
+  if (view_.output == view_.room.panorama()) {
+    // Output columns are captured columns: mix them as they are.
+    const std::uint8_t* columns[4];
+    std::int16_t weights[4];
+    int count = 0;
+    for (const RaySource& source : sources) {
+      const LineVolume& volume = view_.room.volume(source.line);
+      for (int next = 0; next < 2; ++next) {
+        columns[count] = volume.column(source.station + next, u).data();
+        const double share = next == 0 ? 1.0 - source.fraction : source.fraction;
+        weights[count++] = fixed_weight(source.weight * share);
+      }
+    }
+    kernels_.mix_columns(columns, weights, count, 3 * rows, rgb);
+    return;
+  }
+  const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
+  std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
+  std::swap(scratch_->omega, scratch_->zero_omega);
+  for (const RaySource& source : sources) {
+    std::fill(scratch_->row_weight.begin(), scratch_->row_weight.end(), fixed_weight(source.weight));
+    kernels_.accumulate_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
+                             fixed_weight(source.fraction), scratch_->row_weight.data(), rows,
+                             scratch_->sum.data());
+  }
+  std::swap(scratch_->omega, scratch_->zero_omega);
+  kernels_.finish(scratch_->sum.data(), rows, rgb);
+}
+
+void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
+                                      std::uint8_t* rgb) {
+  const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
+  const PanoramaSize depth_size = view_.distances->size();
+  const int depth_theta = split_column(
+      std::round(pixel_from_angles({theta_rad, 0.0}, depth_size).u), depth_size.width).whole;
+  prepare_omega(u);
+  weigh_sources(depth_theta, sources);
+  if (sources.size() == 1) {
+    mix_source(theta_rad, sources[0], rgb);
+  } else {
+    blend_sources(theta_rad, sources, rgb);
+  }
+  if (scratch_->any_hidden) {
+    fill_hidden(theta_rad, depth_theta, rgb);
+    stretch_rest(rgb);
+  }
+}
+
+void ColumnRenderer::mix_source(double theta_rad, const RaySource& source, std::uint8_t* rgb) {
+  if (view_.layers) scratch_->exact_omega = scratch_->omega;
+  snap_to_layers(source);
+  kernels_.mix_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
+                    fixed_weight(source.fraction), view_.output.height, rgb);
+  if (view_.layers) std::swap(scratch_->omega, scratch_->exact_omega);
+}
+
+void ColumnRenderer::blend_sources(double theta_rad, std::span<const RaySource> sources,
+                                   std::uint8_t* rgb) {
+  std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
+  if (view_.layers) scratch_->exact_omega = scratch_->omega;
+  for (size_t i = 0; i < sources.size(); ++i) {
+    snap_to_layers(sources[i]);
+    add_source(theta_rad, sources[i], scratch_->source_weights[i]);
+    if (view_.layers) scratch_->omega = scratch_->exact_omega;
+  }
+  kernels_.finish(scratch_->sum.data(), view_.output.height, rgb);
+}
+
+void ColumnRenderer::prepare_omega(int u) {
+  const DistanceView& distances = *view_.distances;
+  const PanoramaSize size = distances.size();
+  const double map_u = (u + 0.5) * size.width / view_.output.width - 0.5;
+  const ColumnPosition position = split_column(map_u, size.width);
+  kernels_.mix_omega(distances.column(position.whole),
+                     distances.column((position.whole + 1) % size.width), position.part, size.height,
+                     distances.surface_tolerance(), scratch_->depth_omega.data());
+  kernels_.upsample_omega(scratch_->depth_omega.data(), scratch_->mapping->upper.data(),
+                          scratch_->mapping->fraction.data(), view_.output.height,
+                          distances.surface_tolerance(), scratch_->fraction.data(),
+                          scratch_->omega.data());
+}
+
+std::span<const std::uint8_t> ColumnRenderer::visible_rows(int depth_theta,
+                                                           const RaySource& source) {
+  DepthColumn& depth = scratch_->depth;
+  if (depth.theta != depth_theta) {
+    depth.theta = depth_theta;
+    depth.visible.clear();
+    depth.visible.reserve(8);  // four lines, in front and behind: the spans handed out stay valid
+    depth.fill.assign(static_cast<size_t>(view_.distances->size().height), Scratch::kUnknown);
+  }
+  const bool behind = source.d_p_m < 0.0;
+  for (const auto& known : depth.visible) {
+    if (known.line == source.line && known.behind == behind) return known.rows;
+  }
+  auto& visible = depth.visible.emplace_back();
+  visible.line = source.line;
+  visible.behind = behind;
+  scratch_->ring->compute(*view_.distances, depth_theta, source.d_p_m, visible.rows);
+  return visible.rows;
+}
+
+void ColumnRenderer::weigh_sources(int depth_theta, std::span<const RaySource> sources) {
+  const size_t rows = static_cast<size_t>(view_.distances->size().height);
+  scratch_->source_weights.resize(std::max(scratch_->source_weights.size(), sources.size()));
+  double span_m = 0.0;
+  for (const RaySource& source : sources) span_m += std::fabs(source.d_p_m);
+  // A source counts the more the nearer its line is: alone when the viewpoint is on it.
+  float share[4];
+  std::span<const std::uint8_t> visible[4];
+  for (size_t i = 0; i < sources.size(); ++i) {
+    visible[i] = visible_rows(depth_theta, sources[i]);
+    const double nearness =
+        span_m > 0.0 ? 1.0 / (std::fabs(sources[i].d_p_m) / span_m + 1e-4) : 1.0;
+    share[i] = static_cast<float>(sources[i].weight * nearness);
+    scratch_->source_weights[i].resize(rows);
+  }
+  scratch_->any_hidden = false;
+  for (size_t row = 0; row < rows; ++row) {
+    float total = 0.0f;
+    for (size_t i = 0; i < sources.size(); ++i) total += visible[i][row] ? share[i] : 0.0f;
+    scratch_->hidden[row] = total <= 0.0f;
+    scratch_->any_hidden |= total <= 0.0f;
+    const float scale = total > 0.0f ? static_cast<float>(kWeightOne) / total : 0.0f;
+    for (size_t i = 0; i < sources.size(); ++i) {
+      scratch_->source_weights[i][row] =
+          static_cast<std::int16_t>(visible[i][row] ? share[i] * scale : 0.0f);
+    }
+  }
+}
+
+void ColumnRenderer::snap_to_layers(const RaySource& source) {
+  if (!view_.layers) return;
+  kernels_.snap_to_layers(scratch_->latitudes.table(), view_.output.height,
+                          static_cast<float>(source.d_p_m), *view_.layers, scratch_->omega.data());
+}
+
+void ColumnRenderer::add_source(double theta_rad, const RaySource& source,
+                                std::span<const std::int16_t> weights) {
+  const int rows = view_.output.height;
+  for (int row = 0; row < rows; ++row) {
+    const auto i = static_cast<size_t>(row);
+    scratch_->row_weight[i] = weights[static_cast<size_t>(scratch_->mapping->nearest[i])];
+  }
+  kernels_.accumulate_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
+                           fixed_weight(source.fraction), scratch_->row_weight.data(), rows,
+                           scratch_->sum.data());
+}
+
+StationSamples ColumnRenderer::find_samples(double theta_rad, const RaySource& source, int next) {
+  const int station = source.station + next;
+  const SamplePositions positions = scratch_->samples[next].positions();
+  if (scratch_->rows_per_distance == 1) {
+    return find_samples(theta_rad, source.line, station, 0, view_.output.height, positions);
+  }
+  const ColumnTarget target = target_of(theta_rad);
+  const int depth_rows = view_.distances->size().height;
+  kernels_.find_shifts(scratch_->depth_latitudes->table(), scratch_->depth_omega.data(), depth_rows,
+                       offset_from(source.line, station, theta_rad), target,
+                       scratch_->shift_u.data(), scratch_->shift_v.data());
+  kernels_.place_shifted(scratch_->shift_u.data(), scratch_->shift_v.data(), depth_rows,
+                         scratch_->rows_per_distance, scratch_->fraction.data(), target,
+                         scratch_->row_shift_u.data(), scratch_->row_shift_v.data(), positions);
+  return {view_.room.volume(source.line).column(station, 0).data(), positions};
+}
+
+StationSamples ColumnRenderer::find_samples(double theta_rad, int line, int station, int first_row,
+                                            int rows, SamplePositions positions) {
+  kernels_.find_samples(scratch_->latitudes.table(first_row), scratch_->omega.data() + first_row, rows,
+                        offset_from(line, station, theta_rad), target_of(theta_rad), positions);
+  return {view_.room.volume(line).column(station, 0).data(), positions};
+}
+
+ColumnTarget ColumnRenderer::target_of(double theta_rad) const {
+  const PanoramaSize captured = view_.room.panorama();
+  const ColumnPosition position =
+      split_column(pixel_from_angles({theta_rad, 0.0}, captured).u, captured.width);
+  return {captured.width, captured.height, position.whole, position.part};
+}
+
+ColumnOffset ColumnRenderer::offset_from(int line, int station, double theta_rad) const {
+  const Line& geometry = view_.room.grid().lines[static_cast<size_t>(line)];
+  return column_offset(viewpoint_m() - geometry.stations[static_cast<size_t>(station)].position_m,
+                       theta_rad);
+}
+
+Eigen::Vector3d ColumnRenderer::viewpoint_m() const {
+  return {view_.plan.viewpoint().x_m, view_.plan.height_m(), view_.plan.viewpoint().z_m};
+}
+
+int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
+  const DistanceView& distances = *view_.distances;
+  const float omega = distances.column(depth_theta)[depth_row];
+  const Eigen::Vector3f direction =
+      direction_from_angles(
+          angles_from_pixel({double(depth_theta), double(depth_row)}, distances.size()))
+          .cast<float>();
+  const float tolerance = distances.surface_tolerance();
+  // Next to a silhouette a captured pixel is part foreground: a station that sees the point clear of
+  // nearer surfaces is better than a nearer one that only just sees it.
+  int just_sees = Scratch::kNone;
+  for (size_t i = 0; i < view_.fill_maps.size(); ++i) {
+    const MapLookup there =
+        look_up(view_.room, view_.fill_maps[i], direction, omega, viewpoint_m(), tolerance);
+    const float hides = there.omega_there * (1.0f + tolerance);
+    if (there.omega_map < 0.0f || there.omega_map > hides) continue;
+    if (there.omega_around <= hides) return static_cast<int>(i);
+    if (just_sees == Scratch::kNone) just_sees = static_cast<int>(i);
+  }
+  return just_sees;
+}
+
+void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb) {
+  const int rows = view_.output.height;
+  const auto fill_of = [&](int row) {
+    const auto depth_row = static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)]);
+    if (!scratch_->hidden[depth_row]) return Scratch::kUnknown;
+    int& fill = scratch_->depth.fill[depth_row];
+    if (fill == Scratch::kUnknown) fill = station_that_sees(depth_theta, static_cast<int>(depth_row));
+    return fill;
+  };
+  scratch_->unresolved.clear();
+  for (int begin = 0; begin < rows;) {
+    const int fill = fill_of(begin);
+    int end = begin + 1;
+    while (end < rows && fill_of(end) == fill) ++end;
+    if (fill == Scratch::kNone) scratch_->unresolved.push_back({begin, end});
+    if (fill >= 0) {
+      const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
+      const StationSamples samples =
+          find_samples(theta_rad, map.line, map.station, begin, end - begin,
+                       scratch_->samples[0].positions());
+      // The pixel after the run is not this run's: put back the byte that is written beyond it.
+      const std::uint8_t beyond = rgb[3 * end];
+      kernels_.mix_pair(samples, samples, 0, end - begin, rgb + 3 * begin);
+      rgb[3 * end] = beyond;
+      counts_.filled += end - begin;
+    }
+    begin = end;
+  }
+}
+
+void ColumnRenderer::stretch_rest(std::uint8_t* rgb) {
+  const int rows = view_.output.height;
+  const auto omega = [&](int row) { return scratch_->omega[static_cast<size_t>(row)]; };
+  for (const RowRun& run : scratch_->unresolved) {
+    const int above = run.begin - 1;
+    const int below = run.end;
+    const bool below_is_farther = below < rows && (above < 0 || omega(below) < omega(above));
+    const int from = below_is_farther ? below : above;
+    counts_.stretched += run.end - run.begin;
+    if (from < 0) continue;
+    for (int row = run.begin; row < run.end; ++row) std::copy_n(rgb + 3 * from, 3, rgb + 3 * row);
+  }
+}
+
+}  // namespace raywalk

@@ -1,0 +1,86 @@
+// The distance of every ray of a viewpoint, gathered from the distance maps captured around it.
+//
+// The few maps nearest to the viewpoint are projected into it; where several see a surface, the nearest
+// surface wins, and among maps that agree on it the one captured nearest. Pixels no map sees take the
+// farther of their neighbours along the great circle, because what a near object hides is background.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/room/room.h"
+#include "render/view/depth_layers.h"
+#include "render/view/row_table.h"
+#include "render/view/view_plan.h"
+
+namespace raywalk {
+
+// A distance map of the room and where it was captured.
+struct MapStation {
+  int line = -1;
+  int map = -1;      // index into DistanceVolume
+  int station = -1;  // the line's station it belongs to
+  Eigen::Vector3d position_m{0, 0, 0};
+};
+
+// Distance maps of the given lines, nearest to `viewpoint_m` first, no two nearer to each other than
+// `gap_m`, at most `most_per_line` of a line and `most` in all.
+std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
+                                     const Eigen::Vector3d& viewpoint_m, double gap_m,
+                                     int most_per_line, int most);
+
+// Range of the inverse distances that a map holds; unknown pixels do not count. A map that knows
+// nothing gives {0, 0}.
+OmegaRange omega_range(const Room& room, const MapStation& map);
+
+class DistanceView {
+ public:
+  // `maps` (nearest first, at least one) are read in parallel. Reusing an object for the next
+  // viewpoint reuses its memory.
+  void compute(const Room& room, std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m);
+
+  // Size of the largest map.
+  PanoramaSize size() const { return size_; }
+  // Inverse distances, 1/m, of a column's rows, top to bottom; all finite and >= 0.
+  const float* column(int theta) const {
+    return omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(size_.height);
+  }
+  // Two inverse distances of neighbouring pixels that differ by no more than this, relative to the
+  // larger, count as one surface: the change across one pixel of a plane seen at 80 deg incidence.
+  float surface_tolerance() const { return tolerance_; }
+  // Share of pixels that no map saw.
+  double unseen_share() const { return unseen_share_; }
+
+ private:
+  void project_map(const Room& room, const MapStation& map, const Eigen::Vector3d& viewpoint_m,
+                   std::vector<float>& stored, float* omega) const;
+  int merge_column(const Room& room, std::span<const MapStation> maps,
+                   const Eigen::Vector3d& viewpoint_m, int theta);
+  void fill_unseen(int theta);
+
+  PanoramaSize size_;
+  float tolerance_ = 0.0f;
+  double unseen_share_ = 0.0;
+  std::unique_ptr<LatitudeTable> latitudes_;  // of size_.height rows
+  int latitudes_rows_ = 0;
+  std::vector<float> omega_;      // [theta][phi]; negative while unseen
+  std::vector<float> projected_;  // [map][theta][phi]; negative where a map sees nothing
+  std::vector<std::vector<float>> stored_;  // inverse distances as each map holds them; < 0 unknown
+};
+
+// A distance map looked up from another place.
+struct MapLookup {
+  float omega_there = 0.0f;   // inverse distance of the looked-up point from the map's station
+  float omega_map = -1.0f;    // inverse distance the map holds in that direction; < 0 if unknown
+  float omega_around = -1.0f; // of the nearest surface within the four pixels around that direction
+};
+
+// Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a map.
+// The map is interpolated over the pixels that agree with the point within `tolerance`; where none
+// does, the nearest pixel is taken.
+MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
+                  float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
+
+}  // namespace raywalk

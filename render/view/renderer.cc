@@ -1,0 +1,216 @@
+#include "render/view/renderer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kMapsPerLine = 2;    // the nearest, and one to look past what hides from it
+constexpr int kMostMaps = 4;
+constexpr int kMostFillMaps = 32;
+constexpr int kColumnsPerTask = 32;  // 196 kB of pixels at 2048 rows: stays in the second-level cache
+
+constexpr std::array<const char*, 3> kGenerationNames{"initial", "hlf-vd", "two-sided"};
+
+// Length of the plan that the maps of a view should be spread over: the lines' median length between
+// neighbouring crossings is the cell; an open grid has only its lines.
+double plan_scale_m(const Room& room, PlanPoint viewpoint) {
+  if (const auto cell = find_cell(room.grid(), viewpoint)) {
+    const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
+    return std::min(c.x_max_m - c.x_min_m, c.z_max_m - c.z_min_m);
+  }
+  double longest = 0.0;
+  for (const Line& line : room.grid().lines) {
+    longest = std::max(longest, line.last_m() - line.first_m());
+  }
+  return longest;
+}
+
+double largest_d_p(const ViewPlan& plan) {
+  double largest = 0.0;
+  for (int degree = 0; degree < 360; ++degree) {
+    const ColumnPlan column = plan.column(radians_from_degrees(degree + 0.5));
+    for (int i = 0; i < column.front_count; ++i) {
+      largest = std::max(largest, column.front[static_cast<size_t>(i)].d_p_m);
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+std::string generation_name(Generation generation) {
+  return kGenerationNames[static_cast<size_t>(generation)];
+}
+
+Generation generation_from_name(const std::string& name) {
+  for (size_t i = 0; i < kGenerationNames.size(); ++i) {
+    if (name == kGenerationNames[i]) return static_cast<Generation>(i);
+  }
+  throw UsageError(fmt::format("unknown generation '{}'; use initial, hlf-vd or two-sided", name));
+}
+
+Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), options_(options) {
+  if (!(options.k_deg >= 45.0 && options.k_deg <= 90.0)) {
+    throw UsageError(fmt::format("k is {} degrees; it must be in 45..90", options.k_deg));
+  }
+  if (!(options.overlap_deg >= 0.0 && options.overlap_deg <= 45.0)) {
+    throw UsageError(fmt::format("overlap is {} degrees; it must be in 0..45", options.overlap_deg));
+  }
+  if (options.layers < 0) throw UsageError("the number of depth layers must be positive");
+  if (options_.width == 0) options_.width = room.panorama().width;
+  if (options_.width < 4 || options_.width % 4 != 0 || options_.width > 32768) {
+    throw UsageError(fmt::format("output width {} must be a multiple of 4 in 4..32768", options_.width));
+  }
+  if (options.generation != Generation::kInitial && !room.has_distances()) {
+    throw Error(fmt::format(
+        "{}: the room has no distances, which {} needs; pack it with raywalk-build-lf pack "
+        "--distance DIR, or use --generation initial",
+        room.directory().string(), generation_name(options.generation)));
+  }
+  // A panorama much smaller than the captured ones is rendered larger and averaged down, so that fine
+  // texture does not alias.
+  supersampling_ = std::max(1, static_cast<int>(std::lround(
+                                   static_cast<double>(room.panorama().width) / options_.width)));
+}
+
+Renderer::~Renderer() = default;
+
+PanoramaSize Renderer::render_size() const {
+  const int width = options_.width * supersampling_;
+  return {width, width / 2};
+}
+
+std::vector<RaySource> Renderer::sources(const ColumnPlan& column) const {
+  std::vector<RaySource> sources(column.front.begin(), column.front.begin() + column.front_count);
+  if (options_.generation == Generation::kTwoSided) {
+    sources.insert(sources.end(), column.behind.begin(),
+                   column.behind.begin() + column.behind_count);
+  }
+  return sources;
+}
+
+OmegaRange Renderer::range_of(std::span<const MapStation> maps) {
+  OmegaRange range{std::numeric_limits<double>::infinity(), 0.0};
+  for (const MapStation& map : maps) {
+    auto known = map_ranges_.find({map.line, map.map});
+    if (known == map_ranges_.end()) {
+      known = map_ranges_.emplace(std::pair(map.line, map.map), omega_range(room_, map)).first;
+    }
+    range.min = std::min(range.min, known->second.min);
+    range.max = std::max(range.max, known->second.max);
+  }
+  return range;
+}
+
+const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
+  if (!std::isfinite(viewpoint.x_m) || !std::isfinite(viewpoint.z_m)) {
+    throw UsageError("the viewpoint must be two finite numbers in metres");
+  }
+  const ConnectionRule rule{radians_from_degrees(options_.k_deg),
+                            radians_from_degrees(options_.overlap_deg)};
+  view_.plan_ = std::make_unique<ViewPlan>(room_.grid(), viewpoint, rule);
+  view_.inputs_.reset(new ViewInputs{.room = room_, .plan = *view_.plan_, .output = render_size(),
+                                     .layers = std::nullopt, .fill_maps = {}});
+  view_.layers_ = 0;
+  if (options_.generation == Generation::kInitial) return view_;
+
+  const Eigen::Vector3d viewpoint_m(viewpoint.x_m, view_.plan_->height_m(), viewpoint.z_m);
+  const double gap_m = 0.125 * plan_scale_m(room_, viewpoint);
+  const auto lines = view_.plan_->lines();
+  const int per_line = kMapsPerLine;
+  view_.maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, per_line, kMostMaps);
+  view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMostFillMaps, kMostFillMaps);
+  if (view_.maps_.empty()) {
+    throw Error(fmt::format("{}: no line around viewpoint {},{} m has distances; pack more of them "
+                            "with raywalk-build-lf pack --distance DIR",
+                            room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
+  }
+  view_.distances_.compute(room_, view_.maps_, viewpoint_m);
+  const OmegaRange range = range_of(view_.maps_);
+  const double tolerance_rad = options_.tolerance_px * kTwoPi / options_.width;
+  view_.layers_ = options_.layers > 0
+                      ? options_.layers
+                      : layers_for_tolerance(range, largest_d_p(*view_.plan_), tolerance_rad);
+  view_.inputs_->distances = &view_.distances_;
+  // Counted for the tolerance, layers and exact distances give the same picture; exact is cheaper.
+  if (options_.layers > 0) view_.inputs_->layers = layer_spacing(range, options_.layers);
+  view_.inputs_->fill_maps = view_.fill_maps_;
+  return view_;
+}
+
+cv::Mat Renderer::render_columns(ViewReport& report) {
+  const ViewInputs& inputs = *view_.inputs_;
+  const PanoramaSize size = inputs.output;
+  // An odd number of cache lines per column: with a power of two, a row's pixels would fall into the
+  // same few sets of the cache when they are collected.
+  const size_t column_bytes = ((3 * static_cast<size_t>(size.height) / 64 + 1) | 1) * 64;
+  cv::Mat image(size.height, size.width, CV_8UC3);
+  // Renderers are handed from task to task: their tables cost more than a few columns.
+  std::mutex mutex;
+  std::vector<std::unique_ptr<ColumnRenderer>> idle;
+  const auto take = [&] {
+    const std::lock_guard lock(mutex);
+    if (idle.empty()) return std::make_unique<ColumnRenderer>(inputs);
+    auto renderer = std::move(idle.back());
+    idle.pop_back();
+    return renderer;
+  };
+  parallel_for(0, size.width, kColumnsPerTask, [&](int begin, int end) {
+    auto renderer = take();
+    std::vector<std::uint8_t> columns(column_bytes * static_cast<size_t>(end - begin));
+    for (int u = begin; u < end; ++u) {
+      const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
+      renderer->render(u, sources(view_.plan_->column(theta_rad)),
+                       columns.data() + column_bytes * static_cast<size_t>(u - begin));
+    }
+    column_kernels().write_rows(columns.data(), column_bytes, end - begin, size.height,
+                                image.ptr<std::uint8_t>(0) + 3 * begin, image.step);
+    const std::lock_guard lock(mutex);
+    idle.push_back(std::move(renderer));
+  });
+  PixelCounts total;
+  for (const auto& renderer : idle) {
+    total.all += renderer->counts().all;
+    total.filled += renderer->counts().filled;
+    total.stretched += renderer->counts().stretched;
+    total.empty += renderer->counts().empty;
+  }
+  const auto share = [&](std::int64_t part) {
+    return static_cast<double>(part) / static_cast<double>(total.all);
+  };
+  report.filled_share = share(total.filled);
+  report.stretched_share = share(total.stretched);
+  report.empty_share = share(total.empty);
+  return image;
+}
+
+RenderedView Renderer::render(PlanPoint viewpoint) {
+  const auto start = std::chrono::steady_clock::now();
+  RenderedView view;
+  prepare(viewpoint);
+  view.report.layers = view_.layers_;
+  view.report.limited_corners = view_.plan_->limited_corners();
+  view.image = render_columns(view.report);
+  if (supersampling_ > 1) {
+    cv::resize(view.image, view.image, cv::Size(options_.width, options_.width / 2), 0, 0,
+               cv::INTER_AREA);
+  }
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - start;
+  view.report.render_ms = elapsed.count();
+  return view;
+}
+
+}  // namespace raywalk

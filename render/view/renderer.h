@@ -1,0 +1,96 @@
+// Renders full 360 degree views of a room at any viewpoint between its lines.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/room/room.h"
+#include "render/view/column_renderer.h"
+
+namespace raywalk {
+
+enum class Generation { kInitial, kHlfVd, kTwoSided };
+
+// "initial", "hlf-vd", "two-sided", and back; throws UsageError on any other name.
+std::string generation_name(Generation generation);
+Generation generation_from_name(const std::string& name);
+
+struct ViewOptions {
+  Generation generation = Generation::kHlfVd;
+  double k_deg = 90.0;        // in [45, 90]; 45 is LFU, 90 is Ray-space360
+  double overlap_deg = 5.0;   // width of the blend at a connection, in [0, 45]
+  int layers = 0;             // depth layers; 0 = as many as `tolerance_px` needs
+  double tolerance_px = 0.5;  // largest move of a pixel that the layers may cause, output pixels
+  int width = 0;              // output width in pixels, even, >= 4; 0 = as captured
+};
+
+// What a view was made of; shares are of all pixels.
+struct ViewReport {
+  int layers = 0;              // 0 in an initial view
+  int limited_corners = 0;     // corners connected nearer to physical for want of overhang, of four
+  double filled_share = 0.0;   // hidden from the lines in use, filled from other stations
+  double stretched_share = 0.0;  // seen by no station
+  double empty_share = 0.0;    // served by no line
+  double render_ms = 0.0;      // from plan to finished picture
+};
+
+struct RenderedView {
+  cv::Mat image;  // CV_8UC3, BGR, height = width / 2
+  ViewReport report;
+};
+
+// Everything a single viewpoint needs before columns are rendered; connect-error uses it to render the
+// two lines of a connection separately.
+class PreparedView {
+ public:
+  const ViewPlan& plan() const { return *plan_; }
+  const ViewInputs& inputs() const { return *inputs_; }
+  int layers() const { return layers_; }
+
+ private:
+  friend class Renderer;
+  std::unique_ptr<ViewPlan> plan_;
+  std::unique_ptr<ViewInputs> inputs_;
+  std::vector<MapStation> maps_;
+  std::vector<MapStation> fill_maps_;
+  DistanceView distances_;
+  int layers_ = 0;
+};
+
+// Renders views of one room, one at a time (each view uses all threads). Memory used does not depend
+// on the size of the volumes.
+class Renderer {
+ public:
+  // Throws UsageError on options out of range; Error if the generation needs distances and the room
+  // has none. The room must outlive the renderer.
+  Renderer(const Room& room, const ViewOptions& options);
+  ~Renderer();
+
+  // Throws Error where the room cannot be rendered (see ViewPlan).
+  RenderedView render(PlanPoint viewpoint);
+
+  // Plans a view and, for corrected generations, gathers its distances. The result is overwritten by
+  // the next call.
+  const PreparedView& prepare(PlanPoint viewpoint);
+
+  // The lines a column is read from in this generation, front and (two-sided) behind.
+  std::vector<RaySource> sources(const ColumnPlan& column) const;
+
+ private:
+  PanoramaSize render_size() const;
+  OmegaRange range_of(std::span<const MapStation> maps);
+  cv::Mat render_columns(ViewReport& report);
+
+  const Room& room_;
+  ViewOptions options_;
+  PreparedView view_;
+  std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
+  int supersampling_ = 1;  // rendered columns per output column
+};
+
+}  // namespace raywalk

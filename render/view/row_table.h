@@ -1,0 +1,60 @@
+// Sines and cosines of a column's rows, and positions and displacements in a column's own frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "render/view/column_kernels.h"
+
+namespace raywalk {
+
+// `count` rows spaced as a panorama of `height` rows spaces them, from the zenith on. With
+// count = 2 * height the table goes once around the great circle: down the column and, beyond the
+// nadir, up the opposite one.
+class LatitudeTable {
+ public:
+  LatitudeTable(int height, int count)
+      : sin_phi_(static_cast<size_t>(count)), cos_phi_(static_cast<size_t>(count)) {
+    for (int row = 0; row < count; ++row) {
+      const double phi_rad = kHalfPi - (row + 0.5) / height * kPi;
+      sin_phi_[static_cast<size_t>(row)] = static_cast<float>(std::sin(phi_rad));
+      cos_phi_[static_cast<size_t>(row)] = static_cast<float>(std::cos(phi_rad));
+    }
+  }
+  RowTable table(int first_row = 0) const {
+    return {sin_phi_.data() + first_row, cos_phi_.data() + first_row};
+  }
+
+ private:
+  std::vector<float> sin_phi_;
+  std::vector<float> cos_phi_;
+};
+
+// A world displacement in the frame of the column at theta: forward, up, to the right.
+inline ColumnOffset column_offset(const Eigen::Vector3d& displacement_m, double theta_rad) {
+  const double s = std::sin(theta_rad);
+  const double c = std::cos(theta_rad);
+  return {static_cast<float>(displacement_m.x() * s + displacement_m.z() * c),
+          static_cast<float>(displacement_m.y()),
+          static_cast<float>(displacement_m.x() * c - displacement_m.z() * s)};
+}
+
+// A continuous column position split into a whole column in [0, width) and the part beyond it.
+struct ColumnPosition {
+  int whole = 0;
+  float part = 0.0f;
+};
+inline ColumnPosition split_column(double u, int width) {
+  double whole = std::floor(u);
+  double part = u - whole;
+  if (part >= 1.0 - 1e-7) {  // do not let rounding read a neighbour for nothing
+    whole += 1.0;
+    part = 0.0;
+  }
+  const int column = static_cast<int>(whole) % width;
+  return {column < 0 ? column + width : column, static_cast<float>(part)};
+}
+
+}  // namespace raywalk

@@ -1,0 +1,121 @@
+// For tests: random columns as the kernels take them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "render/view/column_kernels.h"
+
+namespace raywalk {
+
+// Arrays of `rows` that find_samples writes.
+class SampleArrays {
+ public:
+  explicit SampleArrays(int rows)
+      : left(static_cast<size_t>(rows)),
+        right(left.size()),
+        weight_right(left.size()),
+        weight_lower(left.size()) {}
+  SamplePositions positions() {
+    return {left.data(), right.data(), weight_right.data(), weight_lower.data()};
+  }
+  // With the rays they lie in.
+  StationSamples of(const std::uint8_t* rays) { return {rays, positions()}; }
+  bool operator==(const SampleArrays&) const = default;
+
+  std::vector<std::int32_t> left, right;
+  std::vector<std::int16_t> weight_right, weight_lower;
+};
+
+// Arrays of `rows` that project_points writes.
+class PointArrays {
+ public:
+  explicit PointArrays(int rows)
+      : omega(static_cast<size_t>(rows)),
+        u(omega),
+        v(omega),
+        widening(omega),
+        magnification(omega),
+        first_column(omega.size()),
+        last_column(omega.size()),
+        first_row(omega.size()),
+        last_row(omega.size()) {}
+  ProjectedPoints points() {
+    return {omega.data(),
+            u.data(),
+            v.data(),
+            widening.data(),
+            magnification.data(),
+            first_column.data(),
+            last_column.data(),
+            first_row.data(),
+            last_row.data()};
+  }
+  bool operator==(const PointArrays&) const = default;
+
+  std::vector<float> omega, u, v, widening, magnification;
+  std::vector<std::int32_t> first_column, last_column, first_row, last_row;
+};
+
+class RandomColumns {
+ public:
+  explicit RandomColumns(unsigned seed) : random_(seed) {}
+
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  // Inverse distances, log-uniform over 1e-6..1e6 1/m, one in ten infinitely far.
+  std::vector<float> omegas(int rows) {
+    std::vector<float> omega;
+    for (int i = 0; i < rows; ++i) {
+      const double value = std::pow(10.0, uniform(-6.0, 6.0));
+      omega.push_back(uniform(0.0, 1.0) < 0.1 ? 0.0f : static_cast<float>(value));
+    }
+    return omega;
+  }
+  // Inverse distances of a room: 0.3 to 12 m.
+  std::vector<float> room_omegas(int rows) {
+    std::vector<float> omega;
+    for (int i = 0; i < rows; ++i) omega.push_back(static_cast<float>(1.0 / uniform(0.3, 12.0)));
+    return omega;
+  }
+  ColumnOffset offset(double size_m) {
+    const auto one = [&] { return static_cast<float>(uniform(-size_m, size_m)); };
+    return {one(), 0.1f * one(), 0.3f * one()};
+  }
+  std::vector<std::uint8_t> bytes(size_t count) {
+    std::vector<std::uint8_t> bytes(count);
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
+    return bytes;
+  }
+  // Interpolation weights in 1/32768; both ends occur.
+  std::vector<std::int16_t> weights(int count) {
+    std::vector<std::int16_t> weights;
+    for (int i = 0; i < count; ++i) {
+      const double value = uniform(-3000.0, 35767.0);
+      weights.push_back(static_cast<std::int16_t>(std::clamp(value, 0.0, 32767.0)));
+    }
+    return weights;
+  }
+  // Positions within rays of `columns` columns of `height` rows.
+  SampleArrays samples(int rows, int columns, int height) {
+    SampleArrays samples(rows);
+    for (int i = 0; i < rows; ++i) {
+      const auto at = static_cast<size_t>(i);
+      const int upper = static_cast<int>(uniform(0.0, height - 1.0));
+      samples.left[at] = (static_cast<int>(uniform(0.0, columns)) * height + upper) * 3;
+      samples.right[at] = (static_cast<int>(uniform(0.0, columns)) * height + upper) * 3;
+    }
+    samples.weight_right = weights(rows);
+    samples.weight_lower = weights(rows);
+    return samples;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+}  // namespace raywalk
