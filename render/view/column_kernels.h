@@ -4,11 +4,11 @@
 // time; both do the same arithmetic without fused multiply-add and in the same fixed point, so a
 // picture does not depend on the machine it was made on.
 //
-// Notation: a column frame has the axes forward (the plan direction of the column), up, and side (to
-// the right, towards growing theta). omega is the inverse distance 1/rho from the viewpoint, so that
-// infinitely far (omega = 0) needs no special case: with o = viewpoint - station, the direction from a
-// station to the point seen at latitude phi is (cos phi + omega o_forward, sin phi + omega o_up,
-// omega o_side), up to a positive factor.
+// Notation: a column frame has the axes forward (the plan direction of the column), up, and side
+// (to the right, towards growing theta). omega is the inverse distance 1/rho from the viewpoint, so
+// that infinitely far (omega = 0) needs no special case: with o = viewpoint - station, the
+// direction from a station to the point seen at latitude phi is (cos phi + omega o_forward, sin phi
+// + omega o_up, omega o_side), up to a positive factor.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@ struct ColumnOffset {
   float side = 0.0f;
 };
 
-// Size of the source panorama and where the column's plan direction lies in it: column `u_whole` plus
-// `u_part` in [0, 1).
+// Size of the source panorama and where the column's plan direction lies in it: column `u_whole`
+// plus `u_part` in [0, 1).
 struct ColumnTarget {
   int width = 0;
   int height = 0;
@@ -32,8 +32,12 @@ struct ColumnTarget {
   float u_part = 0.0f;
 };
 
+// Samples are fetched into the cache so many rows before they are read.
+inline constexpr int kSampleLookAhead = 64;
+
 // Where each row of an output column is read from in one station: byte offsets of the two columns'
-// upper samples, and the interpolation weights in 1/32768.
+// upper samples, and the interpolation weights in 1/32768. The offsets are arrays of rows +
+// kSampleLookAhead values; what the last ones hold is of no consequence.
 struct SamplePositions {
   std::int32_t* offset_left = nullptr;
   std::int32_t* offset_right = nullptr;
@@ -54,23 +58,23 @@ struct RowTable {
   const float* cos_phi = nullptr;
 };
 
-// Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in the
-// viewpoint's panorama; all arrays hold one value per row.
+// Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in
+// the viewpoint's panorama; all arrays hold one value per row.
 struct ProjectedPoints {
-  float* omega = nullptr;                // inverse distance from the viewpoint, 1/m
-  float* u = nullptr;                    // the point's own position, pixels
+  float* omega = nullptr;  // inverse distance from the viewpoint, 1/m
+  float* u = nullptr;      // the point's own position, pixels
   float* v = nullptr;
   float* widening = nullptr;             // and how much larger its pixel is there than in the map,
   float* magnification = nullptr;        // in columns and in rows
   std::int32_t* first_column = nullptr;  // in [-width, 2 * width): to be wrapped
   std::int32_t* last_column = nullptr;
-  std::int32_t* first_row = nullptr;     // may lie outside [0, height)
+  std::int32_t* first_row = nullptr;  // may lie outside [0, height)
   std::int32_t* last_row = nullptr;
 };
 
 // Depth layers equally spaced in inverse distance from the acquisition point: layer j = 0, 1, ...
-// stands for omega_min + (j + 0.5) * step. Points nearer than the range a room's layers were counted
-// for fall into further layers of the same spacing.
+// stands for omega_min + (j + 0.5) * step. Points nearer than the range a room's layers were
+// counted for fall into further layers of the same spacing.
 struct LayerSpacing {
   float omega_min = 0.0f;
   float step = 0.0f;
@@ -81,40 +85,43 @@ struct ColumnKernels {
 
   // out = left + (right - left) * fraction where both are one surface (they differ by at most
   // `tolerance` relative to the larger), else the nearer of the two columns.
-  void (*mix_omega)(const float* left, const float* right, float fraction, int rows, float tolerance,
-                    float* out);
+  void (*mix_omega)(const float* left, const float* right, float fraction, int rows,
+                    float tolerance, float* out);
 
-  // out = in, resampled along the column by the same rule between in[row] and in[row + 1]. `used` is the
-  // fraction that the rule makes of `fraction`: itself on one surface, 0 or 1 across an edge.
+  // out = in, resampled along the column by the same rule between in[row] and in[row + 1]. `used`
+  // is the fraction that the rule makes of `fraction`: itself on one surface, 0 or 1 across an
+  // edge.
   void (*upsample_omega)(const float* in, const int* row, const float* fraction, int rows,
                          float tolerance, float* used, float* out);
 
   // Replaces each omega by that of the nearest depth layer, measured from the acquisition point at
-  // plan distance d_p; a direction whose ray from the viewpoint never meets the layer keeps its omega.
+  // plan distance d_p; a direction whose ray from the viewpoint never meets the layer keeps its
+  // omega.
   void (*snap_to_layers)(RowTable table, int rows, float d_p, LayerSpacing layers, float* omega);
 
   // Where a station at `offset` (viewpoint - station) saw the points of a column.
   void (*find_samples)(RowTable table, const float* omega, int rows, ColumnOffset offset,
                        ColumnTarget target, SamplePositions positions);
 
-  // The same in two steps, for columns with several times as many rows as their distances have. First
-  // by how many columns and rows a station saw each row's point shifted ...
+  // The same in two steps, for columns with several times as many rows as their distances have.
+  // First by how many columns and rows a station saw each row's point shifted ...
   void (*find_shifts)(RowTable table, const float* omega, int rows, ColumnOffset offset,
                       ColumnTarget target, float* shift_u, float* shift_v);
-  // ... then these shifts, interpolated by `fraction` of the way from one row to the next (the first
-  // and last `per_row` / 2 rows take the nearest), as sample positions of rows * per_row output rows.
-  // shift_out_u and shift_out_v are scratch of rows * per_row values.
+  // ... then these shifts, interpolated by `fraction` of the way from one row to the next (the
+  // first and last `per_row` / 2 rows take the nearest), as sample positions of rows * per_row
+  // output rows. shift_out_u and shift_out_v are scratch of rows * per_row values.
   void (*place_shifted)(const float* shift_u, const float* shift_v, int rows, int per_row,
                         const float* fraction, ColumnTarget target, float* shift_out_u,
                         float* shift_out_v, SamplePositions positions);
 
-  // Adds bilinear samples of two neighbouring stations, mixed first + (second - first) * share / 32768,
-  // to a column's sums: sum[4 row + c] += weight[row] / 32768 * 64 * sample, c = red, green, blue. Rows
-  // of weight 0 are not read.
+  // Adds bilinear samples of two neighbouring stations, mixed first + (second - first) * share /
+  // 32768, to a column's sums: sum[4 row + c] += weight[row] / 32768 * 64 * sample, c = red, green,
+  // blue. Rows of weight 0 are not read.
   void (*accumulate_pair)(StationSamples first, StationSamples second, std::int16_t share,
                           const std::int16_t* weight, int rows, std::int16_t* sum);
 
-  // The same without sums, for rows that no other line has a share in. Writes one byte beyond the column.
+  // The same without sums, for rows that no other line has a share in. Writes one byte beyond the
+  // column.
   void (*mix_pair)(StationSamples first, StationSamples second, std::int16_t share, int rows,
                    std::uint8_t* rgb);
 
@@ -125,25 +132,27 @@ struct ColumnKernels {
   void (*mix_columns)(const std::uint8_t* const* columns, const std::int16_t* weights, int count,
                       int bytes, std::uint8_t* out);
 
-  // Projects a distance map's column (inverse distances omega_map, offset = map's station - viewpoint)
-  // into the viewpoint's panorama of the size that `target` names.
+  // Projects a distance map's column (inverse distances omega_map, offset = map's station -
+  // viewpoint) into the viewpoint's panorama of the size that `target` names.
   void (*project_points)(RowTable table, const float* omega_map, int rows, ColumnOffset offset,
                          ColumnTarget target, ProjectedPoints points);
 
-  // Follows the rays of a column into a distance map (inverse distances omega_map, [column][row], < 0
-  // where unknown; offset = viewpoint - map's station) and corrects omega, known to about a pixel, by
-  // what the map holds there on the same surface: to first order rho scales with the distance.
+  // Follows the rays of a column into a distance map (inverse distances omega_map, [column][row], <
+  // 0 where unknown; offset = viewpoint - map's station) and corrects omega, known to about a
+  // pixel, by what the map holds there on the same surface: to first order rho scales with the
+  // distance.
   void (*refine_omega)(RowTable table, const float* omega, int rows, ColumnOffset offset,
-                       ColumnTarget target, const float* omega_map, float tolerance, float* refined);
+                       ColumnTarget target, const float* omega_map, float tolerance,
+                       float* refined);
 
-  // Copies `count` columns of rgb, `column_bytes` apart, into rows of a bgr image. The four bytes after
-  // each column must be readable.
+  // Copies `count` columns of rgb, `column_bytes` apart, into rows of a bgr image. The four bytes
+  // after each column must be readable.
   void (*write_rows)(const std::uint8_t* columns, std::size_t column_bytes, int count, int rows,
                      std::uint8_t* image, std::size_t row_bytes);
 
-  // Great circle of a column as seen from an acquisition point d_p ahead: ring position (rows, counted
-  // from the zenith down the column and up the opposite one, in [-0.5, 2 rows - 0.5)) and inverse
-  // distance from there. The tables hold 2 * rows entries.
+  // Great circle of a column as seen from an acquisition point d_p ahead: ring position (rows,
+  // counted from the zenith down the column and up the opposite one, in [-0.5, 2 rows - 0.5)) and
+  // inverse distance from there. The tables hold 2 * rows entries.
   void (*project_ring)(RowTable ring, const float* omega, int ring_rows, float d_p, float* position,
                        float* omega_from_line);
 };

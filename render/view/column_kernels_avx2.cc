@@ -6,10 +6,9 @@
 #include <cstdint>
 
 #include "render/view/column_kernels.h"
+#include "render/view/column_kernels_body.inc"
 #include "render/view/column_kernels_table.h"
 #include "render/view/fast_math.h"
-
-#include "render/view/column_kernels_body.inc"
 
 namespace raywalk {
 

@@ -15,10 +15,12 @@ std::int16_t fixed_weight(double weight) {
   return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
 }
 
-// Where the rows of an output column lie in a map's column: row, and fraction of the way to row + 1.
+// Where the rows of an output column lie in a map's column: row, and fraction of the way to row
+// + 1.
 struct RowMapping {
   RowMapping(int rows, int map_rows)
-      : upper(static_cast<size_t>(rows)), fraction(static_cast<size_t>(rows)),
+      : upper(static_cast<size_t>(rows)),
+        fraction(static_cast<size_t>(rows)),
         nearest(static_cast<size_t>(rows)) {
     for (int row = 0; row < rows; ++row) {
       const double v = std::clamp((row + 0.5) * map_rows / rows - 0.5, 0.0, map_rows - 1.0);
@@ -42,8 +44,10 @@ struct RowRun {
 // Storage for SamplePositions.
 struct SampleArrays {
   explicit SampleArrays(int rows)
-      : offset_left(static_cast<size_t>(rows)), offset_right(offset_left),
-        weight_right(offset_left.size()), weight_lower(weight_right) {}
+      : offset_left(static_cast<size_t>(rows + kSampleLookAhead)),
+        offset_right(offset_left),
+        weight_right(offset_left.size()),
+        weight_lower(weight_right) {}
   SamplePositions positions() {
     return {offset_left.data(), offset_right.data(), weight_right.data(), weight_lower.data()};
   }
@@ -71,8 +75,12 @@ struct ColumnRenderer::Scratch {
 
   Scratch(const ViewInputs& view, int depth_rows)
       : latitudes(view.output.height, view.output.height),
-        omega(static_cast<size_t>(view.output.height)), exact_omega(omega), zero_omega(omega),
-        samples{SampleArrays(view.output.height), SampleArrays(view.output.height)}, sum(omega.size() * 4), row_weight(omega.size()) {
+        omega(static_cast<size_t>(view.output.height)),
+        exact_omega(omega),
+        zero_omega(omega),
+        samples{SampleArrays(view.output.height), SampleArrays(view.output.height)},
+        sum(omega.size() * 4),
+        row_weight(omega.size()) {
     if (depth_rows > 0) {
       mapping = std::make_unique<RowMapping>(view.output.height, depth_rows);
       depth_omega.resize(static_cast<size_t>(depth_rows));
@@ -110,7 +118,8 @@ struct ColumnRenderer::Scratch {
 };
 
 ColumnRenderer::ColumnRenderer(const ViewInputs& view)
-    : view_(view), kernels_(column_kernels()),
+    : view_(view),
+      kernels_(column_kernels()),
       scratch_(std::make_unique<Scratch>(
           view, view.distances != nullptr ? view.distances->size().height : 0)) {}
 
@@ -158,7 +167,8 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
   std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
   std::swap(scratch_->omega, scratch_->zero_omega);
   for (const RaySource& source : sources) {
-    std::fill(scratch_->row_weight.begin(), scratch_->row_weight.end(), fixed_weight(source.weight));
+    std::fill(scratch_->row_weight.begin(), scratch_->row_weight.end(),
+              fixed_weight(source.weight));
     kernels_.accumulate_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
                              fixed_weight(source.fraction), scratch_->row_weight.data(), rows,
                              scratch_->sum.data());
@@ -171,8 +181,9 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
                                       std::uint8_t* rgb) {
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
   const PanoramaSize depth_size = view_.distances->size();
-  const int depth_theta = split_column(
-      std::round(pixel_from_angles({theta_rad, 0.0}, depth_size).u), depth_size.width).whole;
+  const int depth_theta =
+      split_column(std::round(pixel_from_angles({theta_rad, 0.0}, depth_size).u), depth_size.width)
+          .whole;
   prepare_omega(u);
   weigh_sources(depth_theta, sources);
   if (sources.size() == 1) {
@@ -212,8 +223,8 @@ void ColumnRenderer::prepare_omega(int u) {
   const double map_u = (u + 0.5) * size.width / view_.output.width - 0.5;
   const ColumnPosition position = split_column(map_u, size.width);
   kernels_.mix_omega(distances.column(position.whole),
-                     distances.column((position.whole + 1) % size.width), position.part, size.height,
-                     distances.surface_tolerance(), scratch_->depth_omega.data());
+                     distances.column((position.whole + 1) % size.width), position.part,
+                     size.height, distances.surface_tolerance(), scratch_->depth_omega.data());
   kernels_.upsample_omega(scratch_->depth_omega.data(), scratch_->mapping->upper.data(),
                           scratch_->mapping->fraction.data(), view_.output.height,
                           distances.surface_tolerance(), scratch_->fraction.data(),
@@ -306,8 +317,9 @@ StationSamples ColumnRenderer::find_samples(double theta_rad, const RaySource& s
 
 StationSamples ColumnRenderer::find_samples(double theta_rad, int line, int station, int first_row,
                                             int rows, SamplePositions positions) {
-  kernels_.find_samples(scratch_->latitudes.table(first_row), scratch_->omega.data() + first_row, rows,
-                        offset_from(line, station, theta_rad), target_of(theta_rad), positions);
+  kernels_.find_samples(scratch_->latitudes.table(first_row), scratch_->omega.data() + first_row,
+                        rows, offset_from(line, station, theta_rad), target_of(theta_rad),
+                        positions);
   return {view_.room.volume(line).column(station, 0).data(), positions};
 }
 
@@ -336,8 +348,8 @@ int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
           angles_from_pixel({double(depth_theta), double(depth_row)}, distances.size()))
           .cast<float>();
   const float tolerance = distances.surface_tolerance();
-  // Next to a silhouette a captured pixel is part foreground: a station that sees the point clear of
-  // nearer surfaces is better than a nearer one that only just sees it.
+  // Next to a silhouette a captured pixel is part foreground: a station that sees the point clear
+  // of nearer surfaces is better than a nearer one that only just sees it.
   int just_sees = Scratch::kNone;
   for (size_t i = 0; i < view_.fill_maps.size(); ++i) {
     const MapLookup there =
@@ -353,10 +365,12 @@ int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
 void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb) {
   const int rows = view_.output.height;
   const auto fill_of = [&](int row) {
-    const auto depth_row = static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)]);
+    const auto depth_row =
+        static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)]);
     if (!scratch_->hidden[depth_row]) return Scratch::kUnknown;
     int& fill = scratch_->depth.fill[depth_row];
-    if (fill == Scratch::kUnknown) fill = station_that_sees(depth_theta, static_cast<int>(depth_row));
+    if (fill == Scratch::kUnknown)
+      fill = station_that_sees(depth_theta, static_cast<int>(depth_row));
     return fill;
   };
   scratch_->unresolved.clear();
@@ -367,9 +381,8 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
     if (fill == Scratch::kNone) scratch_->unresolved.push_back({begin, end});
     if (fill >= 0) {
       const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
-      const StationSamples samples =
-          find_samples(theta_rad, map.line, map.station, begin, end - begin,
-                       scratch_->samples[0].positions());
+      const StationSamples samples = find_samples(theta_rad, map.line, map.station, begin,
+                                                  end - begin, scratch_->samples[0].positions());
       // The pixel after the run is not this run's: put back the byte that is written beyond it.
       const std::uint8_t beyond = rgb[3 * end];
       kernels_.mix_pair(samples, samples, 0, end - begin, rgb + 3 * begin);

@@ -1,12 +1,12 @@
 // Renders single columns of a view from the stations that its plan names.
 //
 // initial: the vertical cut, the pixel (theta, phi) of the panoramas around A, interpolated.
-// hlf-vd: each pixel is read where A saw the point that the viewpoint sees: equation (5) on the whole
-// great circle, solved for the source with the distance measured at the viewpoint,
-// alpha = atan2(rho sin phi*, rho cos phi* - d_p). Each of the two stations around A is asked where it
-// saw the point itself, so that near objects do not ghost.
-// two-sided: the same from the lines in front and behind, each where it sees the point, weighted by
-// the other's distance so that the picture is continuous when the viewpoint crosses a line.
+// hlf-vd: each pixel is read where A saw the point that the viewpoint sees: equation (5) on the
+// whole great circle, solved for the source with the distance measured at the viewpoint, alpha =
+// atan2(rho sin phi*, rho cos phi* - d_p). Each of the two stations around A is asked where it saw
+// the point itself, so that near objects do not ghost. two-sided: the same from the lines in front
+// and behind, each where it sees the point, weighted by the other's distance so that the picture is
+// continuous when the viewpoint crosses a line.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,8 @@ struct ViewInputs {
 // What became of a column's pixels.
 struct PixelCounts {
   std::int64_t all = 0;
-  std::int64_t filled = 0;     // hidden from the lines in use, read from another station that sees them
+  std::int64_t filled =
+      0;  // hidden from the lines in use, read from another station that sees them
   std::int64_t stretched = 0;  // seen by no station: taken from the farther neighbour in the column
   std::int64_t empty = 0;      // no line serves the column: marked
 };

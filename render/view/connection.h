@@ -1,11 +1,11 @@
-// Hybrid connection: at which angle the column of an output panorama changes from one line of a cell
-// to the next (section IV-B of the paper).
+// Hybrid connection: at which angle the column of an output panorama changes from one line of a
+// cell to the next (section IV-B of the paper).
 //
-// At a corner the lines of two sides meet at the angle c = atan2(a, b), measured at the viewpoint from
-// the normal of the first side; a and b are the distances to the second and the first side. The paper
-// allows incidence angles up to k only, so the lines connect at clamp(c, 90 deg - k, k): inside that
-// range the connection is physical (both lines hold the same ray, D_m = 0), clamped it is not.
-// k = 45 deg is LFU, k = 90 deg is Ray-space360: all three are this one rule.
+// At a corner the lines of two sides meet at the angle c = atan2(a, b), measured at the viewpoint
+// from the normal of the first side; a and b are the distances to the second and the first side.
+// The paper allows incidence angles up to k only, so the lines connect at clamp(c, 90 deg - k, k):
+// inside that range the connection is physical (both lines hold the same ray, D_m = 0), clamped it
+// is not. k = 45 deg is LFU, k = 90 deg is Ray-space360: all three are this one rule.
 #pragma once
 
 namespace raywalk {
@@ -17,10 +17,10 @@ struct ConnectionRule {
 
 // A corner as seen from the viewpoint; metres, all >= 0.
 struct CornerView {
-  double to_next_side_m = 0.0;    // a
-  double to_this_side_m = 0.0;    // b
-  double overhang_this_m = 0.0;   // how far this side's line is captured beyond the corner
-  double overhang_next_m = 0.0;   // how far the next side's line is captured beyond the corner
+  double to_next_side_m = 0.0;   // a
+  double to_this_side_m = 0.0;   // b
+  double overhang_this_m = 0.0;  // how far this side's line is captured beyond the corner
+  double overhang_next_m = 0.0;  // how far the next side's line is captured beyond the corner
 };
 
 // Angles from the normal of this side towards the next side, in [0, pi/2].
@@ -43,8 +43,9 @@ SharedAngles shared_angles(const CornerView& corner);
 // clamp(c, 90 deg - k, k), whatever the overhang.
 double hybrid_cut(const CornerView& corner, double k_rad);
 
-// The hybrid connection where the overhang suffices; where it runs out the cut moves continuously back
-// towards the physical one. The blend is centred on the cut and narrowed to the angles both lines hold.
+// The hybrid connection where the overhang suffices; where it runs out the cut moves continuously
+// back towards the physical one. The blend is centred on the cut and narrowed to the angles both
+// lines hold.
 CornerConnection connect_corner(const CornerView& corner, const ConnectionRule& rule);
 
 // Weight of the next side's line at an angle: 0 before the blend, 1 after it, linear within.

@@ -1,13 +1,13 @@
 // How many depth layers a view needs.
 //
-// HLF-VD may correct in N layers equally spaced in inverse distance. A pixel's distance is then wrong
-// by at most half a layer, and phi* by at most half a layer times |d alpha / d omega|, where
+// HLF-VD may correct in N layers equally spaced in inverse distance. A pixel's distance is then
+// wrong by at most half a layer, and phi* by at most half a layer times |d alpha / d omega|, where
 // alpha = phi* + asin(q), q = d_p omega sin phi* (law of sines), omega = 1 / d_src:
 //
 //   d alpha / d omega = d_p sin phi* / sqrt(1 - q^2) <= d_p / sqrt(1 - q^2).
 //
-// The slope has no bound where q reaches 1 (the ray grazes the layer's circle), so the count is made
-// for q up to sin 80 deg and holds for every pixel with a smaller q.
+// The slope has no bound where q reaches 1 (the ray grazes the layer's circle), so the count is
+// made for q up to sin 80 deg and holds for every pixel with a smaller q.
 #pragma once
 
 #include "render/view/column_kernels.h"

@@ -25,11 +25,24 @@ float stored_omega(float distance_m, std::uint8_t confidence) {
 // Scratch of one projected column.
 struct ProjectedColumn {
   explicit ProjectedColumn(int rows)
-      : omega(static_cast<size_t>(rows)), u(omega), v(omega), widening(omega), magnification(omega), first_column(omega.size()),
-        last_column(first_column), first_row(first_column), last_row(first_column) {}
+      : omega(static_cast<size_t>(rows)),
+        u(omega),
+        v(omega),
+        widening(omega),
+        magnification(omega),
+        first_column(omega.size()),
+        last_column(first_column),
+        first_row(first_column),
+        last_row(first_column) {}
   ProjectedPoints points() {
-    return {omega.data(), u.data(), v.data(), widening.data(), magnification.data(),
-            first_column.data(), last_column.data(), first_row.data(),
+    return {omega.data(),
+            u.data(),
+            v.data(),
+            widening.data(),
+            magnification.data(),
+            first_column.data(),
+            last_column.data(),
+            first_row.data(),
             last_row.data()};
   }
   std::vector<float> omega, u, v, widening, magnification;
@@ -64,10 +77,13 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
     for (int map = 0; map < static_cast<int>(stations.size()); ++map) {
       const int station = stations[static_cast<size_t>(map)];
       const Line& geometry = room.grid().lines[static_cast<size_t>(line)];
-      all.push_back({line, map, station, geometry.stations[static_cast<size_t>(station)].position_m});
+      all.push_back(
+          {line, map, station, geometry.stations[static_cast<size_t>(station)].position_m});
     }
   }
-  const auto distance = [&](const MapStation& map) { return (map.position_m - viewpoint_m).norm(); };
+  const auto distance = [&](const MapStation& map) {
+    return (map.position_m - viewpoint_m).norm();
+  };
   std::stable_sort(all.begin(), all.end(), [&](const MapStation& a, const MapStation& b) {
     return distance(a) < distance(b);
   });
@@ -159,10 +175,12 @@ void DistanceView::project_map(const Room& room, const MapStation& map,
     }
     const double theta_rad = angles_from_pixel({double(theta), 0.0}, volume.size()).theta_rad;
     const double u = pixel_from_angles({theta_rad, 0.0}, size_).u;
-    const ColumnTarget target{.width = size_.width, .height = size_.height, .u_whole = 0,
+    const ColumnTarget target{.width = size_.width,
+                              .height = size_.height,
+                              .u_whole = 0,
                               .u_part = static_cast<float>(u)};
-    // Unknown pixels are projected with the others, as if they lay beyond the viewpoint, and skipped
-    // when it comes to drawing.
+    // Unknown pixels are projected with the others, as if they lay beyond the viewpoint, and
+    // skipped when it comes to drawing.
     column_kernels().project_points(latitudes.table(), omega_map, rows,
                                     column_offset(offset_m, theta_rad), target, column.points());
     splat(column, omega_map, size_, omega);
@@ -196,14 +214,15 @@ int DistanceView::merge_column(const Room& room, std::span<const MapStation> map
   const double theta_rad = angles_from_pixel({double(theta), 0.0}, size_).theta_rad;
   std::vector<float> refined(rows);
   for (size_t i = 0; i < maps.size(); ++i) {
-    if (std::find(source.begin(), source.end(), static_cast<std::int8_t>(i)) == source.end()) continue;
+    if (std::find(source.begin(), source.end(), static_cast<std::int8_t>(i)) == source.end())
+      continue;
     const PanoramaSize map_size = volume_of(room, maps[i]).size();
     const ColumnPosition position =
         split_column(pixel_from_angles({theta_rad, 0.0}, map_size).u, map_size.width);
     const ColumnTarget target{map_size.width, map_size.height, position.whole, position.part};
     column_kernels().refine_omega(latitudes_->table(), omega, size_.height,
-                                  column_offset(viewpoint_m - maps[i].position_m, theta_rad), target,
-                                  stored_[i].data(), tolerance_, refined.data());
+                                  column_offset(viewpoint_m - maps[i].position_m, theta_rad),
+                                  target, stored_[i].data(), tolerance_, refined.data());
     for (size_t row = 0; row < rows; ++row) {
       if (source[row] == static_cast<std::int8_t>(i)) omega[row] = refined[row];
     }
@@ -214,8 +233,8 @@ int DistanceView::merge_column(const Room& room, std::span<const MapStation> map
 void DistanceView::fill_unseen(int theta) {
   const int rows = size_.height;
   float* down = omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(rows);
-  float* up = omega_.data() +
-              static_cast<size_t>(theta + size_.width / 2) * static_cast<size_t>(rows);
+  float* up =
+      omega_.data() + static_cast<size_t>(theta + size_.width / 2) * static_cast<size_t>(rows);
   const auto ring = [&](int i) -> float& {
     const int at = (i % (2 * rows) + 2 * rows) % (2 * rows);
     return at < rows ? down[at] : up[2 * rows - 1 - at];
@@ -240,16 +259,15 @@ MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f
                   float omega, const Eigen::Vector3d& viewpoint_m, float tolerance) {
   const DistanceVolume& volume = volume_of(room, map);
   const PanoramaSize size = volume.size();
-  const Eigen::Vector3f seen =
-      direction + omega * (viewpoint_m - map.position_m).cast<float>();
+  const Eigen::Vector3f seen = direction + omega * (viewpoint_m - map.position_m).cast<float>();
   const float plan = std::sqrt(seen.x() * seen.x() + seen.z() * seen.z());
   MapLookup result;
   result.omega_there = omega / std::max(1e-30f, std::sqrt(plan * plan + seen.y() * seen.y()));
   const float width = static_cast<float>(size.width);
   const float height = static_cast<float>(size.height);
   const float u = (fast_atan2(seen.x(), seen.z()) / float(kTwoPi) + 0.5f) * width - 0.5f;
-  const float v = std::clamp(
-      (0.5f - fast_atan2(seen.y(), plan) / float(kPi)) * height - 0.5f, 0.0f, height - 1.0f);
+  const float v = std::clamp((0.5f - fast_atan2(seen.y(), plan) / float(kPi)) * height - 0.5f, 0.0f,
+                             height - 1.0f);
   const int left = static_cast<int>(u + 1.0f) - 1;  // floor: u is at least -1
   const int upper = std::min(static_cast<int>(v), size.height - 2);
   const float right_part = u - static_cast<float>(left);

@@ -1,8 +1,9 @@
 // The distance of every ray of a viewpoint, gathered from the distance maps captured around it.
 //
-// The few maps nearest to the viewpoint are projected into it; where several see a surface, the nearest
-// surface wins, and among maps that agree on it the one captured nearest. Pixels no map sees take the
-// farther of their neighbours along the great circle, because what a near object hides is background.
+// The few maps nearest to the viewpoint are projected into it; where several see a surface, the
+// nearest surface wins, and among maps that agree on it the one captured nearest. Pixels no map
+// sees take the farther of their neighbours along the great circle, because what a near object
+// hides is background.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,8 +26,8 @@ struct MapStation {
   Eigen::Vector3d position_m{0, 0, 0};
 };
 
-// Distance maps of the given lines, nearest to `viewpoint_m` first, no two nearer to each other than
-// `gap_m`, at most `most_per_line` of a line and `most` in all.
+// Distance maps of the given lines, nearest to `viewpoint_m` first, no two nearer to each other
+// than `gap_m`, at most `most_per_line` of a line and `most` in all.
 std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
                                      const Eigen::Vector3d& viewpoint_m, double gap_m,
                                      int most_per_line, int most);
@@ -39,7 +40,8 @@ class DistanceView {
  public:
   // `maps` (nearest first, at least one) are read in parallel. Reusing an object for the next
   // viewpoint reuses its memory.
-  void compute(const Room& room, std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m);
+  void compute(const Room& room, std::span<const MapStation> maps,
+               const Eigen::Vector3d& viewpoint_m);
 
   // Size of the largest map.
   PanoramaSize size() const { return size_; }
@@ -65,21 +67,22 @@ class DistanceView {
   double unseen_share_ = 0.0;
   std::unique_ptr<LatitudeTable> latitudes_;  // of size_.height rows
   int latitudes_rows_ = 0;
-  std::vector<float> omega_;      // [theta][phi]; negative while unseen
-  std::vector<float> projected_;  // [map][theta][phi]; negative where a map sees nothing
+  std::vector<float> omega_;                // [theta][phi]; negative while unseen
+  std::vector<float> projected_;            // [map][theta][phi]; negative where a map sees nothing
   std::vector<std::vector<float>> stored_;  // inverse distances as each map holds them; < 0 unknown
 };
 
 // A distance map looked up from another place.
 struct MapLookup {
-  float omega_there = 0.0f;   // inverse distance of the looked-up point from the map's station
-  float omega_map = -1.0f;    // inverse distance the map holds in that direction; < 0 if unknown
-  float omega_around = -1.0f; // of the nearest surface within the four pixels around that direction
+  float omega_there = 0.0f;  // inverse distance of the looked-up point from the map's station
+  float omega_map = -1.0f;   // inverse distance the map holds in that direction; < 0 if unknown
+  float omega_around =
+      -1.0f;  // of the nearest surface within the four pixels around that direction
 };
 
-// Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a map.
-// The map is interpolated over the pixels that agree with the point within `tolerance`; where none
-// does, the nearest pixel is taken.
+// Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a
+// map. The map is interpolated over the pixels that agree with the point within `tolerance`; where
+// none does, the nearest pixel is taken.
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
                   float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
 

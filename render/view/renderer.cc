@@ -16,15 +16,16 @@
 namespace raywalk {
 namespace {
 
-constexpr int kMapsPerLine = 2;    // the nearest, and one to look past what hides from it
+constexpr int kMapsPerLine = 2;  // the nearest, and one to look past what hides from it
 constexpr int kMostMaps = 4;
 constexpr int kMostFillMaps = 32;
-constexpr int kColumnsPerTask = 32;  // 196 kB of pixels at 2048 rows: stays in the second-level cache
+constexpr int kColumnsPerTask =
+    64;  // 196 kB of pixels at 2048 rows: stays in the second-level cache
 
 constexpr std::array<const char*, 3> kGenerationNames{"initial", "hlf-vd", "two-sided"};
 
-// Length of the plan that the maps of a view should be spread over: the lines' median length between
-// neighbouring crossings is the cell; an open grid has only its lines.
+// Length of the plan that the maps of a view should be spread over: the lines' median length
+// between neighbouring crossings is the cell; an open grid has only its lines.
 double plan_scale_m(const Room& room, PlanPoint viewpoint) {
   if (const auto cell = find_cell(room.grid(), viewpoint)) {
     const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
@@ -66,12 +67,14 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
     throw UsageError(fmt::format("k is {} degrees; it must be in 45..90", options.k_deg));
   }
   if (!(options.overlap_deg >= 0.0 && options.overlap_deg <= 45.0)) {
-    throw UsageError(fmt::format("overlap is {} degrees; it must be in 0..45", options.overlap_deg));
+    throw UsageError(
+        fmt::format("overlap is {} degrees; it must be in 0..45", options.overlap_deg));
   }
   if (options.layers < 0) throw UsageError("the number of depth layers must be positive");
   if (options_.width == 0) options_.width = room.panorama().width;
   if (options_.width < 4 || options_.width % 4 != 0 || options_.width > 32768) {
-    throw UsageError(fmt::format("output width {} must be a multiple of 4 in 4..32768", options_.width));
+    throw UsageError(
+        fmt::format("output width {} must be a multiple of 4 in 4..32768", options_.width));
   }
   if (options.generation != Generation::kInitial && !room.has_distances()) {
     throw Error(fmt::format(
@@ -79,10 +82,11 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
         "--distance DIR, or use --generation initial",
         room.directory().string(), generation_name(options.generation)));
   }
-  // A panorama much smaller than the captured ones is rendered larger and averaged down, so that fine
-  // texture does not alias.
-  supersampling_ = std::max(1, static_cast<int>(std::lround(
-                                   static_cast<double>(room.panorama().width) / options_.width)));
+  // A panorama much smaller than the captured ones is rendered larger and averaged down, so that
+  // fine texture does not alias.
+  supersampling_ = std::max(
+      1,
+      static_cast<int>(std::lround(static_cast<double>(room.panorama().width) / options_.width)));
 }
 
 Renderer::~Renderer() = default;
@@ -121,8 +125,11 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   const ConnectionRule rule{radians_from_degrees(options_.k_deg),
                             radians_from_degrees(options_.overlap_deg)};
   view_.plan_ = std::make_unique<ViewPlan>(room_.grid(), viewpoint, rule);
-  view_.inputs_.reset(new ViewInputs{.room = room_, .plan = *view_.plan_, .output = render_size(),
-                                     .layers = std::nullopt, .fill_maps = {}});
+  view_.inputs_.reset(new ViewInputs{.room = room_,
+                                     .plan = *view_.plan_,
+                                     .output = render_size(),
+                                     .layers = std::nullopt,
+                                     .fill_maps = {}});
   view_.layers_ = 0;
   if (options_.generation == Generation::kInitial) return view_;
 
@@ -133,9 +140,10 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   view_.maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, per_line, kMostMaps);
   view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMostFillMaps, kMostFillMaps);
   if (view_.maps_.empty()) {
-    throw Error(fmt::format("{}: no line around viewpoint {},{} m has distances; pack more of them "
-                            "with raywalk-build-lf pack --distance DIR",
-                            room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
+    throw Error(
+        fmt::format("{}: no line around viewpoint {},{} m has distances; pack more of them "
+                    "with raywalk-build-lf pack --distance DIR",
+                    room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
   }
   view_.distances_.compute(room_, view_.maps_, viewpoint_m);
   const OmegaRange range = range_of(view_.maps_);
@@ -150,67 +158,77 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   return view_;
 }
 
-cv::Mat Renderer::render_columns(ViewReport& report) {
+void Renderer::render_columns(RenderedView& view) {
   const ViewInputs& inputs = *view_.inputs_;
   const PanoramaSize size = inputs.output;
-  // An odd number of cache lines per column: with a power of two, a row's pixels would fall into the
-  // same few sets of the cache when they are collected.
+  // An odd number of cache lines per column: with a power of two, a row's pixels would fall into
+  // the same few sets of the cache when they are collected.
   const size_t column_bytes = ((3 * static_cast<size_t>(size.height) / 64 + 1) | 1) * 64;
-  cv::Mat image(size.height, size.width, CV_8UC3);
-  // Renderers are handed from task to task: their tables cost more than a few columns.
+  cv::Mat& image = supersampling_ > 1 ? oversized_ : view.image;
+  image.create(size.height, size.width, CV_8UC3);
+  // Workers are handed from task to task: their tables and memory cost more than a few columns.
+  struct Worker {
+    Worker(const ViewInputs& view, size_t bytes) : renderer(view), columns(bytes) {}
+    ColumnRenderer renderer;
+    std::vector<std::uint8_t> columns;  // rgb, one after the other
+  };
   std::mutex mutex;
-  std::vector<std::unique_ptr<ColumnRenderer>> idle;
+  std::vector<std::unique_ptr<Worker>> idle;
   const auto take = [&] {
     const std::lock_guard lock(mutex);
-    if (idle.empty()) return std::make_unique<ColumnRenderer>(inputs);
-    auto renderer = std::move(idle.back());
+    if (idle.empty()) return std::make_unique<Worker>(inputs, column_bytes * kColumnsPerTask);
+    auto worker = std::move(idle.back());
     idle.pop_back();
-    return renderer;
+    return worker;
   };
   parallel_for(0, size.width, kColumnsPerTask, [&](int begin, int end) {
-    auto renderer = take();
-    std::vector<std::uint8_t> columns(column_bytes * static_cast<size_t>(end - begin));
+    auto worker = take();
     for (int u = begin; u < end; ++u) {
       const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
-      renderer->render(u, sources(view_.plan_->column(theta_rad)),
-                       columns.data() + column_bytes * static_cast<size_t>(u - begin));
+      worker->renderer.render(
+          u, sources(view_.plan_->column(theta_rad)),
+          worker->columns.data() + column_bytes * static_cast<size_t>(u - begin));
     }
-    column_kernels().write_rows(columns.data(), column_bytes, end - begin, size.height,
+    column_kernels().write_rows(worker->columns.data(), column_bytes, end - begin, size.height,
                                 image.ptr<std::uint8_t>(0) + 3 * begin, image.step);
     const std::lock_guard lock(mutex);
-    idle.push_back(std::move(renderer));
+    idle.push_back(std::move(worker));
   });
   PixelCounts total;
-  for (const auto& renderer : idle) {
-    total.all += renderer->counts().all;
-    total.filled += renderer->counts().filled;
-    total.stretched += renderer->counts().stretched;
-    total.empty += renderer->counts().empty;
+  for (const auto& worker : idle) {
+    const PixelCounts& counts = worker->renderer.counts();
+    total.all += counts.all;
+    total.filled += counts.filled;
+    total.stretched += counts.stretched;
+    total.empty += counts.empty;
   }
   const auto share = [&](std::int64_t part) {
     return static_cast<double>(part) / static_cast<double>(total.all);
   };
-  report.filled_share = share(total.filled);
-  report.stretched_share = share(total.stretched);
-  report.empty_share = share(total.empty);
-  return image;
+  view.report.filled_share = share(total.filled);
+  view.report.stretched_share = share(total.stretched);
+  view.report.empty_share = share(total.empty);
 }
 
 RenderedView Renderer::render(PlanPoint viewpoint) {
-  const auto start = std::chrono::steady_clock::now();
   RenderedView view;
+  render(viewpoint, view);
+  return view;
+}
+
+void Renderer::render(PlanPoint viewpoint, RenderedView& view) {
+  const auto start = std::chrono::steady_clock::now();
   prepare(viewpoint);
   view.report.layers = view_.layers_;
   view.report.limited_corners = view_.plan_->limited_corners();
-  view.image = render_columns(view.report);
+  render_columns(view);
   if (supersampling_ > 1) {
-    cv::resize(view.image, view.image, cv::Size(options_.width, options_.width / 2), 0, 0,
+    cv::resize(oversized_, view.image, cv::Size(options_.width, options_.width / 2), 0, 0,
                cv::INTER_AREA);
   }
   const std::chrono::duration<double, std::milli> elapsed =
       std::chrono::steady_clock::now() - start;
   view.report.render_ms = elapsed.count();
-  return view;
 }
 
 }  // namespace raywalk

@@ -31,12 +31,12 @@ struct ViewOptions {
 
 // What a view was made of; shares are of all pixels.
 struct ViewReport {
-  int layers = 0;              // 0 in an initial view
-  int limited_corners = 0;     // corners connected nearer to physical for want of overhang, of four
-  double filled_share = 0.0;   // hidden from the lines in use, filled from other stations
+  int layers = 0;             // 0 in an initial view
+  int limited_corners = 0;    // corners connected nearer to physical for want of overhang, of four
+  double filled_share = 0.0;  // hidden from the lines in use, filled from other stations
   double stretched_share = 0.0;  // seen by no station
-  double empty_share = 0.0;    // served by no line
-  double render_ms = 0.0;      // from plan to finished picture
+  double empty_share = 0.0;      // served by no line
+  double render_ms = 0.0;        // from plan to finished picture
 };
 
 struct RenderedView {
@@ -44,8 +44,8 @@ struct RenderedView {
   ViewReport report;
 };
 
-// Everything a single viewpoint needs before columns are rendered; connect-error uses it to render the
-// two lines of a connection separately.
+// Everything a single viewpoint needs before columns are rendered; connect-error uses it to render
+// the two lines of a connection separately.
 class PreparedView {
  public:
   const ViewPlan& plan() const { return *plan_; }
@@ -62,8 +62,8 @@ class PreparedView {
   int layers_ = 0;
 };
 
-// Renders views of one room, one at a time (each view uses all threads). Memory used does not depend
-// on the size of the volumes.
+// Renders views of one room, one at a time (each view uses all threads). Memory used does not
+// depend on the size of the volumes.
 class Renderer {
  public:
   // Throws UsageError on options out of range; Error if the generation needs distances and the room
@@ -71,11 +71,13 @@ class Renderer {
   Renderer(const Room& room, const ViewOptions& options);
   ~Renderer();
 
-  // Throws Error where the room cannot be rendered (see ViewPlan).
+  // Throws Error where the room cannot be rendered (see ViewPlan). The second form reuses the
+  // memory of an earlier view's image.
   RenderedView render(PlanPoint viewpoint);
+  void render(PlanPoint viewpoint, RenderedView& view);
 
-  // Plans a view and, for corrected generations, gathers its distances. The result is overwritten by
-  // the next call.
+  // Plans a view and, for corrected generations, gathers its distances. The result is overwritten
+  // by the next call.
   const PreparedView& prepare(PlanPoint viewpoint);
 
   // The lines a column is read from in this generation, front and (two-sided) behind.
@@ -84,12 +86,13 @@ class Renderer {
  private:
   PanoramaSize render_size() const;
   OmegaRange range_of(std::span<const MapStation> maps);
-  cv::Mat render_columns(ViewReport& report);
+  void render_columns(RenderedView& view);
 
   const Room& room_;
   ViewOptions options_;
   PreparedView view_;
   std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
+  cv::Mat oversized_;      // what is averaged down where supersampling_ > 1
   int supersampling_ = 1;  // rendered columns per output column
 };
 

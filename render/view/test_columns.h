@@ -1,10 +1,13 @@
 // For tests: random columns as the kernels take them.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "render/view/column_kernels.h"
@@ -94,6 +97,7 @@ class RandomColumns {
   // Interpolation weights in 1/32768; both ends occur.
   std::vector<std::int16_t> weights(int count) {
     std::vector<std::int16_t> weights;
+    weights.reserve(static_cast<size_t>(count));
     for (int i = 0; i < count; ++i) {
       const double value = uniform(-3000.0, 35767.0);
       weights.push_back(static_cast<std::int16_t>(std::clamp(value, 0.0, 32767.0)));
@@ -117,5 +121,19 @@ class RandomColumns {
  private:
   std::mt19937_64 random_;
 };
+
+// Tests of one set of kernels after the other; the parameter is their name.
+class Kernels : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (kernels_ == nullptr) GTEST_SKIP() << "not on this processor";
+  }
+  const ColumnKernels* kernels_ = column_kernels_named(GetParam());
+  RandomColumns random_{31};
+};
+
+inline std::string kernel_set_name(const testing::TestParamInfo<const char*>& set) {
+  return set.param;
+}
 
 }  // namespace raywalk

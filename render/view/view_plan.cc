@@ -17,10 +17,14 @@ PlanPoint minus(PlanPoint p, PlanPoint q) { return {p.x_m - q.x_m, p.z_m - q.z_m
 
 double distance_to_side(const Cell& cell, Side side, PlanPoint viewpoint) {
   switch (side) {
-    case Side::kFront: return cell.z_max_m - viewpoint.z_m;
-    case Side::kRight: return cell.x_max_m - viewpoint.x_m;
-    case Side::kBack: return viewpoint.z_m - cell.z_min_m;
-    case Side::kLeft: return viewpoint.x_m - cell.x_min_m;
+    case Side::kFront:
+      return cell.z_max_m - viewpoint.z_m;
+    case Side::kRight:
+      return cell.x_max_m - viewpoint.x_m;
+    case Side::kBack:
+      return viewpoint.z_m - cell.z_min_m;
+    case Side::kLeft:
+      return viewpoint.x_m - cell.x_min_m;
   }
   return 0.0;
 }
@@ -28,10 +32,14 @@ double distance_to_side(const Cell& cell, Side side, PlanPoint viewpoint) {
 // The corner where a side meets the next one, clockwise seen from above.
 PlanPoint corner_after(const Cell& cell, Side side) {
   switch (side) {
-    case Side::kFront: return {cell.x_max_m, cell.z_max_m};
-    case Side::kRight: return {cell.x_max_m, cell.z_min_m};
-    case Side::kBack: return {cell.x_min_m, cell.z_min_m};
-    case Side::kLeft: return {cell.x_min_m, cell.z_max_m};
+    case Side::kFront:
+      return {cell.x_max_m, cell.z_max_m};
+    case Side::kRight:
+      return {cell.x_max_m, cell.z_min_m};
+    case Side::kBack:
+      return {cell.x_min_m, cell.z_min_m};
+    case Side::kLeft:
+      return {cell.x_min_m, cell.z_max_m};
   }
   return {};
 }
@@ -65,7 +73,8 @@ CornerView corner_view(const Grid& grid, const Cell& cell, Side side, PlanPoint 
 std::optional<LineCrossing> cross_line(const Line& line, PlanPoint viewpoint, double theta_rad) {
   const PlanPoint ray{std::sin(theta_rad), std::cos(theta_rad)};
   const PlanPoint to_origin = minus(line.origin, viewpoint);
-  // viewpoint + d_p ray = origin + along direction; crossing both sides with `direction` leaves d_p.
+  // viewpoint + d_p ray = origin + along direction; crossing both sides with `direction` leaves
+  // d_p.
   const double numerator = cross(to_origin, line.direction);
   const double denominator = cross(ray, line.direction);
   if (numerator == 0.0) return LineCrossing{0.0, along_line(line, viewpoint)};
@@ -149,8 +158,9 @@ int ViewPlan::cell_sources(double theta_rad, std::array<RaySource, 2>& sources) 
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
     // A connection at 0 or 90 degrees puts the viewpoint on the line that the ray runs along, up to
     // rounding of the line's fit: such a ray is acquired at the viewpoint itself.
-    const LineCrossing crossing = cross_line(geometry, viewpoint_, theta_rad)
-                                      .value_or(LineCrossing{0.0, along_line(geometry, viewpoint_)});
+    const LineCrossing crossing =
+        cross_line(geometry, viewpoint_, theta_rad)
+            .value_or(LineCrossing{0.0, along_line(geometry, viewpoint_)});
     sources[static_cast<size_t>(count)] = source_at(geometry, line, crossing);
     sources[static_cast<size_t>(count)].weight = weight;
     ++count;

@@ -1,7 +1,8 @@
 // Which line, which stations and with which weight every column of an output panorama is read from.
 //
-// The ray of column theta leaves the viewpoint P and crosses a line at the acquisition point A, at the
-// signed plan distance d_p (negative for the line behind P, which sees the same vertical plane).
+// The ray of column theta leaves the viewpoint P and crosses a line at the acquisition point A, at
+// the signed plan distance d_p (negative for the line behind P, which sees the same vertical
+// plane).
 #pragma once
 
 #include <array>
@@ -16,11 +17,11 @@ namespace raywalk {
 
 // One line a column is read from.
 struct RaySource {
-  int line = -1;           // index into Grid::lines
-  int station = 0;         // the station before A; station + 1 is the one after it
-  double fraction = 0.0;   // of the way from `station` to `station + 1`, in [0, 1]
-  double d_p_m = 0.0;      // signed plan distance from P to A along the column's direction
-  double weight = 1.0;     // share in the blend of a connection, in (0, 1]
+  int line = -1;          // index into Grid::lines
+  int station = 0;        // the station before A; station + 1 is the one after it
+  double fraction = 0.0;  // of the way from `station` to `station + 1`, in [0, 1]
+  double d_p_m = 0.0;     // signed plan distance from P to A along the column's direction
+  double weight = 1.0;    // share in the blend of a connection, in (0, 1]
 };
 
 // At most two lines in front (at a connection) and two behind.
@@ -46,10 +47,10 @@ RaySource source_at(const Line& line, int line_index, const LineCrossing& crossi
 // The plan of one view.
 class ViewPlan {
  public:
-  // A viewpoint in a closed cell is rendered from the cell's four lines, connected by `rule`. In a grid
-  // that closes no cell (a single line is the paper's 3D360) a column is rendered from the nearest line
-  // that its ray crosses, and left empty where there is none. Throws Error when the grid has cells and
-  // the viewpoint is in none of them, or when no column can be rendered.
+  // A viewpoint in a closed cell is rendered from the cell's four lines, connected by `rule`. In a
+  // grid that closes no cell (a single line is the paper's 3D360) a column is rendered from the
+  // nearest line that its ray crosses, and left empty where there is none. Throws Error when the
+  // grid has cells and the viewpoint is in none of them, or when no column can be rendered.
   ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& rule);
 
   PlanPoint viewpoint() const { return viewpoint_; }
@@ -80,8 +81,8 @@ class ViewPlan {
   int limited_corners_ = 0;
 };
 
-// The corner between side `side` and the next one (clockwise seen from above) as seen from a viewpoint
-// in the cell.
+// The corner between side `side` and the next one (clockwise seen from above) as seen from a
+// viewpoint in the cell.
 CornerView corner_view(const Grid& grid, const Cell& cell, Side side, PlanPoint viewpoint);
 
 // Direction of a side's outward normal: 0 for front, 90 deg for right, and so on.

@@ -6,8 +6,12 @@
 namespace raywalk {
 
 RingVisibility::RingVisibility(int rows)
-    : rows_(rows), ring_latitudes_(rows, 2 * rows), omega_(static_cast<size_t>(2 * rows)),
-      position_(omega_), omega_from_line_(omega_), nearest_(omega_) {}
+    : rows_(rows),
+      ring_latitudes_(rows, 2 * rows),
+      omega_(static_cast<size_t>(2 * rows)),
+      position_(omega_),
+      omega_from_line_(omega_),
+      nearest_(omega_) {}
 
 void RingVisibility::compute(const DistanceView& distances, int theta, double d_p_m,
                              std::vector<std::uint8_t>& visible) {

@@ -1,8 +1,8 @@
 // Which points of a column an acquisition point sees.
 //
 // The viewpoint P, the acquisition point A and everything column theta shows lie in one vertical
-// plane, so occlusion is a matter of one great circle: project the points that P sees into the circle
-// around A and keep, per direction, the nearest.
+// plane, so occlusion is a matter of one great circle: project the points that P sees into the
+// circle around A and keep, per direction, the nearest.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ class RingVisibility {
   // For distance views of `rows` rows.
   explicit RingVisibility(int rows);
 
-  // visible[row] = 1 where A, at signed plan distance d_p along column `theta`, sees what the viewpoint
-  // sees in that row.
+  // visible[row] = 1 where A, at signed plan distance d_p along column `theta`, sees what the
+  // viewpoint sees in that row.
   void compute(const DistanceView& distances, int theta, double d_p_m,
                std::vector<std::uint8_t>& visible);
 

@@ -1,0 +1,182 @@
+// Column kernels that work on inverse distances, against geometry in double precision.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "render/view/column_kernels.h"
+#include "render/view/row_table.h"
+#include "render/view/test_columns.h"
+
+namespace raywalk {
+namespace {
+
+class KernelDepths : public Kernels {};
+INSTANTIATE_TEST_SUITE_P(Sets, KernelDepths, testing::Values("generic", "avx2"), kernel_set_name);
+
+TEST_P(KernelDepths, OmegaIsInterpolatedOnOneSurfaceAndTakenFromTheNearerSideOfAnEdge) {
+  const std::vector<float> left = {1.0f, 1.0f, 1.0f, 0.0f};
+  const std::vector<float> right = {1.1f, 4.0f, 0.5f, 0.0f};
+  std::vector<float> out(4);
+  kernels_->mix_omega(left.data(), right.data(), 0.25f, 4, 0.2f, out.data());
+  EXPECT_FLOAT_EQ(out[0], 1.025f);
+  EXPECT_EQ(out[1], 1.0f);
+  EXPECT_EQ(out[2], 1.0f);
+  EXPECT_EQ(out[3], 0.0f);
+  kernels_->mix_omega(left.data(), right.data(), 0.75f, 4, 0.2f, out.data());
+  EXPECT_FLOAT_EQ(out[0], 1.075f);
+  EXPECT_EQ(out[1], 4.0f);
+  EXPECT_EQ(out[2], 0.5f);
+
+  const std::vector<float> in = {2.0f, 2.2f, 9.0f};
+  const std::vector<int> row = {0, 1, 1};
+  const std::vector<float> fraction = {0.5f, 0.25f, 0.75f};
+  std::vector<float> used(3);
+  kernels_->upsample_omega(in.data(), row.data(), fraction.data(), 3, 0.2f, used.data(),
+                           out.data());
+  EXPECT_EQ(used, (std::vector<float>{0.5f, 0.0f, 1.0f}));
+  EXPECT_FLOAT_EQ(out[0], 2.1f);
+  EXPECT_EQ(out[1], 2.2f);
+  EXPECT_EQ(out[2], 9.0f);
+}
+
+// Inverse distance from the acquisition point of the point at `omega` in direction (c, s).
+double omega_from_line(double c, double s, double omega, double d_p) {
+  return omega / std::hypot(c - omega * d_p, s);
+}
+
+TEST_P(KernelDepths, SnappedPointsLieOnTheirNearestLayer) {
+  constexpr int kRows = 777;
+  const LatitudeTable latitudes(kRows, kRows);
+  const RowTable table = latitudes.table();
+  int snapped_points = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto before = random_.room_omegas(kRows);
+    auto after = before;
+    const auto d_p = static_cast<float>(i == 0 ? 0.0 : random_.uniform(-2.0, 2.0));
+    const LayerSpacing layers{0.05f, static_cast<float>(random_.uniform(0.01, 1.0))};
+    kernels_->snap_to_layers(table, kRows, d_p, layers, after.data());
+    for (int row = 0; row < kRows; ++row) {
+      const auto at = static_cast<size_t>(row);
+      ASSERT_TRUE(std::isfinite(after[at]) && after[at] >= 0.0f);
+      if (after[at] == before[at]) continue;
+      ++snapped_points;
+      const double c = table.cos_phi[row];
+      const double s = table.sin_phi[row];
+      const double was = omega_from_line(c, s, before[at], d_p);
+      const double is = omega_from_line(c, s, after[at], d_p);
+      const double layer = (is - layers.omega_min) / layers.step - 0.5;
+      // How much a rounding of rho moves the layer: rho is of the size of d_p at least.
+      const double rounding = 1e-6 * (1.0 + is * (std::fabs(d_p) + 1.0 / after[at])) * is;
+      ASSERT_NEAR(layer, std::round(layer), rounding / layers.step + 1e-5);
+      if (was >= layers.omega_min) {
+        ASSERT_LE(std::fabs(is - was), 0.5 * layers.step * (1.0 + 1e-4) + rounding);
+      }
+      // A ray meets a layer's circle twice; the point stays on its side of the foot of A.
+      ASSERT_EQ(d_p * c * before[at] > 1.0, d_p * c * after[at] > 1.0 - 1e-5);
+    }
+  }
+  EXPECT_GT(snapped_points, 100000);
+}
+
+TEST_P(KernelDepths, SnappedPointsObeyTheLawOfSines) {
+  // (5) solved for the source in design.md section 3: alpha = phi* + asin((d_p / d_src) sin phi*).
+  constexpr int kRows = 200;
+  const LatitudeTable latitudes(kRows, kRows);
+  const RowTable table = latitudes.table();
+  const LayerSpacing layers{0.2f, 0.1f};
+  const float d_p = 0.4f;
+  std::vector<float> omega(kRows, 0.33f);
+  kernels_->snap_to_layers(table, kRows, d_p, layers, omega.data());
+  for (int row = 0; row < kRows; ++row) {
+    const double phi = std::atan2(table.sin_phi[row], table.cos_phi[row]);
+    const double rho = 1.0 / omega[static_cast<size_t>(row)];
+    const double alpha = std::atan2(rho * std::sin(phi), rho * std::cos(phi) - d_p);
+    const double d_src =
+        1.0 / omega_from_line(std::cos(phi), std::sin(phi), omega[static_cast<size_t>(row)], d_p);
+    EXPECT_NEAR(alpha, phi + std::asin(d_p / d_src * std::sin(phi)), 1e-6);
+    const double phi_again = std::atan2(d_src * std::sin(alpha), d_src * std::cos(alpha) + d_p);
+    EXPECT_NEAR(phi_again, phi, 1e-12);
+  }
+}
+
+TEST_P(KernelDepths, RaysThatNeverMeetTheirLayerKeepTheirDistance) {
+  // Straight up (phi = 90 degrees) from beside A, the layer's circle of radius 1 / 1.5 around A,
+  // 1 m away, is never met.
+  const float sin_phi = 1.0f;
+  const float cos_phi = 0.0f;
+  float omega = 100.0f;
+  kernels_->snap_to_layers({&sin_phi, &cos_phi}, 1, 1.0f, {1.0f, 1.0f}, &omega);
+  EXPECT_EQ(omega, 100.0f);
+}
+
+TEST_P(KernelDepths, InfinitelyFarSnapsIntoTheFarthestLayer) {
+  const float sin_phi = 0.0f;
+  const float cos_phi = 1.0f;
+  float omega = 0.0f;
+  kernels_->snap_to_layers({&sin_phi, &cos_phi}, 1, 0.0f, {0.0f, 0.5f}, &omega);
+  EXPECT_FLOAT_EQ(omega, 0.25f);
+}
+
+// A wall 2 m ahead of the viewpoint, and what a station's map holds of it; unknown elsewhere.
+class WallMap {
+ public:
+  WallMap() : omega_(static_cast<size_t>(kSize.width) * static_cast<size_t>(kSize.height), -1.0f) {
+    for (int u = 0; u < kSize.width; ++u) {
+      for (int v = 0; v < kSize.height; ++v) {
+        const double ahead =
+            direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize)).z();
+        if (ahead > 0.05) at(u, v) = static_cast<float>(ahead / (2.0 + kOffset.forward));
+      }
+    }
+  }
+  float& at(int u, int v) {
+    return omega_[static_cast<size_t>(u) * kSize.height + static_cast<size_t>(v)];
+  }
+  const float* data() const { return omega_.data(); }
+
+  static constexpr PanoramaSize kSize{512, 256};
+  static constexpr ColumnOffset kOffset{-0.3f, 0.05f, 0.2f};  // viewpoint - station
+  // Straight ahead: theta = 0 lies between two columns.
+  static constexpr ColumnTarget kTarget{512, 256, 255, 0.5f};
+
+ private:
+  std::vector<float> omega_;
+};
+
+TEST_P(KernelDepths, RefineOmegaMovesAPointOntoTheSurfaceOfTheMap) {
+  constexpr int kRows = 256;
+  const LatitudeTable latitudes(kRows, kRows);
+  const WallMap map;
+  // 2 % off, as after a splat to the nearest pixel.
+  std::vector<float> omega(kRows), refined(kRows);
+  for (size_t row = 0; row < kRows; ++row) {
+    omega[row] = latitudes.table().cos_phi[row] / 2.0f * (row % 2 == 0 ? 1.02f : 0.98f);
+  }
+  kernels_->refine_omega(latitudes.table(), omega.data(), kRows, WallMap::kOffset, WallMap::kTarget,
+                         map.data(), 0.1f, refined.data());
+  for (size_t row = 50; row < kRows - 50; ++row) {  // 55 degrees of latitude either way
+    const double truth = latitudes.table().cos_phi[row] / 2.0;
+    EXPECT_NEAR(refined[row] / truth, 1.0, 0.005) << row;
+  }
+}
+
+TEST_P(KernelDepths, RefineOmegaLeavesWhatTheMapDoesNotHold) {
+  constexpr int kRows = 256;
+  const LatitudeTable latitudes(kRows, kRows);
+  const WallMap map;
+  // Nearer than the wall by half; and away from it, where the map knows nothing.
+  std::vector<float> nearer(kRows), refined(kRows);
+  for (size_t row = 0; row < kRows; ++row) nearer[row] = latitudes.table().cos_phi[row];
+  kernels_->refine_omega(latitudes.table(), nearer.data(), kRows, WallMap::kOffset,
+                         WallMap::kTarget, map.data(), 0.1f, refined.data());
+  EXPECT_EQ(refined, nearer);
+  kernels_->refine_omega(latitudes.table(), nearer.data(), kRows, WallMap::kOffset,
+                         {512, 256, 0, 0.0f}, map.data(), 0.1f, refined.data());
+  EXPECT_EQ(refined, nearer);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,237 @@
+// Column kernels that turn directions into pixel positions, against geometry in double precision.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "render/view/column_kernels.h"
+#include "render/view/row_table.h"
+#include "render/view/test_columns.h"
+
+namespace raywalk {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr PanoramaSize kPanorama{4096, 2048};
+
+class KernelPositions : public Kernels {};
+INSTANTIATE_TEST_SUITE_P(Sets, KernelPositions, testing::Values("generic", "avx2"),
+                         kernel_set_name);
+
+// A direction in a column frame (forward, up, side) from the table's own numbers, so that only the
+// kernel's arithmetic is measured.
+Vector3d seen_from_station(const RowTable& table, int row, float omega, ColumnOffset o) {
+  const double w = omega;
+  return {table.cos_phi[row] + w * o.forward, table.sin_phi[row] + w * o.up, w * o.side};
+}
+SphereAngles angles_of(const Vector3d& seen) {
+  return angles_from_direction({seen[2], seen[1], seen[0]});
+}
+
+// How far a pixel position is from the direction it should show, in pixels along the equator.
+double position_error(PixelPosition found, const Vector3d& seen, const ColumnTarget& target) {
+  SphereAngles angles = angles_of(seen);
+  const double columns_per_rad = kPanorama.width / kTwoPi;
+  const double u =
+      target.u_whole + static_cast<double>(target.u_part) + angles.theta_rad * columns_per_rad;
+  const double v = std::clamp(pixel_from_angles(angles, kPanorama).v, 0.0, kPanorama.height - 1.0);
+  const double du = std::remainder(found.u - u, kPanorama.width) * std::cos(angles.phi_rad);
+  return std::hypot(du, found.v - v);
+}
+
+// Where the kernel's sums of a point's direction and its offset nearly cancel, the rounding of the
+// two to float is magnified by this.
+double cancellation(const Vector3d& seen, float omega, ColumnOffset o) {
+  const double offset = std::sqrt(double(o.forward) * o.forward + o.up * o.up + o.side * o.side);
+  return (1.0 + omega * offset) / seen.norm();
+}
+
+PixelPosition position_of(const SampleArrays& samples, size_t row) {
+  const int sample = samples.left[row] / 3;
+  const int column = sample / kPanorama.height;
+  return {column + samples.weight_right[row] / 32768.0,
+          sample % kPanorama.height + samples.weight_lower[row] / 32768.0};
+}
+
+TEST_P(KernelPositions, FindSamplesAgreesWithExactGeometryToAThousandthOfAPixel) {
+  const int rows = kPanorama.height;
+  const LatitudeTable latitudes(rows, rows);
+  for (int i = 0; i < 200; ++i) {
+    const auto omega = i % 2 == 0 ? random_.omegas(rows) : random_.room_omegas(rows);
+    const ColumnOffset offset = random_.offset(i < 100 ? 0.7 : 1e-3);
+    const ColumnTarget target{kPanorama.width, kPanorama.height,
+                              static_cast<int>(random_.uniform(0.0, kPanorama.width)),
+                              static_cast<float>(random_.uniform(0.0, 0.999))};
+    SampleArrays samples(rows);
+    kernels_->find_samples(latitudes.table(), omega.data(), rows, offset, target,
+                           samples.positions());
+    for (int row = 0; row < rows; ++row) {
+      const auto at = static_cast<size_t>(row);
+      ASSERT_EQ(samples.left[at] % 3, 0);
+      // The right sample is one column on, around the back.
+      const int left = samples.left[at] / 3;
+      const int right = samples.right[at] / 3;
+      ASSERT_EQ((left / kPanorama.height + 1) % kPanorama.width, right / kPanorama.height);
+      ASSERT_EQ(left % kPanorama.height, right % kPanorama.height);
+      ASSERT_LE(left % kPanorama.height, kPanorama.height - 2) << "there is a row below";
+
+      const Vector3d seen = seen_from_station(latitudes.table(), row, omega[at], offset);
+      const double magnified = cancellation(seen, omega[at], offset);
+      ASSERT_LT(position_error(position_of(samples, at), seen, target),
+                1e-3 * std::max(1.0, magnified / 4.0))
+          << "row " << row << " omega " << omega[at];
+    }
+  }
+}
+
+TEST_P(KernelPositions, StationAtTheViewpointIsReadWhereTheViewLooks) {
+  const int rows = kPanorama.height;
+  const LatitudeTable latitudes(rows, rows);
+  for (const float omega : {0.0f, 1.0f, 1e6f}) {
+    const std::vector<float> omegas(static_cast<size_t>(rows), omega);
+    SampleArrays samples(rows);
+    kernels_->find_samples(latitudes.table(), omegas.data(), rows, {}, {4096, 2048, 17, 0.0f},
+                           samples.positions());
+    for (int row = 0; row < rows; ++row) {
+      const PixelPosition found = position_of(samples, static_cast<size_t>(row));
+      ASSERT_EQ(found.u, 17.0);
+      ASSERT_NEAR(found.v, row, 1e-3);
+    }
+  }
+}
+
+TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
+  constexpr int kRows = 512;
+  const LatitudeTable latitudes(kRows, kRows);
+  for (int i = 0; i < 100; ++i) {
+    const auto omega = random_.room_omegas(kRows);
+    const ColumnOffset offset = random_.offset(0.7);
+    const ColumnTarget target{kPanorama.width, kPanorama.height, 0, 0.0f};
+    std::vector<float> shift_u(kRows), shift_v(kRows);
+    kernels_->find_shifts(latitudes.table(), omega.data(), kRows, offset, target, shift_u.data(),
+                          shift_v.data());
+    for (int row = 0; row < kRows; ++row) {
+      const auto at = static_cast<size_t>(row);
+      const double own_v = (row + 0.5) * kPanorama.height / kRows - 0.5;
+      const double v = std::clamp(own_v + shift_v[at], 0.0, kPanorama.height - 1.0);
+      const Vector3d seen = seen_from_station(latitudes.table(), row, omega[at], offset);
+      const double magnified = cancellation(seen, omega[at], offset);
+      ASSERT_LT(position_error({shift_u[at], v}, seen, target),
+                1e-3 * std::max(1.0, magnified / 4.0));
+    }
+  }
+}
+
+// Positions of `rows` * `per_row` output rows, as many as the panorama has.
+std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vector<float>& shift_u,
+                                  const std::vector<float>& shift_v, int per_row,
+                                  const std::vector<float>& fraction) {
+  const int rows = static_cast<int>(shift_u.size());
+  std::vector<float> scratch_u(fraction.size()), scratch_v(fraction.size());
+  SampleArrays samples(rows * per_row);
+  kernels.place_shifted(shift_u.data(), shift_v.data(), rows, per_row, fraction.data(),
+                        {kPanorama.width, kPanorama.height, 100, 0.25f}, scratch_u.data(),
+                        scratch_v.data(), samples.positions());
+  std::vector<PixelPosition> positions;
+  for (size_t i = 0; i < fraction.size(); ++i) positions.push_back(position_of(samples, i));
+  return positions;
+}
+
+TEST_P(KernelPositions, PlaceShiftedInterpolatesShiftsBetweenRows) {
+  for (const int per_row : {2, 4, 8}) {
+    const int rows = kPanorama.height / per_row;
+    std::vector<float> shift_u, shift_v, fraction;
+    for (int i = 0; i < rows; ++i) {
+      shift_u.push_back(static_cast<float>(random_.uniform(-50.0, 50.0)));
+      shift_v.push_back(static_cast<float>(random_.uniform(-5.0, 5.0)));
+    }
+    for (int i = 0; i < rows * per_row; ++i) {
+      fraction.push_back(static_cast<float>(random_.uniform(0.0, 1.0)));
+    }
+    const auto positions = placed(*kernels_, shift_u, shift_v, per_row, fraction);
+    for (int i = 0; i < rows * per_row; ++i) {
+      // The output row lies between the centres of these two.
+      const int between = i - per_row / 2;
+      const auto row = static_cast<size_t>(std::max(0, between / per_row));
+      const auto next = std::min(between < 0 ? row : row + 1, static_cast<size_t>(rows) - 1);
+      const double f = fraction[static_cast<size_t>(i)];
+      const double du = shift_u[row] + f * (shift_u[next] - shift_u[row]);
+      const double dv = shift_v[row] + f * (shift_v[next] - shift_v[row]);
+      const PixelPosition found = positions[static_cast<size_t>(i)];
+      ASSERT_NEAR(found.u, 100.25 + du, 1e-3) << per_row << ' ' << i;
+      ASSERT_NEAR(found.v, std::clamp(i + dv, 0.0, kPanorama.height - 1.0), 1e-3) << i;
+    }
+  }
+}
+
+TEST_P(KernelPositions, PlaceShiftedDoesNotInterpolateOverAPole) {
+  // Beyond the pole a point appears half a turn away; nothing lies in between.
+  constexpr int kPerRow = 4;
+  constexpr int kRows = kPanorama.height / kPerRow;
+  std::vector<float> shift_u(kRows, 10.0f);
+  std::fill(shift_u.begin(), shift_u.begin() + 5, 10.0f - 2048.0f);
+  const std::vector<float> shift_v(kRows, 0.0f);
+  const std::vector<float> fraction(kPanorama.height, 0.3f);
+  for (const PixelPosition& found : placed(*kernels_, shift_u, shift_v, kPerRow, fraction)) {
+    const bool turned = std::fabs(found.u - (110.25 + 2048.0)) < 1e-3;
+    ASSERT_TRUE(turned || std::fabs(found.u - 110.25) < 1e-3) << found.u;
+  }
+}
+
+TEST_P(KernelPositions, ProjectPointsAgreesWithExactGeometry) {
+  const int rows = 512;
+  const LatitudeTable latitudes(rows, rows);
+  const ColumnTarget target{kPanorama.width, kPanorama.height, 0, 0.0f};
+  for (int i = 0; i < 100; ++i) {
+    const auto omega = random_.room_omegas(rows);
+    const ColumnOffset offset = random_.offset(0.5);
+    PointArrays found(rows);
+    kernels_->project_points(latitudes.table(), omega.data(), rows, offset, target, found.points());
+    for (int row = 0; row < rows; ++row) {
+      const auto at = static_cast<size_t>(row);
+      const Vector3d seen = seen_from_station(latitudes.table(), row, omega[at], offset);
+      const double magnified = cancellation(seen, omega[at], offset);
+      ASSERT_NEAR(found.omega[at] * seen.norm() / omega[at], 1.0, 1e-6 * magnified);
+      ASSERT_LT(
+          position_error({found.u[at], std::clamp(double(found.v[at]), 0.0, 2047.0)}, seen, target),
+          1e-3 * std::max(1.0, magnified / 4.0));
+      // The pixels it covers include the one it lies in.
+      ASSERT_LE(found.first_row[at], std::lround(found.v[at]));
+      ASSERT_GE(found.last_row[at], std::lround(found.v[at]));
+      ASSERT_LE(found.first_column[at], std::lround(found.u[at]));
+      ASSERT_GE(found.last_column[at], std::lround(found.u[at]));
+      ASSERT_GE(found.first_column[at], -target.width);
+      ASSERT_LT(found.last_column[at], 2 * target.width);
+    }
+  }
+}
+
+TEST_P(KernelPositions, ProjectRingAgreesWithExactGeometryAllAround) {
+  constexpr int kRows = 512;
+  const LatitudeTable ring(kRows, 2 * kRows);
+  for (int i = 0; i < 100; ++i) {
+    const auto omega = random_.room_omegas(2 * kRows);
+    const auto d_p = static_cast<float>(random_.uniform(-0.7, 0.7));
+    std::vector<float> position(size_t{2} * kRows), from_line(size_t{2} * kRows);
+    kernels_->project_ring(ring.table(), omega.data(), 2 * kRows, d_p, position.data(),
+                           from_line.data());
+    for (int row = 0; row < 2 * kRows; ++row) {
+      const auto at = static_cast<size_t>(row);
+      const double forward = ring.table().cos_phi[row] - double(omega[at]) * d_p;
+      const double up = ring.table().sin_phi[row];
+      const double length = std::hypot(forward, up);
+      const double magnified = (1.0 + omega[at] * std::fabs(d_p)) / length;
+      ASSERT_GE(position[at], -0.5f);
+      ASSERT_LT(position[at], 2 * kRows - 0.5f + 1e-3f);
+      const double exact = (kHalfPi - std::atan2(up, forward)) * kRows / kPi - 0.5;
+      ASSERT_NEAR(std::remainder(position[at] - exact, 2.0 * kRows), 0.0, 2e-4 * magnified);
+      ASSERT_NEAR(from_line[at] * length / omega[at], 1.0, 1e-6 * magnified);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raywalk
