@@ -1,0 +1,158 @@
+#include "tests/synthetic_room/synthetic_room.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/files/atomic_output.h"
+#include "core/room/hdf5_file.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+namespace {
+
+// A line along `axis` at `across_m` on the other plan axis, captured over `length_m` around 0.
+Line make_line(const SyntheticRoomSpec& spec, LineAxis axis, int index, double across_m,
+               double length_m) {
+  Line line;
+  const bool along_x = axis == LineAxis::kX;
+  line.id = fmt::format("{}{}", along_x ? 'x' : 'z', index);
+  line.axis = axis;
+  line.origin = along_x ? PlanPoint{0.0, across_m} : PlanPoint{across_m, 0.0};
+  line.direction = along_x ? PlanPoint{1.0, 0.0} : PlanPoint{0.0, 1.0};
+  line.height_m = spec.height_m;
+  const int steps = std::max(1, static_cast<int>(std::lround(length_m / spec.spacing_m)));
+  for (int i = 0; i <= steps; ++i) {
+    const double along_m = length_m * (static_cast<double>(i) / steps - 0.5);
+    line.stations.push_back({.file = fmt::format("{}_{:03}.png", line.id, i),
+                             .position_m = along_x
+                                               ? Eigen::Vector3d(along_m, spec.height_m, across_m)
+                                               : Eigen::Vector3d(across_m, spec.height_m, along_m),
+                             .along_m = along_m});
+  }
+  return line;
+}
+
+// Writes one dataset slab by slab: slab(i) returns its values.
+template <typename Slab>
+void write_dataset(Hdf5File* file, const char* name, hid_t type, std::vector<std::size_t> shape,
+                   const Slab& slab) {
+  const Hdf5Handle dataset = file->create_contiguous(name, type, shape);
+  for (std::size_t i = 0; i < shape.front(); ++i) {
+    file->write_slab(dataset, i, type, shape, slab(i).data());
+  }
+}
+
+void write_rays(const SyntheticRoomSpec& spec, const Line& line,
+                const std::filesystem::path& path) {
+  const auto gain = spec.line_gain.find(line.id);
+  const std::size_t width = static_cast<std::size_t>(spec.width);
+  Hdf5File file = Hdf5File::create(path);
+  file.write_attribute("/", "format", kLineVolumeFormat);
+  file.write_attribute("/", "format_version", kVolumeFormatVersion);
+  write_dataset(&file, "rays", H5T_NATIVE_UINT8, {line.stations.size(), width, width / 2, 3},
+                [&](std::size_t station) {
+                  const cv::Mat image =
+                      render_scene(spec.scene, line.stations[station].position_m, spec.width,
+                                   gain == spec.line_gain.end() ? 1.0 : gain->second);
+                  std::vector<std::uint8_t> rays;
+                  for (int u = 0; u < image.cols; ++u) {
+                    for (int v = 0; v < image.rows; ++v) {
+                      const auto& bgr = image.at<cv::Vec3b>(v, u);
+                      rays.insert(rays.end(), {bgr[2], bgr[1], bgr[0]});
+                    }
+                  }
+                  return rays;
+                });
+  file.close();
+}
+
+std::vector<float> distance_map(const SyntheticScene& scene, const Eigen::Vector3d& origin_m,
+                                PanoramaSize size) {
+  std::vector<float> metres;
+  for (int u = 0; u < size.width; ++u) {
+    for (int v = 0; v < size.height; ++v) {
+      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
+      metres.push_back(
+          static_cast<float>(distance_at(scene, origin_m, direction_from_angles(angles))));
+    }
+  }
+  return metres;
+}
+
+void write_distances(const SyntheticRoomSpec& spec, const Line& line,
+                     const std::filesystem::path& path) {
+  std::vector<std::int32_t> stations;
+  for (std::size_t i = 0; i < line.stations.size();
+       i += static_cast<std::size_t>(spec.distance_every)) {
+    stations.push_back(static_cast<std::int32_t>(i));
+  }
+  const int width = spec.distance_width > 0 ? spec.distance_width : spec.width;
+  const PanoramaSize size{width, width / 2};
+  const std::vector<std::size_t> shape{stations.size(), static_cast<std::size_t>(size.width),
+                                       static_cast<std::size_t>(size.height)};
+  Hdf5File file = Hdf5File::create(path);
+  file.write_attribute("/", "format", kDistanceVolumeFormat);
+  file.write_attribute("/", "format_version", kVolumeFormatVersion);
+  file.write_int32("station", stations);
+  write_dataset(&file, "distance_m", H5T_NATIVE_FLOAT, shape, [&](std::size_t map) {
+    const auto station = static_cast<std::size_t>(stations[map]);
+    return distance_map(spec.scene, line.stations[station].position_m, size);
+  });
+  write_dataset(&file, "confidence", H5T_NATIVE_UINT8, shape,
+                [&](std::size_t) { return std::vector<std::uint8_t>(shape[1] * shape[2], 255); });
+  file.close();
+}
+
+}  // namespace
+
+Grid synthetic_grid(const SyntheticRoomSpec& spec) {
+  Grid grid;
+  const double length_x_m = spec.cells_x * spec.side_m;
+  const double length_z_m = spec.cells_z * spec.side_m;
+  const auto x_of = [&](int i) { return i * spec.side_m - 0.5 * length_x_m; };
+  const auto z_of = [&](int j) { return j * spec.side_m - 0.5 * length_z_m; };
+  for (int j = 0; j <= spec.cells_z; ++j) {
+    grid.lines.push_back(
+        make_line(spec, LineAxis::kX, j, z_of(j), length_x_m + 2.0 * spec.overhang_m));
+  }
+  if (spec.cells_z == 0) return grid;
+  const int first_z_line = spec.cells_z + 1;
+  for (int i = 0; i <= spec.cells_x; ++i) {
+    grid.lines.push_back(
+        make_line(spec, LineAxis::kZ, i, x_of(i), length_z_m + 2.0 * spec.overhang_m));
+  }
+  for (int j = 0; j < spec.cells_z; ++j) {
+    for (int i = 0; i < spec.cells_x; ++i) {
+      grid.cells.push_back({.x_min_m = x_of(i),
+                            .x_max_m = x_of(i + 1),
+                            .z_min_m = z_of(j),
+                            .z_max_m = z_of(j + 1),
+                            .line = {j + 1, first_z_line + i + 1, j, first_z_line + i}});
+    }
+  }
+  return grid;
+}
+
+void write_synthetic_room(const SyntheticRoomSpec& spec, const std::filesystem::path& room) {
+  std::filesystem::remove_all(room);
+  std::filesystem::create_directories(room / "lines");
+  if (spec.distances) std::filesystem::create_directories(room / "distances");
+  const Grid grid = synthetic_grid(spec);
+  for (const Line& line : grid.lines) {
+    write_rays(spec, line, line_volume_path(room, line.id));
+    if (spec.distances) write_distances(spec, line, distance_volume_path(room, line.id));
+  }
+  write_file_atomically(manifest_path(room),
+                        manifest_to_json({{spec.width, spec.width / 2}, grid, {}}));
+}
+
+cv::Mat render_truth(const SyntheticRoomSpec& spec, PlanPoint viewpoint, int width) {
+  return render_scene(spec.scene, {viewpoint.x_m, spec.height_m, viewpoint.z_m}, width);
+}
+
+}  // namespace raywalk

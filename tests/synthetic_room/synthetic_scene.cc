@@ -1,0 +1,150 @@
+#include "tests/synthetic_room/synthetic_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kMeanLevel = 128.0;
+constexpr double kAmplitude = 90.0;
+constexpr int kWavesPerChannel = 3;
+constexpr double kSkyRadius_m = 2.0;  // of the sphere that the sky is painted on
+constexpr int kRowsPerTask = 8;
+
+struct Interval {
+  double enter = 0.0;
+  double leave = 0.0;
+};
+
+// The part of a ray within a box: a ray is within a box while it is between both planes of every
+// axis. A ray along a plane has 0 / 0 there only if it starts on it; such a plane never cuts.
+Interval within_box(const SceneBox& box, const Eigen::Vector3d& origin_m,
+                    const Eigen::Vector3d& direction) {
+  Interval within{-std::numeric_limits<double>::infinity(),
+                  std::numeric_limits<double>::infinity()};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double to_min = (box.min_m[axis] - origin_m[axis]) / direction[axis];
+    const double to_max = (box.max_m[axis] - origin_m[axis]) / direction[axis];
+    if (std::isnan(to_min) || std::isnan(to_max)) continue;
+    within.enter = std::max(within.enter, std::min(to_min, to_max));
+    within.leave = std::min(within.leave, std::max(to_min, to_max));
+  }
+  return within;
+}
+
+std::optional<double> distance_to_obstacle(const SyntheticScene& scene,
+                                           const Eigen::Vector3d& origin_m,
+                                           const Eigen::Vector3d& direction) {
+  if (!scene.obstacle) return std::nullopt;
+  const Interval within = within_box(*scene.obstacle, origin_m, direction);
+  if (within.enter < 0.0 || within.enter > within.leave) return std::nullopt;
+  return within.enter;
+}
+
+// cos(wave . point + phase); `wave` has 2 pi / wavelength radians per metre.
+struct Wave {
+  Eigen::Vector3d wave{0, 0, 0};
+  double phase = 0.0;
+};
+
+// The paint of one seed, as a function of the place in space: it has no seams at edges.
+class Paint {
+ public:
+  Paint(unsigned seed, double wavelength_m) {
+    std::mt19937 random(seed);  // its sequence is the same on every machine; distributions' are not
+    const auto unit = [&] { return random() / static_cast<double>(std::mt19937::max()); };
+    for (auto& channel : waves_) {
+      for (Wave& wave : channel) {
+        const SphereAngles heading{kTwoPi * unit() - kPi, std::asin(2.0 * unit() - 1.0)};
+        const double length_m = wavelength_m * (0.7 + 0.6 * unit());
+        wave = {direction_from_angles(heading) * (kTwoPi / length_m), kTwoPi * unit()};
+      }
+    }
+  }
+
+  // Red, green and blue in [-1, 1].
+  Eigen::Vector3d at(const Eigen::Vector3d& point_m) const {
+    Eigen::Vector3d color(0, 0, 0);
+    for (int channel = 0; channel < 3; ++channel) {
+      for (const Wave& wave : waves_[static_cast<size_t>(channel)]) {
+        color[channel] += std::cos(wave.wave.dot(point_m) + wave.phase) / kWavesPerChannel;
+      }
+    }
+    return color;
+  }
+
+ private:
+  std::array<std::array<Wave, kWavesPerChannel>, 3> waves_;
+};
+
+// The paints of a scene: the obstacle has one of its own, so that its edges stand out.
+class PaintedScene {
+ public:
+  explicit PaintedScene(const SyntheticScene& scene)
+      : scene_(scene),
+        walls_(scene.seed, scene.texture_wavelength_m),
+        obstacle_(scene.seed + 1, scene.texture_wavelength_m) {}
+
+  Eigen::Vector3d color_at(const Eigen::Vector3d& origin_m,
+                           const Eigen::Vector3d& direction) const {
+    const Eigen::Vector3d paint = paint_at(origin_m, direction);
+    return Eigen::Vector3d::Constant(kMeanLevel) + scene_.contrast * kAmplitude * paint;
+  }
+
+ private:
+  Eigen::Vector3d paint_at(const Eigen::Vector3d& origin_m,
+                           const Eigen::Vector3d& direction) const {
+    if (scene_.infinitely_far) return walls_.at(kSkyRadius_m * direction);
+    if (const auto distance_m = distance_to_obstacle(scene_, origin_m, direction)) {
+      return obstacle_.at(origin_m + *distance_m * direction);
+    }
+    return walls_.at(origin_m + within_box(scene_.walls, origin_m, direction).leave * direction);
+  }
+
+  const SyntheticScene& scene_;
+  Paint walls_;
+  Paint obstacle_;
+};
+
+}  // namespace
+
+double distance_at(const SyntheticScene& scene, const Eigen::Vector3d& origin_m,
+                   const Eigen::Vector3d& direction) {
+  if (scene.infinitely_far) return std::numeric_limits<double>::infinity();
+  const auto obstacle_m = distance_to_obstacle(scene, origin_m, direction);
+  return obstacle_m ? *obstacle_m : within_box(scene.walls, origin_m, direction).leave;
+}
+
+Eigen::Vector3d color_at(const SyntheticScene& scene, const Eigen::Vector3d& origin_m,
+                         const Eigen::Vector3d& direction) {
+  return PaintedScene(scene).color_at(origin_m, direction);
+}
+
+cv::Mat render_scene(const SyntheticScene& scene, const Eigen::Vector3d& origin_m, int width,
+                     double gain) {
+  const PaintedScene painted(scene);
+  const PanoramaSize size{width, width / 2};
+  cv::Mat image(size.height, size.width, CV_8UC3);
+  parallel_for(0, size.height, kRowsPerTask, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      for (int u = 0; u < size.width; ++u) {
+        const Eigen::Vector3d direction =
+            direction_from_angles(angles_from_pixel({double(u), double(v)}, size));
+        const Eigen::Vector3d rgb = gain * painted.color_at(origin_m, direction);
+        // cv::saturate_cast rounds.
+        image.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(rgb[2]),
+                                     cv::saturate_cast<uchar>(rgb[1]),
+                                     cv::saturate_cast<uchar>(rgb[0])};
+      }
+    }
+  });
+  return image;
+}
+
+}  // namespace raywalk
