@@ -1,0 +1,34 @@
+// How good a view is towards each of the lines around it: what Fig. 13 of the paper plots over the
+// distance from the line.
+//
+// A view between four lines is near to one and far from another at the same time, so its score as a
+// whole says little about a distance. The quarter of the panorama that faces a side is rendered
+// from that side's line (up to the corners), at one distance straight ahead: one view gives up to
+// four points.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "core/geometry/grid.h"
+
+namespace raywalk {
+
+struct QuarterScore {
+  double line_distance_m = 0.0;  // from the viewpoint straight ahead to the line
+  double psnr_db = 0.0;          // over RGB, at most kMostPsnrDb
+  double ssim = 0.0;             // on luma
+  // On luma. FSIM takes columns to wrap around, which a quarter's do not: its two outermost columns
+  // count their jump as a feature, in both pictures alike.
+  double fsim = 0.0;
+};
+
+// The 90 degrees around longitude `theta_rad` of a panorama whose width is a multiple of 4.
+cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad);
+
+// One score for every side that a line serves. The pictures are panoramas of one size, at least 32
+// pixels wide.
+std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, const cv::Mat& view,
+                                         const cv::Mat& truth);
+
+}  // namespace raywalk

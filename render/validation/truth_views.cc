@@ -1,0 +1,83 @@
+#include "render/validation/truth_views.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/files/csv.h"
+#include "core/files/image_file.h"
+#include "render/view/view_plan.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
+constexpr int kLeastWidth_px = 32;            // the metrics need 8 columns in a quarter of it
+
+double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const int index : plan.lines()) {
+    const Line& line = grid.lines[static_cast<std::size_t>(index)];
+    const double along_m = along_line(line, plan.viewpoint());
+    const double off_x_m = line.origin.x_m + along_m * line.direction.x_m - plan.viewpoint().x_m;
+    const double off_z_m = line.origin.z_m + along_m * line.direction.z_m - plan.viewpoint().z_m;
+    nearest_m = std::min(nearest_m, std::hypot(off_x_m, off_z_m));
+  }
+  return nearest_m;
+}
+
+TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
+                   const Room& room) {
+  TruthView truth;
+  truth.file = list.parent_path() / table.text(row, "file");
+  truth.name = truth.file.stem().string();
+  truth.viewpoint = {table.number(row, "x"), table.number(row, "z")};
+  // Which lines serve a viewpoint does not depend on how they are connected.
+  const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
+  truth.line_distance_m = nearest_line_m(room.grid(), plan);
+  truth.width = panorama_size_of(truth.file).width;
+  if (truth.width % 4 != 0 || truth.width < kLeastWidth_px) {
+    throw Error(
+        fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at "
+                    "least {}",
+                    truth.file.string(), truth.width, kLeastWidth_px));
+  }
+  const double off_height_m = std::abs(table.number(row, "y") - plan.height_m());
+  if (off_height_m > kHeightTolerance_m) {
+    spdlog::warn("{}: captured {:.3f} m off the height of the lines, which views are rendered at",
+                 table.where(row), off_height_m);
+  }
+  return truth;
+}
+
+}  // namespace
+
+std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room) {
+  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {});
+  std::vector<TruthView> truths;
+  std::set<std::string> names;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    try {
+      truths.push_back(truth_at(table, row, list, room));
+    } catch (const Error& e) {
+      const std::string what = e.what();
+      // A number that does not parse already says where.
+      throw Error(what.starts_with(table.where(row)) ? what : table.where(row) + ": " + what);
+    }
+    if (!names.insert(truths.back().name).second) {
+      throw Error(table.where(row) + ": the name " + excerpt(truths.back().name) +
+                  " appears twice; views are told apart by their file's stem");
+    }
+  }
+  if (truths.empty()) {
+    throw Error(list.string() + ": no views; give at least one line file,x,y,z");
+  }
+  return truths;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,27 @@
+// The ground truth a room is validated against: panoramas captured between the lines.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+
+namespace raywalk {
+
+struct TruthView {
+  std::string name{};            // the file's stem
+  std::filesystem::path file{};  // of the picture
+  PlanPoint viewpoint{};
+  int width = 0;  // of the picture, pixels
+  // Plan distance to the nearest line that serves the view: what the vertical parallax grows with.
+  double line_distance_m = 0.0;
+};
+
+// Reads columns file,x,y,z (metres; files relative to the list) and looks at every picture's
+// header. Views are rendered at the height of the lines: a truth at another height is warned about.
+// Throws Error with file and line: no views, a missing or unsuitable picture (not 2:1, width not a
+// multiple of 4 or under 32), two views of one stem, a viewpoint the room cannot be rendered from.
+std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room);
+
+}  // namespace raywalk

@@ -1,0 +1,71 @@
+// The work of `raywalk-render validate`: every true viewpoint rendered and measured.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+#include "render/validation/comparison_pictures.h"
+#include "render/validation/connect_error.h"
+#include "render/validation/quarter_scores.h"
+#include "render/validation/truth_views.h"
+#include "render/validation/view_mode.h"
+#include "render/validation/view_scores.h"
+
+namespace raywalk {
+
+// One truth rendered in one mode.
+struct ValidatedView {
+  std::size_t truth = 0;  // index into Validation::truths
+  std::size_t mode = 0;   // index into Validation::modes
+  ViewReport report{};
+  ViewScores scores{};
+  std::vector<QuarterScore> quarters{};  // the same sides in the same order in every mode
+};
+
+// A truth and its views as pictures for the report.
+struct PictureSample {
+  std::size_t truth = 0;                  // index into Validation::truths
+  cv::Mat truth_picture{};                // shrunk for the page
+  std::vector<ViewComparison> by_mode{};  // in the order of Validation::modes
+};
+
+struct Validation {
+  std::string volume{};  // the room
+  bool has_distances = false;
+  std::vector<TruthView> truths{};
+  std::vector<ViewMode> modes{};
+  std::vector<ValidatedView> views{};            // truth by truth, within it mode by mode
+  std::vector<PictureSample> samples{};          // nearest to a line first
+  std::vector<ConnectError> connection_error{};  // empty where the room has no cell
+};
+
+// Renders and scores every truth in every mode at the truth's width (mode.options.width is not
+// used). A few are kept as pictures, spread over the distance from the line. Connection errors are
+// left out. Throws Error as Renderer and read_panorama do.
+Validation validate_views(const Room& room, std::vector<TruthView> truths,
+                          std::vector<ViewMode> modes);
+
+// The connection error of every generation in `modes`, as the room keeps it (connect_error_file.h)
+// if it was measured with these options, else measured now; none where the room has no cell.
+std::vector<ConnectError> connection_errors(const Room& room, std::span<const ViewMode> modes,
+                                            const ConnectErrorOptions& options);
+
+// The views' scores of one mode, averaged.
+ViewScores mean_scores(const Validation& validation, std::size_t mode);
+
+struct ValidateOptions {
+  std::filesystem::path truth{};   // gt.csv
+  std::filesystem::path report{};  // directory, made if it is missing
+  std::vector<ViewMode> modes{};
+  ConnectErrorOptions connect{};
+};
+
+// Reads the truth, checks that the report can be written, renders, measures, and writes
+// `report`/metrics.json and `report`/index.html, each complete when it appears. Returns what to
+// tell the user. Throws Error before any rendering where the input or the report's place is wrong.
+std::string validate(const Room& room, const ValidateOptions& options);
+
+}  // namespace raywalk

@@ -1,0 +1,323 @@
+#include "render/validation/validation_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/report/html_page.h"
+#include "render/validation/validation_plots.h"
+
+namespace raywalk {
+namespace {
+
+constexpr const char* kNotMeasured = "–";
+
+// A metric as the tables show it.
+struct MetricColumn {
+  const char* heading;         // with unit
+  double ViewScores::*member;  // larger is better
+  int decimals;                // that carry meaning
+};
+
+constexpr std::array kColumns{MetricColumn{"PSNR / dB", &ViewScores::psnr_db, 2},
+                              MetricColumn{"WS-PSNR / dB", &ViewScores::ws_psnr_db, 2},
+                              MetricColumn{"SSIM", &ViewScores::ssim, 4},
+                              MetricColumn{"FSIM", &ViewScores::fsim, 4}};
+
+std::string mode_name(const ViewMode& mode) { return generation_name(mode.options.generation); }
+
+const ValidatedView& view_at(const Validation& validation, std::size_t truth, std::size_t mode) {
+  return validation.views[truth * validation.modes.size() + mode];
+}
+
+std::string number(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : kNotMeasured;
+}
+
+std::string percent(double share) { return fmt::format("{:.2f} %", 100.0 * share); }
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::string place_of(const TruthView& truth) {
+  return fmt::format("{} at ({:g}, {:g}) m, {:.0f} cm from the nearest line", truth.name,
+                     truth.viewpoint.x_m, truth.viewpoint.z_m, 100.0 * truth.line_distance_m);
+}
+
+// Index of the mode with the largest mean PSNR.
+std::size_t best_mode(const Validation& validation) {
+  std::size_t best = 0;
+  for (std::size_t mode = 1; mode < validation.modes.size(); ++mode) {
+    if (mean_scores(validation, mode).psnr_db > mean_scores(validation, best).psnr_db) best = mode;
+  }
+  return best;
+}
+
+// A name and its numbers; the largest stands out.
+std::vector<HtmlCell> row_of(std::string name, const std::vector<double>& values, int decimals) {
+  std::vector<HtmlCell> row{{std::move(name)}};
+  const double largest = *std::max_element(values.begin(), values.end());
+  for (const double value : values) {
+    row.push_back({number(value, decimals), values.size() > 1 && value == largest});
+  }
+  return row;
+}
+
+std::vector<double> render_times(const Validation& validation, std::size_t mode) {
+  std::vector<double> times_ms;
+  for (const ValidatedView& view : validation.views) {
+    if (view.mode == mode) times_ms.push_back(view.report.render_ms);
+  }
+  return times_ms;
+}
+
+void add_headline(const Validation& validation, HtmlPage& page) {
+  const std::size_t best = best_mode(validation);
+  const ViewScores scores = mean_scores(validation, best);
+  std::vector<HtmlFact> facts{
+      {"mean PSNR, " + mode_name(validation.modes[best]), number(scores.psnr_db, 2) + " dB"}};
+  const auto initial = initial_mode(validation);
+  if (initial && *initial != best) {
+    const double gain_db = scores.psnr_db - mean_scores(validation, *initial).psnr_db;
+    facts.push_back({"gain over initial views", fmt::format("{:+.2f} dB", gain_db)});
+  }
+  facts.push_back({"mean SSIM", number(scores.ssim, 4)});
+  facts.push_back({"mean FSIM", number(scores.fsim, 4)});
+  facts.push_back(
+      {"median time of a view", fmt::format("{:.0f} ms", median(render_times(validation, best)))});
+  page.add_facts(facts);
+  if (!validation.has_distances) {
+    page.add_paragraph(
+        "The room has no distances, so that only initial views could be rendered: the vertical "
+        "parallax is not corrected. raywalk-build-lf pack --distance adds them.");
+  }
+}
+
+void add_means(const Validation& validation, HtmlPage& page) {
+  HtmlTable table{.caption = "Mean over all views; the best of a column stands out",
+                  .header = {"generation", "connection", "k / deg"}};
+  for (const ViewMode& mode : validation.modes) {
+    table.rows.push_back(
+        {{mode_name(mode)}, {mode.connection}, {fmt::format("{:g}", mode.options.k_deg)}});
+  }
+  for (const MetricColumn& column : kColumns) {
+    table.header.push_back(column.heading);
+    std::vector<double> means;
+    for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+      means.push_back(mean_scores(validation, mode).*column.member);
+    }
+    const double best = *std::max_element(means.begin(), means.end());
+    for (std::size_t mode = 0; mode < means.size(); ++mode) {
+      table.rows[mode].push_back(
+          {number(means[mode], column.decimals), means.size() > 1 && means[mode] == best});
+    }
+  }
+  table.header.push_back("median time / ms");
+  for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+    table.rows[mode].push_back({number(median(render_times(validation, mode)), 0)});
+  }
+  page.add_table(table);
+}
+
+// Which modes a sample is shown in: initial and the best in full, another one by its error.
+struct ShownModes {
+  std::vector<std::size_t> in_full{};
+  std::vector<std::size_t> by_error{};
+};
+
+ShownModes shown_modes(const Validation& validation) {
+  const std::size_t best = best_mode(validation);
+  const auto initial = initial_mode(validation);
+  ShownModes shown;
+  if (initial && *initial != best) shown.in_full.push_back(*initial);
+  shown.in_full.push_back(best);
+  for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+    if (mode != best && mode != initial) shown.by_error.push_back(mode);
+  }
+  return shown;
+}
+
+HtmlFigure jpeg_figure(const cv::Mat& image, const std::string& of, const std::string& caption) {
+  return picture_figure(image, EmbeddedFormat::kJpeg, of + ": " + caption, caption);
+}
+
+void add_sample(const Validation& validation, const PictureSample& sample, HtmlPage& page) {
+  const TruthView& truth = validation.truths[sample.truth];
+  const auto error_figure = [&](std::size_t mode) {
+    return jpeg_figure(
+        sample.by_mode[mode].error, truth.name,
+        fmt::format("{} view: error, times {:g}", mode_name(validation.modes[mode]), kErrorGain));
+  };
+  page.add_section(place_of(truth));
+  std::vector<HtmlFigure> figures{jpeg_figure(sample.truth_picture, truth.name, "Ground truth")};
+  const ShownModes shown = shown_modes(validation);
+  for (const std::size_t mode : shown.in_full) {
+    const std::string name = mode_name(validation.modes[mode]);
+    const ViewScores& scores = view_at(validation, sample.truth, mode).scores;
+    figures.push_back(jpeg_figure(
+        sample.by_mode[mode].view, truth.name,
+        fmt::format("{} view: PSNR {:.2f} dB, SSIM {:.3f}", name, scores.psnr_db, scores.ssim)));
+    figures.push_back(jpeg_figure(sample.by_mode[mode].overlay, truth.name,
+                                  name + " view and ground truth, half and half"));
+    figures.push_back(error_figure(mode));
+  }
+  for (const std::size_t mode : shown.by_error) figures.push_back(error_figure(mode));
+  page.add_figures(figures);
+}
+
+void add_gains(const Validation& validation, HtmlPage& page) {
+  page.add_section("Quality over the distance from the line");
+  page.add_paragraph(
+      "As Fig. 13 of the paper. Each point is the quarter of a view that faces a line, placed by "
+      "the distance from the viewpoint to that line: the vertical parallax grows with it, and so "
+      "does what its correction gains.");
+  std::vector<HtmlFigure> figures{
+      svg_figure(metric_plot(validation, kQuarterPsnr), "PSNR of every quarter")};
+  if (initial_mode(validation) && validation.modes.size() > 1) {
+    for (const QuarterMetric& metric : {kQuarterPsnr, kQuarterSsim, kQuarterFsim}) {
+      figures.push_back(svg_figure(gain_plot(validation, metric),
+                                   fmt::format("Gain in {} over the initial view", metric.name)));
+    }
+  }
+  page.add_figures(figures);
+}
+
+// The numbers of a column; the least stands out.
+std::vector<HtmlCell> column_over_k(const ConnectError& measured, double ConnectErrorRow::*member) {
+  double least = std::nan("");
+  for (const ConnectErrorRow& row : measured.rows) least = std::fmin(least, row.*member);
+  std::vector<HtmlCell> column;
+  column.reserve(measured.rows.size());
+  for (const ConnectErrorRow& row : measured.rows) {
+    column.push_back({number(row.*member, 1), row.*member == least});
+  }
+  return column;
+}
+
+HtmlTable connection_error_table(const Validation& validation) {
+  HtmlTable table{.caption = "E_connect over the limit angle k, as Table 2 of the paper",
+                  .header = {"connection", "k / deg"}};
+  const std::vector<ConnectErrorRow>& first = validation.connection_error.front().rows;
+  for (const ConnectErrorRow& row : first) {
+    table.rows.push_back({{row.connection}, {fmt::format("{:g}", row.k_deg)}});
+  }
+  const auto add_column = [&table](const std::string& heading,
+                                   const std::vector<HtmlCell>& column) {
+    table.header.push_back(heading);
+    for (std::size_t i = 0; i < column.size(); ++i) table.rows[i].push_back(column[i]);
+  };
+  for (const ConnectError& measured : validation.connection_error) {
+    const std::string name = generation_name(measured.generation);
+    add_column(name, column_over_k(measured, &ConnectErrorRow::e_connect));
+    add_column(name + ", common", column_over_k(measured, &ConnectErrorRow::e_connect_common));
+  }
+  std::vector<HtmlCell> coverage;
+  coverage.reserve(first.size());
+  for (const ConnectErrorRow& row : first) {
+    coverage.push_back({number(100.0 * row.coverage, 0) + " %"});
+  }
+  add_column("corners read", coverage);
+  return table;
+}
+
+void add_connection_error(const Validation& validation, HtmlPage& page) {
+  if (validation.connection_error.empty()) return;
+  const ConnectErrorOptions& options = validation.connection_error.front().options;
+  page.add_section("How well neighbouring lines connect");
+  page.add_paragraph(fmt::format(
+      "E_connect, equation (11) of the paper: the mean squared difference of 8-bit RGB between "
+      "what the two lines of a corner show in an overlap of {1:g} degrees, over the centres of "
+      "{0} x {0} sub-cells of every cell. Smaller is better; the least of a column stands out. A "
+      "corner is read where both lines hold some of its overlap; \"common\" is over the corners "
+      "that can be read at every k.",
+      options.viewpoints, options.overlap_deg));
+  page.add_table(connection_error_table(validation));
+  std::vector<HtmlFigure> figures{
+      svg_figure(connection_error_plot(validation), "E_connect over k")};
+  if (const auto closer = corrected_connection_error_plot(validation)) {
+    figures.push_back(svg_figure(*closer, "E_connect over k, at the scale of the corrected views"));
+  }
+  page.add_figures(figures);
+}
+
+void add_view_table(const Validation& validation, const MetricColumn& column, HtmlPage& page) {
+  HtmlTable table{.caption = column.heading,
+                  .header = {"view", "x / m", "z / m", "from line / cm"}};
+  for (const ViewMode& mode : validation.modes) table.header.push_back(mode_name(mode));
+  for (std::size_t t = 0; t < validation.truths.size(); ++t) {
+    const TruthView& truth = validation.truths[t];
+    std::vector<double> values;
+    for (std::size_t m = 0; m < validation.modes.size(); ++m) {
+      values.push_back(view_at(validation, t, m).scores.*column.member);
+    }
+    std::vector<HtmlCell> row = row_of(truth.name, values, column.decimals);
+    row.insert(row.begin() + 1, {{fmt::format("{:g}", truth.viewpoint.x_m)},
+                                 {fmt::format("{:g}", truth.viewpoint.z_m)},
+                                 {number(100.0 * truth.line_distance_m, 1)}});
+    table.rows.push_back(std::move(row));
+  }
+  page.add_table(table);
+}
+
+void add_making(const Validation& validation, HtmlPage& page) {
+  page.add_section("What the views were made of");
+  for (const ViewMode& mode : validation.modes) {
+    page.add_paragraph(
+        fmt::format("{}: connection {} at k = {:g} degrees ({}), blended over {:g} "
+                    "degrees.",
+                    mode_name(mode), mode.connection, mode.options.k_deg, mode.k_source,
+                    mode.options.overlap_deg));
+  }
+  const auto limited =
+      std::count_if(validation.views.begin(), validation.views.end(),
+                    [](const ValidatedView& view) { return view.report.limited_corners > 0; });
+  page.add_paragraph(
+      fmt::format("In {} of {} views at least one corner connects nearer to the physical "
+                  "connection than k asks for, because the overhang of its lines runs out.",
+                  limited, validation.views.size()));
+  HtmlTable table{.caption =
+                      "Shares of pixels: filled from other stations because the lines in "
+                      "use do not see them, seen by no station, served by no line",
+                  .header = {"view", "generation", "layers", "corners moved", "filled", "unseen",
+                             "empty", "time / ms"}};
+  for (const ValidatedView& view : validation.views) {
+    const ViewReport& report = view.report;
+    table.rows.push_back({{validation.truths[view.truth].name},
+                          {mode_name(validation.modes[view.mode])},
+                          {report.layers > 0 ? std::to_string(report.layers) : kNotMeasured},
+                          {std::to_string(report.limited_corners)},
+                          {percent(report.filled_share)},
+                          {percent(report.stretched_share)},
+                          {percent(report.empty_share)},
+                          {number(report.render_ms, 0)}});
+  }
+  page.add_table(table);
+}
+
+}  // namespace
+
+std::string validation_report(const Validation& validation) {
+  HtmlPage page("Validation of " + validation.volume,
+                fmt::format("{} true viewpoints, each rendered {}", validation.truths.size(),
+                            validation.modes.size() == 1
+                                ? "as " + mode_name(validation.modes.front()) + " view"
+                                : fmt::format("in {} ways", validation.modes.size())));
+  add_headline(validation, page);
+  add_means(validation, page);
+  for (const PictureSample& sample : validation.samples) add_sample(validation, sample, page);
+  add_gains(validation, page);
+  add_connection_error(validation, page);
+  page.add_section("Every view");
+  for (const MetricColumn& column : kColumns) {
+    add_view_table(validation, column, page);
+  }
+  add_making(validation, page);
+  return page.html();
+}
+
+}  // namespace raywalk

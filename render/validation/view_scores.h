@@ -1,0 +1,26 @@
+// How near a rendered view is to its ground truth: one number per metric of render/metrics.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <span>
+
+namespace raywalk {
+
+// PSNR of identical pictures is infinite, which neither JSON nor a mean can hold: both PSNRs count
+// as at most this. An 8-bit picture that differs at all is rarely above 90 dB.
+inline constexpr double kMostPsnrDb = 100.0;
+
+struct ViewScores {
+  double psnr_db = 0.0;     // over RGB, at most kMostPsnrDb
+  double ws_psnr_db = 0.0;  // the same weighted by solid angle
+  double ssim = 0.0;        // on luma
+  double fsim = 0.0;        // on luma
+};
+
+// Throws Error as the metrics do (sizes differ, not CV_8UC3).
+ViewScores score_view(const cv::Mat& view, const cv::Mat& truth);
+
+// Mean of each member. `scores` is not empty.
+ViewScores mean_of(std::span<const ViewScores> scores);
+
+}  // namespace raywalk
