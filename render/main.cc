@@ -1,0 +1,221 @@
+// raywalk-render: renders views of a room, and validates them.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/base/program.h"
+#include "render/validation/connect_error_file.h"
+#include "render/validation/error_model_report.h"
+#include "render/validation/validate.h"
+#include "render/view_file.h"
+#include "render/view_path.h"
+#include "render/view_settings.h"
+
+namespace raywalk {
+namespace {
+
+struct Arguments {
+  std::string room{};
+  std::string at{};
+  std::string out{};
+  std::string path{};
+  ViewFlags flags{};
+  ValidateOptions validate{};
+  std::vector<std::string> generations{};
+  ConnectErrorOptions connect_error{};
+  ErrorModelOptions error_model{};
+  int threads = 0;
+};
+
+const std::vector<std::string> kGenerations{"initial", "hlf-vd", "two-sided"};
+const std::vector<std::string> kConnections{"hybrid", "lfu", "rayspace360"};
+
+void add_room(CLI::App* command, Arguments* arguments) {
+  command->add_option("room", arguments->room, "Room directory, made by raywalk-build-lf pack")
+      ->required();
+  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+}
+
+void add_connection_flags(CLI::App* command, ViewFlags* flags) {
+  command->add_option("--settings", flags->settings,
+                      "YAML file of settings; flags override it (see configs/view.yaml)");
+  command
+      ->add_option("--connection", flags->connection,
+                   "Where lines connect: hybrid (default), lfu (k = 45) or rayspace360 (k = 90)")
+      ->check(CLI::IsMember(kConnections));
+  command->add_option("--k", flags->k_deg,
+                      "Largest incidence angle of the hybrid connection in degrees, 45 to 90; auto "
+                      "(default): the room's stored connect-error, else the error model");
+  command->add_option("--layers", flags->layers,
+                      "Depth layers; auto (default): as many as --tolerance-px needs");
+  command
+      ->add_option("--tolerance-px", flags->tolerance_px,
+                   "How far automatic layers may move a pixel (default 0.5)")
+      ->check(CLI::Range(0.01, 100.0));
+  command
+      ->add_option("--overlap-deg", flags->overlap_deg,
+                   "Width of the blend at a connection, degrees (default 5)")
+      ->check(CLI::Range(0.0, 45.0));
+}
+
+void add_view_flags(CLI::App* command, ViewFlags* flags) {
+  command
+      ->add_option("--generation", flags->generation,
+                   "initial (vertical cut), hlf-vd (default; corrected by distance) or two-sided "
+                   "(corrected, from both sides)")
+      ->check(CLI::IsMember(kGenerations));
+  add_connection_flags(command, flags);
+  command
+      ->add_option("--width", flags->width_px,
+                   "Width of the picture in pixels, a multiple of 4 (default: as captured)")
+      ->check(CLI::Range(4, 32768));
+}
+
+void add_view(CLI::App* app, Arguments* arguments) {
+  CLI::App* view = app->add_subcommand("view", "Render one view as a picture");
+  add_room(view, arguments);
+  view->add_option("--at", arguments->at, "Viewpoint X,Z in metres, in the frame of poses.csv")
+      ->required();
+  view->add_option("--out", arguments->out, "Picture to write, .png or .jpg")->required();
+  add_view_flags(view, &arguments->flags);
+  view->footer("Example:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png");
+  view->callback([arguments] {
+    set_thread_count(arguments->threads);
+    const PlanPoint viewpoint = viewpoint_from_text(arguments->at);
+    const ViewSettings settings = view_settings(arguments->flags);
+    require_writable_picture(arguments->out);
+    const Room room = Room::open(arguments->room);
+    fmt::print("{}\n", write_view(room, view_mode(settings, room), viewpoint, arguments->out));
+  });
+}
+
+void add_path(CLI::App* app, Arguments* arguments) {
+  CLI::App* path = app->add_subcommand("path", "Render many views, one picture each");
+  add_room(path, arguments);
+  path->add_option("path", arguments->path, "Views: a table with columns name,x,z (metres)")
+      ->required();
+  path->add_option("--out", arguments->out, "Directory for <name>.png, made if it is missing")
+      ->required();
+  add_view_flags(path, &arguments->flags);
+  path->footer(
+      "Example:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
+      "A run that was stopped is resumed by the same command.");
+  path->callback([arguments] {
+    set_thread_count(arguments->threads);
+    const ViewSettings settings = view_settings(arguments->flags);
+    const Room room = Room::open(arguments->room);
+    fmt::print("{}\n",
+               write_path(room, view_mode(settings, room), arguments->path, arguments->out));
+  });
+}
+
+void add_validate(CLI::App* app, Arguments* arguments) {
+  CLI::App* command =
+      app->add_subcommand("validate", "Measure rendered views against captured ground truth");
+  add_room(command, arguments);
+  command
+      ->add_option("--truth", arguments->validate.truth,
+                   "True views: a table with columns file,x,y,z (metres)")
+      ->required();
+  command
+      ->add_option("--report", arguments->validate.report,
+                   "Directory for index.html and metrics.json, made if it is missing")
+      ->required();
+  command
+      ->add_option("--generation", arguments->generations,
+                   "Generations to render (default: all that the room can)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(kGenerations));
+  command
+      ->add_option("--viewpoints", arguments->validate.connect.viewpoints,
+                   "Viewpoints per side of a cell for the connection error")
+      ->check(CLI::Range(1, 250))
+      ->capture_default_str();
+  add_connection_flags(command, &arguments->flags);
+  command->footer("Example:\n  raywalk-render validate room.lf --truth gt.csv --report report");
+  command->callback([arguments] {
+    set_thread_count(arguments->threads);
+    const ViewSettings settings = view_settings(arguments->flags);
+    const Room room = Room::open(arguments->room);
+    arguments->validate.connect.overlap_deg = settings.overlap_deg;
+    arguments->validate.modes = view_modes(settings, arguments->generations, room);
+    fmt::print("{}\n", validate(room, arguments->validate));
+  });
+}
+
+void add_connect_error(CLI::App* app, Arguments* arguments) {
+  ConnectErrorOptions* options = &arguments->connect_error;
+  CLI::App* command = app->add_subcommand(
+      "connect-error", "Measure how well neighbouring lines connect, and keep it in the room");
+  add_room(command, arguments);
+  command->add_option("--generation", arguments->generations, "Generations to measure")
+      ->delimiter(',')
+      ->check(CLI::IsMember(kGenerations))
+      ->default_str("initial");
+  command->add_option("--viewpoints", options->viewpoints, "Viewpoints per side of a cell")
+      ->check(CLI::Range(1, 250))
+      ->capture_default_str();
+  command
+      ->add_option("--overlap-deg", options->overlap_deg, "Width of the overlap, degrees, up to 45")
+      ->capture_default_str();
+  command->add_option("--k-list", options->k_list_deg, "Angles k to measure, degrees in 45..90")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->footer(
+      "Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
+      "view, path and validate with --k auto then connect lines where that measured best.");
+  command->callback([arguments, options] {
+    set_thread_count(arguments->threads);
+    std::vector<Generation> generations;
+    for (const std::string& name : arguments->generations) {
+      generations.push_back(generation_from_name(name));
+    }
+    if (generations.empty()) generations.push_back(Generation::kInitial);
+    write_connect_error(Room::open(arguments->room), generations, *options, std::cout);
+  });
+}
+
+void add_error_model(CLI::App* app, Arguments* arguments) {
+  ErrorModelOptions* options = &arguments->error_model;
+  CLI::App* command =
+      app->add_subcommand("error-model", "Compute the paper's Fig. 11: errors over the angle k");
+  command->add_option("--report", options->report_dir, "Directory for the page, made if missing")
+      ->required();
+  command->add_option("--side-m", options->side_m, "Side N of the cell, metres")
+      ->capture_default_str();
+  command->add_option("--step-m", options->step_m, "Spacing of the stations, metres")
+      ->capture_default_str();
+  command
+      ->add_option("--d-src", options->distances_over_side,
+                   "Distances of the scene in multiples of N, comma-separated")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--viewpoints", options->viewpoints, "Viewpoints per side of the cell")
+      ->capture_default_str();
+  command->footer(
+      "Example:\n  raywalk-render error-model --step-m 0.15 --d-src 1.2,1.5,2.5 --report fig11");
+  command->callback([options] { write_error_model_report(*options, std::cout); });
+}
+
+}  // namespace
+}  // namespace raywalk
+
+int main(int argc, char** argv) {
+  CLI::App app("Renders 360-degree views of a room at any viewpoint between its lines",
+               "raywalk-render");
+  app.set_version_flag("--version", std::string("raywalk-render " RAYWALK_VERSION));
+  app.require_subcommand(1);
+  app.footer("Example:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png");
+  raywalk::Arguments arguments;
+  raywalk::add_view(&app, &arguments);
+  raywalk::add_path(&app, &arguments);
+  raywalk::add_validate(&app, &arguments);
+  raywalk::add_connect_error(&app, &arguments);
+  raywalk::add_error_model(&app, &arguments);
+  return raywalk::run_program(app, argc, argv);
+}

@@ -1,0 +1,27 @@
+// The work of `raywalk-render view`: one rendered view as a picture file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/room/room.h"
+#include "render/validation/view_mode.h"
+
+namespace raywalk {
+
+// The viewpoint of --at: "X,Z" in metres. Throws UsageError for anything else.
+PlanPoint viewpoint_from_text(const std::string& text);
+
+// Throws UsageError unless the name ends as a picture format does (.png, .jpg, .jpeg), Error unless
+// a file can be made there. To be asked before the work of rendering.
+void require_writable_picture(const std::filesystem::path& file);
+
+// What a view was made of, on one line: "hlf-vd, hybrid at k = 80 (...), 42 layers, ...".
+std::string view_summary(const ViewMode& mode, const ViewReport& report);
+
+// Renders the view at `viewpoint` and writes it; returns what to tell the user, on one line. Throws
+// Error where the room cannot be rendered or the picture not written; nothing is then left behind.
+std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
+                       const std::filesystem::path& file);
+
+}  // namespace raywalk

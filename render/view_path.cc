@@ -1,0 +1,194 @@
+#include "render/view_path.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/csv.h"
+#include "core/files/image_file.h"
+#include "core/files/sha256.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+constexpr std::size_t kLongestName = 200;  // file systems take 255 bytes with extension and suffix
+
+bool is_file_name(const std::string& name) {
+  return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
+         name.size() <= kLongestName;
+}
+
+// Changes when the rays or the distance maps of a room do. Distance files are immutable once they
+// are there, so a replaced one shows in its size or time.
+std::string fingerprint_of(const Room& room) {
+  std::string text = manifest_to_json(room.manifest());
+  for (const Line& line : room.grid().lines) {
+    const fs::path file = distance_volume_path(room.directory(), line.id);
+    if (!fs::exists(file)) continue;
+    text += fmt::format("{} {} {}\n", line.id, fs::file_size(file),
+                        fs::last_write_time(file).time_since_epoch().count());
+  }
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+json settings_of(const Room& room, const ViewMode& mode) {
+  return {{"format_version", kFormatVersion},
+          {"room_sha256", fingerprint_of(room)},
+          {"generation", generation_name(mode.options.generation)},
+          {"connection", mode.connection},
+          {"k_deg", mode.options.k_deg},
+          {"layers", mode.options.layers},
+          {"tolerance_px", mode.options.tolerance_px},
+          {"overlap_deg", mode.options.overlap_deg},
+          {"width_px", mode.options.width}};
+}
+
+json json_of(std::span<const PathView> views) {
+  json list = json::array();
+  for (const PathView& view : views) {
+    list.push_back({{"name", view.name}, {"x_m", view.viewpoint.x_m}, {"z_m", view.viewpoint.z_m}});
+  }
+  return list;
+}
+
+std::map<std::string, json> by_name(const json& views) {
+  std::map<std::string, json> found;
+  for (const json& view : views) found[view.at("name").get<std::string>()] = view;
+  return found;
+}
+
+// Throws Error unless the pictures that `earlier` describes may stand beside those of `now`.
+void require_same_work(json earlier, json now, const fs::path& record) {
+  const std::map<std::string, json> earlier_views = by_name(earlier.at("views"));
+  for (const json& view : now.at("views")) {
+    const auto found = earlier_views.find(view.at("name").get<std::string>());
+    if (found != earlier_views.end() && found->second != view) {
+      throw Error(fmt::format("{}: '{}' was rendered at another viewpoint; use another --out",
+                              record.string(), found->first));
+    }
+  }
+  earlier.erase("views");
+  now.erase("views");
+  for (const auto& [key, value] : now.items()) {
+    if (!earlier.contains(key) || earlier.at(key) != value) {
+      throw Error(fmt::format("{}: the views there were made with another {}; use another --out",
+                              record.string(), key == "room_sha256" ? "room" : key));
+    }
+  }
+}
+
+// Checks against what an earlier run left, and writes views.json with the views of both.
+void write_record(const fs::path& out, json now) {
+  const fs::path record = out / "views.json";
+  if (fs::exists(record)) {
+    try {
+      const json earlier = json::parse(read_file(record));
+      require_same_work(earlier, now, record);
+      std::map<std::string, json> views = by_name(earlier.at("views"));
+      views.merge(by_name(now.at("views")));
+      now["views"] = json::array();
+      for (const auto& [name, view] : views) now["views"].push_back(view);
+    } catch (const json::exception&) {
+      throw Error(record.string() + ": not as raywalk-render path writes it; use another --out");
+    }
+  }
+  write_file_atomically(record, now.dump(2) + "\n");
+}
+
+void make_directory(const fs::path& directory) {
+  std::error_code failed;
+  fs::create_directories(directory, failed);
+  if (failed) throw Error("cannot make " + directory.string() + ": " + failed.message());
+}
+
+fs::path picture_of(const fs::path& out, const PathView& view) {
+  return out / (view.name + ".png");
+}
+
+// Without a record nothing tells what a picture was made with.
+void require_no_strangers(const fs::path& out, std::span<const PathView> views) {
+  if (fs::exists(out / "views.json")) return;
+  for (const PathView& view : views) {
+    if (fs::exists(picture_of(out, view))) {
+      throw Error(picture_of(out, view).string() +
+                  " exists and was not made by raywalk-render path; use another --out");
+    }
+  }
+}
+
+void require_inside(const Room& room, const ViewMode& mode, const fs::path& path,
+                    std::span<const PathView> views) {
+  const ConnectionRule rule{radians_from_degrees(mode.options.k_deg),
+                            radians_from_degrees(mode.options.overlap_deg)};
+  for (const PathView& view : views) {
+    try {
+      const ViewPlan plan(room.grid(), view.viewpoint, rule);
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<PathView> read_path(const fs::path& file) {
+  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {});
+  std::vector<PathView> views;
+  std::set<std::string> names;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const std::string& name = table.text(row, "name");
+    if (!is_file_name(name)) {
+      throw Error(table.where(row) + ": the name " + excerpt(name) +
+                  " cannot be a file's; use letters, digits, '_' and '-'");
+    }
+    if (!names.insert(name).second) {
+      throw Error(table.where(row) + ": the name " + excerpt(name) + " appears twice");
+    }
+    views.push_back({name, {table.number(row, "x"), table.number(row, "z")}});
+  }
+  if (views.empty()) throw Error(file.string() + ": no views; give at least one line name,x,z");
+  return views;
+}
+
+std::string write_path(const Room& room, const ViewMode& mode, const fs::path& path,
+                       const fs::path& out) {
+  const std::vector<PathView> views = read_path(path);
+  require_inside(room, mode, path, views);
+  Renderer renderer(room, mode.options);
+  make_directory(out);
+  require_no_strangers(out, views);
+  json record = settings_of(room, mode);
+  record["views"] = json_of(views);
+  write_record(out, std::move(record));
+
+  Progress progress("rendering", static_cast<std::int64_t>(views.size()), "views");
+  std::size_t done = 0;
+  int rendered = 0;
+  try {
+    for (; done < views.size(); ++done) {
+      const fs::path picture = picture_of(out, views[done]);
+      if (!fs::exists(picture)) {
+        write_image(picture, renderer.render(views[done].viewpoint).image);
+        ++rendered;
+      }
+      progress.advance();
+    }
+  } catch (const Interrupted&) {
+    throw Interrupted(fmt::format("interrupted after {} of {} views; the same command goes on",
+                                  done, views.size()));
+  }
+  return fmt::format("{}: {} views, {} of them rendered now; {}, {} at k = {:g} degrees ({})",
+                     out.string(), views.size(), rendered, generation_name(mode.options.generation),
+                     mode.connection, mode.options.k_deg, mode.k_source);
+}
+
+}  // namespace raywalk

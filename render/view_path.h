@@ -1,0 +1,33 @@
+// The work of `raywalk-render path`: many views, one picture each.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+#include "render/validation/view_mode.h"
+
+namespace raywalk {
+
+struct PathView {
+  std::string name{};  // of the picture, without extension
+  PlanPoint viewpoint{};
+};
+
+// Columns name,x,z (metres). Throws Error with file and line: a name that cannot be a file's or
+// appears twice, no views at all, and as CsvTable does.
+std::vector<PathView> read_path(const std::filesystem::path& file);
+
+// Renders every view to `out`/<name>.png; the directory is made if it is missing. `out`/views.json
+// says what they were made with:
+//   {"format_version": 1, "room_sha256", "generation", "connection", "k_deg", "layers",
+//    "tolerance_px", "overlap_deg", "width_px", "views": [{"name", "x_m", "z_m"}]}
+// A second run with the same room and settings renders only what is missing; with others it is
+// refused, so that a directory never holds a mixture. Every viewpoint is checked before the first
+// is rendered. Returns what to tell the user, on one line. Throws Error; Interrupted on Ctrl-C,
+// with all finished pictures kept.
+std::string write_path(const Room& room, const ViewMode& mode, const std::filesystem::path& path,
+                       const std::filesystem::path& out);
+
+}  // namespace raywalk

@@ -1,0 +1,136 @@
+#include "render/view_path.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+#include "render/view_file.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+template <typename Work>
+std::string error_of(const Work& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(ViewFile, ReadsViewpointsOfEitherSign) {
+  const PlanPoint viewpoint = viewpoint_from_text("-0.1,2e-1");
+  EXPECT_EQ(viewpoint.x_m, -0.1);
+  EXPECT_EQ(viewpoint.z_m, 0.2);
+  for (const char* text : {"", "1", "1,", ",1", "1,2,3", "1;2", "nan,0", "0,inf", "a,b"}) {
+    EXPECT_THROW(viewpoint_from_text(text), UsageError) << text;
+  }
+}
+
+TEST(ViewFile, TellsWhatAViewWasMadeOf) {
+  const ViewMode mode{.options = {.k_deg = 80.0}, .k_source = "as asked for"};
+  const std::string text = view_summary(
+      mode, {.layers = 12, .limited_corners = 2, .filled_share = 0.016, .empty_share = 0.5});
+  EXPECT_THAT(text, AllOf(HasSubstr("hlf-vd, hybrid at k = 80 degrees (as asked for)"),
+                          HasSubstr("12 layers"), HasSubstr("2 of 4 corners"),
+                          HasSubstr("1.6 % filled"), HasSubstr("50.0 % empty")));
+  EXPECT_EQ(text.find("seen by no station"), std::string::npos);
+}
+
+class ViewPathTest : public ::testing::Test {
+ protected:
+  ViewPathTest() {
+    write_synthetic_room({.width = 32}, directory_ / "room.lf");
+    room_ = Room::open(directory_ / "room.lf");
+    list("name,x,z\na,0,0\nb,0.25,-0.25\n");
+  }
+  void list(const std::string& text) const { std::ofstream(path()) << text; }
+  fs::path path() const { return directory_ / "path.csv"; }
+  fs::path out() const { return directory_ / "views"; }
+  std::string run(double k_deg = 80.0) const {
+    return write_path(room_, {.options = {.k_deg = k_deg}}, path(), out());
+  }
+  std::string run_error(double k_deg = 80.0) const {
+    return error_of([&] { run(k_deg); });
+  }
+
+  TestDirectory directory_;
+  Room room_;
+};
+
+TEST_F(ViewPathTest, WritesEveryViewAndHowItWasMade) {
+  EXPECT_THAT(run(), HasSubstr("2 views, 2 of them rendered now"));
+  Renderer renderer(room_, {.k_deg = 80.0});
+  const cv::Mat expected = renderer.render({0.25, -0.25}).image;
+  EXPECT_EQ(cv::norm(read_panorama(out() / "b.png"), expected, cv::NORM_INF), 0.0);
+  const auto record = nlohmann::json::parse(read_file(out() / "views.json"));
+  EXPECT_EQ(record["generation"], "hlf-vd");
+  EXPECT_EQ(record["k_deg"], 80.0);
+  EXPECT_EQ(record["views"].size(), 2U);
+}
+
+TEST_F(ViewPathTest, RendersOnlyWhatIsMissing) {
+  run();
+  fs::remove(out() / "a.png");
+  const auto kept = fs::last_write_time(out() / "b.png");
+  list("name,x,z\na,0,0\nb,0.25,-0.25\nc,0.1,0.1\n");
+  EXPECT_THAT(run(), HasSubstr("3 views, 2 of them rendered now"));
+  EXPECT_EQ(fs::last_write_time(out() / "b.png"), kept);
+  EXPECT_TRUE(fs::exists(out() / "a.png"));
+  EXPECT_TRUE(fs::exists(out() / "c.png"));
+}
+
+TEST_F(ViewPathTest, NeverMixes) {
+  run();
+  EXPECT_THAT(run_error(76.0), AllOf(HasSubstr("views.json"), HasSubstr("another k_deg")));
+  list("name,x,z\na,0.1,0\n");
+  EXPECT_THAT(run_error(), HasSubstr("'a' was rendered at another viewpoint"));
+  list("name,x,z\na,0,0\n");
+  write_synthetic_room({.scene = {.seed = 2}, .width = 32, .distance_every = 2},
+                       directory_ / "room.lf");
+  room_ = Room::open(directory_ / "room.lf");
+  EXPECT_THAT(run_error(), HasSubstr("another room"));
+}
+
+TEST_F(ViewPathTest, LeavesForeignFilesAlone) {
+  fs::create_directories(out());
+  std::ofstream(out() / "b.png") << "mine";
+  EXPECT_THAT(run_error(), AllOf(HasSubstr("b.png"), HasSubstr("another --out")));
+  EXPECT_EQ(read_file(out() / "b.png"), "mine");
+  EXPECT_FALSE(fs::exists(out() / "views.json"));
+  fs::remove(out() / "b.png");
+  std::ofstream(out() / "views.json") << "{\"views\": 3}";
+  EXPECT_THAT(run_error(), HasSubstr("views.json"));
+}
+
+TEST_F(ViewPathTest, RefusesAListBeforeAnyWork) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"name,x,z\na,0,0\n../b,0,0\n", "path.csv:3"},
+      {"name,x,z\na,0,0\na,0.1,0\n", "appears twice"},
+      {"name,x,z\n,0,0\n", "path.csv:2"},
+      {"name,x,z\na,zero,0\n", "path.csv:2"},
+      {"name,x,z\na,0,0\nfar,9,9\n", "'far'"},
+      {"name,x,z\n", "no views"},
+      {"name,x\na,0\n", "'z'"}};
+  for (const auto& [text, message] : cases) {
+    list(text);
+    EXPECT_THAT(run_error(), HasSubstr(message)) << text;
+    EXPECT_FALSE(fs::exists(out())) << text;
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,135 @@
+#include "render/view_settings.h"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/files/number.h"
+#include "core/files/settings.h"
+#include "render/validation/choose_k.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kLfuKDeg = 45.0;
+constexpr double kRayspace360KDeg = 90.0;
+constexpr int kMostLayers = 65536;
+
+SettingsSchema schema_of(ViewSettings* settings) {
+  SettingsSchema schema;
+  schema.choice("generation", &settings->generation, {"initial", "hlf-vd", "two-sided"})
+      .choice("connection", &settings->connection, {"hybrid", "lfu", "rayspace360"})
+      .text("k_deg", &settings->k_deg)
+      .text("layers", &settings->layers)
+      .number("tolerance_px", &settings->tolerance_px, 0.01, 100.0)
+      .number("overlap_deg", &settings->overlap_deg, 0.0, 45.0)
+      .integer("width_px", &settings->width_px, 0, 32768);
+  return schema;
+}
+
+template <typename T>
+void override_with(const std::optional<T>& flag, T* value) {
+  if (flag) *value = *flag;
+}
+
+// The k that the settings fix; none where it is chosen for the room.
+std::optional<double> fixed_k_deg(const ViewSettings& settings) {
+  std::optional<double> k_deg;
+  if (settings.k_deg != "auto") {
+    k_deg = parse_finite_number(settings.k_deg);
+    if (!k_deg || *k_deg < kLfuKDeg || *k_deg > kRayspace360KDeg) {
+      throw UsageError(fmt::format("k is {}; use auto or degrees in {}..{}",
+                                   excerpt(settings.k_deg), kLfuKDeg, kRayspace360KDeg));
+    }
+  }
+  if (settings.connection == "hybrid") return k_deg;
+  const double own_k_deg = settings.connection == "lfu" ? kLfuKDeg : kRayspace360KDeg;
+  if (k_deg && *k_deg != own_k_deg) {
+    throw UsageError(fmt::format("connection {} is k = {} degrees, but k is {}; use hybrid",
+                                 settings.connection, own_k_deg, *k_deg));
+  }
+  return own_k_deg;
+}
+
+// 0 where as many are used as the tolerance needs.
+int fixed_layers(const ViewSettings& settings) {
+  if (settings.layers == "auto") return 0;
+  const std::optional<int> layers = parse_whole_number(settings.layers);
+  if (!layers || *layers < 1 || *layers > kMostLayers) {
+    throw UsageError(fmt::format("layers is {}; use auto or a number in 1..{}",
+                                 excerpt(settings.layers), kMostLayers));
+  }
+  return *layers;
+}
+
+void require_consistent(const ViewSettings& settings) {
+  fixed_k_deg(settings);
+  fixed_layers(settings);
+}
+
+}  // namespace
+
+ViewSettings view_settings(const ViewFlags& flags) {
+  ViewSettings settings;
+  if (flags.settings) {
+    schema_of(&settings).load(*flags.settings);
+    try {
+      require_consistent(settings);
+    } catch (const UsageError& e) {
+      throw UsageError(flags.settings->string() + ": " + e.what());
+    }
+  }
+  // A connection named on the command line brings its own k; the file's k was meant for the file's.
+  if (flags.connection && !flags.k_deg && *flags.connection != settings.connection) {
+    settings.k_deg = "auto";
+  }
+  override_with(flags.generation, &settings.generation);
+  override_with(flags.connection, &settings.connection);
+  override_with(flags.k_deg, &settings.k_deg);
+  override_with(flags.layers, &settings.layers);
+  override_with(flags.tolerance_px, &settings.tolerance_px);
+  override_with(flags.overlap_deg, &settings.overlap_deg);
+  override_with(flags.width_px, &settings.width_px);
+  require_consistent(settings);
+  return settings;
+}
+
+ViewMode view_mode(const ViewSettings& settings, const Room& room) {
+  ViewMode mode;
+  mode.connection = settings.connection;
+  mode.options.generation = generation_from_name(settings.generation);
+  mode.options.layers = fixed_layers(settings);
+  mode.options.tolerance_px = settings.tolerance_px;
+  mode.options.overlap_deg = settings.overlap_deg;
+  mode.options.width = settings.width_px;
+  if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
+    mode.options.k_deg = *k_deg;
+    mode.k_source = settings.connection == "hybrid" ? "as asked for" : "of this connection";
+  } else {
+    const AutoK chosen = auto_k_deg(room, mode.options.generation);
+    mode.options.k_deg = chosen.k_deg;
+    mode.k_source = chosen.source;
+  }
+  return mode;
+}
+
+std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
+                                 const Room& room) {
+  if (generations.empty()) {
+    generations = {"initial"};
+    if (room.has_distances()) generations.insert(generations.end(), {"hlf-vd", "two-sided"});
+  }
+  if (std::set(generations.begin(), generations.end()).size() != generations.size()) {
+    throw UsageError("a generation is named twice; name each once");
+  }
+  std::vector<ViewMode> modes;
+  for (const std::string& generation : generations) {
+    settings.generation = generation;
+    modes.push_back(view_mode(settings, room));
+  }
+  return modes;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,51 @@
+// What a user asks of a view, on the command line or in a YAML file, before it is known which room
+// it meets.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+#include "render/validation/view_mode.h"
+
+namespace raywalk {
+
+// Every member is a key of the YAML file (configs/view.yaml explains them one by one).
+struct ViewSettings {
+  std::string generation = "hlf-vd";  // initial, hlf-vd or two-sided
+  std::string connection = "hybrid";  // hybrid, lfu (k = 45) or rayspace360 (k = 90)
+  std::string k_deg = "auto";         // auto, or degrees in 45..90
+  std::string layers = "auto";        // auto, or how many depth layers, 1..65536
+  double tolerance_px = 0.5;          // move of a pixel that automatic layers may cause, 0.01..100
+  double overlap_deg = 5.0;           // width of the blend at a connection, 0..45
+  int width_px = 0;                   // 0 = as captured, else a multiple of 4 in 4..32768
+};
+
+// The flags of a command line, which override the file's keys.
+struct ViewFlags {
+  std::optional<std::filesystem::path> settings{};
+  std::optional<std::string> generation{};
+  std::optional<std::string> connection{};
+  std::optional<std::string> k_deg{};
+  std::optional<std::string> layers{};
+  std::optional<double> tolerance_px{};
+  std::optional<double> overlap_deg{};
+  std::optional<int> width_px{};
+};
+
+// The settings of the file, if one is given, with the flags on top. Throws UsageError for a file
+// that is not right (as SettingsSchema does) and for values that are out of range or contradict
+// each other: k belongs to the hybrid connection, the others have theirs.
+ViewSettings view_settings(const ViewFlags& flags);
+
+// The settings for a room, where "auto" becomes a number.
+ViewMode view_mode(const ViewSettings& settings, const Room& room);
+
+// The same in each of `generations`; in all that the room can be rendered in where none is named:
+// without distances that is initial alone. Throws UsageError where one is named twice.
+std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
+                                 const Room& room);
+
+}  // namespace raywalk

@@ -1,0 +1,123 @@
+#include "render/view_settings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string message_of(const ViewFlags& flags) {
+  try {
+    view_settings(flags);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+class ViewSettingsTest : public ::testing::Test {
+ protected:
+  ViewFlags file_flags(const std::string& yaml) const {
+    std::ofstream(directory_ / "view.yaml") << yaml;
+    return {.settings = directory_ / "view.yaml"};
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
+  const ViewSettings shipped = view_settings({.settings = RAYWALK_VIEW_YAML});
+  const ViewSettings defaults;
+  EXPECT_EQ(shipped.generation, defaults.generation);
+  EXPECT_EQ(shipped.connection, defaults.connection);
+  EXPECT_EQ(shipped.k_deg, defaults.k_deg);
+  EXPECT_EQ(shipped.layers, defaults.layers);
+  EXPECT_EQ(shipped.tolerance_px, defaults.tolerance_px);
+  EXPECT_EQ(shipped.overlap_deg, defaults.overlap_deg);
+  EXPECT_EQ(shipped.width_px, defaults.width_px);
+}
+
+TEST_F(ViewSettingsTest, FlagsOverrideTheFile) {
+  ViewFlags flags = file_flags("generation: two-sided\nk_deg: 70\nlayers: 8\noverlap_deg: 2\n");
+  flags.k_deg = "80";
+  flags.overlap_deg = 3.0;
+  const ViewSettings settings = view_settings(flags);
+  EXPECT_EQ(settings.generation, "two-sided");
+  EXPECT_EQ(settings.k_deg, "80");
+  EXPECT_EQ(settings.layers, "8");
+  EXPECT_EQ(settings.overlap_deg, 3.0);
+}
+
+TEST_F(ViewSettingsTest, AConnectionOnTheCommandLineDoesNotInheritTheFilesK) {
+  ViewFlags flags = file_flags("connection: hybrid\nk_deg: 70\n");
+  flags.connection = "lfu";
+  EXPECT_EQ(view_settings(flags).k_deg, "auto");
+}
+
+TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
+  EXPECT_THAT(message_of(file_flags("overlap_dge: 5\n")),
+              AllOf(HasSubstr("view.yaml:1"), HasSubstr("did you mean 'overlap_deg'")));
+  EXPECT_THAT(message_of(file_flags("generation: perfect\n")), HasSubstr("view.yaml:1"));
+  EXPECT_THAT(message_of(file_flags("k_deg: 30\n")),
+              AllOf(HasSubstr("view.yaml"), HasSubstr("45..90")));
+  EXPECT_THAT(message_of(file_flags("layers: none\n")),
+              AllOf(HasSubstr("view.yaml"), HasSubstr("1..65536")));
+  EXPECT_THAT(message_of(file_flags("connection: lfu\nk_deg: 60\n")),
+              AllOf(HasSubstr("view.yaml"), HasSubstr("k = 45")));
+}
+
+TEST_F(ViewSettingsTest, RefusesKThatIsNotTheConnections) {
+  EXPECT_THAT(message_of({.connection = "lfu", .k_deg = "76"}), HasSubstr("k = 45"));
+  EXPECT_THAT(message_of({.connection = "rayspace360", .k_deg = "45"}), HasSubstr("k = 90"));
+  EXPECT_EQ(message_of({.connection = "lfu", .k_deg = "45"}), "no error");
+  EXPECT_EQ(message_of({.connection = "rayspace360", .k_deg = "90.0"}), "no error");
+  EXPECT_THAT(message_of({.k_deg = "44.9"}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.k_deg = "nan"}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.k_deg = "80x"}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.layers = "0"}), HasSubstr("1..65536"));
+}
+
+class ViewModeTest : public ViewSettingsTest {
+ protected:
+  Room room_of(bool distances) const {
+    const auto room = directory_ / "room.lf";
+    write_synthetic_room({.width = 32, .distances = distances}, room);
+    return Room::open(room);
+  }
+};
+
+TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
+  const Room room = room_of(false);
+  EXPECT_EQ(view_mode({.connection = "lfu"}, room).options.k_deg, 45.0);
+  EXPECT_EQ(view_mode({.connection = "rayspace360"}, room).options.k_deg, 90.0);
+  EXPECT_EQ(view_mode({.connection = "hybrid", .k_deg = "76"}, room).options.k_deg, 76.0);
+  const ViewMode automatic = view_mode({}, room);
+  EXPECT_GE(automatic.options.k_deg, 45.0);
+  EXPECT_LE(automatic.options.k_deg, 90.0);
+  EXPECT_FALSE(automatic.k_source.empty());
+}
+
+TEST_F(ViewModeTest, AllGenerationsThatTheRoomCan) {
+  EXPECT_EQ(view_modes({}, {}, room_of(false)).size(), 1U);
+  const std::vector<ViewMode> all = view_modes({}, {}, room_of(true));
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0].options.generation, Generation::kInitial);
+  EXPECT_EQ(all[1].options.generation, Generation::kHlfVd);
+  EXPECT_EQ(all[2].options.generation, Generation::kTwoSided);
+  const std::vector<ViewMode> named = view_modes({}, {"two-sided"}, room_of(true));
+  ASSERT_EQ(named.size(), 1U);
+  EXPECT_EQ(named[0].options.generation, Generation::kTwoSided);
+  EXPECT_THROW(view_modes({}, {"initial", "initial"}, room_of(true)), UsageError);
+}
+
+}  // namespace
+}  // namespace raywalk
