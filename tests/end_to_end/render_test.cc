@@ -1,0 +1,264 @@
+// raywalk-render as a user runs it. RAYWALK_RENDER is the program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+#include "core/files/image_file.h"
+#include "tests/end_to_end/run_command.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+class RenderTest : public ::testing::Test {
+ protected:
+  static CommandResult render(const std::string& arguments) {
+    return run_command(std::string(RAYWALK_RENDER) + " " + arguments);
+  }
+  std::string room() const { return (directory_ / "room.lf").string(); }
+  std::string file(const std::string& name) const { return (directory_ / name).string(); }
+  void make_room(const SyntheticRoomSpec& spec = {.overhang_m = 0.25, .width = 64}) const {
+    write_synthetic_room(spec, room());
+  }
+  std::string view(const std::string& rest) const { return "view " + room() + " " + rest; }
+  std::string view_to_png(const std::string& rest) const {
+    return view(rest + " --out " + file("view.png"));
+  }
+
+  // Failure: the exit code, exactly one line of error, and nothing but `left` in the directory.
+  void expect_error(const CommandResult& result, int exit_code, const std::string& text,
+                    size_t left = 1) const {
+    EXPECT_EQ(result.exit_code, exit_code);
+    EXPECT_THAT(result.errors, HasSubstr(text));
+    EXPECT_THAT(result.errors, ::testing::StartsWith("raywalk-render: error: "));
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_EQ(directory_.entries(), left);
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(RenderTest, RendersAViewAndSaysHow) {
+  make_room();
+  const CommandResult result = render(view_to_png("--at -0.1,0.2 --generation two-sided --k 76"));
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output,
+              AllOf(HasSubstr(file("view.png")), HasSubstr("64x32 at -0.1,0.2 m"),
+                    HasSubstr("two-sided, hybrid at k = 76 degrees"), HasSubstr("layers")));
+  EXPECT_EQ(read_panorama(file("view.png")).cols, 64);
+}
+
+TEST_F(RenderTest, ViewIsCorrectedUnlessAskedOtherwise) {
+  make_room();
+  EXPECT_THAT(render(view_to_png("--at 0,0")).output, HasSubstr("hlf-vd"));
+  EXPECT_THAT(render(view_to_png("--at 0,0 --generation initial")).output, HasSubstr("initial"));
+}
+
+TEST_F(RenderTest, SettingsFileAndFlags) {
+  make_room();
+  std::ofstream(file("view.yaml")) << "connection: lfu\nwidth_px: 32\nlayers: 4\n";
+  const CommandResult result =
+      render(view_to_png("--at=0.1,0.1 --layers 7 --settings " + file("view.yaml")));
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output,
+              AllOf(HasSubstr("32x16"), HasSubstr("lfu at k = 45"), HasSubstr("7 layers")));
+}
+
+TEST_F(RenderTest, WritesJpegToo) {
+  make_room();
+  EXPECT_EQ(render(view("--at 0,0 --out " + file("view.jpg"))).exit_code, 0);
+  EXPECT_EQ(read_panorama(file("view.jpg")).cols, 64);
+}
+
+TEST_F(RenderTest, ASingleLineRendersWithTheRestMarked) {
+  make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
+  const CommandResult result = render(view_to_png("--at 0,-0.25"));
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("% empty: no line serves it"));
+}
+
+TEST_F(RenderTest, HelpHasAnExampleForEveryCommand) {
+  EXPECT_EQ(render("--version").exit_code, 0);
+  for (const std::string command : {"view", "path", "validate", "connect-error", "error-model"}) {
+    const CommandResult help = render(command + " --help");
+    EXPECT_EQ(help.exit_code, 0) << command;
+    EXPECT_THAT(help.output, HasSubstr("raywalk-render " + command + " ")) << command;
+  }
+}
+
+TEST_F(RenderTest, WrongUsageIsToldApartFromFailure) {
+  make_room();
+  expect_error(render(view_to_png("--at 0.1")), 2, "--at");
+  expect_error(render(view_to_png("--at 0,zero")), 2, "--at");
+  expect_error(render(view_to_png("--at 0,0 --connection lfu --k 76")), 2, "k = 45");
+  expect_error(render(view_to_png("--at 0,0 --k 30")), 2, "45..90");
+  expect_error(render(view_to_png("--at 0,0 --width 30")), 2, "multiple of 4");
+  expect_error(render(view_to_png("--at 0,0 --generation best")), 2, "--generation");
+  expect_error(render(view("--at 0,0 --out " + file("view.gif"))), 2, ".png");
+  expect_error(render("view " + room()), 2, "--at");
+  expect_error(render("connect-error " + room() + " --k-list 30"), 2, "45..90");
+}
+
+TEST_F(RenderTest, UnknownKeyInSettings) {
+  make_room();
+  std::ofstream(file("view.yaml")) << "generation: hlf-vd\noverlap_dge: 5\n";
+  expect_error(render(view_to_png("--at 0,0 --settings " + file("view.yaml"))), 2,
+               "view.yaml:2: unknown key 'overlap_dge'; did you mean 'overlap_deg'?", 2);
+}
+
+TEST_F(RenderTest, ViewpointOutsideEveryCell) {
+  make_room();
+  expect_error(render(view_to_png("--at 0.7,0")), 1, "outside every cell");
+}
+
+TEST_F(RenderTest, MissingRoom) { expect_error(render(view_to_png("--at 0,0")), 1, "room.lf", 0); }
+
+TEST_F(RenderTest, ManifestOfANewerFormat) {
+  make_room();
+  const fs::path manifest = directory_ / "room.lf" / "manifest.json";
+  auto json = nlohmann::json::parse(read_file(manifest));
+  json["format_version"] = 2;
+  std::ofstream(manifest) << json.dump();
+  expect_error(render(view_to_png("--at 0,0")), 1, "manifest.json");
+}
+
+TEST_F(RenderTest, VolumeCutShort) {
+  make_room();
+  const fs::path volume = directory_ / "room.lf" / "lines" / "x0.h5";
+  fs::resize_file(volume, fs::file_size(volume) / 2);
+  expect_error(render(view_to_png("--at 0,0")), 1, "x0.h5");
+}
+
+TEST_F(RenderTest, WithoutDistancesTheCommandThatMakesThemIsNamed) {
+  make_room({.width = 64, .distances = false});
+  expect_error(render(view_to_png("--at 0,0")), 1, "raywalk-build-lf pack --distance");
+  expect_error(render(view_to_png("--at 0,0 --generation two-sided")), 1, "two-sided");
+  EXPECT_EQ(render(view_to_png("--at 0,0 --generation initial")).exit_code, 0);
+}
+
+TEST_F(RenderTest, UnwritableOutputIsNoticedBeforeTheRoomIsRead) {
+  expect_error(render(view("--at 0,0 --out " + file("missing/view.png"))), 1, "missing", 0);
+}
+
+TEST_F(RenderTest, AFullDiskLeavesNothing) {
+  make_room();
+  // A limit on file size (here 512 bytes) fails a write the way a full disk does: in its middle.
+  const CommandResult result = run_command("ulimit -f 1; " + std::string(RAYWALK_RENDER) + " " +
+                                           view_to_png("--at 0,0 --width 256"));
+  expect_error(result, 1, "view.png");
+}
+
+TEST_F(RenderTest, ConnectErrorIsKeptAndUsedByAutoK) {
+  make_room();
+  const CommandResult measured =
+      render("connect-error " + room() + " --viewpoints 3 --k-list 45,60,90");
+  EXPECT_EQ(measured.exit_code, 0) << measured.errors;
+  EXPECT_THAT(measured.output, AllOf(HasSubstr("45"), HasSubstr("60"), HasSubstr("90")));
+  EXPECT_TRUE(fs::exists(directory_ / "room.lf" / "connect-error.json"));
+  const CommandResult viewed = render(view_to_png("--at 0,0 --generation initial"));
+  EXPECT_THAT(viewed.output, HasSubstr("E_connect"));
+}
+
+TEST_F(RenderTest, ErrorModelWritesItsReport) {
+  const CommandResult result = render("error-model --viewpoints 7 --report " + file("fig11"));
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(fs::exists(directory_ / "fig11" / "index.html"));
+  EXPECT_THAT(result.output, HasSubstr("1.5"));
+}
+
+TEST_F(RenderTest, ValidatesAgainstTruth) {
+  const SyntheticRoomSpec spec{.overhang_m = 0.25, .width = 64};
+  make_room(spec);
+  write_image(file("truth.png"), render_truth(spec, {0.1, 0.2}, 64));
+  std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
+  const std::string command = "validate " + room() + " --truth " + file("gt.csv") + " --report " +
+                              file("report") + " --viewpoints 2";
+  const CommandResult result = render(command);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("initial"), HasSubstr("report/index.html")));
+  const auto json = nlohmann::json::parse(read_file(directory_ / "report" / "metrics.json"));
+  EXPECT_EQ(json["views"].size(), 3U);
+  EXPECT_EQ(json["views"][0]["name"], "truth");
+
+  std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\ntruth.png,2,0,0\n";
+  fs::remove_all(directory_ / "report");
+  expect_error(render(command), 1, "gt.csv:3", 3);
+}
+
+// A path of so many views that the last come long after the first.
+class RenderPathTest : public RenderTest {
+ protected:
+  static constexpr int kViews = 60;
+  RenderPathTest() {
+    make_room();
+    std::ofstream list(file("path.csv"));
+    list << "name,x,z\n";
+    for (int i = 0; i < kViews; ++i) list << "view" << i << "," << 0.4 - 0.01 * i << ",0.1\n";
+  }
+  std::vector<std::string> arguments() const {
+    return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--generation",
+            "initial",      "--width", "1024", "--out",          file("views")};
+  }
+  std::string command() const {
+    std::string text;
+    for (const std::string& argument : arguments()) text += argument + " ";
+    return text;
+  }
+  // Complete pictures; anything that is neither one nor the record is a failure.
+  size_t pictures() const {
+    size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(file("views"))) {
+      if (entry.path().filename() == "views.json") continue;
+      EXPECT_EQ(read_panorama(entry.path()).cols, 1024);
+      ++count;
+    }
+    return count;
+  }
+};
+
+TEST_F(RenderPathTest, CtrlCStopsInGoodOrderAndTheSameCommandGoesOn) {
+  std::vector<std::string> words = arguments();
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t child = 0;
+  ASSERT_EQ(posix_spawn(&child, RAYWALK_RENDER, nullptr, nullptr, argv.data(), environ), 0);
+  while (!fs::exists(file("views/view1.png"))) {
+    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before it could be interrupted";
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGINT);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  const size_t before = pictures();
+  EXPECT_GE(before, 2U);
+  EXPECT_LT(before, static_cast<size_t>(kViews));
+
+  const CommandResult resumed = run_command(command());
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, HasSubstr(std::to_string(kViews - before) + " of them rendered now"));
+  EXPECT_EQ(pictures(), static_cast<size_t>(kViews));
+}
+
+TEST_F(RenderPathTest, OtherSettingsAreRefused) {
+  std::ofstream(file("path.csv")) << "name,x,z\na,0,0\n";
+  ASSERT_EQ(run_command(command()).exit_code, 0);
+  expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
+}
+
+}  // namespace
+}  // namespace raywalk
