@@ -1,0 +1,126 @@
+#include "tests/bench/bench_room.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "build_lf/frame_list.h"
+#include "build_lf/pack_room.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/geometry/grid.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A capture to enlarge: 16 stations per line stay, 1.6 GB of rays.
+struct SourceScene {
+  fs::path directory;
+  size_t station_step = 1;
+  std::string name;  // of its directory in the cache
+};
+
+SourceScene source_scene() {
+  const fs::path repository = RAYWALK_SOURCE_DIR;
+  const fs::path full = repository.parent_path() / "shared/scenes/white-room";
+  if (fs::exists(full / "poses.csv")) return {full, 4, "full-scene"};
+  return {repository / "tests/data/white-room", 2, "embedded-scene"};
+}
+
+fs::path cache_of(const SourceScene& scene) { return fs::path(RAYWALK_BENCH_DIR) / scene.name; }
+
+// Every `step`-th station of each line.
+std::vector<Station> thinned_stations(const fs::path& list, size_t step) {
+  std::vector<StationPose> poses;
+  for (const Frame& frame : read_frame_list(list)) {
+    poses.push_back({frame.file, frame.position_m, frame.where});
+  }
+  std::vector<Station> kept;
+  for (const Line& line : find_grid(poses, {}).lines) {
+    for (size_t i = 0; i < line.stations.size(); i += step) kept.push_back(line.stations[i]);
+  }
+  return kept;
+}
+
+std::string frame_name(const Station& station) {
+  return fs::path(station.file).stem().string() + ".jpg";
+}
+
+void enlarge_frame(const fs::path& from, const fs::path& to) {
+  cv::Mat frame;
+  cv::resize(read_panorama(from), frame, {kBenchWidth, kBenchWidth / 2}, 0, 0, cv::INTER_CUBIC);
+  if (!cv::imwrite(to.string(), frame, {cv::IMWRITE_JPEG_QUALITY, 95})) {
+    throw Error(fmt::format("cannot write {}; check free space", to.string()));
+  }
+}
+
+// The list is written last: a directory that has it is complete.
+void make_capture(const SourceScene& scene, const fs::path& capture) {
+  fs::create_directories(capture);
+  const auto stations = thinned_stations(scene.directory / "poses.csv", scene.station_step);
+  parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const Station& station = stations[static_cast<size_t>(i)];
+      enlarge_frame(scene.directory / station.file, capture / frame_name(station));
+    }
+  });
+  std::string list = "file,x,y,z\n";
+  for (const Station& station : stations) {
+    const Eigen::Vector3d& p = station.position_m;
+    list += fmt::format("{},{},{},{}\n", frame_name(station), p.x(), p.y(), p.z());
+  }
+  write_file_atomically(capture / "poses.csv", list);
+}
+
+// False also for a room that a build of another format has packed.
+bool can_be_opened(const fs::path& room) {
+  try {
+    Room::open(room);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+PackOptions bench_capture() {
+  const SourceScene scene = source_scene();
+  const fs::path capture = cache_of(scene) / "capture";
+  if (!fs::exists(capture / "poses.csv")) make_capture(scene, capture);
+  PackOptions options;
+  options.frames = capture / "poses.csv";
+  options.distances = scene.directory / "dist";
+  return options;
+}
+
+fs::path bench_room() {
+  fs::path room = cache_of(source_scene()) / "room.lf";
+  if (!can_be_opened(room)) {
+    fs::remove_all(room);
+    PackOptions options = bench_capture();
+    options.out = room;
+    pack_room(options);
+  }
+  return room;
+}
+
+double bytes_under(const fs::path& directory) {
+  double bytes = 0.0;
+  for (const auto& entry : fs::recursive_directory_iterator(directory)) {
+    if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
+  }
+  return bytes;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,48 @@
+// raywalk-bench: how long views and packing take, as ratios to cv::remap and to a plain copy.
+#include <benchmark/benchmark.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/base/program.h"
+
+namespace raywalk {
+namespace {
+
+// Hands the flags this program does not know to Google Benchmark. The results go to a JSON file
+// unless a flag says otherwise; of flags given twice Google Benchmark takes the last.
+void run_benchmarks(const std::string& program, const std::vector<std::string>& flags) {
+  std::vector<std::string> words = {program, "--benchmark_out=" RAYWALK_BENCH_DIR "/results.json",
+                                    "--benchmark_out_format=json",
+                                    "--benchmark_counters_tabular=true"};
+  words.insert(words.end(), flags.begin(), flags.end());
+  std::vector<char*> arguments;
+  arguments.reserve(words.size());
+  for (std::string& word : words) arguments.push_back(word.data());
+  int count = static_cast<int>(arguments.size());
+  benchmark::Initialize(&count, arguments.data());
+  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) {
+    throw UsageError("unknown flag; see --help and Google Benchmark's --benchmark_* flags");
+  }
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}
+
+}  // namespace
+}  // namespace raywalk
+
+int main(int argc, char** argv) {
+  CLI::App app("Benchmarks of Raywalk; --benchmark_* flags go to Google Benchmark");
+  int threads = 0;
+  app.add_option("--threads", threads, "Threads for Raywalk and OpenCV alike; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+  app.allow_extras();
+  app.callback([&] {
+    raywalk::set_thread_count(threads);
+    raywalk::run_benchmarks(argv[0], app.remaining());
+  });
+  return raywalk::run_program(app, argc, argv);
+}

@@ -1,0 +1,120 @@
+#include <benchmark/benchmark.h>
+
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "core/room/room.h"
+#include "render/view/renderer.h"
+#include "tests/bench/bench_room.h"
+#include "tests/bench/resident_memory.h"
+#include "tests/bench/timing.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kPairs = 12;
+
+// The yardstick: a panorama pitched by 30 degrees.
+class PitchRemap {
+ public:
+  PitchRemap()
+      : source_(kBenchWidth / 2, kBenchWidth, CV_8UC3),
+        map_u_(source_.size(), CV_32FC1),
+        map_v_(source_.size(), CV_32FC1) {
+    cv::randu(source_, 0, 256);
+    const PanoramaSize size{source_.cols, source_.rows};
+    const Eigen::Matrix3d pitch = world_from_camera({.pitch_rad = radians_from_degrees(30.0)});
+    for (int v = 0; v < size.height; ++v) {
+      for (int u = 0; u < size.width; ++u) {
+        const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
+        const PixelPosition from =
+            pixel_from_angles(angles_from_direction(pitch * direction_from_angles(angles)), size);
+        map_u_.at<float>(v, u) = static_cast<float>(from.u);
+        map_v_.at<float>(v, u) = static_cast<float>(from.v);
+      }
+    }
+  }
+  void run() { cv::remap(source_, result_, map_u_, map_v_, cv::INTER_LINEAR, cv::BORDER_WRAP); }
+
+ private:
+  cv::Mat source_, map_u_, map_v_, result_;
+};
+
+// In the middle, in the quarters, near a line and near a corner.
+std::vector<PlanPoint> viewpoints_in(const Cell& cell) {
+  constexpr double kPlaces[][2] = {{0.5, 0.5},   {0.75, 0.75}, {0.25, 0.6},
+                                   {0.56, 0.95}, {0.05, 0.9},  {0.13, 0.28}};
+  std::vector<PlanPoint> points;
+  for (const auto& place : kPlaces) {
+    points.push_back({cell.x_min_m + place[0] * (cell.x_max_m - cell.x_min_m),
+                      cell.z_min_m + place[1] * (cell.z_max_m - cell.z_min_m)});
+  }
+  return points;
+}
+
+// What one view adds to the resident set, starting from a room none of which has been read.
+struct ResidentGrowth {
+  double peak_bytes = 0.0;    // all of it
+  double mapped_bytes = 0.0;  // the part that is pages of the room's files
+};
+
+ResidentGrowth resident_growth(const ViewOptions& options) {
+  const Room room = Room::open(bench_room());
+  Renderer renderer(room, options);
+  reset_peak_resident();
+  const double before = resident_bytes();
+  const double mapped_before = mapped_resident_bytes();
+  renderer.render(viewpoints_in(room.grid().cells.front()).front());
+  return {peak_resident_bytes() - before, mapped_resident_bytes() - mapped_before};
+}
+
+// One 4096x2048 view of a generation, at viewpoints spread over the cell, against one cv::remap of
+// the same size on the same threads. The two alternate, so that what else the machine does hits
+// both; `ratio` is the median over the pairs, `cpu_ratio` the same of the processor time. `peak_MB`
+// and `mapped_MB` are the ResidentGrowth, `room_MB` the bytes of the room.
+void bench_view(benchmark::State& state, Generation generation) {
+  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const ResidentGrowth growth = resident_growth(options);
+  const Room room = Room::open(bench_room());
+  const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
+  Renderer renderer(room, options);
+  for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint);
+  PitchRemap remap;
+  remap.run();
+
+  std::vector<double> view_s, remap_s, ratios, cpu_ratios;
+  for (auto _ : state) {
+    const PlanPoint viewpoint = viewpoints[view_s.size() % viewpoints.size()];
+    const Times yardstick = times_of([&] { remap.run(); });
+    const Times view = times_of([&] { benchmark::DoNotOptimize(renderer.render(viewpoint)); });
+    view_s.push_back(view.wall_s);
+    remap_s.push_back(yardstick.wall_s);
+    ratios.push_back(view.wall_s / yardstick.wall_s);
+    cpu_ratios.push_back(view.cpu_s / yardstick.cpu_s);
+    state.SetIterationTime(view.wall_s);
+  }
+  state.counters["ratio"] = median(ratios);
+  state.counters["cpu_ratio"] = median(cpu_ratios);
+  state.counters["view_ms"] = 1e3 * median(view_s);
+  state.counters["remap_ms"] = 1e3 * median(remap_s);
+  state.counters["peak_MB"] = 1e-6 * growth.peak_bytes;
+  state.counters["mapped_MB"] = 1e-6 * growth.mapped_bytes;
+  state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
+}
+
+BENCHMARK_CAPTURE(bench_view, initial, Generation::kInitial)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, two_sided, Generation::kTwoSided)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace raywalk
