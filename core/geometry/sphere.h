@@ -43,8 +43,8 @@ struct PixelPosition {
 };
 
 // Attitude of a frame, as poses.csv carries it: R_world_from_camera = Ry(yaw) Rx(pitch) Rz(roll).
-// yaw turns the panorama's centre towards +x, pitch raises it, roll turns the camera clockwise as it
-// looks.
+// yaw turns the panorama's centre towards +x, pitch raises it, roll turns the camera clockwise as
+// it looks.
 struct Attitude {
   double yaw_rad = 0.0;
   double pitch_rad = 0.0;

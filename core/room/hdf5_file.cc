@@ -44,8 +44,8 @@ std::vector<hsize_t> dims_of(std::span<const std::size_t> shape) {
 }
 
 // HDF5 file format specification, section II.A: the byte after the eight of the signature is the
-// version of the superblock; from version 2 on superblock and metadata are checksummed. HDF5 1.10 can
-// read past its own buffers on damaged metadata of the older format.
+// version of the superblock; from version 2 on superblock and metadata are checksummed. HDF5 1.10
+// can read past its own buffers on damaged metadata of the older format.
 constexpr int kChecksummedSuperblock = 2;
 int superblock_version(const fs::path& file) {
   const std::string head = read_file_prefix(file, 9);
@@ -80,7 +80,8 @@ Hdf5File Hdf5File::open(const fs::path& file) {
   opened.path_ = file;
   if (H5Fis_hdf5(file.c_str()) == 0) throw Error(file.string() + ": not an HDF5 file");
   if (superblock_version(file) < kChecksummedSuperblock) {
-    throw Error(file.string() + ": written without checksums, so not by Raywalk; pack the room again");
+    throw Error(file.string() +
+                ": written without checksums, so not by Raywalk; pack the room again");
   }
   opened.file_ = opened.checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose,
                                 "cannot open the file, which may be cut short");
@@ -93,7 +94,8 @@ Hdf5File Hdf5File::create(const fs::path& file) {
   created.path_ = file;
   const Hdf5Handle access =
       created.checked(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "cannot create the file");
-  // The format of HDF5 1.10: its metadata carry checksums, so that damage is found instead of followed.
+  // The format of HDF5 1.10: its metadata carry checksums, so that damage is found instead of
+  // followed.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   created.file_ = created.checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()),
                                   H5Fclose, "cannot create the file");
