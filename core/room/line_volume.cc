@@ -13,6 +13,7 @@ LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
   Hdf5File::open(file).require_format(kLineVolumeFormat);
   LineVolume volume;
   volume.rays_ = MappedDataset::open(file, "rays", ElementType::kUint8);
+  volume.rays_.expect_scattered_reads();
   volume.stations_ = stations;
   volume.panorama_ = panorama;
   const std::vector<std::size_t> expected{static_cast<size_t>(stations),

@@ -131,7 +131,8 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
   }
   // mmap wants an offset that is a whole number of pages.
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-  const std::size_t before = extent.offset % page;
+  // The page before is mapped too where there is one: vector loads may begin a few bytes early.
+  const std::size_t before = extent.offset % page + (extent.offset >= page ? page : 0);
   MappedDataset mapped;
   mapped.mapping_bytes_ = before + extent.bytes;
   void* mapping = ::mmap(nullptr, mapped.mapping_bytes_, PROT_READ, MAP_SHARED, descriptor.get(),
@@ -144,6 +145,10 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
   mapped.data_ = static_cast<const std::byte*>(mapping) + before;
   mapped.shape_ = extent.shape;
   return mapped;
+}
+
+void MappedDataset::expect_scattered_reads() const {
+  ::madvise(mapping_, mapping_bytes_, MADV_RANDOM);
 }
 
 }  // namespace raywalk

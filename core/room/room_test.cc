@@ -159,6 +159,19 @@ TEST_F(VolumeTest, OtherElementTypeIsRefused) {
               HasSubstr("'other'"));
 }
 
+// HDF5 1.10 follows damaged metadata of its older formats, which carry no checksums.
+TEST_F(VolumeTest, FileWithoutChecksumsIsRefused) {
+  const fs::path path = directory_.path() / "old.h5";
+  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  ASSERT_GE(file, 0);
+  H5Fclose(file);
+  H5Pclose(access);
+  EXPECT_THAT(error_of([&] { LineVolume::open(path, kStations, kSize); }),
+              AllOf(HasSubstr("old.h5"), HasSubstr("without checksums")));
+}
+
 TEST_F(VolumeTest, ChunkedDatasetIsRefused) {
   {
     const Hdf5File file = Hdf5File::create(file_);

@@ -35,14 +35,19 @@ struct ColumnTarget {
 // Samples are fetched into the cache so many rows before they are read.
 inline constexpr int kSampleLookAhead = 64;
 
+// A weight in [0, 32767] in the upper and in the lower half of a value, and back.
+constexpr std::int32_t twice_weight(int weight) { return weight * 0x10001; }
+constexpr int weight_of(std::int32_t twice) { return twice & 0x7fff; }
+
 // Where each row of an output column is read from in one station: byte offsets of the two columns'
-// upper samples, and the interpolation weights in 1/32768. The offsets are arrays of rows +
+// upper samples, and the interpolation weights in 1/32768, each twice in one value (twice_weight):
+// so they are spread over a register by the load itself. The offsets are arrays of rows +
 // kSampleLookAhead values; what the last ones hold is of no consequence.
 struct SamplePositions {
   std::int32_t* offset_left = nullptr;
   std::int32_t* offset_right = nullptr;
-  std::int16_t* weight_right = nullptr;
-  std::int16_t* weight_lower = nullptr;
+  std::int32_t* weight_right = nullptr;
+  std::int32_t* weight_lower = nullptr;
 };
 
 // A station's rays and where in them a column's samples lie. The two bytes before `rays` must be

@@ -8,7 +8,6 @@
 #include "render/view/column_kernels.h"
 #include "render/view/column_kernels_body.inc"
 #include "render/view/column_kernels_table.h"
-#include "render/view/fast_math.h"
 
 namespace raywalk {
 

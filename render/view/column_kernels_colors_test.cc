@@ -28,8 +28,8 @@ class KernelSampling : public Kernels {
   StationSamples second() { return second_.of(rays()); }
 
   double exact(const SampleArrays& samples, size_t row, size_t c) const {
-    const double fu = samples.weight_right[row] / 32768.0;
-    const double fv = samples.weight_lower[row] / 32768.0;
+    const double fu = weight_of(samples.weight_right[row]) / 32768.0;
+    const double fv = weight_of(samples.weight_lower[row]) / 32768.0;
     const std::uint8_t* left = rays() + samples.left[row] + c;
     const std::uint8_t* right = rays() + samples.right[row] + c;
     const double upper = left[0] + fu * (right[0] - left[0]);

@@ -120,17 +120,24 @@ TEST_P(KernelDepths, InfinitelyFarSnapsIntoTheFarthestLayer) {
   EXPECT_FLOAT_EQ(omega, 0.25f);
 }
 
-// A wall 2 m ahead of the viewpoint, and what a station's map holds of it; unknown elsewhere.
+// A wall that leans and turns away, forward + up + side / 2 = 2 m from the viewpoint, and what a
+// station's map holds of it; unknown elsewhere.
 class WallMap {
  public:
   WallMap() : omega_(static_cast<size_t>(kSize.width) * static_cast<size_t>(kSize.height), -1.0f) {
+    const double from_station = 2.0 + kOffset.forward + kOffset.up + 0.5 * kOffset.side;
     for (int u = 0; u < kSize.width; ++u) {
       for (int v = 0; v < kSize.height; ++v) {
-        const double ahead =
-            direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize)).z();
-        if (ahead > 0.05) at(u, v) = static_cast<float>(ahead / (2.0 + kOffset.forward));
+        const Eigen::Vector3d d =
+            direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize));
+        const double towards = d.z() + d.y() + 0.5 * d.x();
+        if (towards > 0.05) at(u, v) = static_cast<float>(towards / from_station);
       }
     }
+  }
+  // Inverse distance from the viewpoint, straight ahead at a latitude.
+  static float omega(const RowTable& table, size_t row) {
+    return (table.cos_phi[row] + table.sin_phi[row]) / 2.0f;
   }
   float& at(int u, int v) {
     return omega_[static_cast<size_t>(u) * kSize.height + static_cast<size_t>(v)];
@@ -138,13 +145,17 @@ class WallMap {
   const float* data() const { return omega_.data(); }
 
   static constexpr PanoramaSize kSize{512, 256};
-  static constexpr ColumnOffset kOffset{-0.3f, 0.05f, 0.2f};  // viewpoint - station
+  static constexpr ColumnOffset kOffset{-0.3f, 0.15f, 0.2f};  // viewpoint - station
   // Straight ahead: theta = 0 lies between two columns.
   static constexpr ColumnTarget kTarget{512, 256, 255, 0.5f};
 
  private:
   std::vector<float> omega_;
 };
+
+// Rows from 55 degrees up to 30 degrees down, where the wall is seen well.
+constexpr size_t kWallBegin = 50;
+constexpr size_t kWallEnd = 170;
 
 TEST_P(KernelDepths, RefineOmegaMovesAPointOntoTheSurfaceOfTheMap) {
   constexpr int kRows = 256;
@@ -153,13 +164,12 @@ TEST_P(KernelDepths, RefineOmegaMovesAPointOntoTheSurfaceOfTheMap) {
   // 2 % off, as after a splat to the nearest pixel.
   std::vector<float> omega(kRows), refined(kRows);
   for (size_t row = 0; row < kRows; ++row) {
-    omega[row] = latitudes.table().cos_phi[row] / 2.0f * (row % 2 == 0 ? 1.02f : 0.98f);
+    omega[row] = WallMap::omega(latitudes.table(), row) * (row % 2 == 0 ? 1.02f : 0.98f);
   }
   kernels_->refine_omega(latitudes.table(), omega.data(), kRows, WallMap::kOffset, WallMap::kTarget,
                          map.data(), 0.1f, refined.data());
-  for (size_t row = 50; row < kRows - 50; ++row) {  // 55 degrees of latitude either way
-    const double truth = latitudes.table().cos_phi[row] / 2.0;
-    EXPECT_NEAR(refined[row] / truth, 1.0, 0.005) << row;
+  for (size_t row = kWallBegin; row < kWallEnd; ++row) {
+    EXPECT_NEAR(refined[row] / WallMap::omega(latitudes.table(), row), 1.0, 0.007) << row;
   }
 }
 
@@ -167,15 +177,16 @@ TEST_P(KernelDepths, RefineOmegaLeavesWhatTheMapDoesNotHold) {
   constexpr int kRows = 256;
   const LatitudeTable latitudes(kRows, kRows);
   const WallMap map;
-  // Nearer than the wall by half; and away from it, where the map knows nothing.
-  std::vector<float> nearer(kRows), refined(kRows);
-  for (size_t row = 0; row < kRows; ++row) nearer[row] = latitudes.table().cos_phi[row];
-  kernels_->refine_omega(latitudes.table(), nearer.data(), kRows, WallMap::kOffset,
-                         WallMap::kTarget, map.data(), 0.1f, refined.data());
-  EXPECT_EQ(refined, nearer);
-  kernels_->refine_omega(latitudes.table(), nearer.data(), kRows, WallMap::kOffset,
-                         {512, 256, 0, 0.0f}, map.data(), 0.1f, refined.data());
-  EXPECT_EQ(refined, nearer);
+  // Nearer than the wall by half; and on the side turned away, where the map knows nothing.
+  std::vector<float> nearer(kRows, 0.0f), refined(kRows);
+  for (size_t row = kWallBegin; row < kWallEnd; ++row) {
+    nearer[row] = 2.0f * WallMap::omega(latitudes.table(), row);
+  }
+  for (const int ahead : {WallMap::kTarget.u_whole, 0}) {
+    kernels_->refine_omega(latitudes.table(), nearer.data(), kRows, WallMap::kOffset,
+                           {512, 256, ahead, 0.5f}, map.data(), 0.1f, refined.data());
+    EXPECT_EQ(refined, nearer);
+  }
 }
 
 }  // namespace

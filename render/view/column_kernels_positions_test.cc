@@ -52,8 +52,8 @@ double cancellation(const Vector3d& seen, float omega, ColumnOffset o) {
 PixelPosition position_of(const SampleArrays& samples, size_t row) {
   const int sample = samples.left[row] / 3;
   const int column = sample / kPanorama.height;
-  return {column + samples.weight_right[row] / 32768.0,
-          sample % kPanorama.height + samples.weight_lower[row] / 32768.0};
+  return {column + weight_of(samples.weight_right[row]) / 32768.0,
+          sample % kPanorama.height + weight_of(samples.weight_lower[row]) / 32768.0};
 }
 
 TEST_P(KernelPositions, FindSamplesAgreesWithExactGeometryToAThousandthOfAPixel) {
@@ -125,7 +125,9 @@ TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
   }
 }
 
-// Positions of `rows` * `per_row` output rows, as many as the panorama has.
+constexpr ColumnTarget kShiftTarget{kPanorama.width, kPanorama.height, 100, 0.25f};
+
+// Positions of `per_row` output rows for every row, as many as the panorama has.
 std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vector<float>& shift_u,
                                   const std::vector<float>& shift_v, int per_row,
                                   const std::vector<float>& fraction) {
@@ -133,9 +135,9 @@ std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vecto
   std::vector<float> scratch_u(fraction.size()), scratch_v(fraction.size());
   SampleArrays samples(rows * per_row);
   kernels.place_shifted(shift_u.data(), shift_v.data(), rows, per_row, fraction.data(),
-                        {kPanorama.width, kPanorama.height, 100, 0.25f}, scratch_u.data(),
-                        scratch_v.data(), samples.positions());
+                        kShiftTarget, scratch_u.data(), scratch_v.data(), samples.positions());
   std::vector<PixelPosition> positions;
+  positions.reserve(fraction.size());
   for (size_t i = 0; i < fraction.size(); ++i) positions.push_back(position_of(samples, i));
   return positions;
 }

@@ -21,7 +21,8 @@ struct RowMapping {
   RowMapping(int rows, int map_rows)
       : upper(static_cast<size_t>(rows)),
         fraction(static_cast<size_t>(rows)),
-        nearest(static_cast<size_t>(rows)) {
+        nearest(static_cast<size_t>(rows)),
+        first_row(static_cast<size_t>(map_rows) + 1, rows) {
     for (int row = 0; row < rows; ++row) {
       const double v = std::clamp((row + 0.5) * map_rows / rows - 0.5, 0.0, map_rows - 1.0);
       const auto i = static_cast<size_t>(row);
@@ -29,16 +30,15 @@ struct RowMapping {
       fraction[i] = static_cast<float>(v - upper[i]);
       nearest[i] = static_cast<int>(std::lround(v));
     }
+    for (int row = rows - 1, map_row = map_rows; map_row >= 0; --map_row) {
+      while (row >= 0 && nearest[static_cast<size_t>(row)] >= map_row) --row;
+      first_row[static_cast<size_t>(map_row)] = row + 1;
+    }
   }
   std::vector<int> upper;
   std::vector<float> fraction;
   std::vector<int> nearest;
-};
-
-// Rows [begin, end) of a column.
-struct RowRun {
-  int begin = 0;
-  int end = 0;
+  std::vector<int> first_row;  // of the rows that are nearest to each map row; one more for the end
 };
 
 // Storage for SamplePositions.
@@ -52,7 +52,7 @@ struct SampleArrays {
     return {offset_left.data(), offset_right.data(), weight_right.data(), weight_lower.data()};
   }
   std::vector<std::int32_t> offset_left, offset_right;
-  std::vector<std::int16_t> weight_right, weight_lower;
+  std::vector<std::int32_t> weight_right, weight_lower;
 };
 
 }  // namespace
@@ -117,6 +117,8 @@ struct ColumnRenderer::Scratch {
   DepthColumn depth;
 };
 
+RowRun rows_between_polar_caps(int height) { return {height / 6, height - height / 6}; }
+
 ColumnRenderer::ColumnRenderer(const ViewInputs& view)
     : view_(view),
       kernels_(column_kernels()),
@@ -132,8 +134,18 @@ void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint
   } else if (view_.distances == nullptr) {
     render_initial(u, sources, rgb);
   } else {
-    render_corrected(u, sources, rgb);
+    render_corrected(u, sources, {0, view_.output.height}, rgb);
   }
+}
+
+bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
+  if (sources.size() != 1 || scratch_->rows_per_distance == 1) {
+    render(u, sources, rgb);
+    return false;
+  }
+  counts_.all += view_.output.height;
+  render_corrected(u, sources, rows_between_polar_caps(view_.output.height), rgb);
+  return true;
 }
 
 void ColumnRenderer::mark_empty(int u, std::uint8_t* rgb) {
@@ -177,7 +189,7 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
   kernels_.finish(scratch_->sum.data(), rows, rgb);
 }
 
-void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
+void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources, RowRun rows,
                                       std::uint8_t* rgb) {
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
   const PanoramaSize depth_size = view_.distances->size();
@@ -187,7 +199,7 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
   prepare_omega(u);
   weigh_sources(depth_theta, sources);
   if (sources.size() == 1) {
-    mix_source(theta_rad, sources[0], rgb);
+    mix_source(theta_rad, sources[0], rows, rgb);
   } else {
     blend_sources(theta_rad, sources, rgb);
   }
@@ -197,11 +209,20 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
   }
 }
 
-void ColumnRenderer::mix_source(double theta_rad, const RaySource& source, std::uint8_t* rgb) {
+void ColumnRenderer::mix_source(double theta_rad, const RaySource& source, RowRun rows,
+                                std::uint8_t* rgb) {
   if (view_.layers) scratch_->exact_omega = scratch_->omega;
   snap_to_layers(source);
-  kernels_.mix_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
-                    fixed_weight(source.fraction), view_.output.height, rgb);
+  const auto from_row = [&](StationSamples samples) {
+    samples.positions.offset_left += rows.begin;
+    samples.positions.offset_right += rows.begin;
+    samples.positions.weight_right += rows.begin;
+    samples.positions.weight_lower += rows.begin;
+    return samples;
+  };
+  kernels_.mix_pair(from_row(find_samples(theta_rad, source, 0)),
+                    from_row(find_samples(theta_rad, source, 1)), fixed_weight(source.fraction),
+                    rows.end - rows.begin, rgb + 3 * rows.begin);
   if (view_.layers) std::swap(scratch_->omega, scratch_->exact_omega);
 }
 
@@ -253,6 +274,15 @@ std::span<const std::uint8_t> ColumnRenderer::visible_rows(int depth_theta,
 
 void ColumnRenderer::weigh_sources(int depth_theta, std::span<const RaySource> sources) {
   const size_t rows = static_cast<size_t>(view_.distances->size().height);
+  scratch_->any_hidden = false;
+  if (sources.size() == 1) {
+    const auto visible = visible_rows(depth_theta, sources[0]);
+    for (size_t row = 0; row < rows; ++row) {
+      scratch_->hidden[row] = !visible[row];
+      scratch_->any_hidden |= !visible[row];
+    }
+    return;
+  }
   scratch_->source_weights.resize(std::max(scratch_->source_weights.size(), sources.size()));
   double span_m = 0.0;
   for (const RaySource& source : sources) span_m += std::fabs(source.d_p_m);
@@ -266,7 +296,6 @@ void ColumnRenderer::weigh_sources(int depth_theta, std::span<const RaySource> s
     share[i] = static_cast<float>(sources[i].weight * nearness);
     scratch_->source_weights[i].resize(rows);
   }
-  scratch_->any_hidden = false;
   for (size_t row = 0; row < rows; ++row) {
     float total = 0.0f;
     for (size_t i = 0; i < sources.size(); ++i) total += visible[i][row] ? share[i] : 0.0f;
@@ -363,21 +392,28 @@ int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
 }
 
 void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb) {
-  const int rows = view_.output.height;
-  const auto fill_of = [&](int row) {
-    const auto depth_row =
-        static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)]);
-    if (!scratch_->hidden[depth_row]) return Scratch::kUnknown;
-    int& fill = scratch_->depth.fill[depth_row];
-    if (fill == Scratch::kUnknown)
-      fill = station_that_sees(depth_theta, static_cast<int>(depth_row));
+  const int depth_rows = view_.distances->size().height;
+  const auto fill_of = [&](int depth_row) {
+    int& fill = scratch_->depth.fill[static_cast<size_t>(depth_row)];
+    if (fill == Scratch::kUnknown) fill = station_that_sees(depth_theta, depth_row);
     return fill;
   };
+  const auto hidden = [&](int depth_row) {
+    return scratch_->hidden[static_cast<size_t>(depth_row)] != 0;
+  };
   scratch_->unresolved.clear();
-  for (int begin = 0; begin < rows;) {
-    const int fill = fill_of(begin);
-    int end = begin + 1;
-    while (end < rows && fill_of(end) == fill) ++end;
+  for (int depth_row = 0; depth_row < depth_rows;) {
+    const int begin = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
+    if (!hidden(depth_row)) {
+      ++depth_row;
+      continue;
+    }
+    const int fill = fill_of(depth_row);
+    do {
+      ++depth_row;
+    } while (depth_row < depth_rows && hidden(depth_row) && fill_of(depth_row) == fill);
+    const int end = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
+    if (begin == end) continue;
     if (fill == Scratch::kNone) scratch_->unresolved.push_back({begin, end});
     if (fill >= 0) {
       const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
@@ -389,7 +425,6 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
       rgb[3 * end] = beyond;
       counts_.filled += end - begin;
     }
-    begin = end;
   }
 }
 

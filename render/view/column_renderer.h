@@ -43,6 +43,17 @@ struct PixelCounts {
   std::int64_t empty = 0;      // no line serves the column: marked
 };
 
+// Rows [begin, end) of a column.
+struct RowRun {
+  int begin = 0;
+  int end = 0;
+};
+
+// Rows within 30 degrees of a pole: [0, begin) and [end, height) of what is returned. There columns
+// are less than half a row's height apart, so that a picture loses nothing when every second one is
+// the mean of its neighbours.
+RowRun rows_between_polar_caps(int height);
+
 // One per thread: it owns scratch memory and remembers the visibility of the last columns.
 class ColumnRenderer {
  public:
@@ -55,6 +66,11 @@ class ColumnRenderer {
   // scratch. With no sources the column is marked with a grey pattern.
   void render(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
 
+  // The same, but in columns with more rows than their distances have it may leave out the rows
+  // within 30 degrees of the poles (see rows_between_polar_caps); then it returns true, and the
+  // caller takes their mean from the columns on both sides.
+  bool render_sparsely(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
+
   const PixelCounts& counts() const { return counts_; }
 
  private:
@@ -62,11 +78,11 @@ class ColumnRenderer {
   struct DepthColumn;
 
   void render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
-  void render_corrected(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
+  void render_corrected(int u, std::span<const RaySource> sources, RowRun rows, std::uint8_t* rgb);
   void prepare_omega(int u);
   void weigh_sources(int depth_theta, std::span<const RaySource> sources);
   std::span<const std::uint8_t> visible_rows(int depth_theta, const RaySource& source);
-  void mix_source(double theta_rad, const RaySource& source, std::uint8_t* rgb);
+  void mix_source(double theta_rad, const RaySource& source, RowRun rows, std::uint8_t* rgb);
   void blend_sources(double theta_rad, std::span<const RaySource> sources, std::uint8_t* rgb);
   void add_source(double theta_rad, const RaySource& source, std::span<const std::int16_t> weights);
   void snap_to_layers(const RaySource& source);

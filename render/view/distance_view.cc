@@ -152,7 +152,10 @@ void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
   unseen_share_ = total_unseen / static_cast<double>(pixels);
   if (total_unseen == 0.0) return;
   parallel_for(0, size_.width / 2, 16, [&](int begin, int end) {
-    for (int theta = begin; theta < end; ++theta) fill_unseen(theta);
+    for (int theta = begin; theta < end; ++theta) {
+      const auto at = static_cast<size_t>(theta);
+      if (unseen[at] + unseen[at + static_cast<size_t>(size_.width / 2)] > 0) fill_unseen(theta);
+    }
   });
 }
 
@@ -214,17 +217,22 @@ int DistanceView::merge_column(const Room& room, std::span<const MapStation> map
   const double theta_rad = angles_from_pixel({double(theta), 0.0}, size_).theta_rad;
   std::vector<float> refined(rows);
   for (size_t i = 0; i < maps.size(); ++i) {
-    if (std::find(source.begin(), source.end(), static_cast<std::int8_t>(i)) == source.end())
-      continue;
+    const auto of_map = static_cast<std::int8_t>(i);
+    const auto first = std::find(source.begin(), source.end(), of_map);
+    if (first == source.end()) continue;
+    const auto begin = static_cast<size_t>(first - source.begin());
+    const auto end =
+        static_cast<size_t>(source.rend() - std::find(source.rbegin(), source.rend(), of_map));
     const PanoramaSize map_size = volume_of(room, maps[i]).size();
     const ColumnPosition position =
         split_column(pixel_from_angles({theta_rad, 0.0}, map_size).u, map_size.width);
     const ColumnTarget target{map_size.width, map_size.height, position.whole, position.part};
-    column_kernels().refine_omega(latitudes_->table(), omega, size_.height,
+    column_kernels().refine_omega(latitudes_->table(static_cast<int>(begin)), omega + begin,
+                                  static_cast<int>(end - begin),
                                   column_offset(viewpoint_m - maps[i].position_m, theta_rad),
-                                  target, stored_[i].data(), tolerance_, refined.data());
-    for (size_t row = 0; row < rows; ++row) {
-      if (source[row] == static_cast<std::int8_t>(i)) omega[row] = refined[row];
+                                  target, stored_[i].data(), tolerance_, refined.data() + begin);
+    for (size_t row = begin; row < end; ++row) {
+      if (source[row] == of_map) omega[row] = refined[row];
     }
   }
   return unseen;

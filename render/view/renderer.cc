@@ -49,6 +49,19 @@ double largest_d_p(const ViewPlan& plan) {
   return largest;
 }
 
+// Gives a column the mean of its neighbours in the polar caps; rgb.
+void fill_polar_caps(const std::uint8_t* left, const std::uint8_t* right, int height,
+                     std::uint8_t* rgb) {
+  const auto mean = [&](int begin, int end) {
+    for (int i = 3 * begin; i < 3 * end; ++i) {
+      rgb[i] = static_cast<std::uint8_t>((left[i] + right[i] + 1) / 2);
+    }
+  };
+  const RowRun between = rows_between_polar_caps(height);
+  mean(0, between.begin);
+  mean(between.end, height);
+}
+
 }  // namespace
 
 std::string generation_name(Generation generation) {
@@ -71,6 +84,10 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
         fmt::format("overlap is {} degrees; it must be in 0..45", options.overlap_deg));
   }
   if (options.layers < 0) throw UsageError("the number of depth layers must be positive");
+  if (!(options.tolerance_px > 0.0 && std::isfinite(options.tolerance_px))) {
+    throw UsageError(
+        fmt::format("the tolerance is {} pixels; it must be positive", options.tolerance_px));
+  }
   if (options_.width == 0) options_.width = room.panorama().width;
   if (options_.width < 4 || options_.width % 4 != 0 || options_.width > 32768) {
     throw UsageError(
@@ -183,12 +200,21 @@ void Renderer::render_columns(RenderedView& view) {
   };
   parallel_for(0, size.width, kColumnsPerTask, [&](int begin, int end) {
     auto worker = take();
+    const auto column_of = [&](int u) {
+      return worker->columns.data() + column_bytes * static_cast<size_t>(u - begin);
+    };
+    std::vector<int> sparse;
     for (int u = begin; u < end; ++u) {
       const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
-      worker->renderer.render(
-          u, sources(view_.plan_->column(theta_rad)),
-          worker->columns.data() + column_bytes * static_cast<size_t>(u - begin));
+      const auto column_sources = sources(view_.plan_->column(theta_rad));
+      if (u % 2 == 0 || u == begin || u + 1 == end) {
+        worker->renderer.render(u, column_sources, column_of(u));
+      } else if (worker->renderer.render_sparsely(u, column_sources, column_of(u))) {
+        sparse.push_back(u);
+      }
     }
+    for (const int u : sparse)
+      fill_polar_caps(column_of(u - 1), column_of(u + 1), size.height, column_of(u));
     column_kernels().write_rows(worker->columns.data(), column_bytes, end - begin, size.height,
                                 image.ptr<std::uint8_t>(0) + 3 * begin, image.step);
     const std::lock_guard lock(mutex);

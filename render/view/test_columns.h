@@ -14,23 +14,29 @@
 
 namespace raywalk {
 
-// Arrays of `rows` that find_samples writes.
+// Arrays for `rows` rows that find_samples writes; the offsets are longer, since the kernels
+// look ahead in them.
 class SampleArrays {
  public:
   explicit SampleArrays(int rows)
-      : left(static_cast<size_t>(rows)),
+      : left(static_cast<size_t>(rows + kSampleLookAhead)),
         right(left.size()),
-        weight_right(left.size()),
-        weight_lower(left.size()) {}
+        weight_right(static_cast<size_t>(rows)),
+        weight_lower(weight_right.size()) {}
   SamplePositions positions() {
     return {left.data(), right.data(), weight_right.data(), weight_lower.data()};
   }
   // With the rays they lie in.
-  StationSamples of(const std::uint8_t* rays) { return {rays, positions()}; }
+  StationSamples of(const std::uint8_t* rays) {
+    StationSamples samples;
+    samples.rays = rays;
+    samples.positions = positions();
+    return samples;
+  }
   bool operator==(const SampleArrays&) const = default;
 
   std::vector<std::int32_t> left, right;
-  std::vector<std::int16_t> weight_right, weight_lower;
+  std::vector<std::int32_t> weight_right, weight_lower;
 };
 
 // Arrays of `rows` that project_points writes.
@@ -113,8 +119,9 @@ class RandomColumns {
       samples.left[at] = (static_cast<int>(uniform(0.0, columns)) * height + upper) * 3;
       samples.right[at] = (static_cast<int>(uniform(0.0, columns)) * height + upper) * 3;
     }
-    samples.weight_right = weights(rows);
-    samples.weight_lower = weights(rows);
+    const auto twice = [](int weight) { return twice_weight(weight); };
+    std::ranges::transform(weights(rows), samples.weight_right.begin(), twice);
+    std::ranges::transform(weights(rows), samples.weight_lower.begin(), twice);
     return samples;
   }
 
