@@ -29,8 +29,8 @@ class MappedDataset {
   const std::vector<std::size_t>& shape() const { return shape_; }
   const void* data() const { return data_; }
 
-  // Tells the system that a few kilobytes will be read in each of thousands of places, where reading
-  // ahead from the disk would fetch many times what is needed. Advice only.
+  // Tells the system that a few kilobytes will be read in each of thousands of places, where
+  // reading ahead from the disk would fetch many times what is needed. Advice only.
   void expect_scattered_reads() const;
 
  private:
