@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "render/view/column_arrays.h"
 #include "render/view/visibility.h"
 
 namespace raywalk {
@@ -14,46 +15,6 @@ constexpr int kWeightOne = 32767;  // full weight of the kernels' fixed point
 std::int16_t fixed_weight(double weight) {
   return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
 }
-
-// Where the rows of an output column lie in a map's column: row, and fraction of the way to row
-// + 1.
-struct RowMapping {
-  RowMapping(int rows, int map_rows)
-      : upper(static_cast<size_t>(rows)),
-        fraction(static_cast<size_t>(rows)),
-        nearest(static_cast<size_t>(rows)),
-        first_row(static_cast<size_t>(map_rows) + 1, rows) {
-    for (int row = 0; row < rows; ++row) {
-      const double v = std::clamp((row + 0.5) * map_rows / rows - 0.5, 0.0, map_rows - 1.0);
-      const auto i = static_cast<size_t>(row);
-      upper[i] = std::min(static_cast<int>(v), map_rows - 2);
-      fraction[i] = static_cast<float>(v - upper[i]);
-      nearest[i] = static_cast<int>(std::lround(v));
-    }
-    for (int row = rows - 1, map_row = map_rows; map_row >= 0; --map_row) {
-      while (row >= 0 && nearest[static_cast<size_t>(row)] >= map_row) --row;
-      first_row[static_cast<size_t>(map_row)] = row + 1;
-    }
-  }
-  std::vector<int> upper;
-  std::vector<float> fraction;
-  std::vector<int> nearest;
-  std::vector<int> first_row;  // of the rows that are nearest to each map row; one more for the end
-};
-
-// Storage for SamplePositions.
-struct SampleArrays {
-  explicit SampleArrays(int rows)
-      : offset_left(static_cast<size_t>(rows + kSampleLookAhead)),
-        offset_right(offset_left),
-        weight_right(offset_left.size()),
-        weight_lower(weight_right) {}
-  SamplePositions positions() {
-    return {offset_left.data(), offset_right.data(), weight_right.data(), weight_lower.data()};
-  }
-  std::vector<std::int32_t> offset_left, offset_right;
-  std::vector<std::int32_t> weight_right, weight_lower;
-};
 
 }  // namespace
 
@@ -78,7 +39,7 @@ struct ColumnRenderer::Scratch {
         omega(static_cast<size_t>(view.output.height)),
         exact_omega(omega),
         zero_omega(omega),
-        samples{SampleArrays(view.output.height), SampleArrays(view.output.height)},
+        samples{PositionArrays(view.output.height), PositionArrays(view.output.height)},
         sum(omega.size() * 4),
         row_weight(omega.size()) {
     if (depth_rows > 0) {
@@ -101,7 +62,7 @@ struct ColumnRenderer::Scratch {
   }
   LatitudeTable latitudes;
   std::vector<float> omega, exact_omega, zero_omega;
-  SampleArrays samples[2];  // of the two stations around A
+  PositionArrays samples[2];  // of the two stations around A
   std::vector<std::int16_t> sum, row_weight;
   std::vector<RowRun> unresolved;  // hidden rows that no station sees
   std::unique_ptr<RowMapping> mapping;
