@@ -1,5 +1,7 @@
 #include "core/files/csv.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -70,7 +72,8 @@ void CsvTable::set_columns(std::vector<std::string> columns, const std::string& 
   }
   for (const std::string& column : required) {
     if (!contains(columns, column)) {
-      throw Error(where + ": no column '" + column + "'; the header needs " + joined(required));
+      throw Error(
+          fmt::format("{}: no column '{}'; the header needs {}", where, column, joined(required)));
     }
   }
   columns_ = std::move(columns);

@@ -288,7 +288,7 @@ MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f
     const auto distance = volume.distance_column(map.map, column);
     const auto confidence = volume.confidence_column(map.map, column);
     for (int below = 0; below < 2; ++below) {
-      const auto row = static_cast<size_t>(upper + below);
+      const auto row = static_cast<size_t>(upper) + static_cast<size_t>(below);
       const float held = stored_omega(distance[row], confidence[row]);
       if (held < 0.0f) continue;
       result.omega_around = std::max(result.omega_around, held);

@@ -26,7 +26,8 @@ void RingVisibility::compute(const DistanceView& distances, int theta, double d_
   const float tolerance = distances.surface_tolerance();
   std::fill(nearest_.begin(), nearest_.end(), 0.0f);
   const auto bin = [&](float position) {
-    const int row = static_cast<int>(position + 0.5f);
+    const float row_above = position + 0.5f;  // not negative: truncation rounds to the nearest
+    const int row = static_cast<int>(row_above);
     return row < ring_rows ? row : row - ring_rows;
   };
   const auto keep_nearest = [&](int row, float omega) {
