@@ -10,6 +10,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 target_include_directories(raywalk_options INTERFACE ${PROJECT_SOURCE_DIR})
 if(RAYWALK_SANITIZE)
+  # GCC documents that sanitizers make -Wmaybe-uninitialized warn falsely (here in <regex>).
+  target_compile_options(raywalk_options INTERFACE
+                         $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_compile_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE}
                          -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE})
