@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <pty.h>
 #include <unistd.h>
 
@@ -76,11 +77,19 @@ std::string terminal_output_of(Work work) {
   work();
   dup2(saved, STDERR_FILENO);
   close(saved);
+  // The kernel hands on what was written a piece at a time; the work's last word ends its line.
+  constexpr int kPatienceMs = 5000;
+  std::string shown;
   std::array<char, 4096> buffer = {};
-  const ssize_t count = read(controller, buffer.data(), buffer.size());
+  pollfd readable = {controller, POLLIN, 0};
+  while (!shown.ends_with('\n') && poll(&readable, 1, kPatienceMs) > 0) {
+    const ssize_t count = read(controller, buffer.data(), buffer.size());
+    if (count <= 0) break;
+    shown.append(buffer.data(), static_cast<std::size_t>(count));
+  }
   close(terminal);
   close(controller);
-  return {buffer.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
+  return shown;
 }
 
 TEST(Progress, OnATerminalOneLineIsRewrittenAndThenEnded) {
