@@ -19,13 +19,13 @@ namespace {
 constexpr int kMapsPerLine = 2;  // the nearest, and one to look past what hides from it
 constexpr int kMostMaps = 4;
 constexpr int kMostFillMaps = 32;
-constexpr int kColumnsPerTask =
-    64;  // 196 kB of pixels at 2048 rows: stays in the second-level cache
+// 400 kB of pixels at 2048 rows: stays in the second-level cache.
+constexpr int kColumnsPerTask = 64;
 
 constexpr std::array<const char*, 3> kGenerationNames{"initial", "hlf-vd", "two-sided"};
 
-// Length of the plan that the maps of a view should be spread over: the lines' median length
-// between neighbouring crossings is the cell; an open grid has only its lines.
+// Length of the plan that the maps of a view should be spread over: the shorter side of the
+// viewpoint's cell, or in an open grid the longest line.
 double plan_scale_m(const Room& room, PlanPoint viewpoint) {
   if (const auto cell = find_cell(room.grid(), viewpoint)) {
     const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
