@@ -41,7 +41,8 @@ PlotAxis::PlotAxis(AxisRange range, double first_px, double last_px, int tick_co
   const double slack = 1e-9;
   const double first = std::ceil(range_.min / spacing - slack);
   const double last = std::floor(range_.max / spacing + slack);
-  for (double i = first; i <= last; ++i) ticks_.push_back(i * spacing);
+  const auto count = static_cast<int>(last - first) + 1;
+  for (int i = 0; i < count; ++i) ticks_.push_back((first + i) * spacing);
 }
 
 double PlotAxis::pixel(double value) const {
