@@ -104,12 +104,6 @@ void write_record(const fs::path& out, json now) {
   write_file_atomically(record, now.dump(2) + "\n");
 }
 
-void make_directory(const fs::path& directory) {
-  std::error_code failed;
-  fs::create_directories(directory, failed);
-  if (failed) throw Error("cannot make " + directory.string() + ": " + failed.message());
-}
-
 fs::path picture_of(const fs::path& out, const PathView& view) {
   return out / (view.name + ".png");
 }
@@ -164,7 +158,7 @@ std::string write_path(const Room& room, const ViewMode& mode, const fs::path& p
   const std::vector<PathView> views = read_path(path);
   require_inside(room, mode, path, views);
   Renderer renderer(room, mode.options);
-  make_directory(out);
+  make_directories(out);
   require_no_strangers(out, views);
   json record = settings_of(room, mode);
   record["views"] = json_of(views);

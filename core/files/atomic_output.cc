@@ -145,6 +145,12 @@ void write_file_atomically(const fs::path& target, std::string_view text) {
   write_file_atomically(target, std::as_bytes(std::span(text)));
 }
 
+void make_directories(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) throw Error("cannot make " + directory.string() + ": " + error.message());
+}
+
 std::string read_file(const fs::path& file, std::size_t max_bytes) {
   // One byte more than allowed tells a file that fits from one that was cut.
   std::string bytes = read_file_prefix(file, std::max(max_bytes, max_bytes + 1));

@@ -37,6 +37,9 @@ class AtomicFile {
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& target, std::string_view text);
 
+// Makes a directory and those above it where they are missing. Throws Error naming it.
+void make_directories(const std::filesystem::path& directory);
+
 // Reads a whole file. Throws Error naming it when missing, unreadable, a directory, or larger than
 // max_bytes.
 std::string read_file(const std::filesystem::path& file,

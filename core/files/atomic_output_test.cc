@@ -125,6 +125,25 @@ TEST(WriteFileDeathTest, FailedWriteKeepsTheOldFile) {
   EXPECT_EQ(directory.entries(), 1U);
 }
 
+TEST(MakeDirectories, MakesAllThatAreMissingAndAcceptsWhatIsThere) {
+  const TestDirectory directory;
+  make_directories(directory / "a" / "b");
+  make_directories(directory / "a" / "b");
+  EXPECT_TRUE(std::filesystem::is_directory(directory / "a" / "b"));
+}
+
+TEST(MakeDirectories, BelowAFileIsAnErrorThatNamesIt) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "file", "x");
+  const std::filesystem::path below = directory / "file" / "a";
+  try {
+    make_directories(below);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr(below.string()));
+  }
+}
+
 TEST(ReadFile, ReturnsAllBytesAsTheyAre) {
   const TestDirectory directory;
   std::string bytes;

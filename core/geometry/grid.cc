@@ -6,8 +6,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/geometry/crossing_stations.h"
 #include "core/geometry/line_search.h"
 
@@ -20,12 +22,6 @@ constexpr double kLargestGapInSpacings = 4.0;
 
 Eigen::Vector2d vector_of(PlanPoint point) { return {point.x_m, point.z_m}; }
 PlanPoint point_of(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void check_finite(std::span<const StationPose> stations) {
   for (const StationPose& station : stations) {
@@ -189,7 +185,7 @@ double median_spacing_m(const Line& line) {
   for (size_t i = 1; i < line.stations.size(); ++i) {
     spacings.push_back(line.stations[i].along_m - line.stations[i - 1].along_m);
   }
-  return median_of(std::move(spacings));
+  return median(std::move(spacings));
 }
 
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance) {

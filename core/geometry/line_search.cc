@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 
 namespace raywalk {
 namespace {
@@ -241,9 +243,7 @@ double median_nearest_distance(std::span<const StationPose> stations) {
     if (std::isfinite(squared)) nearest.push_back(std::sqrt(squared));
   }
   if (nearest.empty()) return 0.0;
-  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
-  std::nth_element(nearest.begin(), middle, nearest.end());
-  return *middle;
+  return median(std::move(nearest));
 }
 
 std::vector<StationGroup> find_lines(std::span<const StationPose> stations, double tolerance_m) {

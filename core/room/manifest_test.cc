@@ -78,7 +78,7 @@ TEST(Manifest, KeysAddedByALaterProgramOfTheSameVersionAreIgnored) {
   EXPECT_EQ(error_with("/note", "hand-made"), "no error");
 }
 
-TEST(Manifest, NewerFormatVersionIsRefusedAndSaysWhatToDo) {
+TEST(Manifest, NewerFormatVersionIsRefusedWithAdvice) {
   EXPECT_THAT(
       error_with("/format_version", kRoomFormatVersion + 1),
       AllOf(HasSubstr("manifest.json"), HasSubstr("newer than"), HasSubstr("use a newer Raywalk")));

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -96,9 +98,7 @@ double median_squared_magnitude(const cv::Mat& response) {
     const auto* in = response.ptr<Complex>(row);
     for (int col = 0; col < response.cols; ++col) squares.push_back(in[col].dot(in[col]));
   }
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  return *middle;
+  return median(std::move(squares));
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "core/base/median.h"
 #include "core/geometry/connection_error.h"
 #include "core/geometry/grid.h"
 #include "render/validation/connect_error_file.h"
@@ -112,9 +114,7 @@ double mean_side_m(const Grid& grid) {
 double median_step_m(const Grid& grid) {
   std::vector<double> steps_m;
   for (const Line& line : grid.lines) steps_m.push_back(median_spacing_m(line));
-  const auto middle = steps_m.begin() + static_cast<std::ptrdiff_t>(steps_m.size() / 2);
-  std::ranges::nth_element(steps_m, middle);
-  return *middle;
+  return median(std::move(steps_m));
 }
 
 }  // namespace

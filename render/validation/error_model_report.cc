@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -261,15 +260,6 @@ std::string json_text(const ErrorModelOptions& options, const std::vector<Distan
   return json.dump(1) + "\n";
 }
 
-void make_directory(const std::filesystem::path& directory) {
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (error) {
-    throw Error("cannot make the report directory '" + directory.string() +
-                "': " + error.message());
-  }
-}
-
 void print_table(const ErrorModelOptions& options, const HtmlTable& optima, std::ostream& table) {
   constexpr int kColumn = 11;
   table << "Error model: " << setting_text(options) << "\n";
@@ -285,7 +275,7 @@ void print_table(const ErrorModelOptions& options, const HtmlTable& optima, std:
 
 void write_error_model_report(const ErrorModelOptions& options, std::ostream& table) {
   check_options(options);
-  make_directory(options.report_dir);
+  make_directories(options.report_dir);
   const std::vector<double> given = sorted_distances(options);
   const std::vector<DistanceCurve> curves = compute_curves(options, sweep_distances(given));
   const DistanceCurve& detail = curve_at(curves, given[given.size() / 2]);

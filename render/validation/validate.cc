@@ -57,9 +57,7 @@ PictureSample* sample_of(Validation& validation, std::size_t truth) {
 }
 
 void prepare_report(const fs::path& report) {
-  std::error_code failed;
-  fs::create_directories(report, failed);
-  if (failed) throw Error("cannot make " + report.string() + ": " + failed.message());
+  make_directories(report);
   const AtomicFile json_probe(report / "metrics.json");
   const AtomicFile page_probe(report / "index.html");
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/median.h"
 #include "core/report/html_page.h"
 #include "render/validation/validation_plots.h"
 
@@ -37,12 +38,6 @@ std::string number(double value, int decimals) {
 }
 
 std::string percent(double share) { return fmt::format("{:.2f} %", 100.0 * share); }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string place_of(const TruthView& truth) {
   return fmt::format("{} at ({:g}, {:g}) m, {:.0f} cm from the nearest line", truth.name,

@@ -1,4 +1,4 @@
-// Arrays that rendering a column works on.
+// Arrays that the column kernels work on.
 #pragma once
 
 #include <algorithm>
@@ -48,6 +48,35 @@ struct PositionArrays {
   }
   std::vector<std::int32_t> offset_left, offset_right;
   std::vector<std::int32_t> weight_right, weight_lower;
+};
+
+// Storage for ProjectedPoints.
+struct PointArrays {
+  explicit PointArrays(int rows)
+      : omega(static_cast<size_t>(rows)),
+        u(omega),
+        v(omega),
+        widening(omega),
+        magnification(omega),
+        first_column(omega.size()),
+        last_column(first_column),
+        first_row(first_column),
+        last_row(first_column) {}
+  ProjectedPoints points() {
+    return {omega.data(),
+            u.data(),
+            v.data(),
+            widening.data(),
+            magnification.data(),
+            first_column.data(),
+            last_column.data(),
+            first_row.data(),
+            last_row.data()};
+  }
+  bool operator==(const PointArrays&) const = default;
+
+  std::vector<float> omega, u, v, widening, magnification;
+  std::vector<std::int32_t> first_column, last_column, first_row, last_row;
 };
 
 }  // namespace raywalk

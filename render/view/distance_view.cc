@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/base/parallel.h"
+#include "render/view/column_arrays.h"
 #include "render/view/fast_math.h"
 #include "render/view/row_table.h"
 
@@ -22,35 +23,8 @@ float stored_omega(float distance_m, std::uint8_t confidence) {
   return confidence > 0 && distance_m > 0.0f ? 1.0f / distance_m : kUnseen;
 }
 
-// Scratch of one projected column.
-struct ProjectedColumn {
-  explicit ProjectedColumn(int rows)
-      : omega(static_cast<size_t>(rows)),
-        u(omega),
-        v(omega),
-        widening(omega),
-        magnification(omega),
-        first_column(omega.size()),
-        last_column(first_column),
-        first_row(first_column),
-        last_row(first_column) {}
-  ProjectedPoints points() {
-    return {omega.data(),
-            u.data(),
-            v.data(),
-            widening.data(),
-            magnification.data(),
-            first_column.data(),
-            last_column.data(),
-            first_row.data(),
-            last_row.data()};
-  }
-  std::vector<float> omega, u, v, widening, magnification;
-  std::vector<std::int32_t> first_column, last_column, first_row, last_row;
-};
-
 // Marks the pixels that the points of a column cover with the nearest surface seen there.
-void splat(const ProjectedColumn& column, const float* omega_map, PanoramaSize size, float* image) {
+void splat(const PointArrays& column, const float* omega_map, PanoramaSize size, float* image) {
   for (size_t i = 0; i < column.omega.size(); ++i) {
     if (omega_map[i] < 0.0f) continue;
     const float omega = column.omega[i];
@@ -166,7 +140,7 @@ void DistanceView::project_map(const Room& room, const MapStation& map,
   const int rows = volume.size().height;
   const LatitudeTable latitudes(rows, rows);
   const Eigen::Vector3d offset_m = map.position_m - viewpoint_m;
-  ProjectedColumn column(rows);
+  PointArrays column(rows);
   stored.resize(static_cast<size_t>(volume.size().width) * static_cast<size_t>(rows));
   std::fill_n(omega, static_cast<size_t>(size_.width) * static_cast<size_t>(size_.height), kUnseen);
   for (int theta = 0; theta < volume.size().width; ++theta) {

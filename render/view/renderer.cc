@@ -153,8 +153,7 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   const Eigen::Vector3d viewpoint_m(viewpoint.x_m, view_.plan_->height_m(), viewpoint.z_m);
   const double gap_m = 0.125 * plan_scale_m(room_, viewpoint);
   const auto lines = view_.plan_->lines();
-  const int per_line = kMapsPerLine;
-  view_.maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, per_line, kMostMaps);
+  view_.maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMapsPerLine, kMostMaps);
   view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMostFillMaps, kMostFillMaps);
   if (view_.maps_.empty()) {
     throw Error(

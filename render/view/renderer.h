@@ -26,7 +26,7 @@ struct ViewOptions {
   double overlap_deg = 5.0;   // width of the blend at a connection, in [0, 45]
   int layers = 0;             // depth layers; 0 = as many as `tolerance_px` needs
   double tolerance_px = 0.5;  // largest move of a pixel that the layers may cause, output pixels
-  int width = 0;              // output width in pixels, even, >= 4; 0 = as captured
+  int width = 0;  // output width in pixels, a multiple of 4 up to 32768; 0 = as captured
 };
 
 // What a view was made of; shares are of all pixels.

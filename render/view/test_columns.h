@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "render/view/column_arrays.h"
 #include "render/view/column_kernels.h"
 
 namespace raywalk {
@@ -37,36 +38,6 @@ class SampleArrays {
 
   std::vector<std::int32_t> left, right;
   std::vector<std::int32_t> weight_right, weight_lower;
-};
-
-// Arrays of `rows` that project_points writes.
-class PointArrays {
- public:
-  explicit PointArrays(int rows)
-      : omega(static_cast<size_t>(rows)),
-        u(omega),
-        v(omega),
-        widening(omega),
-        magnification(omega),
-        first_column(omega.size()),
-        last_column(omega.size()),
-        first_row(omega.size()),
-        last_row(omega.size()) {}
-  ProjectedPoints points() {
-    return {omega.data(),
-            u.data(),
-            v.data(),
-            widening.data(),
-            magnification.data(),
-            first_column.data(),
-            last_column.data(),
-            first_row.data(),
-            last_row.data()};
-  }
-  bool operator==(const PointArrays&) const = default;
-
-  std::vector<float> omega, u, v, widening, magnification;
-  std::vector<std::int32_t> first_column, last_column, first_row, last_row;
 };
 
 class RandomColumns {

@@ -7,6 +7,7 @@
 
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "tests/bench/bench_room.h"
 #include "tests/bench/timing.h"
 

@@ -1,10 +1,8 @@
-// Times of pieces of work and their median, which a shared machine disturbs least.
+// Times of pieces of work.
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <vector>
 
 namespace raywalk {
 
@@ -24,13 +22,6 @@ Times times_of(const Work& work) {
   const std::clock_t cpu = std::clock() - cpu_start;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   return {wall.count(), static_cast<double>(cpu) / CLOCKS_PER_SEC};
-}
-
-// `values` must not be empty; of an even number of values the upper middle one.
-inline double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace raywalk

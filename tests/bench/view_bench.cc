@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "core/base/median.h"
 #include "core/geometry/sphere.h"
 #include "core/room/room.h"
 #include "render/view/renderer.h"

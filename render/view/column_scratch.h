@@ -1,0 +1,74 @@
+// What a ColumnRenderer keeps from one column to the next; only it needs this.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "render/view/column_arrays.h"
+#include "render/view/column_renderer.h"
+#include "render/view/visibility.h"
+
+namespace raywalk {
+
+// What is known of one column of the distance view for the sources last used with it.
+struct ColumnRenderer::DepthColumn {
+  struct Visible {
+    int line = -1;
+    bool behind = false;
+    std::vector<std::uint8_t> rows;
+  };
+  int theta = -1;
+  std::vector<Visible> visible;
+  std::vector<int> fill;  // index into fill_maps, kUnknown, or kNone
+};
+
+struct ColumnRenderer::Scratch {
+  static constexpr int kUnknown = -2;
+  static constexpr int kNone = -1;
+
+  Scratch(const ViewInputs& view, int depth_rows)
+      : latitudes(view.output.height, view.output.height),
+        omega(static_cast<size_t>(view.output.height)),
+        exact_omega(omega),
+        zero_omega(omega),
+        samples{PositionArrays(view.output.height), PositionArrays(view.output.height)},
+        sum(omega.size() * 4),
+        row_weight(omega.size()) {
+    if (depth_rows > 0) {
+      mapping = std::make_unique<RowMapping>(view.output.height, depth_rows);
+      depth_omega.resize(static_cast<size_t>(depth_rows));
+      fraction.resize(omega.size());
+      hidden.resize(static_cast<size_t>(depth_rows));
+      ring = std::make_unique<RingVisibility>(depth_rows);
+      // Where a column has 2, 4 or 8 times the rows of its distances, positions are found at the
+      // distances' rows and interpolated. Explicit layers are exact to the pixel instead.
+      const int ratio = view.output.height / depth_rows;
+      const bool whole = ratio * depth_rows == view.output.height;
+      if (whole && !view.layers && (ratio == 2 || ratio == 4 || ratio == 8)) {
+        rows_per_distance = ratio;
+        depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
+        for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows));
+        for (auto* shift : {&row_shift_u, &row_shift_v}) shift->resize(omega.size());
+      }
+    }
+  }
+  LatitudeTable latitudes;
+  std::vector<float> omega, exact_omega, zero_omega;
+  PositionArrays samples[2];  // of the two stations around A
+  std::vector<std::int16_t> sum, row_weight;
+  std::vector<RowRun> unresolved;  // hidden rows that no station sees
+  std::unique_ptr<RowMapping> mapping;
+  std::vector<float> depth_omega;
+  int rows_per_distance = 1;
+  std::unique_ptr<LatitudeTable> depth_latitudes;
+  std::vector<float> fraction;  // of the way to the next distance row; 0 or 1 across an edge
+  std::vector<float> shift_u, shift_v, row_shift_u, row_shift_v;
+  std::vector<std::vector<std::int16_t>> source_weights;  // [source][depth row]
+  std::vector<std::uint8_t> hidden;                       // [depth row]
+  bool any_hidden = false;
+  std::unique_ptr<RingVisibility> ring;
+  DepthColumn depth;
+};
+
+}  // namespace raywalk
