@@ -4,13 +4,13 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
+#include "core/files/row_names.h"
 #include "core/files/sha256.h"
 
 namespace raywalk {
@@ -20,12 +20,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
-constexpr std::size_t kLongestName = 200;  // file systems take 255 bytes with extension and suffix
-
-bool is_file_name(const std::string& name) {
-  return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
-         name.size() <= kLongestName;
-}
 
 // Changes when the rays or the distance maps of a room do. Distance files are immutable once they
 // are there, so a replaced one shows in its size or time.
@@ -136,18 +130,10 @@ void require_inside(const Room& room, const ViewMode& mode, const fs::path& path
 
 std::vector<PathView> read_path(const fs::path& file) {
   const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {});
+  const std::vector<std::string> names = file_names_of_rows(table, "name");
   std::vector<PathView> views;
-  std::set<std::string> names;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const std::string& name = table.text(row, "name");
-    if (!is_file_name(name)) {
-      throw Error(table.where(row) + ": the name " + excerpt(name) +
-                  " cannot be a file's; use letters, digits, '_' and '-'");
-    }
-    if (!names.insert(name).second) {
-      throw Error(table.where(row) + ": the name " + excerpt(name) + " appears twice");
-    }
-    views.push_back({name, {table.number(row, "x"), table.number(row, "z")}});
+    views.push_back({names[row], {table.number(row, "x"), table.number(row, "z")}});
   }
   if (views.empty()) throw Error(file.string() + ": no views; give at least one line name,x,z");
   return views;

@@ -125,6 +125,19 @@ cv::Mat read_distance_map(const fs::path& file) {
   return decode(image, cv::IMREAD_UNCHANGED, CV_16UC1, file);
 }
 
+cv::Mat read_mask(const fs::path& file, PanoramaSize size) {
+  EncodedImage image = read_encoded(file);
+  if (!image.header.is_grey || image.header.bits_per_channel > 8) {
+    throw Error(file.string() + ": not an 8-bit grey image; masks are");
+  }
+  if (image.header.width != size.width || image.header.height != size.height) {
+    throw Error(file.string() + ": the mask is " +
+                size_text(image.header.width, image.header.height) + ", but " +
+                size_text(size.width, size.height) + " is needed");
+  }
+  return decode(image, cv::IMREAD_GRAYSCALE, CV_8UC1, file);
+}
+
 PanoramaSize panorama_size_of(const fs::path& file) {
   auto header = header_of(read_file_prefix(file, kHeaderPrefixBytes), file);
   if (!header) header = header_of(read_file(file), file);

@@ -17,6 +17,10 @@ cv::Mat read_panorama(const std::filesystem::path& file);
 // Error naming the file as above, also when it is not 16-bit grey.
 cv::Mat read_distance_map(const std::filesystem::path& file);
 
+// A mask of a given size: an 8-bit grey image, CV_8UC1, any format. Throws Error naming the file as
+// above, also when it has another size.
+cv::Mat read_mask(const std::filesystem::path& file, PanoramaSize size);
+
 // Size from the image's header, without decoding it. Throws Error as read_panorama does where the
 // header shows it.
 PanoramaSize panorama_size_of(const std::filesystem::path& file);
