@@ -1,4 +1,4 @@
-#include "render/view/fast_math.h"
+#include "core/geometry/fast_math.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,78 @@
+#include "core/geometry/spacing.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+namespace {
+
+// The ghost for a difference of inverse distances that is known better than their difference in
+// floating point is.
+double ghost_of_difference(double step_m, double difference, double omega, double assumed_omega) {
+  const double h = 0.5 * step_m;
+  return 2.0 * std::atan2(h * difference, 1.0 + (h * omega) * (h * assumed_omega));
+}
+
+// With T = tan(tolerance / 2) and D = |omega - omega_0| the ghost reaches the tolerance where
+//   h D = T (1 + h^2 omega omega_0),   h = step / 2,
+// a quadratic in h whose smaller root, written without cancellation, is
+//   h = 2 T / (D + sqrt((D - R)(D + R))),   R = 2 T sqrt(omega omega_0).
+// Where D < R it has none: the copies never get that far apart.
+double step_for_difference(double tolerance_rad, double difference, double omega,
+                           double assumed_omega) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double tangent = std::tan(0.5 * tolerance_rad);
+  const double reach = 2.0 * tangent * (std::sqrt(omega) * std::sqrt(assumed_omega));
+  if (difference == 0.0 || difference < reach) return kInfinity;
+  const double ratio = reach / difference;  // within [0, 1]: nothing overflows below
+  return 4.0 * (tangent / difference) / (1.0 + std::sqrt((1.0 - ratio) * (1.0 + ratio)));
+}
+
+}  // namespace
+
+double angle_of_pixels(double tolerance_px, int width_px) {
+  return tolerance_px * (kTwoPi / width_px);
+}
+
+double parallax_angle(double d_m, double psi_rad, double step_m) {
+  if (step_m == 0.0 || std::isinf(d_m)) return 0.0;
+  return std::atan2(std::sin(psi_rad), d_m / step_m - std::cos(psi_rad));
+}
+
+double ghost_angle(double step_m, double omega, double assumed_omega) {
+  return ghost_of_difference(step_m, std::abs(omega - assumed_omega), omega, assumed_omega);
+}
+
+double largest_step(double tolerance_rad, double omega, double assumed_omega) {
+  return step_for_difference(tolerance_rad, std::abs(omega - assumed_omega), omega, assumed_omega);
+}
+
+double omega_error_of_layers(OmegaRange scene, int layers) {
+  return 0.5 * (scene.max - scene.min) / layers;
+}
+
+// For a given error the ghost falls with the product of the two inverse distances, so that the
+// farthest source is the worst one, taken to be nearer than it is.
+double spacing_needed(OmegaRange scene, double omega_error, double tolerance_rad) {
+  return step_for_difference(tolerance_rad, omega_error, scene.min, scene.min + omega_error);
+}
+
+double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad) {
+  return step_for_difference(tolerance_rad, scene.max, scene.max, 0.0);
+}
+
+double tolerance_reached(OmegaRange scene, double omega_error, double spacing_m) {
+  return ghost_of_difference(spacing_m, omega_error, scene.min, scene.min + omega_error);
+}
+
+double tolerance_reached_without_depth(OmegaRange scene, double spacing_m) {
+  return ghost_of_difference(spacing_m, scene.max, scene.max, 0.0);
+}
+
+double nearest_distance_resolved(double spacing_m, double tolerance_rad) {
+  return 0.5 * spacing_m / std::tan(0.5 * tolerance_rad);
+}
+
+}  // namespace raywalk

@@ -1,0 +1,207 @@
+#include "core/geometry/spacing.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+namespace {
+
+using Exact = boost::multiprecision::cpp_bin_float_100;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kSamples = 3000;
+
+// The direction to (x, z) relative to the rail along x.
+Exact direction_to(const Exact& x, const Exact& z) { return atan2(z, x); }
+
+// Two copies of a source as geometry has it: from each of the stations at -h and h, the directions
+// to the source and to where it is assumed to be, straight ahead of the middle.
+Exact exact_ghost(double step_m, double omega, double assumed_omega) {
+  const Exact h = Exact(step_m) / 2;
+  const auto seen_aside = [&](double inverse) { return atan(Exact(h * Exact(inverse))); };
+  return 2 * abs(Exact(seen_aside(omega) - seen_aside(assumed_omega)));
+}
+
+double relative_error(double actual, const Exact& exact) {
+  if (exact == 0) return std::abs(actual);
+  return static_cast<double>(Exact(abs(Exact(actual - exact)) / abs(exact)));
+}
+
+class Spacing : public testing::Test {
+ protected:
+  double log_uniform(double low, double high) {
+    std::uniform_real_distribution<double> exponent(std::log(low), std::log(high));
+    return std::exp(exponent(random_));
+  }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  bool one_in(int n) { return std::uniform_int_distribution<int>(1, n)(random_) == 1; }
+  double inverse_distance() { return one_in(10) ? 0.0 : log_uniform(1e-12, 1e9); }
+  double step() { return log_uniform(1e-9, 1e6); }
+
+  std::mt19937_64 random_{7};
+};
+
+TEST_F(Spacing, ParallaxIsTheTurnOfTheDirectionToTheSource) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double d = log_uniform(1e-6, 1e12);
+    const double psi = one_in(3) ? log_uniform(1e-9, kHalfPi) : uniform(0.0, kPi);
+    const double t = step();
+    const Exact x = d * cos(Exact(psi));
+    const Exact z = d * sin(Exact(psi));
+    const Exact exact = direction_to(x - t, z) - direction_to(x, z);
+    // Relative, except where d and the step along the ray cancel: then relative to the larger.
+    const double from_there = static_cast<double>(Exact(sqrt(Exact((x - t) * (x - t) + z * z))));
+    const double allowed = 1e-14 * static_cast<double>(exact) +
+                           4e-16 * (d + t) / from_there * static_cast<double>(sin(exact));
+    ASSERT_NEAR(parallax_angle(d, psi, t), static_cast<double>(exact), allowed)
+        << d << " " << psi << " " << t;
+  }
+}
+
+TEST_F(Spacing, NothingMovesWithoutStepOrAtInfinity) {
+  EXPECT_EQ(parallax_angle(kInfinity, 1.0, 5.0), 0.0);
+  EXPECT_EQ(parallax_angle(2.0, 1.0, 0.0), 0.0);
+  EXPECT_EQ(ghost_angle(0.0, 3.0, 0.0), 0.0);
+  EXPECT_EQ(ghost_angle(1.0, 0.7, 0.7), 0.0);
+  EXPECT_EQ(ghost_angle(1.0, 0.0, 0.0), 0.0);
+}
+
+TEST_F(Spacing, GhostIsTheGapOfTheCopiesAtAnyScale) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double omega = inverse_distance();
+    // Half of the time so close to it that their difference has few digits.
+    const double assumed =
+        one_in(2) ? inverse_distance() : omega * (1.0 + log_uniform(1e-15, 1e-3));
+    const double s = step();
+    const Exact exact = exact_ghost(s, omega, assumed);
+    ASSERT_LE(relative_error(ghost_angle(s, omega, assumed), exact), 1e-14)
+        << s << " " << omega << " " << assumed;
+  }
+}
+
+// What the header says of other directions and of other places between the stations.
+TEST_F(Spacing, OtherDirectionsAndOtherPlacesAreHardlyWorse) {
+  double most = 0.0;
+  for (int i = 0; i < 20 * kSamples; ++i) {
+    const double s = step();
+    const double farthest_omega = 1.0 / (1.2072 * s);  // tan 22.5 deg = 1 / (2 * 1.2071...)
+    const double omega = farthest_omega * log_uniform(1e-6, 1.0);
+    const double assumed = one_in(3) ? 0.0 : farthest_omega * log_uniform(1e-6, 1.0);
+    const auto gap = [&](double place, double psi) {
+      const auto residual = [&](double t) {
+        const auto turned = [&](double inverse) {
+          return std::atan2(t * inverse * std::sin(psi), 1.0 - t * inverse * std::cos(psi));
+        };
+        return turned(omega) - turned(assumed);
+      };
+      return std::abs(residual(place * s) - residual((place - 1.0) * s));
+    };
+    const double bound = ghost_angle(s, omega, assumed);
+    const double rounding = 1e-15;
+    const double psi = uniform(1e-3, kPi - 1e-3);
+    const double place = uniform(0.0, 1.0);  // of A, from one station to the other
+    ASSERT_LE(gap(0.5, psi), bound * (1.0 + 1e-9) + rounding);
+    ASSERT_LE(gap(place, kHalfPi), bound * (1.0 + 1e-9) + rounding);
+    const double m = s * std::max(omega, assumed);
+    const double factor = (1.0 + 0.25 * m * m) / (1.0 - m * m);
+    ASSERT_LE(gap(place, psi), bound * factor * (1.0 + 1e-9) + rounding);
+    most = std::max(most, gap(0.5, psi) / bound);
+  }
+  EXPECT_GT(most, 0.99) << "the bound is not reached anywhere";
+}
+
+TEST_F(Spacing, LargestStepJustReachesTheTolerance) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double omega = inverse_distance();
+    const double assumed = one_in(2) ? inverse_distance() : omega * uniform(0.0, 0.999);
+    const double tolerance = one_in(4) ? uniform(0.1, 3.0) : log_uniform(1e-9, 0.1);
+    const double largest = largest_step(tolerance, omega, assumed);
+    if (std::isinf(largest)) {
+      // At h^2 omega omega_0 = 1 the copies are farthest apart; even there they are close enough.
+      if (omega == assumed || omega == 0.0 || assumed == 0.0) continue;
+      const double farthest = 2.0 / std::sqrt(omega) / std::sqrt(assumed);
+      ASSERT_LE(ghost_angle(farthest, omega, assumed), tolerance * (1.0 + 1e-12));
+      continue;
+    }
+    ASSERT_GT(largest, 0.0);
+    // Within 1e-6 of the step rather than at it: where the ghost is near its maximum the step is
+    // known less well than the angle (see the header).
+    ASSERT_NEAR(ghost_angle(largest, omega, assumed) / tolerance, 1.0, 1e-12);
+    ASSERT_LE(ghost_angle(largest * (1.0 - 1e-6), omega, assumed), tolerance);
+  }
+}
+
+TEST_F(Spacing, SmallAnglesGiveTheRuleOfThumb) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double near = log_uniform(1e-3, 1e3);
+    const OmegaRange scene{uniform(0.0, 1.0) / near, 1.0 / near};
+    const double tolerance = log_uniform(1e-7, 1e-4);
+    EXPECT_NEAR(spacing_needed_without_depth(scene, tolerance) * scene.max / tolerance, 1.0, 1e-6);
+    const int layers = std::uniform_int_distribution<int>(1, 300)(random_);
+    const double error = omega_error_of_layers(scene, layers);
+    // (Chai et al.: with one layer, twice the tolerance over the range.)
+    const double thumb = 2.0 * layers * tolerance / (scene.max - scene.min);
+    if (thumb * scene.max > 1e-3) continue;  // the steps are as long as the distances
+    EXPECT_NEAR(spacing_needed(scene, error, tolerance) / thumb, 1.0, 1e-3);
+  }
+}
+
+TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
+  for (int i = 0; i < kSamples; ++i) {
+    const double near = log_uniform(1e-2, 1e3);
+    const OmegaRange scene{one_in(3) ? 0.0 : uniform(0.0, 1.0) / near, 1.0 / near};
+    const int layers = std::uniform_int_distribution<int>(1, 40)(random_);
+    const double tolerance = log_uniform(1e-6, 0.05);
+    const double error = omega_error_of_layers(scene, layers);
+    const double spacing = spacing_needed(scene, error, tolerance);
+    if (std::isinf(spacing)) continue;
+    EXPECT_NEAR(tolerance_reached(scene, error, spacing), tolerance, 1e-12 * tolerance);
+    for (int source = 0; source < 20; ++source) {
+      const double omega = uniform(scene.min, scene.max);
+      const double width = 2.0 * error;
+      const double layer = std::min(std::floor((omega - scene.min) / width), layers - 1.0);
+      const double assumed = scene.min + (layer + 0.5) * width;
+      ASSERT_LE(ghost_angle(spacing, omega, assumed), tolerance * (1.0 + 1e-9));
+    }
+    const double in_place = spacing_needed_without_depth(scene, tolerance);
+    EXPECT_NEAR(tolerance_reached_without_depth(scene, in_place), tolerance, 1e-12 * tolerance);
+    ASSERT_LE(ghost_angle(in_place, uniform(scene.min, scene.max), 0.0), tolerance * (1.0 + 1e-12));
+    EXPECT_NEAR(nearest_distance_resolved(in_place, tolerance) * scene.max, 1.0, 1e-12);
+  }
+}
+
+TEST_F(Spacing, DepthAllowsWiderSpacing) {
+  const OmegaRange scene{0.2, 1.0};
+  const double tolerance = angle_of_pixels(0.5, 1024);
+  const double in_place = spacing_needed_without_depth(scene, tolerance);
+  double last = in_place;
+  for (const int layers : {1, 2, 4, 8}) {
+    const double spacing = spacing_needed(scene, omega_error_of_layers(scene, layers), tolerance);
+    EXPECT_GT(spacing, 1.9 * last);
+    last = spacing;
+  }
+}
+
+TEST_F(Spacing, NothingNearNeedsNoStationsAtAll) {
+  EXPECT_EQ(spacing_needed_without_depth({0.0, 0.0}, 1e-3), kInfinity);
+  EXPECT_EQ(spacing_needed({0.5, 0.5}, 0.0, 1e-3), kInfinity);
+  EXPECT_EQ(tolerance_reached({0.1, 2.0}, 0.0, 10.0), 0.0);
+  EXPECT_EQ(nearest_distance_resolved(0.0, 1e-3), 0.0);
+}
+
+TEST_F(Spacing, PixelsAreAngles) {
+  EXPECT_DOUBLE_EQ(angle_of_pixels(1024.0, 1024), kTwoPi);
+  EXPECT_DOUBLE_EQ(angle_of_pixels(0.5, 360), radians_from_degrees(0.5));
+}
+
+}  // namespace
+}  // namespace raywalk
