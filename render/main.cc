@@ -50,9 +50,12 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
       ->check(CLI::IsMember(kConnections));
   command->add_option("--k", flags->k_deg,
                       "Largest incidence angle of the hybrid connection in degrees, 45 to 90; auto "
-                      "(default): the room's stored connect-error, else the error model");
-  command->add_option("--layers", flags->layers,
-                      "Depth layers; auto (default): as many as --tolerance-px needs");
+                      "(default): the room's stored connect-error, else its require.json, else the "
+                      "error model");
+  command->add_option(
+      "--layers", flags->layers,
+      "Depth layers; auto (default): as many as --tolerance-px needs, for the scene "
+      "that the room's require.json describes");
   command
       ->add_option("--tolerance-px", flags->tolerance_px,
                    "How far automatic layers may move a pixel (default 0.5)")

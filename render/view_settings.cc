@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/number.h"
 #include "core/files/settings.h"
+#include "core/room/requirements.h"
 #include "render/validation/choose_k.h"
 
 namespace raywalk {
@@ -96,11 +97,21 @@ ViewSettings view_settings(const ViewFlags& flags) {
   return settings;
 }
 
-ViewMode view_mode(const ViewSettings& settings, const Room& room) {
+namespace {
+
+// What the room keeps of its requirements, if anything is left to choose by them.
+std::optional<RoomRequirements> requirements_for(const ViewSettings& settings, const Room& room) {
+  const bool choose = !fixed_k_deg(settings) || fixed_layers(settings) == 0;
+  return choose ? current_requirements(room) : std::nullopt;
+}
+
+ViewMode mode_for(const ViewSettings& settings, const Room& room,
+                  const RoomRequirements* required) {
   ViewMode mode;
   mode.connection = settings.connection;
   mode.options.generation = generation_from_name(settings.generation);
   mode.options.layers = fixed_layers(settings);
+  if (required != nullptr) mode.options.scene = required->layers.range();
   mode.options.tolerance_px = settings.tolerance_px;
   mode.options.overlap_deg = settings.overlap_deg;
   mode.options.width = settings.width_px;
@@ -108,11 +119,18 @@ ViewMode view_mode(const ViewSettings& settings, const Room& room) {
     mode.options.k_deg = *k_deg;
     mode.k_source = settings.connection == "hybrid" ? "as asked for" : "of this connection";
   } else {
-    const AutoK chosen = auto_k_deg(room, mode.options.generation);
+    const AutoK chosen = auto_k_deg(room, mode.options.generation, required);
     mode.options.k_deg = chosen.k_deg;
     mode.k_source = chosen.source;
   }
   return mode;
+}
+
+}  // namespace
+
+ViewMode view_mode(const ViewSettings& settings, const Room& room) {
+  const std::optional<RoomRequirements> required = requirements_for(settings, room);
+  return mode_for(settings, room, required ? &*required : nullptr);
 }
 
 std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
@@ -124,10 +142,11 @@ std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string>
   if (std::set(generations.begin(), generations.end()).size() != generations.size()) {
     throw UsageError("a generation is named twice; name each once");
   }
+  const std::optional<RoomRequirements> required = requirements_for(settings, room);
   std::vector<ViewMode> modes;
   for (const std::string& generation : generations) {
     settings.generation = generation;
-    modes.push_back(view_mode(settings, room));
+    modes.push_back(mode_for(settings, room, required ? &*required : nullptr));
   }
   return modes;
 }

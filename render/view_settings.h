@@ -40,7 +40,9 @@ struct ViewFlags {
 // each other: k belongs to the hybrid connection, the others have theirs.
 ViewSettings view_settings(const ViewFlags& flags);
 
-// The settings for a room, where "auto" becomes a number.
+// The settings for a room, where "auto" becomes a number: by what the room keeps of its
+// requirements (core/room/requirements.h), for layers at each view's own distance from the line.
+// Throws Error where what it keeps is damaged.
 ViewMode view_mode(const ViewSettings& settings, const Room& room);
 
 // The same in each of `generations`; in all that the room can be rendered in where none is named:

@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/room/requirements.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
@@ -89,10 +92,11 @@ TEST_F(ViewSettingsTest, RefusesKThatIsNotTheConnections) {
 class ViewModeTest : public ViewSettingsTest {
  protected:
   Room room_of(bool distances) const {
-    const auto room = directory_ / "room.lf";
-    write_synthetic_room({.width = 32, .distances = distances}, room);
-    return Room::open(room);
+    write_synthetic_room({.width = 32, .distances = distances}, path_);
+    return Room::open(path_);
   }
+
+  std::filesystem::path path_ = directory_ / "room.lf";
 };
 
 TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
@@ -117,6 +121,61 @@ TEST_F(ViewModeTest, AllGenerationsThatTheRoomCan) {
   ASSERT_EQ(named.size(), 1U);
   EXPECT_EQ(named[0].options.generation, Generation::kTwoSided);
   EXPECT_THROW(view_modes({}, {"initial", "initial"}, room_of(true)), UsageError);
+}
+
+class RequiredModeTest : public ViewModeTest {
+ protected:
+  // A room that keeps requirements with k = 61 and surfaces from 0.5 to 4 m.
+  Room room_with_requirements() {
+    Room room = room_of(true);
+    RoomRequirements required;
+    required.distances_sha256 = distances_sha256(room);
+    required.layers = {.omega_min_per_m = 0.25, .omega_max_per_m = 2.0, .by_d_p = {}};
+    required.connection.model_k_deg = 61.0;
+    write_file_atomically(requirements_path(room.directory()), requirements_to_json(required));
+    return room;
+  }
+};
+
+TEST_F(RequiredModeTest, AutoGoesByWhatTheRoomRequires) {
+  const Room room = room_with_requirements();
+  const ViewMode mode = view_mode({}, room);
+  EXPECT_EQ(mode.options.k_deg, 61.0);
+  ASSERT_TRUE(mode.options.scene);
+  // The count is that of the range kept and of the view's own distance from the line: 0.5 m in the
+  // middle of the cell across, more to the corners.
+  Renderer renderer(room, mode.options);
+  const int layers = renderer.render({0.0, 0.0}).report.layers;
+  const double tolerance_rad = 0.5 * kTwoPi / room.panorama().width;
+  EXPECT_GE(layers, layers_for_tolerance({0.25, 2.0}, 0.5, tolerance_rad));
+  EXPECT_LE(layers, layers_for_tolerance({0.25, 2.0}, 0.5 * std::sqrt(2.0), tolerance_rad));
+  ViewOptions own = mode.options;
+  own.scene.reset();
+  EXPECT_NE(Renderer(room, own).render({0.0, 0.0}).report.layers, layers)
+      << "the maps around the view have another range";
+}
+
+TEST_F(RequiredModeTest, NumbersGivenGoBeforeIt) {
+  const Room room = room_with_requirements();
+  EXPECT_EQ(view_mode({.k_deg = "70"}, room).options.k_deg, 70.0);
+  EXPECT_EQ(view_mode({.layers = "8"}, room).options.layers, 8);
+}
+
+TEST_F(RequiredModeTest, RequirementsOfOtherDistancesAreIgnored) {
+  room_with_requirements();
+  const std::string kept = read_file(requirements_path(path_));
+  write_synthetic_room({.width = 32, .distance_every = 2}, path_);
+  write_file_atomically(requirements_path(path_), kept);
+  const ViewMode mode = view_mode({}, Room::open(path_));
+  EXPECT_FALSE(mode.options.scene);
+  EXPECT_EQ(mode.k_source, "model E_t over the room's distances");
+}
+
+TEST_F(RequiredModeTest, DamagedRequirementsMatterOnlyWhereTheyAreAskedFor) {
+  const Room room = room_of(true);
+  write_file_atomically(requirements_path(path_), "damaged");
+  EXPECT_THROW(view_mode({}, room), Error);
+  EXPECT_EQ(view_mode({.k_deg = "70", .layers = "8"}, room).options.k_deg, 70.0);
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
     hdf5.require_format(kDistanceVolumeFormat);
     const std::vector<std::int32_t> stations = hdf5.read_int32("station");
     volume.stations_.assign(stations.begin(), stations.end());
+    volume.given_ = hdf5.text_attribute("origin").value_or(kGivenOrigin) == kGivenOrigin;
   }
   check_stations(volume.stations_, stations_of_line, file.string());
   volume.distance_ = MappedDataset::open(file, "distance_m", ElementType::kFloat32);

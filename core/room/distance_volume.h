@@ -18,6 +18,13 @@ namespace raywalk {
 
 // The root attribute `format` of distances/<id>.h5.
 inline constexpr const char* kDistanceVolumeFormat = "raywalk-distances";
+// The root attribute `origin` of distances that were packed with the room; others name the method
+// that estimated them. Files without the attribute were packed.
+inline constexpr const char* kGivenOrigin = "given";
+
+// Distances of less confidence are more often wrong than right (raywalk-build-lf depth --truth
+// shows it): views do without them.
+inline constexpr std::uint8_t kLeastConfidence = 64;
 
 class DistanceVolume {
  public:
@@ -31,6 +38,8 @@ class DistanceVolume {
   // Station index of each map, increasing.
   std::span<const int> stations() const { return stations_; }
   PanoramaSize size() const { return size_; }
+  // Whether the maps were packed with the room, and not estimated from it.
+  bool given() const { return given_; }
   // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
   std::span<const float> distance_column(int map, int theta) const {
     return {static_cast<const float*>(distance_.data()) + offset(map, theta), rows()};
@@ -49,6 +58,7 @@ class DistanceVolume {
 
   std::vector<int> stations_;
   PanoramaSize size_;
+  bool given_ = false;
   MappedDataset distance_;
   MappedDataset confidence_;
 };

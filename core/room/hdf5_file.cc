@@ -135,6 +135,26 @@ void Hdf5File::require_format(const std::string& format) const {
   }
 }
 
+std::optional<std::string> Hdf5File::text_attribute(const std::string& name) const {
+  if (H5Aexists(file_.get(), name.c_str()) <= 0) return std::nullopt;
+  const Hdf5Handle attribute = checked(H5Aopen(file_.get(), name.c_str(), H5P_DEFAULT), H5Aclose,
+                                       fmt::format("attribute '{}' cannot be read", name));
+  const Hdf5Handle type = checked(H5Aget_type(attribute.get()), H5Tclose, "type of " + name);
+  const bool is_text = H5Tget_class(type.get()) == H5T_STRING &&
+                       H5Tis_variable_str(type.get()) == 0 &&
+                       H5Tget_size(type.get()) <= kMaxSmallElements;
+  if (!is_text) return std::nullopt;
+  std::string text(H5Tget_size(type.get()), '\0');
+  if (H5Aread(attribute.get(), type.get(), text.data()) < 0) {
+    fail(fmt::format("attribute '{}' cannot be read", name));
+  }
+  return text;
+}
+
+bool Hdf5File::has_dataset(const std::string& name) const {
+  return H5Lexists(file_.get(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
 Hdf5Handle Hdf5File::open_dataset(const std::string& name) const {
   return checked(H5Dopen2(file_.get(), name.c_str(), H5P_DEFAULT), H5Dclose,
                  fmt::format("dataset '{}' cannot be opened", name));

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,9 @@ class Hdf5File {
   // Throws Error unless the root attribute `format` is `format` and its version can be read.
   void require_format(const std::string& format) const;
 
+  // A root attribute; none where the file has no text under this name.
+  std::optional<std::string> text_attribute(const std::string& name) const;
+  bool has_dataset(const std::string& name) const;
   Hdf5Handle open_dataset(const std::string& name) const;
   std::vector<std::size_t> shape_of(const std::string& name) const;
   // Whole small datasets. The element count is limited to 16 million.

@@ -133,9 +133,31 @@ TEST_F(ChooseKTest, RoomWithoutCellsHasNoConnection) {
   EXPECT_EQ(chosen.k_deg, 90.0);
 }
 
+TEST_F(ChooseKTest, RequirementsGoBeforeTheModelAndAfterTheRoomsOwnMeasurement) {
+  const Room room = room_of({.width = 32});
+  RoomRequirements required;
+  required.connection.model_k_deg = 61.0;
+  AutoK chosen = auto_k_deg(room, Generation::kHlfVd, &required);
+  EXPECT_EQ(chosen.k_deg, 61.0);
+  EXPECT_EQ(chosen.source, "model E_t in require.json");
+  required.connection.measured = {{"initial", 62.0, 10.0}, {"two-sided", 63.0, 1.0}};
+  chosen = auto_k_deg(room, Generation::kHlfVd, &required);
+  EXPECT_EQ(chosen.k_deg, 63.0);
+  EXPECT_EQ(chosen.source, "measured E_connect of two-sided views in require.json");
+  EXPECT_EQ(auto_k_deg(room, Generation::kInitial, &required).k_deg, 62.0);
+  store(Generation::kInitial, {3.0, 2.0, 1.0});
+  EXPECT_EQ(auto_k_deg(room, Generation::kInitial, &required).k_deg, 80.0);
+}
+
+TEST_F(ChooseKTest, RequirementsWithoutConnectionLeaveTheModel) {
+  const RoomRequirements required;
+  EXPECT_EQ(auto_k_deg(room_of({.width = 32}), Generation::kHlfVd, &required).source,
+            "model E_t over the room's distances");
+}
+
 TEST_F(ChooseKTest, DamagedMeasurementIsNotPassedOver) {
   const Room room = room_of({.width = 32});
-  write_file_atomically(connect_error_path(path_), "damaged");
+  write_file_atomically(connection_errors_path(path_), "damaged");
   EXPECT_THROW(auto_k_deg(room, Generation::kInitial), Error);
 }
 

@@ -307,11 +307,6 @@ std::vector<double> default_k_list_deg() {
   return list;
 }
 
-std::string connection_name(double k_deg) {
-  if (k_deg == 45.0) return "lfu";
-  return k_deg == 90.0 ? "rayspace360" : "hybrid";
-}
-
 ConnectError measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options) {
   require_options(options);

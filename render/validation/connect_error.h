@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "core/room/connection_errors.h"
 #include "core/room/room.h"
 #include "render/view/renderer.h"
 
@@ -48,9 +49,6 @@ struct ConnectErrorRow {
   double e_connect_common = 0.0;  // over the pairs that every k of the list can read
   double coverage = 0.0;          // share of (viewpoint, corner) pairs with a column to compare
 };
-
-// "lfu" at k = 45, "rayspace360" at 90, "hybrid" between.
-std::string connection_name(double k_deg);
 
 struct ConnectError {
   Generation generation = Generation::kInitial;

@@ -1,12 +1,5 @@
-// The measured connection errors that a room keeps, in ROOM/connect-error.json: one measurement per
-// generation, each with the settings it was made with.
-//
-//   {"format_version": 1,
-//    "measurements": [{"generation", "viewpoints", "overlap_deg",
-//                      "rows": [{"connection", "k_deg", "e_connect", "e_connect_common",
-//                                "coverage"}]}]}
-//
-// An error that could not be measured is null. Measure again after distances were replaced.
+// The connection errors that a room keeps (core/room/connection_errors.h), as this stage measures
+// them.
 #pragma once
 
 #include <filesystem>
@@ -18,14 +11,11 @@
 
 namespace raywalk {
 
-std::filesystem::path connect_error_path(const std::filesystem::path& room);
-
-// Empty where the room has none. Throws Error naming the file where it is damaged or of a newer
-// format version, and how to make it anew.
+// Empty where the room has none. Throws Error as read_connection_errors does.
 std::vector<ConnectError> read_connect_error(const std::filesystem::path& room);
 
-// Adds a measurement; it replaces an earlier one of its generation. A file that cannot be read is
-// replaced with a warning. Throws Error where the room cannot be written.
+// Adds a measurement; it replaces an earlier one of its generation. Throws Error where the room
+// cannot be written.
 void store_connect_error(const std::filesystem::path& room, const ConnectError& measurement);
 
 // The work of `raywalk-render connect-error`: measures each generation, stores it as soon as it is

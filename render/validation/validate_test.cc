@@ -207,7 +207,7 @@ TEST_F(ValidateTest, RefusesCorrectedViewsOfARoomWithoutDistances) {
   make_room({.width = 64, .distances = false});
   make_two_truths();
   options_.modes = {mode(Generation::kHlfVd)};
-  EXPECT_THAT(run_error(), HasSubstr("raywalk-build-lf pack --distance"));
+  EXPECT_THAT(run_error(), HasSubstr("raywalk-build-lf depth"));
   EXPECT_FALSE(fs::exists(options_.report));
 }
 

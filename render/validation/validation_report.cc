@@ -89,7 +89,7 @@ void add_headline(const Validation& validation, HtmlPage& page) {
   if (!validation.has_distances) {
     page.add_paragraph(
         "The room has no distances, so that only initial views could be rendered: the vertical "
-        "parallax is not corrected. raywalk-build-lf pack --distance adds them.");
+        "parallax is not corrected. raywalk-build-lf depth estimates them.");
   }
 }
 

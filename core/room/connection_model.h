@@ -1,0 +1,23 @@
+// The modelled connection error E_t (6) of a room: core/geometry/connection_error.h over the room's
+// own cells, spacing and distances.
+#pragma once
+
+#include "core/geometry/connection_error.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+
+// N is the mean side of the cells (which there must be), the step of (3) the median over the lines
+// of their median spacing.
+CellSampling cell_sampling(const Grid& grid);
+
+struct ConnectionModel {
+  ConnectionErrorCurve curve{};
+  bool from_distances = false;  // else the paper's d_src = 1.5 N stands for the room's distances
+};
+
+// E_t summed over the room's distances: equally many pixels, by solid angle and confidence, stand
+// behind each of the distances summed over. The room must have a cell.
+ConnectionModel connection_model(const Room& room);
+
+}  // namespace raywalk

@@ -1,0 +1,33 @@
+// Samples of all distances that a room knows, for statistics of the scene.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/room/room.h"
+
+namespace raywalk {
+
+struct DistanceSample {
+  float distance_m = 0.0f;  // from the station, along the ray; +inf: no surface
+  float weight = 0.0f;      // solid angle (cos phi) times confidence in [0, 1]; > 0
+  float theta_rad = 0.0f;   // direction in world axes
+  float phi_rad = 0.0f;
+};
+
+struct DistanceSamples {
+  std::vector<DistanceSample> samples{};
+  double known_share = 0.0;  // of the solid angle of all maps, weighted by confidence
+};
+
+// About `per_map` pixels of every distance map, evenly over its rows and columns. Pixels of
+// confidence 0, and those that hold no distance (0, negative, NaN), count as unknown. Empty where
+// the room has no maps.
+DistanceSamples sample_distances(const Room& room, int per_map);
+
+// The distances that `shares` of the weight, each in [0, 1], do not exceed. Sorts the samples. NaN
+// where there are none.
+std::vector<double> distance_quantiles(std::span<DistanceSample> samples,
+                                       std::span<const double> shares);
+
+}  // namespace raywalk

@@ -1,0 +1,166 @@
+#include "core/room/requirements.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+RoomRequirements example() {
+  RoomRequirements r;
+  r.distances_sha256 = "0123";
+  r.tolerance_px = 0.25;
+  r.distance = {.near_m = 0.5,
+                .median_m = 2.0,
+                .far_m = kInfinity,
+                .sky_share = 0.125,
+                .known_share = 0.9,
+                .omega_error_per_m = 0.003,
+                .directions = {{-172.5, 82.5, 1.0, 2.0, kInfinity, 0.5}}};
+  r.layers = {0.0, 2.0, {{0.1, 5}, {0.5, 25}}};
+  r.spacing.needed_without_depth_m = 0.01;
+  r.spacing.needed_with_layers = {{1, 0.02}, {4, 0.08}};
+  r.spacing.needed_by_error_m = kInfinity;
+  r.spacing.held_out = {{2, 0.05, 24, 38.5, 21.0, 35.0, 0.001}};
+  r.connection = {72.0, {{"hlf-vd", 86.0, 3.5}}};
+  r.storage.panorama_width_px = 1024;
+  r.storage.ray_bytes = std::uint64_t{1} << 40;
+  r.thinned = ThinnedFacts{"a \"room\"", 12, 3, 1000, 49, 37.0, 30.0};
+  return r;
+}
+
+std::string error_of(const std::string& text) {
+  try {
+    requirements_from_json(text, "room.lf/require.json");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Requirements, AreReadAsTheyWereWritten) {
+  const std::string text = requirements_to_json(example());
+  const RoomRequirements read = requirements_from_json(text, "test");
+  EXPECT_EQ(requirements_to_json(read), text);
+  EXPECT_EQ(read.tolerance_px, 0.25);
+  EXPECT_EQ(read.distance.far_m, kInfinity);
+  EXPECT_EQ(read.distance.omega_error_per_m, 0.003);
+  ASSERT_EQ(read.distance.directions.size(), 1U);
+  EXPECT_EQ(read.distance.directions[0].longitude_deg, -172.5);
+  EXPECT_EQ(read.layers.by_d_p[1].layers, 25);
+  EXPECT_EQ(read.layers.range().max, 2.0);
+  EXPECT_EQ(read.spacing.held_out[0].psnr_without_depth_db, 21.0);
+  EXPECT_EQ(read.connection.model_k_deg, 72.0);
+  EXPECT_EQ(read.connection.measured[0].generation, "hlf-vd");
+  EXPECT_EQ(read.storage.ray_bytes, std::uint64_t{1} << 40);
+  EXPECT_EQ(read.thinned->room, "a \"room\"");
+}
+
+TEST(Requirements, WhatIsNotKnownIsNull) {
+  RoomRequirements r = example();
+  r.distance.omega_error_per_m.reset();
+  r.connection.model_k_deg.reset();
+  r.thinned.reset();
+  const RoomRequirements read = requirements_from_json(requirements_to_json(r), "test");
+  EXPECT_FALSE(read.distance.omega_error_per_m);
+  EXPECT_FALSE(read.connection.model_k_deg);
+  EXPECT_FALSE(read.thinned);
+}
+
+TEST(Requirements, DamageIsNamedWithItsRemedy) {
+  const std::string whole = requirements_to_json(example());
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = whole;
+    const size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  };
+  const std::string damaged[] = {"",
+                                 "null",
+                                 "[]",
+                                 "{}",
+                                 whole.substr(0, whole.size() / 2),
+                                 with("raywalk-require", "other"),
+                                 with("\"format_version\": 1", "\"format_version\": \"1\""),
+                                 with("\"format_version\": 1", "\"format_version\": 0"),
+                                 with("\"tolerance_px\": 0.25", "\"tolerance_px\": 0"),
+                                 with("\"tolerance_px\": 0.25", "\"tolerance_px\": null"),
+                                 with("\"layers\": 25", "\"layers\": 2.5"),
+                                 with("\"layers\": 25", "\"layers\": -25"),
+                                 with("\"layers\": 25", "\"layers\": 1e30"),
+                                 with("\"omega_min_per_m\": 0.0", "\"omega_min_per_m\": 3"),
+                                 with("\"omega_max_per_m\": 2.0", "\"omega_max_per_m\": null"),
+                                 with("\"omega_max_per_m\": 2.0", "\"omega_max_per_m\": \"2\""),
+                                 with("72.0", "91"),
+                                 with("86.0", "44"),
+                                 with("\"hlf-vd\"", "3"),
+                                 with("\"held_out\"", "\"held_in\""),
+                                 with("1099511627776", "-1")};
+  for (const std::string& text : damaged) {
+    EXPECT_THAT(error_of(text), AllOf(HasSubstr("room.lf/require.json: "),
+                                      HasSubstr("run raywalk-build-lf require")))
+        << text;
+  }
+}
+
+TEST(Requirements, NewerVersionIsNamed) {
+  std::string text = requirements_to_json(example());
+  const std::string version = "\"format_version\": 1";
+  text.replace(text.find(version), version.size(), "\"format_version\": 2");
+  EXPECT_THAT(error_of(text), HasSubstr("made by a newer Raywalk"));
+}
+
+class CurrentRequirements : public ::testing::Test {
+ protected:
+  Room room_of(const SyntheticRoomSpec& spec) const {
+    write_synthetic_room(spec, path_);
+    return Room::open(path_);
+  }
+  void keep(const RoomRequirements& requirements) const {
+    write_file_atomically(requirements_path(path_), requirements_to_json(requirements));
+  }
+
+  TestDirectory directory_;
+  std::filesystem::path path_ = directory_ / "room.lf";
+};
+
+TEST_F(CurrentRequirements, BelongToTheDistancesTheyWereMeasuredOn) {
+  Room room = room_of({.width = 32});
+  EXPECT_FALSE(current_requirements(room));
+  RoomRequirements measured = example();
+  measured.distances_sha256 = distances_sha256(room);
+  keep(measured);
+  ASSERT_TRUE(current_requirements(room));
+  EXPECT_EQ(current_requirements(room)->tolerance_px, 0.25);
+
+  SyntheticRoomSpec other{.width = 32};
+  other.scene.walls.max_m.x() += 0.01;
+  room = room_of(other);
+  keep(measured);
+  EXPECT_FALSE(current_requirements(room)) << "other distances";
+  room = room_of({.width = 32, .distance_every = 2});
+  keep(measured);
+  EXPECT_FALSE(current_requirements(room)) << "fewer distances";
+}
+
+TEST_F(CurrentRequirements, DamagedFileIsNotPassedOver) {
+  const Room room = room_of({.width = 32});
+  write_file_atomically(requirements_path(path_), "damaged");
+  EXPECT_THROW(current_requirements(room), Error);
+}
+
+}  // namespace
+}  // namespace raywalk
