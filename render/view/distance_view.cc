@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "core/base/parallel.h"
+#include "core/geometry/fast_math.h"
 #include "render/view/column_arrays.h"
-#include "render/view/fast_math.h"
 #include "render/view/row_table.h"
 
 namespace raywalk {
@@ -18,9 +18,9 @@ const DistanceVolume& volume_of(const Room& room, const MapStation& map) {
   return room.distances(map.line);
 }
 
-// Inverse of a stored distance; negative where it is unknown.
+// Inverse of a stored distance; negative where it is unknown or not to be relied on.
 float stored_omega(float distance_m, std::uint8_t confidence) {
-  return confidence > 0 && distance_m > 0.0f ? 1.0f / distance_m : kUnseen;
+  return confidence >= kLeastConfidence && distance_m > 0.0f ? 1.0f / distance_m : kUnseen;
 }
 
 // Marks the pixels that the points of a column cover with the nearest surface seen there.

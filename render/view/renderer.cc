@@ -95,8 +95,8 @@ Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), 
   }
   if (options.generation != Generation::kInitial && !room.has_distances()) {
     throw Error(fmt::format(
-        "{}: the room has no distances, which {} needs; pack it with raywalk-build-lf pack "
-        "--distance DIR, or use --generation initial",
+        "{}: the room has no distances, which {} needs; estimate them with raywalk-build-lf depth, "
+        "give them to raywalk-build-lf pack --distance DIR, or use --generation initial",
         room.directory().string(), generation_name(options.generation)));
   }
   // A panorama much smaller than the captured ones is rendered larger and averaged down, so that
@@ -157,12 +157,14 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMostFillMaps, kMostFillMaps);
   if (view_.maps_.empty()) {
     throw Error(
-        fmt::format("{}: no line around viewpoint {},{} m has distances; pack more of them "
-                    "with raywalk-build-lf pack --distance DIR",
+        fmt::format("{}: no line around viewpoint {},{} m has distances; estimate them with "
+                    "raywalk-build-lf depth, or give more to raywalk-build-lf pack --distance DIR",
                     room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
   }
   view_.distances_.compute(room_, view_.maps_, viewpoint_m);
-  const OmegaRange range = range_of(view_.maps_);
+  // A count that is given spreads over what is around the view.
+  const OmegaRange range =
+      options_.scene && options_.layers == 0 ? *options_.scene : range_of(view_.maps_);
   const double tolerance_rad = options_.tolerance_px * kTwoPi / options_.width;
   view_.layers_ = options_.layers > 0
                       ? options_.layers

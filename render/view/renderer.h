@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -22,9 +23,11 @@ Generation generation_from_name(const std::string& name);
 
 struct ViewOptions {
   Generation generation = Generation::kHlfVd;
-  double k_deg = 90.0;        // in [45, 90]; 45 is LFU, 90 is Ray-space360
-  double overlap_deg = 5.0;   // width of the blend at a connection, in [0, 45]
-  int layers = 0;             // depth layers; 0 = as many as `tolerance_px` needs
+  double k_deg = 90.0;       // in [45, 90]; 45 is LFU, 90 is Ray-space360
+  double overlap_deg = 5.0;  // width of the blend at a connection, in [0, 45]
+  int layers = 0;            // depth layers; 0 = as many as `tolerance_px` needs
+  // Inverse distances to count automatic layers for; none = those of the maps around the view.
+  std::optional<OmegaRange> scene{};
   double tolerance_px = 0.5;  // largest move of a pixel that the layers may cause, output pixels
   int width = 0;  // output width in pixels, a multiple of 4 up to 32768; 0 = as captured
 };

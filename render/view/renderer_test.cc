@@ -77,7 +77,7 @@ TEST_F(RendererTest, RefusesCorrectionWithoutDistancesAndNamesTheRemedy) {
   const TestRoom room(bare);
   for (const Generation generation : {Generation::kHlfVd, Generation::kTwoSided}) {
     EXPECT_THAT([&] { Renderer(room.room(), {.generation = generation}); },
-                ThrowsMessage<Error>(HasSubstr("raywalk-build-lf pack --distance")));
+                ThrowsMessage<Error>(HasSubstr("raywalk-build-lf depth")));
   }
   EXPECT_NO_THROW(room.view({.generation = Generation::kInitial}, {0.0, 0.0}));
 }
