@@ -1,0 +1,16 @@
+// Light and reflectance as linear red, green and blue.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace raywalk {
+
+using Color = Eigen::Vector3f;
+
+// `a` at share 0, `b` at share 1.
+inline Color mix(const Color& a, const Color& b, float share) { return a + share * (b - a); }
+
+// Relative luminance of linear sRGB primaries (ITU-R BT.709).
+inline float luminance(const Color& color) { return color.dot(Color(0.2126F, 0.7152F, 0.0722F)); }
+
+}  // namespace raywalk

@@ -1,0 +1,57 @@
+// Random numbers that are a pure function of a key: the same on every run, platform and number of
+// threads. (The distributions of <random> are left to each standard library, so the same seed would
+// furnish another room elsewhere.)
+#pragma once
+
+#include <cstdint>
+
+namespace raywalk {
+
+// A hash of all 64 bits: the output function of SplitMix64 (Steele, Lea, Flood 2014, "Fast
+// splittable pseudorandom number generators").
+constexpr std::uint64_t hash_bits(std::uint64_t value) {
+  value += 0x9e3779b97f4a7c15ULL;
+  value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  value = (value ^ (value >> 27)) * 0x94d049bb133111ebULL;
+  return value ^ (value >> 31);
+}
+
+// The same of two values, in which their order matters.
+constexpr std::uint64_t hash_bits(std::uint64_t a, std::uint64_t b) {
+  return hash_bits(hash_bits(a) ^ b);
+}
+
+// Uniform in [0, 1), from the upper 53 bits, which is all a double holds.
+constexpr double uniform_from_bits(std::uint64_t bits) {
+  return static_cast<double>(bits >> 11) * 0x1p-53;
+}
+
+// Two independent normal deviates of mean 0 and standard deviation 1 (Box and Muller 1958).
+struct NormalPair {
+  double first = 0.0;
+  double second = 0.0;
+};
+NormalPair normal_pair(std::uint64_t key);
+
+// A sequence of random numbers.
+class HashRandom {
+ public:
+  explicit HashRandom(std::uint64_t key) : key_(hash_bits(key)) {}
+
+  // An independent sequence; what is drawn from one never shifts another.
+  HashRandom branch(std::uint64_t number) const { return HashRandom(hash_bits(key_, ~number)); }
+
+  std::uint64_t bits() { return hash_bits(key_, count_++); }
+  double uniform() { return uniform_from_bits(bits()); }
+  double uniform(double min, double max) { return min + (max - min) * uniform(); }
+  // A whole number in [0, count); count is at least 1.
+  int below(int count) { return static_cast<int>(uniform() * count); }
+  bool chance(double probability) { return uniform() < probability; }
+  double normal() { return normal_pair(bits()).first; }
+
+ private:
+  std::uint64_t key_;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,48 @@
+// How a surface looks: a procedural pattern in its own plane, lit the same from every side.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "capture/simulated/virtual_room/color.h"
+
+namespace raywalk {
+
+enum class Pattern {
+  kPlain,      // uniform paint
+  kPlaster,    // stained and speckled paint
+  kBricks,     // rows of bricks in mortar
+  kWallpaper,  // a motif that repeats exactly
+  kBoards,     // floor boards along s
+  kTiles,      // square tiles
+  kWood,       // grain along s
+  kFabric,     // stripes and weave
+  kRug,        // a bordered carpet of diamonds
+  kBook,       // the spine of a book, t upwards
+  kLeaf,       // a leaf with veins along t
+  kPicture,    // a painting of shapes over hills
+  kShade,      // a paper lamp: gives light, with ribs along s
+  kSky,        // seen through a window: infinitely far, whatever lies behind
+  kMirror      // reflects; all other patterns are matt
+};
+
+// Lengths are in room units (see room_plan.h).
+struct Surface {
+  Pattern pattern = Pattern::kPlain;
+  Color base{0.5F, 0.5F, 0.5F};
+  Color accent{0.5F, 0.5F, 0.5F};
+  float period = 0.25F;  // of patterns that repeat: a tile's side, a board's width
+  // Of the painted area, for patterns that fill it once (kPicture, kRug, kBook, kLeaf).
+  Eigen::Vector2f extent{1.0F, 1.0F};
+  std::uint32_t seed = 0;
+};
+
+// Reflectance at the texture coordinates `at` (room units, s to the right and t upwards), averaged
+// over a pixel whose side covers `footprint` room units. For kShade it is the light given off,
+// relative to white; kSky and kMirror have none and give black.
+Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footprint);
+
+// The mean of albedo_at over the surface, as it colours the light that it scatters.
+Color mean_albedo(const Surface& surface);
+
+}  // namespace raywalk

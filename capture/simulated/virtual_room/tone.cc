@@ -1,0 +1,53 @@
+#include "capture/simulated/virtual_room/tone.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace raywalk {
+namespace {
+
+constexpr double kKnee = 0.8;
+constexpr double kBrightest = 16.0;  // beyond it every level is 255 to within rounding
+constexpr int kTableSize = 4096;
+
+double soft_highlight(double light) {
+  if (light <= kKnee) return light;
+  const double room = 1.0 - kKnee;
+  return kKnee + room * (1.0 - std::exp((kKnee - light) / room));
+}
+
+// Levels over the square root of light, which follows the eye and so needs few entries.
+std::array<float, kTableSize + 1> make_table() {
+  std::array<float, kTableSize + 1> table{};
+  for (int i = 0; i <= kTableSize; ++i) {
+    const double root = std::sqrt(kBrightest) * i / kTableSize;
+    table[static_cast<std::size_t>(i)] =
+        static_cast<float>(srgb_level_from_linear(soft_highlight(root * root)));
+  }
+  return table;
+}
+
+}  // namespace
+
+double srgb_level_from_linear(double linear) {
+  const double encoded =
+      linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+  return 255.0 * encoded;
+}
+
+double linear_from_srgb_level(double level) {
+  const double encoded = level / 255.0;
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+float level_from_light(float light) {
+  static const std::array<float, kTableSize + 1> table = make_table();
+  const float root = std::sqrt(std::clamp(light, 0.0F, static_cast<float>(kBrightest))) *
+                     (static_cast<float>(kTableSize) / std::sqrt(static_cast<float>(kBrightest)));
+  const int index = std::min(static_cast<int>(root), kTableSize - 1);
+  const auto entry = static_cast<std::size_t>(index);
+  return table[entry] + (root - static_cast<float>(index)) * (table[entry + 1] - table[entry]);
+}
+
+}  // namespace raywalk

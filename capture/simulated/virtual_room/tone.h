@@ -1,0 +1,17 @@
+// From light to 8-bit sRGB and back.
+#pragma once
+
+#include <cstdint>
+
+namespace raywalk {
+
+// The 8-bit level, not yet rounded, of linear light relative to white: highlights above 0.8 bend
+// smoothly towards 1, which they never reach, and the result is encoded by the sRGB transfer curve
+// (IEC 61966-2-1). Light below 0 counts as 0.
+float level_from_light(float light);
+
+// The sRGB transfer curve by itself, between linear 0..1 and levels 0..255 (any value in between).
+double srgb_level_from_linear(double linear);
+double linear_from_srgb_level(double level);
+
+}  // namespace raywalk
