@@ -1,0 +1,38 @@
+// Pieces of furniture. Each stands on its placement's origin with its back towards -z, and varies
+// in colour and proportion with the random numbers it is given. The places they need are declared
+// here, so that space can be found before they are built. Room units: 1 is a metre of furniture
+// as it is usually made.
+#pragma once
+
+#include "capture/simulated/virtual_room/free_space.h"
+#include "capture/simulated/virtual_room/hash_random.h"
+#include "capture/simulated/virtual_room/shapes.h"
+
+namespace raywalk {
+
+inline constexpr double kTableHeight = 0.75;
+
+// What a piece needs on the floor; `room_height` is that of the room, which a shelf adapts to.
+Piece chair_piece();
+Piece table_piece();
+Piece sofa_piece();
+Piece shelf_piece(double room_height);
+Piece plant_piece();
+Piece coat_stand_piece();
+
+// Legs, stretchers and the spindles of the back: 17 rods 1.5 to 4 cm thick.
+void add_chair(const Placement& place, HashRandom random, Facets* facets);
+// A table top on four thin legs, with cups and books on it.
+void add_table(const Placement& place, HashRandom random, Facets* facets);
+void add_sofa(const Placement& place, HashRandom random, Facets* facets);
+// Boards full of books, up to `top`.
+void add_shelf(const Placement& place, double top, HashRandom random, Facets* facets);
+// A pot with stems and two-sided leaves.
+void add_plant(const Placement& place, HashRandom random, Facets* facets);
+// A pole on three feet with hooks at about the height of the cameras.
+void add_coat_stand(const Placement& place, HashRandom random, Facets* facets);
+// Books side by side between two ends of a board, their spines towards +z.
+void add_books(const Placement& place, double x_min, double x_max, double height, double depth,
+               HashRandom random, Facets* facets);
+
+}  // namespace raywalk

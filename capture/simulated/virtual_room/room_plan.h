@@ -1,0 +1,50 @@
+// The room's dimensions and the capture grid in it, before anything is put there.
+//
+// The virtual room is built in room units: lengths divided by the furniture's scale, which is the
+// cell's side unless the settings say otherwise. So a room of another cell side is the same room
+// exactly, only larger. Axes are those of the world frame (sphere.h); the origin lies in the middle
+// of the grid at the height of the lines, so a station's y is 0.
+#pragma once
+
+#include <vector>
+
+#include "capture/simulated/virtual_room/room_settings.h"
+#include "core/geometry/grid.h"
+
+namespace raywalk {
+
+// An upright box, room units.
+struct RoomBox {
+  double x_min = 0.0, x_max = 0.0;
+  double y_min = 0.0, y_max = 0.0;
+  double z_min = 0.0, z_max = 0.0;
+};
+
+// One run of the slider, room units.
+struct PlannedLine {
+  std::string id;  // as Line::id of core/geometry/grid.h
+  LineAxis axis = LineAxis::kX;
+  double across = 0.0;        // z of a line along x, x of a line along z
+  std::vector<double> along;  // positions of its stations, increasing
+};
+
+struct RoomPlan {
+  int seed = 0;
+  double unit_m = 1.0;  // metres in a room unit
+  RoomBox walls{};
+  double cell_side = 1.0;
+  int cells_x = 1, cells_z = 1;
+  std::vector<PlannedLine> lines;  // along x in order of z, then along z in order of x
+  double clearance = 0.25;         // kept free around the lines, in the plan
+  double headroom = 0.25;          // kept free above and below them
+
+  double grid_half_x() const { return 0.5 * cells_x * cell_side; }
+  double grid_half_z() const { return 0.5 * cells_z * cell_side; }
+  double overhang = 0.0;  // captured beyond the outer corners
+};
+
+// Throws UsageError naming the key where the room is too small for the grid, a line would hold more
+// than 10,000 stations, or the camera would not be between floor and ceiling.
+RoomPlan plan_room(const VirtualRoomSettings& settings);
+
+}  // namespace raywalk

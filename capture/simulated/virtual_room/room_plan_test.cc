@@ -1,0 +1,92 @@
+#include "capture/simulated/virtual_room/room_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+
+void expect_refused(const VirtualRoomSettings& settings, const std::string& key) {
+  try {
+    plan_room(settings);
+    ADD_FAILURE() << key;
+  } catch (const UsageError& e) {
+    EXPECT_THAT(e.what(), HasSubstr(key));
+  }
+}
+
+// The packed room's own search for lines and cells finds what was planned, by the same names.
+TEST(RoomPlanTest, GridIsFoundAsPlanned) {
+  VirtualRoomSettings settings;
+  settings.grid.cells_x = 3;
+  settings.grid.cells_z = 2;
+  settings.grid.cell_side_m = 0.6;
+  settings.grid.spacing_mm = 100.0;
+  const RoomPlan plan = plan_room(settings);
+  std::vector<StationPose> stations;
+  for (const PlannedLine& line : plan.lines) {
+    for (const double along : line.along) {
+      const double a = plan.unit_m * along, b = plan.unit_m * line.across;
+      stations.push_back(
+          {line.id, line.axis == LineAxis::kX ? Eigen::Vector3d(a, 0, b) : Eigen::Vector3d(b, 0, a),
+           ""});
+    }
+  }
+  const Grid grid = find_grid(stations, {});
+  ASSERT_EQ(grid.lines.size(), plan.lines.size());
+  EXPECT_EQ(grid.cells.size(), 6U);
+  for (std::size_t i = 0; i < grid.lines.size(); ++i) {
+    EXPECT_EQ(grid.lines[i].id, plan.lines[i].id);
+    EXPECT_EQ(grid.lines[i].stations.front().file, plan.lines[i].id);
+    EXPECT_NEAR(median_spacing_m(grid.lines[i]), 0.1, 1e-12);
+  }
+  // 25 % of 6 steps, rounded down: one step beyond each corner.
+  EXPECT_NEAR(plan.lines[0].along.front() * plan.unit_m, -0.9 - 0.1, 1e-12);
+}
+
+TEST(RoomPlanTest, SpacingIsRoundedToWholeStepsAndDefaultsToAFortieth) {
+  VirtualRoomSettings settings;
+  EXPECT_EQ(plan_room(settings).lines[0].along.size(), 61U);
+  settings.grid.spacing_mm = 300.0;  // a cell of 1 m takes 3 steps
+  settings.grid.overhang_share = 0.0;
+  EXPECT_EQ(plan_room(settings).lines[0].along.size(), 4U);
+  settings.grid.spacing_mm = 5000.0;
+  EXPECT_EQ(plan_room(settings).lines[0].along.size(), 2U);
+}
+
+TEST(RoomPlanTest, WallsLeaveTheLinesTheirClearance) {
+  for (int seed = 0; seed < 200; ++seed) {
+    VirtualRoomSettings settings;
+    settings.seed = seed;
+    settings.room.width_m = seed % 2 == 0 ? 0.0 : 2.01;
+    const RoomPlan plan = plan_room(settings);
+    const double reach = plan.grid_half_x() + plan.overhang + plan.clearance;
+    EXPECT_LE(plan.walls.x_min, -reach + 1e-12);
+    EXPECT_GE(plan.walls.x_max, reach - 1e-12);
+    EXPECT_LE(plan.walls.y_min, -plan.headroom);
+    EXPECT_GE(plan.walls.y_max, plan.headroom);
+  }
+}
+
+TEST(RoomPlanTest, ImpossibleRoomsAreRefusedByKey) {
+  VirtualRoomSettings settings;
+  settings.room.width_m = 1.9;
+  expect_refused(settings, "room.width_m");
+  settings = {};
+  settings.room.depth_m = 1.0;
+  expect_refused(settings, "room.depth_m");
+  settings = {};
+  settings.room.height_m = 2.0;
+  settings.room.camera_height_m = 1.9;
+  expect_refused(settings, "room.camera_height_m");
+  settings = {};
+  settings.grid.spacing_mm = 0.1;
+  expect_refused(settings, "grid.spacing_mm");
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,83 @@
+#include "capture/simulated/virtual_room/room_settings.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kLargestRoom_m = 1000.0;
+
+void bind_grid(SettingsSchema* schema, GridSettings* grid, const std::string& prefix) {
+  schema->number(prefix + "cell_side_m", &grid->cell_side_m, 0.01, 100.0)
+      .integer(prefix + "cells_x", &grid->cells_x, 1, 16)
+      .integer(prefix + "cells_z", &grid->cells_z, 1, 16)
+      .number(prefix + "spacing_mm", &grid->spacing_mm, 0.0, 1e5)
+      .number(prefix + "overhang_share", &grid->overhang_share, 0.0, 2.0);
+}
+
+void bind_room(SettingsSchema* schema, RoomSettings* room, const std::string& prefix) {
+  schema->number(prefix + "width_m", &room->width_m, 0.0, kLargestRoom_m)
+      .number(prefix + "depth_m", &room->depth_m, 0.0, kLargestRoom_m)
+      .number(prefix + "height_m", &room->height_m, 0.0, kLargestRoom_m)
+      .number(prefix + "camera_height_m", &room->camera_height_m, 0.0, kLargestRoom_m)
+      .number(prefix + "furniture_scale_m", &room->furniture_scale_m, 0.0, 100.0);
+}
+
+void bind_contents(SettingsSchema* schema, ContentSettings* contents, const std::string& prefix) {
+  schema->integer(prefix + "chairs", &contents->chairs, 0, 100)
+      .integer(prefix + "pictures", &contents->pictures, 0, 100)
+      .boolean(prefix + "table", &contents->table)
+      .boolean(prefix + "shelf", &contents->shelf)
+      .boolean(prefix + "sofa", &contents->sofa)
+      .boolean(prefix + "rug", &contents->rug)
+      .boolean(prefix + "plant", &contents->plant)
+      .boolean(prefix + "coat_stand", &contents->coat_stand)
+      .boolean(prefix + "lamp", &contents->lamp)
+      .boolean(prefix + "beams", &contents->beams)
+      .boolean(prefix + "skirting", &contents->skirting)
+      .boolean(prefix + "mirror", &contents->mirror)
+      .boolean(prefix + "window", &contents->window)
+      .boolean(prefix + "sun_patch", &contents->sun_patch)
+      .boolean(prefix + "wallpaper", &contents->wallpaper)
+      .boolean(prefix + "plain_patch", &contents->plain_patch);
+}
+
+}  // namespace
+
+void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
+                       const std::string& prefix) {
+  schema->integer(prefix + "seed", &settings->seed, 0, std::numeric_limits<int>::max());
+  bind_grid(schema, &settings->grid, prefix + "grid.");
+  bind_room(schema, &settings->room, prefix + "room.");
+  bind_contents(schema, &settings->contents, prefix + "contents.");
+  schema->number(prefix + "sensor.noise_levels", &settings->sensor.noise_levels, 0.0, 64.0)
+      .number(prefix + "sensor.shot_noise", &settings->sensor.shot_noise, 0.0, 16.0)
+      .number(prefix + "sensor.gain_spread", &settings->sensor.gain_spread, 0.0, 0.5)
+      .number(prefix + "pose.position_jitter_mm", &settings->pose.position_jitter_mm, 0.0, 1000.0)
+      .number(prefix + "pose.attitude_jitter_deg", &settings->pose.attitude_jitter_deg, 0.0, 45.0)
+      .integer(prefix + "output.width_px", &settings->output.width_px, kLeastWidth_px,
+               kLargestWidth_px)
+      .choice(prefix + "output.format", &settings->output.format, {"jpg", "png"})
+      .integer(prefix + "output.jpeg_quality", &settings->output.jpeg_quality, 1, 100);
+}
+
+void require_valid(const VirtualRoomSettings& settings, const std::string& source) {
+  if (settings.output.width_px % 4 == 0) return;
+  throw UsageError(fmt::format("{}: the panoramas' width is {}; use a multiple of 4", source,
+                               settings.output.width_px));
+}
+
+VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file) {
+  VirtualRoomSettings settings;
+  SettingsSchema schema;
+  bind_virtual_room(&schema, &settings, "");
+  schema.load(file);
+  require_valid(settings, file.string());
+  return settings;
+}
+
+}  // namespace raywalk

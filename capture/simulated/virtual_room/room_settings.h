@@ -1,0 +1,93 @@
+// What a user asks of a virtual room. configs/virtual-room.yaml explains every key and holds the
+// defaults.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/files/settings.h"
+
+namespace raywalk {
+
+// The room and what stands in it; 0 where a length is left to the seed.
+struct RoomSettings {
+  double width_m = 0.0;            // along x
+  double depth_m = 0.0;            // along z
+  double height_m = 0.0;           // floor to ceiling
+  double camera_height_m = 0.0;    // of the lines above the floor
+  double furniture_scale_m = 0.0;  // what furniture is drawn to; 0 = the cell's side
+};
+
+struct ContentSettings {
+  int chairs = 6;
+  int pictures = 8;
+  bool table = true;
+  bool shelf = true;
+  bool sofa = true;
+  bool rug = true;
+  bool plant = true;
+  bool coat_stand = true;
+  bool lamp = true;
+  bool beams = true;
+  bool skirting = true;
+  bool mirror = true;
+  bool window = true;
+  bool sun_patch = true;  // needs the window
+  bool wallpaper = true;
+  bool plain_patch = true;
+};
+
+// Square cells on a grid around the origin of the plan, and the stations on its lines.
+struct GridSettings {
+  double cell_side_m = 1.0;
+  int cells_x = 1;
+  int cells_z = 1;
+  double spacing_mm = 0.0;       // between stations; 0 = a 40th of the cell's side
+  double overhang_share = 0.25;  // of the cell's side, captured beyond the outer corners
+};
+
+struct SensorSettings {
+  double noise_levels = 0.0;  // standard deviation of a dark pixel, in 8-bit levels
+  double shot_noise = 0.0;    // added variance per level of brightness, in levels
+  double gain_spread = 0.0;   // standard deviation of a station's exposure, relative
+};
+
+// How far a camera truly is from where the frame list says; standard deviations.
+struct PoseSettings {
+  double position_jitter_mm = 0.0;   // along each axis
+  double attitude_jitter_deg = 0.0;  // of yaw, pitch and roll each
+};
+
+struct OutputSettings {
+  int width_px = 1024;  // of panoramas, a multiple of 4
+  std::string format = "jpg";
+  int jpeg_quality = 95;
+};
+
+inline constexpr int kLeastWidth_px = 32;
+inline constexpr int kLargestWidth_px = 16384;
+
+struct VirtualRoomSettings {
+  int seed = 1;
+  GridSettings grid{};
+  RoomSettings room{};
+  ContentSettings contents{};
+  SensorSettings sensor{};
+  PoseSettings pose{};
+  OutputSettings output{};
+};
+
+// Adds the keys of a virtual room to a schema and binds them to `settings`, which has to outlive
+// it. `prefix` goes before every key, for files that hold a virtual room among other things
+// ("scene.").
+void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
+                       const std::string& prefix);
+
+// What ranges alone do not tell: throws UsageError, starting with `source`, for a width that is no
+// multiple of 4.
+void require_valid(const VirtualRoomSettings& settings, const std::string& source);
+
+// Reads the file. Throws UsageError: what SettingsSchema and require_valid refuse.
+VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file);
+
+}  // namespace raywalk
