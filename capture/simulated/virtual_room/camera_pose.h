@@ -1,0 +1,16 @@
+// Where a simulated camera stands and looks.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+// World frame (core/geometry/sphere.h), metres.
+struct CameraPose {
+  Eigen::Vector3d position_m{0, 0, 0};
+  Attitude attitude{};
+};
+
+}  // namespace raywalk

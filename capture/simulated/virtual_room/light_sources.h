@@ -1,0 +1,32 @@
+// What lights a room.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+namespace raywalk {
+
+// The pane of the window: a rectangle from `corner`, facing `inward`.
+struct WindowLight {
+  Eigen::Vector3d corner{0, 0, 0};
+  Eigen::Vector3d edge_s{1, 0, 0};
+  Eigen::Vector3d edge_t{0, 1, 0};
+  Eigen::Vector3d inward{0, 0, 1};
+  // Towards the sun, a unit vector; none: the sun does not shine in.
+  std::optional<Eigen::Vector3d> sun{};
+};
+
+struct LampLight {
+  Eigen::Vector3d centre{0, 0, 0};
+  double radius = 0.15;
+};
+
+// Room units.
+struct LightSources {
+  std::optional<WindowLight> window{};
+  std::optional<LampLight> lamp{};
+  std::uint32_t sky_seed = 0;
+};
+
+}  // namespace raywalk
