@@ -1,0 +1,85 @@
+#include "capture/simulated/jpeg_encoder.h"
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+// jpeglib.h needs size_t and FILE declared before it.
+#include <jpeglib.h>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+// libjpeg reports an error by a call that must not return. Exceptions cannot pass its C frames, so
+// it jumps back to where the encoder was started, as libjpeg.txt ("Error handling") describes.
+struct ErrorTrap {
+  jpeg_error_mgr manager;  // first: libjpeg hands back a pointer to it
+  std::jmp_buf start;
+  std::array<char, JMSG_LENGTH_MAX> message;
+};
+
+[[noreturn]] void leave(j_common_ptr info) {
+  auto* trap = reinterpret_cast<ErrorTrap*>(info->err);
+  info->err->format_message(info, trap->message.data());
+  std::longjmp(trap->start, 1);
+}
+
+struct Encoded {
+  unsigned char* bytes = nullptr;  // of malloc
+  unsigned long size = 0;
+};
+
+void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, Encoded* out) {
+  jpeg_create_compress(encoder);
+  jpeg_mem_dest(encoder, &out->bytes, &out->size);
+  encoder->image_width = static_cast<JDIMENSION>(image.cols);
+  encoder->image_height = static_cast<JDIMENSION>(image.rows);
+  encoder->input_components = 3;
+  encoder->in_color_space = JCS_EXT_BGR;  // of libjpeg-turbo
+  jpeg_set_defaults(encoder);
+  jpeg_set_quality(encoder, quality, TRUE);
+  encoder->comp_info[0].h_samp_factor = 1;
+  encoder->comp_info[0].v_samp_factor = 1;
+}
+
+// Whether it succeeded. Nothing here has a destructor, which a jump would skip.
+bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, Encoded* out) {
+  jpeg_compress_struct encoder{};
+  encoder.err = jpeg_std_error(&trap->manager);
+  trap->manager.error_exit = leave;
+  if (setjmp(trap->start) != 0) {
+    jpeg_destroy_compress(&encoder);
+    return false;
+  }
+  set_up(&encoder, image, quality, out);
+  jpeg_start_compress(&encoder, TRUE);
+  while (encoder.next_scanline < encoder.image_height) {
+    // libjpeg does not write to the rows that it is given.
+    auto* row = const_cast<unsigned char*>(
+        image.ptr<unsigned char>(static_cast<int>(encoder.next_scanline)));
+    jpeg_write_scanlines(&encoder, &row, 1);
+  }
+  jpeg_finish_compress(&encoder);
+  jpeg_destroy_compress(&encoder);
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality) {
+  if (image.type() != CV_8UC3) throw Error("a JPEG picture must have three 8-bit channels");
+  ErrorTrap trap{};
+  Encoded encoded;
+  const bool done = run_encoder(image, quality, &trap, &encoded);
+  const std::unique_ptr<unsigned char, decltype(&std::free)> owner(encoded.bytes, &std::free);
+  if (!done) throw Error("cannot encode JPEG: " + std::string(trap.message.data()));
+  const auto* bytes = reinterpret_cast<const std::byte*>(encoded.bytes);
+  return {bytes, bytes + encoded.size};
+}
+
+}  // namespace raywalk

@@ -1,0 +1,49 @@
+#include "capture/simulated/jpeg_encoder.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+cv::Mat decode(const std::vector<std::byte>& bytes) {
+  const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
+  return cv::imdecode(std::vector<unsigned char>(first, first + bytes.size()), cv::IMREAD_COLOR);
+}
+
+// Columns of red and blue in turns; with colour at half the resolution they become purple.
+cv::Mat fine_colors() {
+  cv::Mat image(32, 48, CV_8UC3);
+  for (int row = 0; row < image.rows; ++row) {
+    for (int column = 0; column < image.cols; ++column) {
+      image.at<cv::Vec3b>(row, column) =
+          column % 2 == 0 ? cv::Vec3b(40, 40, 200) : cv::Vec3b(200, 40, 40);
+    }
+  }
+  return image;
+}
+
+TEST(JpegEncoderTest, KeepsColorInFullResolution) {
+  const cv::Mat image = fine_colors();
+  EXPECT_LT(cv::norm(decode(encode_jpeg(image, 95)), image, cv::NORM_INF), 25.0);
+  // A view of a part has rows that do not follow each other in memory.
+  const cv::Mat part = image(cv::Rect(8, 8, 16, 16));
+  EXPECT_LT(cv::norm(decode(encode_jpeg(part, 95)), part, cv::NORM_INF), 25.0);
+}
+
+TEST(JpegEncoderTest, QualityTradesSize) {
+  const cv::Mat image = fine_colors();
+  EXPECT_LT(encode_jpeg(image, 20).size(), encode_jpeg(image, 100).size());
+}
+
+TEST(JpegEncoderTest, RefusesWhatJpegCannotHold) {
+  EXPECT_THROW(encode_jpeg(cv::Mat(4, 4, CV_8UC1), 90), Error);
+  EXPECT_THROW(encode_jpeg(cv::Mat(1, 70000, CV_8UC3, cv::Scalar::all(0)), 90), Error);
+}
+
+}  // namespace
+}  // namespace raywalk

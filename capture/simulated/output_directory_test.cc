@@ -1,0 +1,52 @@
+#include "capture/simulated/output_directory.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(OutputDirectoryTest, AppearsWhenCommitted) {
+  const TestDirectory parent;
+  OutputDirectory output(parent / "out");
+  std::ofstream(output.make("inner") / "file") << "text";
+  EXPECT_FALSE(fs::exists(parent / "out"));
+  output.commit();
+  EXPECT_TRUE(fs::exists(parent / "out/inner/file"));
+  EXPECT_EQ(parent.entries(), 1U);
+}
+
+TEST(OutputDirectoryTest, LeavesNothingWithoutCommit) {
+  const TestDirectory parent;
+  {
+    const OutputDirectory output(parent / "out");
+    std::ofstream(output.path() / "file") << "text";
+    EXPECT_EQ(parent.entries(), 1U);
+  }
+  EXPECT_EQ(parent.entries(), 0U);
+}
+
+TEST(OutputDirectoryTest, ExistingTargetIsRefusedAndKept) {
+  const TestDirectory parent;
+  fs::create_directory(parent / "out");
+  EXPECT_THROW(OutputDirectory(parent / "out"), Error);
+  EXPECT_THROW(OutputDirectory(parent / "out/"), Error);
+  OutputDirectory late(parent / "late");
+  std::ofstream(parent / "late") << "came in between";
+  EXPECT_THROW(late.commit(), Error);
+  EXPECT_TRUE(fs::is_regular_file(parent / "late"));
+}
+
+TEST(OutputDirectoryTest, MissingParentIsAnError) {
+  const TestDirectory parent;
+  EXPECT_THROW(OutputDirectory(parent / "missing/out"), Error);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,26 @@
+// The stations of a virtual room's grid, as planned and as they truly are.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "capture/simulated/virtual_room/camera_pose.h"
+#include "capture/simulated/virtual_room/room_plan.h"
+
+namespace raywalk {
+
+struct RoomStation {
+  std::string name;             // "<line>_<number>", for example x0_007
+  int number = 0;               // on its line, from 0
+  CameraPose nominal{};         // on the grid, in world axes
+  CameraPose true_pose{};       // with the jitter asked for
+  double gain = 1.0;            // exposure, relative; 1 on average
+  std::uint64_t noise_key = 0;  // for apply_sensor
+};
+
+// All stations, line by line in the order of RoomPlan::lines. Jitter and gain are normally
+// distributed and follow from the seed; the gain is kept within a factor of 4.
+std::vector<RoomStation> room_stations(const RoomPlan& plan, const VirtualRoomSettings& settings);
+
+}  // namespace raywalk

@@ -1,0 +1,97 @@
+#include "capture/simulated/truth_viewpoints.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/simulated/virtual_room/hash_random.h"
+#include "core/base/error.h"
+#include "core/files/csv.h"
+#include "core/files/row_names.h"
+
+namespace raywalk {
+namespace {
+
+using Eigen::Vector2d;
+
+// A place in a cell in units of its side, from its centre; (x, z).
+struct InCell {
+  std::string name;
+  Vector2d at;
+};
+
+// `step` is the spacing of stations in units of the cell's side.
+std::vector<InCell> hard_cases(double step, HashRandom* random) {
+  const double side = random->chance(0.5) ? 0.45 : -0.45;
+  const double half_steps = std::floor(0.5 / step);
+  // Whole steps from the corner, well inside of the line.
+  const auto on_line = [&] {
+    return -0.5 + step * std::floor(half_steps * (0.5 + random->uniform()));
+  };
+  return {{"centre", {0.0, 0.0}},
+          {"quarter_pp", {0.25, 0.25}},
+          {"corner", {side, random->chance(0.5) ? 0.45 : -0.45}},
+          {"edge_front", {random->uniform(-0.3, 0.3), 0.45}},
+          {"line_front_between", {on_line() + 0.5 * step, 0.5}},
+          {"quarter_mm", {-0.25, -0.25}},
+          {"edge_left", {-0.45, random->uniform(-0.3, 0.3)}},
+          {"line_left_on", {-0.5, on_line()}},
+          {"quarter_pm", {0.25, -0.25}},
+          {"quarter_mp", {-0.25, 0.25}}};
+}
+
+// Free places come from a grid of 3 x 3 strata, visited in a fixed order that jumps about.
+Vector2d free_place(int number, HashRandom* random) {
+  constexpr int kStrata = 3;
+  const int stratum = (number * 5 + 2) % (kStrata * kStrata);
+  const int column = stratum % kStrata, row = stratum / kStrata;
+  const Vector2d corner(column, row);
+  return (corner + Vector2d(random->uniform(), random->uniform())) / kStrata - Vector2d(0.5, 0.5);
+}
+
+Eigen::Vector3d in_world(const RoomPlan& plan, int cell, const Vector2d& in_cell) {
+  const int column = cell % plan.cells_x, row = cell / plan.cells_x;
+  const Vector2d centre(column + 0.5 - 0.5 * plan.cells_x, row + 0.5 - 0.5 * plan.cells_z);
+  const Vector2d at_m = plan.unit_m * plan.cell_side * (centre + in_cell);
+  return {at_m.x(), 0.0, at_m.y()};
+}
+
+}  // namespace
+
+std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count) {
+  HashRandom random(hash_bits(static_cast<std::uint64_t>(plan.seed), 0x7127));
+  const auto& along = plan.lines.front().along;
+  const std::vector<InCell> hard = hard_cases((along[1] - along[0]) / plan.cell_side, &random);
+  const int cells = plan.cells_x * plan.cells_z;
+  const int first_cell = random.below(cells);
+  std::vector<TruthViewpoint> viewpoints;
+  for (int i = 0; i < count; ++i) {
+    const int cell = (first_cell + i) % cells;
+    const int number = i - static_cast<int>(hard.size());
+    if (number < 0) {
+      const InCell& place = hard[static_cast<std::size_t>(i)];
+      viewpoints.push_back({place.name, in_world(plan, cell, place.at)});
+    } else {
+      viewpoints.push_back(
+          {fmt::format("free_{:03}", number), in_world(plan, cell, free_place(number, &random))});
+    }
+  }
+  return viewpoints;
+}
+
+std::vector<TruthViewpoint> read_truth_viewpoints(const std::filesystem::path& file) {
+  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"y"});
+  const std::vector<std::string> names = file_names_of_rows(table, "name");
+  std::vector<TruthViewpoint> viewpoints;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const double y_m = table.has_column("y") ? table.number(row, "y") : 0.0;
+    viewpoints.push_back({names[row], {table.number(row, "x"), y_m, table.number(row, "z")}});
+  }
+  if (viewpoints.empty()) {
+    throw Error(file.string() + ": no viewpoints; give at least one line name,x,z");
+  }
+  return viewpoints;
+}
+
+}  // namespace raywalk

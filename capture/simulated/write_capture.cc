@@ -1,0 +1,148 @@
+#include "capture/simulated/write_capture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "capture/simulated/jpeg_encoder.h"
+#include "capture/simulated/output_directory.h"
+#include "capture/simulated/room_stations.h"
+#include "capture/simulated/truth_viewpoints.h"
+#include "capture/simulated/virtual_room/sensor.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+PanoramaSize size_of(const VirtualRoomSettings& settings) {
+  return {settings.output.width_px, settings.output.width_px / 2};
+}
+
+void write_frame(const fs::path& file, const cv::Mat& image, const OutputSettings& output) {
+  if (output.format == "jpg") {
+    write_file_atomically(file, encode_jpeg(image, output.jpeg_quality));
+  } else {
+    write_image(file, image);
+  }
+}
+
+cv::Mat millimetres_of(const cv::Mat& distance_m) {
+  cv::Mat mm(distance_m.size(), CV_16UC1);
+  std::transform(distance_m.begin<float>(), distance_m.end<float>(), mm.begin<ushort>(),
+                 [](float metres) {
+                   if (!std::isfinite(metres)) return ushort{0};
+                   return static_cast<ushort>(
+                       std::clamp(std::round(static_cast<double>(metres) * 1e3), 1.0, 65535.0));
+                 });
+  return mm;
+}
+
+std::string position_row(const std::string& file, const Eigen::Vector3d& at_m) {
+  // Adding zero turns -0 into 0.
+  return fmt::format("{},{:.9f},{:.9f},{:.9f}", file, at_m.x() + 0.0, at_m.y() + 0.0,
+                     at_m.z() + 0.0);
+}
+
+class CaptureWriter {
+ public:
+  CaptureWriter(const VirtualRoom& room, const CaptureOptions& options)
+      : room_(room),
+        options_(options),
+        stations_(room_stations(room.plan(), room.settings())),
+        truths_(options.views ? read_truth_viewpoints(*options.views)
+                              : truth_viewpoints(room.plan(), options.truth_views)),
+        out_(options.out),
+        distances_(out_.make("dist")) {}
+
+  std::string write() {
+    Progress progress("capturing", static_cast<std::int64_t>(stations_.size() + truths_.size()),
+                      "panoramas");
+    write_truths(&progress);
+    write_stations(&progress);
+    throw_if_interrupted();
+    out_.commit();
+    const PanoramaSize size = size_of(room_.settings());
+    return fmt::format("{}: {} panoramas of {} x {} on {} lines, {} true views, {} distance maps",
+                       options_.out.string(), stations_.size(), size.width, size.height,
+                       room_.plan().lines.size(), truths_.size(), maps_);
+  }
+
+ private:
+  // Truth first: a viewpoint inside of furniture is then found at once.
+  void write_truths(Progress* progress) {
+    if (truths_.empty()) return;
+    const fs::path directory = out_.make("gt");
+    std::string table = "file,x,y,z\n";
+    for (const TruthViewpoint& truth : truths_) {
+      const CameraPose pose{truth.position_m, {}};
+      write_image(directory / (truth.name + ".png"),
+                  room_.panorama(pose, size_of(room_.settings())));
+      write_distances("gt_" + truth.name, pose);
+      table += position_row("gt/" + truth.name + ".png", truth.position_m) + "\n";
+      progress->advance();
+    }
+    write_file_atomically(out_.path() / "gt.csv", table);
+  }
+
+  void write_stations(Progress* progress) {
+    const VirtualRoomSettings& settings = room_.settings();
+    const fs::path directory = out_.make("capture");
+    std::string table = "file,x,y,z\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
+    for (const RoomStation& station : stations_) {
+      throw_if_interrupted();
+      const std::string file = station.name + "." + settings.output.format;
+      const cv::Mat seen = room_.panorama(station.true_pose, size_of(settings));
+      write_frame(directory / file,
+                  apply_sensor(seen, settings.sensor, station.gain, station.noise_key),
+                  settings.output);
+      if (has_distances(station)) write_distances(station.name, station.true_pose);
+      table += position_row("capture/" + file, station.nominal.position_m) + "\n";
+      const Attitude& attitude = station.true_pose.attitude;
+      true_table += fmt::format("{},{:.9f},{:.9f},{:.9f}\n",
+                                position_row("capture/" + file, station.true_pose.position_m),
+                                degrees_from_radians(attitude.yaw_rad),
+                                degrees_from_radians(attitude.pitch_rad),
+                                degrees_from_radians(attitude.roll_rad));
+      progress->advance();
+    }
+    write_file_atomically(out_.path() / "poses.csv", table);
+    const PoseSettings& jitter = settings.pose;
+    if (jitter.position_jitter_mm > 0.0 || jitter.attitude_jitter_deg > 0.0) {
+      write_file_atomically(out_.path() / "true_poses.csv", true_table);
+    }
+  }
+
+  bool has_distances(const RoomStation& station) const {
+    return options_.distance_every > 0 && station.number % options_.distance_every == 0;
+  }
+
+  void write_distances(const std::string& name, const CameraPose& pose) {
+    const cv::Mat map = room_.distance_map(pose, size_of(room_.settings()));
+    write_image(distances_ / (name + ".png"), millimetres_of(map));
+    ++maps_;
+  }
+
+  const VirtualRoom& room_;
+  const CaptureOptions& options_;
+  std::vector<RoomStation> stations_;
+  std::vector<TruthViewpoint> truths_;
+  OutputDirectory out_;
+  fs::path distances_;
+  int maps_ = 0;
+};
+
+}  // namespace
+
+std::string write_capture(const VirtualRoom& room, const CaptureOptions& options) {
+  return CaptureWriter(room, options).write();
+}
+
+}  // namespace raywalk
