@@ -56,12 +56,23 @@ void check_free_space(const PackPlan& plan, const fs::path& room, bool fresh) {
                           static_cast<double>(space.available) * 1e-9));
 }
 
+DistanceMaps given_maps(const std::vector<StationSource>& sources, PanoramaSize size) {
+  DistanceMaps maps{{}, size, kGivenOrigin, {}};
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (sources[i].distance_map) maps.stations.push_back(static_cast<std::int32_t>(i));
+  }
+  maps.read = [&sources, size, stations = maps.stations](std::size_t map) {
+    return read_station_distances(sources[static_cast<std::size_t>(stations[map])], size);
+  };
+  return maps;
+}
+
 void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progress* progress) {
   const Line& line = plan.grid.lines[job.line];
   const std::vector<StationSource>& sources = plan.sources[job.line];
   if (job.distances) {
-    write_distance_volume(distance_volume_path(room, line.id), line, sources, plan.distance_map,
-                          progress);
+    write_distance_volume(distance_volume_path(room, line.id), line,
+                          given_maps(sources, plan.distance_map), progress);
   } else {
     write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, progress);
   }

@@ -1,13 +1,8 @@
 #include "build_lf/partial_room.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <system_error>
 #include <utility>
 
@@ -22,8 +17,6 @@ namespace fs = std::filesystem;
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
 constexpr std::array kVolumeDirectories = {"lines", "distances"};
-
-std::string reason(int error_number) { return std::generic_category().message(error_number); }
 
 // "room.lf/" and "room.lf" are the same directory, but only the latter has a name to extend.
 fs::path without_trailing_slash(const fs::path& path) {
@@ -53,30 +46,11 @@ bool is_finished_volume(const fs::path& file) {
 
 }  // namespace
 
-PartialRoom::Lock::Lock(const fs::path& file)
-    : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-  const std::string directory = file.parent_path().string();
-  if (fd_ < 0) throw Error(fmt::format("cannot write {}: {}", directory, reason(errno)));
-  const bool locked = ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
-  struct stat held {
-  }, named{};
-  // A run that just completed has renamed or removed the directory: the lock is then of a file that
-  // is no longer there under this name.
-  const bool current = locked && ::fstat(fd_, &held) == 0 && ::stat(file.c_str(), &named) == 0 &&
-                       held.st_ino == named.st_ino;
-  if (!current) {
-    ::close(fd_);
-    throw Error(directory +
-                ": another raywalk-build-lf is packing this room; wait for it to finish");
-  }
-}
-
-PartialRoom::Lock::~Lock() { ::close(fd_); }
-
 PartialRoom::PartialRoom(const fs::path& out)
     : out_(without_trailing_slash(out)),
       directory_((require_absent(out_), made_directory(partial_path(out_)))),
-      lock_(directory_ / kLockFile) {}
+      lock_(directory_ / kLockFile,
+            "another raywalk-build-lf is packing this room; wait for it to finish") {}
 
 PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint) : PartialRoom(out) {
   std::error_code error;

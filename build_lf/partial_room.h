@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "core/files/file_lock.h"
+
 namespace raywalk {
 
 class PartialRoom {
@@ -24,19 +26,6 @@ class PartialRoom {
   void complete();
 
  private:
-  // An exclusive lock on a file, held by the open descriptor and so released by any end of the
-  // process.
-  class Lock {
-   public:
-    explicit Lock(const std::filesystem::path& file);
-    ~Lock();
-    Lock(const Lock&) = delete;
-    Lock& operator=(const Lock&) = delete;
-
-   private:
-    int fd_ = -1;
-  };
-
   // The first half of construction: what it acquires, the destructor releases even if the rest
   // throws.
   explicit PartialRoom(const std::filesystem::path& out);
@@ -44,7 +33,7 @@ class PartialRoom {
 
   std::filesystem::path out_;
   std::filesystem::path directory_;
-  Lock lock_;
+  FileLock lock_;
   bool completed_ = false;
 };
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <mutex>
 
-#include "build_lf/station_data.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
 #include "core/room/distance_volume.h"
@@ -66,22 +65,29 @@ void convert_and_store(std::size_t count, const Convert& convert, const Store& s
 void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
                        Progress* progress) {
+  write_line_volume(
+      file, line, panorama, [&](std::size_t i) { return read_station_rays(sources[i], panorama); },
+      progress);
+}
+
+void write_line_volume(const std::filesystem::path& file, const Line& line, PanoramaSize panorama,
+                       const std::function<StationRays(std::size_t station)>& rays_of,
+                       Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
   describe_file(&hdf5, kLineVolumeFormat, line);
   write_positions(&hdf5, line);
-  const std::array<std::size_t, 4> shape{sources.size(), static_cast<std::size_t>(panorama.width),
+  const std::size_t count = line.stations.size();
+  const std::array<std::size_t, 4> shape{count, static_cast<std::size_t>(panorama.width),
                                          static_cast<std::size_t>(panorama.height), 3};
-  std::vector<std::string> sha256(sources.size());
+  std::vector<std::string> sha256(count);
   {
     const Hdf5Handle rays = hdf5.create_contiguous("rays", H5T_STD_U8LE, shape);
-    convert_and_store(
-        sources.size(), [&](std::size_t i) { return read_station_rays(sources[i], panorama); },
-        [&](std::size_t i, const StationRays& station) {
-          hdf5.write_slab(rays, i, H5T_NATIVE_UINT8, shape, station.rays.data());
-          sha256[i] = station.sha256;
-          progress->advance();
-        });
+    convert_and_store(count, rays_of, [&](std::size_t i, const StationRays& station) {
+      hdf5.write_slab(rays, i, H5T_NATIVE_UINT8, shape, station.rays.data());
+      sha256[i] = station.sha256;
+      progress->advance();
+    });
   }
   describe_dataset(&hdf5, "rays", "station, theta, phi, rgb", "sRGB, 0 to 255");
   write_checksums(&hdf5, sha256, "rays[station], as stored");
@@ -90,28 +96,21 @@ void write_line_volume(const std::filesystem::path& file, const Line& line,
 }
 
 void write_distance_volume(const std::filesystem::path& file, const Line& line,
-                           const std::vector<StationSource>& sources, PanoramaSize size,
-                           Progress* progress) {
-  std::vector<std::int32_t> stations;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (sources[i].distance_map) stations.push_back(static_cast<std::int32_t>(i));
-  }
+                           const DistanceMaps& maps, Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
   describe_file(&hdf5, kDistanceVolumeFormat, line);
-  hdf5.write_int32("station", stations);
-  const std::array<std::size_t, 3> shape{stations.size(), static_cast<std::size_t>(size.width),
-                                         static_cast<std::size_t>(size.height)};
-  std::vector<std::string> sha256(stations.size());
+  hdf5.write_attribute("/", "origin", maps.origin);
+  hdf5.write_int32("station", maps.stations);
+  const std::array<std::size_t, 3> shape{maps.stations.size(),
+                                         static_cast<std::size_t>(maps.size.width),
+                                         static_cast<std::size_t>(maps.size.height)};
+  std::vector<std::string> sha256(maps.stations.size());
   {
     const Hdf5Handle distance = hdf5.create_contiguous("distance_m", H5T_IEEE_F32LE, shape);
     const Hdf5Handle confidence = hdf5.create_contiguous("confidence", H5T_STD_U8LE, shape);
     convert_and_store(
-        stations.size(),
-        [&](std::size_t i) {
-          return read_station_distances(sources[static_cast<std::size_t>(stations[i])], size);
-        },
-        [&](std::size_t i, const StationDistances& station) {
+        maps.stations.size(), maps.read, [&](std::size_t i, const StationDistances& station) {
           hdf5.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, station.distance_m.data());
           hdf5.write_slab(confidence, i, H5T_NATIVE_UINT8, shape, station.confidence.data());
           sha256[i] = station.sha256;

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "build_lf/pack_plan.h"
+#include "build_lf/station_data.h"
 #include "core/base/progress.h"
 
 namespace raywalk {
@@ -18,10 +20,23 @@ void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
                        Progress* progress);
 
-// distances/<id>.h5 as core/room/distance_volume.h describes it, with `sha256` [map]; one map for
-// every source that has one, of which there must be at least one. Throws as write_line_volume does.
+// The same for stations of any source; `rays_of` is called once for each station of the line, in
+// parallel.
+void write_line_volume(const std::filesystem::path& file, const Line& line, PanoramaSize panorama,
+                       const std::function<StationRays(std::size_t station)>& rays_of,
+                       Progress* progress);
+
+// The distance maps of a line, read one at a time.
+struct DistanceMaps {
+  std::vector<std::int32_t> stations;  // of each map, increasing; at least one
+  PanoramaSize size;
+  std::string origin;                                 // kGivenOrigin, or how they were estimated
+  std::function<StationDistances(std::size_t)> read;  // the map of stations[i]; called in parallel
+};
+
+// distances/<id>.h5 as core/room/distance_volume.h describes it, with `sha256` [map] and the root
+// attribute `origin`. Throws as write_line_volume does.
 void write_distance_volume(const std::filesystem::path& file, const Line& line,
-                           const std::vector<StationSource>& sources, PanoramaSize size,
-                           Progress* progress);
+                           const DistanceMaps& maps, Progress* progress);
 
 }  // namespace raywalk
