@@ -1,0 +1,18 @@
+// Matching kernels for processors with AVX-512 (this file alone is compiled for it).
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "build_lf/depth/matching_kernels.h"
+#include "build_lf/depth/matching_kernels_table.h"
+#include "core/geometry/fast_math.h"
+// The kernels use what is above.
+#include "build_lf/depth/matching_kernels_body.inc"
+
+namespace raywalk {
+
+const MatchingKernels kAvx512Matching = make_matching_kernels("avx512");
+
+}  // namespace raywalk

@@ -1,0 +1,18 @@
+// Matching kernels for any processor.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "build_lf/depth/matching_kernels.h"
+#include "build_lf/depth/matching_kernels_table.h"
+#include "core/geometry/fast_math.h"
+// The kernels use what is above.
+#include "build_lf/depth/matching_kernels_body.inc"
+
+namespace raywalk {
+
+const MatchingKernels kGenericMatching = make_matching_kernels("generic");
+
+}  // namespace raywalk

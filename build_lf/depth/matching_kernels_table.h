@@ -1,0 +1,13 @@
+// The compiled sets of matching kernels; matching_kernels.cc picks one.
+#pragma once
+
+#include "build_lf/depth/matching_kernels.h"
+
+namespace raywalk {
+
+extern const MatchingKernels kGenericMatching;
+// Defined where RAYWALK_HAVE_X86_MATCHING is.
+extern const MatchingKernels kAvx2Matching;
+extern const MatchingKernels kAvx512Matching;
+
+}  // namespace raywalk

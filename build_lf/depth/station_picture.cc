@@ -1,0 +1,100 @@
+#include "build_lf/depth/station_picture.h"
+
+#include <algorithm>
+#include <cstring>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "build_lf/depth/station_image.h"
+
+namespace raywalk {
+namespace {
+
+// Filters and enlargements look so many pixels beyond the edges. Images are transposed here
+// (station_image.h).
+constexpr int kBorder = 16;
+
+// (luminance - local mean) / (local deviation + noise floor), over as little around a pixel as
+// tells a mean, or what is near would seem to reach beyond its edges; scaled to 8 bits around 128.
+// What a sensor adds is a few levels, so a contrast below that is damped and not blown up.
+cv::Mat detail_of(const cv::Mat& colours) {
+  constexpr double kNeighbourhoodPx = 1.0;
+  constexpr double kNoiseFloor = 4.0;
+  constexpr double kLevelsPerDeviation = 60.0;
+  cv::Mat luminance;
+  cv::cvtColor(colours, luminance, cv::COLOR_RGB2GRAY);
+  luminance.convertTo(luminance, CV_32F);
+  cv::Mat mean;
+  cv::Mat mean_square;
+  cv::GaussianBlur(luminance, mean, {}, kNeighbourhoodPx);
+  cv::GaussianBlur(luminance.mul(luminance), mean_square, {}, kNeighbourhoodPx);
+  cv::Mat deviation;
+  cv::sqrt(cv::max(mean_square - mean.mul(mean), 0.0), deviation);
+  cv::Mat detail = (luminance - mean) / (deviation + kNoiseFloor);
+  detail.convertTo(detail, CV_8U, kLevelsPerDeviation, 128.0);
+  return cv::max(detail, static_cast<double>(kInvalidDetail + 1));
+}
+
+void invalidate(const cv::Mat& valid, cv::Mat* samples) {
+  cv::Mat enlarged;
+  cv::resize(valid.t(), enlarged, samples->size(), 0, 0, cv::INTER_NEAREST);
+  cv::Mat invalid = enlarged == 0;
+  samples->setTo(cv::Scalar(0, 0, 0, kInvalidDetail), invalid);
+}
+
+}  // namespace
+
+StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
+                                    const ColourGain& gain, const cv::Mat& valid) {
+  cv::Mat colours = station_image(room, station, map_size);
+  cv::multiply(colours, cv::Scalar(gain[0], gain[1], gain[2]), colours);
+  colours = with_border(colours, kBorder);
+  cv::Mat samples;
+  std::vector<cv::Mat> channels;
+  cv::split(colours, channels);
+  channels.push_back(detail_of(colours));
+  cv::merge(channels, samples);
+  cv::Mat enlarged;
+  cv::resize(samples, enlarged, {}, kSamplesPerPixel, kSamplesPerPixel, cv::INTER_LINEAR);
+  const cv::Rect inner(kBorder * kSamplesPerPixel, kBorder * kSamplesPerPixel,
+                       map_size.height * kSamplesPerPixel, map_size.width * kSamplesPerPixel);
+  samples = enlarged(inner).clone();
+  if (!valid.empty()) invalidate(valid, &samples);
+  StationPicture picture{{inner.height, inner.width}, {}};
+  picture.samples.resize(samples.total());
+  std::memcpy(picture.samples.data(), samples.data, samples.total() * sizeof(MatchingSample));
+  return picture;
+}
+
+PictureCache::PictureCache(const Room& room, PanoramaSize map_size,
+                           const std::vector<std::vector<ColourGain>>& gains, cv::Mat valid,
+                           std::size_t capacity)
+    : room_(room),
+      map_size_(map_size),
+      gains_(gains),
+      valid_(std::move(valid)),
+      capacity_(capacity) {}
+
+std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = pictures_.find(station);
+    if (found != pictures_.end()) {
+      order_.splice(order_.begin(), order_, std::find(order_.begin(), order_.end(), station));
+      return found->second;
+    }
+  }
+  const ColourGain& gain =
+      gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
+  auto picture = std::make_shared<const StationPicture>(
+      make_station_picture(room_, station, map_size_, gain, valid_));
+  const std::lock_guard lock(mutex_);
+  if (pictures_.emplace(station, picture).second) order_.push_front(station);
+  while (order_.size() > capacity_) {
+    pictures_.erase(order_.back());
+    order_.pop_back();
+  }
+  return picture;
+}
+
+}  // namespace raywalk

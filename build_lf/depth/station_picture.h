@@ -1,0 +1,57 @@
+// A station's panorama made ready for matching, and a cache of such pictures.
+#pragma once
+
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/depth/matching_kernels.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+
+// A picture has so many samples per map pixel in each direction: the nearest sample then lies
+// within a quarter of a pixel of where a point is seen, and no interpolation is needed while
+// matching.
+inline constexpr int kSamplesPerPixel = 2;
+
+struct StationPicture {
+  PanoramaSize size;                    // in samples
+  std::vector<MatchingSample> samples;  // [theta][phi]
+};
+
+// What a station's colours are multiplied by before they are compared: red, green, blue.
+using ColourGain = cv::Vec3f;
+
+// The picture of a station for maps of `map_size`. `invalid` is empty or a mask of map_size rows
+// and columns, CV_8UC1: what is 0 there is marked invalid.
+StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
+                                    const ColourGain& gain, const cv::Mat& valid);
+
+// Makes pictures when asked and keeps those used last, so that memory does not grow with the number
+// of stations. Thread-safe; a picture stays alive while somebody holds it.
+class PictureCache {
+ public:
+  // `gains` is [line][station]. The room and the gains must outlive the cache.
+  PictureCache(const Room& room, PanoramaSize map_size,
+               const std::vector<std::vector<ColourGain>>& gains, cv::Mat valid,
+               std::size_t capacity);
+  std::shared_ptr<const StationPicture> get(StationIndex station);
+  PanoramaSize map_size() const { return map_size_; }
+
+ private:
+  const Room& room_;
+  PanoramaSize map_size_;
+  const std::vector<std::vector<ColourGain>>& gains_;
+  cv::Mat valid_;
+  std::size_t capacity_;
+  std::mutex mutex_;
+  std::map<StationIndex, std::shared_ptr<const StationPicture>> pictures_;
+  std::list<StationIndex> order_;  // the last used first
+};
+
+}  // namespace raywalk

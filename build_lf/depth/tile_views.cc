@@ -1,0 +1,82 @@
+#include "build_lf/depth/tile_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+// Of a map's pixel.
+MatchingSample mean_sample(const StationPicture& picture, int theta, int phi) {
+  std::array<unsigned, 4> sum{};
+  bool valid = true;
+  for (int du = 0; du < kSamplesPerPixel; ++du) {
+    const MatchingSample* samples = picture.samples.data() +
+                                    static_cast<size_t>(theta * kSamplesPerPixel + du) *
+                                        static_cast<size_t>(picture.size.height) +
+                                    static_cast<size_t>(phi * kSamplesPerPixel);
+    for (int dv = 0; dv < kSamplesPerPixel; ++dv) {
+      for (int c = 0; c < 4; ++c) {
+        sum[static_cast<size_t>(c)] += static_cast<unsigned>(channel_of(samples[dv], c));
+      }
+      valid = valid && channel_of(samples[dv], 3) != static_cast<int>(kInvalidDetail);
+    }
+  }
+  constexpr unsigned kSamples = kSamplesPerPixel * kSamplesPerPixel;
+  for (unsigned& channel : sum) channel = (channel + kSamples / 2) / kSamples;
+  return matching_sample(sum[0], sum[1], sum[2], valid ? sum[3] : kInvalidDetail);
+}
+
+}  // namespace
+
+TileViews::TileViews(const SweepReference& reference, std::span<const SweepCandidate> candidates,
+                     double reach_m, PictureCache* pictures)
+    : size_(pictures->map_size()),
+      reference_(pictures->get(reference.station)),
+      across_((size_.width + kTileColumns - 1) / kTileColumns),
+      down_((size_.height + kTileRows - 1) / kTileRows) {
+  std::vector<Eigen::Vector3d> positions_m;
+  for (const SweepCandidate& candidate : candidates) positions_m.push_back(candidate.position_m);
+  const MatchingGeometry geometry{reference.position_m, reference.rail, reach_m};
+  std::vector<char> used(candidates.size(), 0);
+  for (int tile = 0; tile < tiles(); ++tile) {
+    const PixelPosition middle{first_column(tile) + 0.5 * (columns(tile) - 1),
+                               first_row(tile) + 0.5 * (rows(tile) - 1)};
+    const Eigen::Vector3d direction = direction_from_angles(angles_from_pixel(middle, size_));
+    tiles_.push_back(choose_matching_views(geometry, direction, positions_m));
+    for (const auto& side : tiles_.back().side) {
+      for (const int i : side) used[static_cast<size_t>(i)] = 1;
+    }
+  }
+  views_.resize(candidates.size());
+  parallel_for(0, static_cast<int>(candidates.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      if (used[i] == 0) continue;
+      views_[i] = {pictures->get(candidates[i].station),
+                   reference.position_m - candidates[i].position_m};
+    }
+  });
+}
+
+ReferenceTile reference_tile(const TileViews& views, int tile) {
+  ReferenceTile reference;
+  const StationPicture& picture = views.reference();
+  for (int column = 0; column < views.columns(tile); ++column) {
+    for (int row = 0; row < views.rows(tile); ++row) {
+      const int theta = views.first_column(tile) + column;
+      const int phi = views.first_row(tile) + row;
+      const Eigen::Vector3d direction =
+          direction_from_angles(angles_from_pixel({double(theta), double(phi)}, views.map_size()));
+      const auto at = static_cast<size_t>(reference.count++);
+      reference.x[at] = static_cast<float>(direction.x());
+      reference.y[at] = static_cast<float>(direction.y());
+      reference.z[at] = static_cast<float>(direction.z());
+      reference.samples[at] = mean_sample(picture, theta, phi);
+    }
+  }
+  return reference;
+}
+
+}  // namespace raywalk
