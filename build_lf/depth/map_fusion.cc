@@ -1,0 +1,233 @@
+#include "build_lf/depth/map_fusion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/parallel.h"
+#include "core/geometry/fast_math.h"
+
+namespace raywalk {
+namespace {
+
+constexpr float kUnproposed = -1.0f;
+// A map is looked up at its nearest pixel, up to half a pixel off. On a surface seen at 80 degrees
+// of incidence, the inverse distance then differs by this share for each radian.
+const float kSlant = static_cast<float>(std::tan(radians_from_degrees(80.0)));
+
+// Directions of a panorama's pixels.
+class PixelDirections {
+ public:
+  explicit PixelDirections(PanoramaSize size) {
+    for (int u = 0; u < size.width; ++u) {
+      const double theta = angles_from_pixel({double(u), 0.0}, size).theta_rad;
+      sin_theta_.push_back(static_cast<float>(std::sin(theta)));
+      cos_theta_.push_back(static_cast<float>(std::cos(theta)));
+    }
+    for (int v = 0; v < size.height; ++v) {
+      const double phi = angles_from_pixel({0.0, double(v)}, size).phi_rad;
+      sin_phi_.push_back(static_cast<float>(std::sin(phi)));
+      cos_phi_.push_back(static_cast<float>(std::cos(phi)));
+    }
+  }
+  Eigen::Vector3f of(int theta, int phi) const {
+    const auto t = static_cast<size_t>(theta);
+    const auto p = static_cast<size_t>(phi);
+    return {cos_phi_[p] * sin_theta_[t], sin_phi_[p], cos_phi_[p] * cos_theta_[t]};
+  }
+
+ private:
+  std::vector<float> sin_theta_, cos_theta_, sin_phi_, cos_phi_;
+};
+
+size_t pixel_index(int theta, int phi, PanoramaSize size) {
+  return static_cast<size_t>(theta) * static_cast<size_t>(size.height) + static_cast<size_t>(phi);
+}
+
+// The pixel that a direction, of any length, falls into.
+size_t pixel_of(const Eigen::Vector3f& direction, PanoramaSize size) {
+  const float plan = std::sqrt(direction.x() * direction.x() + direction.z() * direction.z());
+  const float u = (fast_atan2(direction.x(), direction.z()) / float(kTwoPi) + 0.5f) *
+                  static_cast<float>(size.width);
+  const float v =
+      (0.5f - fast_atan2(direction.y(), plan) / float(kPi)) * static_cast<float>(size.height);
+  return pixel_index(std::clamp(static_cast<int>(u), 0, size.width - 1),
+                     std::clamp(static_cast<int>(v), 0, size.height - 1), size);
+}
+
+class Fusion {
+ public:
+  Fusion(std::span<const InverseDistanceMap> maps, int which, const FusionOptions& options)
+      : maps_(maps),
+        map_(maps[static_cast<size_t>(which)]),
+        which_(static_cast<size_t>(which)),
+        directions_(map_.size),
+        tolerance_(static_cast<float>(options.tolerance_per_m)),
+        slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(map_.size.width)) {
+    for (const InverseDistanceMap& map : maps) {
+      ways_.push_back((map_.position_m - map.position_m).cast<float>());
+    }
+  }
+
+  // What each map proposes: its surfaces as this map's station sees them, the nearest where several
+  // fall into one pixel.
+  void propose() {
+    proposals_.resize(maps_.size());
+    parallel_for(0, static_cast<int>(maps_.size()), 1, [&](int begin, int end) {
+      for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+        proposals_[i] = i == which_ ? map_.omega : seen_from_here(i);
+      }
+    });
+  }
+
+  InverseDistanceMap vote() const {
+    InverseDistanceMap fused = map_;
+    parallel_for(0, map_.size.width, 8, [&](int begin, int end) {
+      for (int theta = begin; theta < end; ++theta) {
+        for (int phi = 0; phi < map_.size.height; ++phi) {
+          const size_t pixel = pixel_index(theta, phi, map_.size);
+          const Ballot best = elect(directions_.of(theta, phi), pixel);
+          fused.omega[pixel] = best.omega;
+          fused.confidence[pixel] = best.confidence;
+        }
+      }
+    });
+    return fused;
+  }
+
+ private:
+  struct Ballot {
+    float omega = 0.0f;
+    float votes = 0.0f;
+    float against = 0.0f;
+    std::uint8_t confidence = 0;
+
+    float score() const { return votes - against; }
+  };
+
+  // Whether enough maps agree on a surface, and hardly any sees through it.
+  bool established(const Ballot& ballot) const {
+    constexpr float kEnough = 0.3f;
+    constexpr float kSeesThrough = 0.15f;
+    return ballot.score() >= kEnough * static_cast<float>(maps_.size()) &&
+           ballot.against <= kSeesThrough * (ballot.votes + ballot.against);
+  }
+
+  // Of two established surfaces the nearer one is shown: that other stations see the farther one,
+  // past the edge of the nearer, does not speak against it. Otherwise the votes decide.
+  bool wins(const Ballot& ballot, const Ballot& over) const {
+    constexpr float kApart = 2.0f;
+    if (std::fabs(ballot.omega - over.omega) > kApart * tolerance_ && established(ballot) &&
+        established(over)) {
+      return ballot.omega > over.omega;
+    }
+    return ballot.score() > over.score();
+  }
+
+  std::vector<float> seen_from_here(size_t i) const {
+    std::vector<float> seen(map_.omega.size(), kUnproposed);
+    for (int theta = 0; theta < map_.size.width; ++theta) {
+      for (int phi = 0; phi < map_.size.height; ++phi) {
+        const size_t pixel = pixel_index(theta, phi, map_.size);
+        if (maps_[i].confidence[pixel] == 0) continue;
+        const float omega = maps_[i].omega[pixel];
+        // The point at 1/omega along the ray, from here, times omega.
+        const Eigen::Vector3f point = directions_.of(theta, phi) - omega * ways_[i];
+        float& nearest = seen[pixel_of(point, map_.size)];
+        nearest = std::max(nearest, omega / point.norm());
+      }
+    }
+    return seen;
+  }
+
+  Ballot elect(const Eigen::Vector3f& direction, size_t pixel) const {
+    constexpr float kNoVotes = -1e30f;
+    Ballot best{map_.omega[pixel], kNoVotes, 0.0f, 0};
+    // A proposal close to one that was voted on would get the same votes.
+    std::vector<float> voted;
+    voted.reserve(maps_.size());
+    for (size_t i = 0; i < maps_.size(); ++i) {
+      const float proposed = proposals_[(which_ + i) % maps_.size()][pixel];
+      const bool known = std::any_of(voted.begin(), voted.end(), [&](float other) {
+        return std::fabs(other - proposed) < 0.25f * tolerance_;
+      });
+      if (proposed < 0.0f || known) continue;
+      voted.push_back(proposed);
+      const Ballot ballot = count(direction, proposed);
+      if (wins(ballot, best)) best = ballot;
+    }
+    return best;
+  }
+
+  // Counts the votes on a surface at inverse distance `proposed`.
+  Ballot count(const Eigen::Vector3f& direction, float proposed) const {
+    float votes = 0.0f;
+    float against = 0.0f;
+    float weights = 0.0f;
+    float weighted = 0.0f;
+    for (size_t i = 0; i < maps_.size(); ++i) {
+      const Eigen::Vector3f point = direction + proposed * ways_[i];
+      const float distance = point.norm();
+      const size_t there = i == which_ ? pixel_index_of(direction) : pixel_of(point, map_.size);
+      if (maps_[i].confidence[there] == 0) continue;
+      const float expected = proposed / distance;
+      const float difference = maps_[i].omega[there] - expected;
+      const float tolerance = tolerance_ + slant_ * expected;
+      if (std::fabs(difference) < tolerance) {
+        votes += 1.0f - 0.5f * std::fabs(difference) / tolerance;
+        // Only what agrees closely is averaged.
+        const float weight = static_cast<float>(maps_[i].confidence[there]) *
+                             std::max(0.0f, 1.0f - 0.5f * std::fabs(difference) / tolerance_);
+        weights += weight;
+        weighted += weight * (proposed + difference * distance);
+      } else if (difference < 0.0f) {
+        against += std::min(1.0f, (-difference - tolerance) / tolerance);
+      }
+    }
+    Ballot ballot;
+    ballot.votes = votes;
+    ballot.against = against;
+    ballot.omega = std::max(0.0f, weights > 0.0f ? weighted / weights : proposed);
+    const float share = votes / (static_cast<float>(maps_.size()));
+    // Without a vote the surface stays unknown.
+    const float least = votes > 0.0f ? 1.0f : 0.0f;
+    ballot.confidence = static_cast<std::uint8_t>(std::clamp(share * 255.0f, least, 255.0f));
+    return ballot;
+  }
+
+  size_t pixel_index_of(const Eigen::Vector3f& direction) const {
+    return pixel_of(direction, map_.size);
+  }
+
+  std::span<const InverseDistanceMap> maps_;
+  const InverseDistanceMap& map_;
+  size_t which_;
+  PixelDirections directions_;
+  float tolerance_;                    // 1/m
+  float slant_;                        // share of the inverse distance
+  std::vector<Eigen::Vector3f> ways_;  // from each map's station to this one's, metres
+  std::vector<std::vector<float>> proposals_;
+};
+
+void remove_single_pixels(InverseDistanceMap* map) {
+  constexpr int kMedian = 3;
+  cv::Mat omega(map->size.width, map->size.height, CV_32F, map->omega.data());
+  cv::Mat around;
+  cv::Mat smoothed;
+  cv::copyMakeBorder(omega, around, 1, 1, 0, 0, cv::BORDER_WRAP);
+  cv::medianBlur(around, smoothed, kMedian);
+  smoothed.rowRange(1, 1 + map->size.width).copyTo(omega);
+}
+
+}  // namespace
+
+InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
+                             const FusionOptions& options) {
+  Fusion fusion(maps, which, options);
+  fusion.propose();
+  InverseDistanceMap fused = fusion.vote();
+  remove_single_pixels(&fused);
+  return fused;
+}
+
+}  // namespace raywalk

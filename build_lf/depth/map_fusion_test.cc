@@ -1,0 +1,166 @@
+#include "build_lf/depth/map_fusion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "build_lf/depth/depth_test_room.h"
+
+namespace raywalk {
+namespace {
+
+constexpr PanoramaSize kSize{128, 64};
+constexpr double kTolerance_per_m = 0.05;
+
+const auto kAllPixels = [](size_t) { return true; };
+
+// True maps from five places on two crossing lines.
+std::vector<InverseDistanceMap> true_maps(const SyntheticScene& scene) {
+  std::vector<InverseDistanceMap> maps;
+  for (const Eigen::Vector3d& position_m :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.15, 0, 0), Eigen::Vector3d(-0.15, 0, 0),
+        Eigen::Vector3d(0.3, 0, 0.15), Eigen::Vector3d(0.3, 0, -0.15)}) {
+    maps.push_back(true_map(scene, position_m, kSize));
+    maps.back().station = {0, static_cast<int>(maps.size()) - 1};
+  }
+  return maps;
+}
+
+SyntheticScene room_with_post() {
+  SyntheticScene scene;
+  scene.obstacle = SceneBox{{-0.1, -1.2, 0.8}, {0.2, 1.0, 1.1}};
+  return scene;
+}
+
+size_t pixel_at(int theta, int phi) { return static_cast<size_t>(theta * kSize.height + phi); }
+
+TEST(MapFusionTest, LeavesTrueMapsAsTheyAre) {
+  const auto maps = true_maps({});
+  for (int which = 0; which < 5; ++which) {
+    const auto fused = fuse_maps(maps, which, {kTolerance_per_m});
+    const auto& truth = maps[static_cast<size_t>(which)];
+    EXPECT_EQ(fused.station, truth.station);
+    EXPECT_EQ(fused.position_m, truth.position_m);
+    EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllPixels), 0.98);
+    EXPECT_GT(*std::min_element(fused.confidence.begin(), fused.confidence.end()), 0);
+  }
+}
+
+TEST(MapFusionTest, VotesAnErrorOfOneMapDown) {
+  const auto truth = true_maps({});
+  for (const float factor : {0.3f, 2.5f}) {
+    auto maps = truth;
+    const auto wrong = [](size_t pixel) { return pixel / kSize.height % 32 < 12; };
+    for (size_t pixel = 0; pixel < maps[0].omega.size(); ++pixel) {
+      if (wrong(pixel)) maps[0].omega[pixel] *= factor;
+    }
+    const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+    EXPECT_GT(share_within(fused, truth[0], 0.5 * kTolerance_per_m, kAllPixels), 0.97) << factor;
+    // Nor does it mislead the others.
+    const auto other = fuse_maps(maps, 1, {kTolerance_per_m});
+    EXPECT_GT(share_within(other, truth[1], 0.5 * kTolerance_per_m, kAllPixels), 0.97) << factor;
+    // The winner had fewer votes there.
+    EXPECT_LT(fused.confidence[pixel_at(4, 32)], fused.confidence[pixel_at(24, 32)]);
+  }
+}
+
+TEST(MapFusionTest, FillsWhatAMapDoesNotKnow) {
+  const auto truth = true_maps({});
+  auto maps = truth;
+  const auto unknown = [](size_t pixel) { return pixel / kSize.height % 16 < 8; };
+  for (size_t pixel = 0; pixel < maps[2].omega.size(); ++pixel) {
+    if (!unknown(pixel)) continue;
+    maps[2].omega[pixel] = 0.0f;
+    maps[2].confidence[pixel] = 0;
+  }
+  const auto fused = fuse_maps(maps, 2, {kTolerance_per_m});
+  EXPECT_GT(share_within(fused, truth[2], 0.5 * kTolerance_per_m, unknown), 0.95);
+}
+
+TEST(MapFusionTest, DoesNotCountWhatHidesASurfaceAgainstIt) {
+  const SyntheticScene scene = room_with_post();
+  const auto maps = true_maps(scene);
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, kAllPixels), 0.96);
+  // The wall beside the post, which other stations see the post in front of, is still there.
+  const auto wall_behind = [&](size_t pixel) {
+    const int theta = static_cast<int>(pixel) / kSize.height;
+    return std::abs(theta - kSize.width / 2) < 16 && maps[0].omega[pixel] < 0.6f;
+  };
+  EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, wall_behind), 0.9);
+}
+
+// One map lost a post, six see it and seven know nothing of it; but all of them see the wall that
+// it stands before, past it.
+TEST(MapFusionTest, ShowsTheNearestSurfaceThatEnoughMapsSee) {
+  const SyntheticScene with_post = room_with_post();
+  std::vector<InverseDistanceMap> maps = {true_map({}, {0, 0, 0}, kSize)};
+  for (int i = 1; i <= 13; ++i) {
+    const Eigen::Vector3d position_m(0.03 * (i % 2 == 0 ? i : -i), 0, 0);
+    maps.push_back(true_map(with_post, position_m, kSize));
+    maps.back().station = {0, i};
+    if (i <= 6) continue;
+    const InverseDistanceMap wall = true_map({}, position_m, kSize);
+    for (size_t pixel = 0; pixel < wall.omega.size(); ++pixel) {
+      if (maps.back().omega[pixel] != wall.omega[pixel]) maps.back().confidence[pixel] = 0;
+    }
+  }
+  const InverseDistanceMap truth = true_map(with_post, {0, 0, 0}, kSize);
+  const auto post = [&](size_t pixel) { return truth.omega[pixel] != maps[0].omega[pixel]; };
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, post), 0.7);
+  EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllPixels), 0.96);
+}
+
+TEST(MapFusionTest, KeepsASurfaceThatOnlyOneStationSees) {
+  const SyntheticScene scene = room_with_post();
+  const std::vector<InverseDistanceMap> maps = {true_map(scene, {0, 0, 0}, kSize),
+                                                // From the other side of the post.
+                                                true_map(scene, {0.05, 0, 1.9}, kSize)};
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  const auto front = [&](size_t pixel) {
+    const auto row = static_cast<int>(pixel) % kSize.height;
+    return maps[0].omega[pixel] > 0.9f && std::abs(row - kSize.height / 2) < 8;
+  };
+  EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, front), 0.8);
+}
+
+TEST(MapFusionTest, DoesNotDependOnTheOrderOfMaps) {
+  auto maps = true_maps(room_with_post());
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  std::reverse(maps.begin(), maps.end());
+  const auto reversed = fuse_maps(maps, 4, {kTolerance_per_m});
+  EXPECT_GT(share_within(reversed, fused, 0.1 * kTolerance_per_m, kAllPixels), 0.98);
+}
+
+TEST(MapFusionTest, ScalesWithTheRoom) {
+  auto maps = true_maps(room_with_post());
+  for (size_t pixel = 0; pixel < maps[0].omega.size(); pixel += 3) maps[0].omega[pixel] *= 1.7f;
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  for (InverseDistanceMap& map : maps) {
+    map.position_m *= 2.0;
+    for (float& omega : map.omega) omega *= 0.5f;
+  }
+  const auto larger = fuse_maps(maps, 0, {0.5 * kTolerance_per_m});
+  for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
+    ASSERT_EQ(larger.omega[pixel], 0.5f * fused.omega[pixel]);
+  }
+  EXPECT_EQ(larger.confidence, fused.confidence);
+}
+
+TEST(MapFusionTest, StaysUnknownWhereNoMapKnowsAnything) {
+  auto maps = true_maps({});
+  for (auto& map : maps) std::fill(map.confidence.begin(), map.confidence.end(), std::uint8_t{0});
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  for (const auto confidence : fused.confidence) ASSERT_EQ(confidence, 0);
+}
+
+TEST(MapFusionTest, KeepsASingleMap) {
+  const std::vector<InverseDistanceMap> maps = {true_maps({})[1]};
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  EXPECT_GT(share_within(fused, maps[0], 0.1 * kTolerance_per_m, kAllPixels), 0.95);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,121 @@
+#include "build_lf/depth/plane_sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+// The sweep of one reference, tile by tile: from one layer to the next a tile's pixels are found
+// close to where they were, in samples that are still at hand.
+class Sweeper {
+ public:
+  Sweeper(const TileViews& views, CostVolume* volume) : views_(views), volume_(volume) {}
+
+  void sweep_tile(int tile) const {
+    const MatchingViews& views = views_.of_tile(tile);
+    const ReferenceTile reference = reference_tile(views_, tile);
+    const bool compared = !views.side[0].empty() || !views.side[1].empty();
+    const std::vector<std::uint8_t> costs =
+        compared ? costs_of(views, reference) : std::vector<std::uint8_t>();
+    size_t i = 0;
+    for (int column = 0; column < views_.columns(tile); ++column) {
+      for (int row = 0; row < views_.rows(tile); ++row, ++i) {
+        const size_t pixel = static_cast<size_t>(views_.first_column(tile) + column) *
+                                 static_cast<size_t>(volume_->size.height) +
+                             static_cast<size_t>(views_.first_row(tile) + row);
+        store(pixel, i, reference, costs);
+      }
+    }
+  }
+
+ private:
+  // [layer][pixel of the tile]
+  std::vector<std::uint8_t> costs_of(const MatchingViews& views,
+                                     const ReferenceTile& reference) const {
+    const auto layers = static_cast<size_t>(volume_->layers.count);
+    const auto count = static_cast<size_t>(reference.count);
+    std::vector<std::uint8_t> costs(layers * count);
+    std::array<ViewDifferences, kMostViews> differences;
+    std::array<float, kTilePixels> mean;
+    for (size_t k = 0; k < layers; ++k) {
+      const double omega = static_cast<double>(k) * volume_->layers.step_per_m;
+      const int compared = compare_with(views, omega, reference, &differences);
+      kernels_.average_better_half(differences, compared, reference.count, mean.data());
+      constexpr float kCostPerDifference = 2.0f / 3.0f;
+      for (size_t i = 0; i < count; ++i) {
+        costs[k * count + i] = static_cast<std::uint8_t>(mean[i] * kCostPerDifference);
+      }
+    }
+    return costs;
+  }
+
+  // Pixel i of the tile; without costs, or where the reference is invalid, as not comparable.
+  void store(size_t pixel, size_t i, const ReferenceTile& reference,
+             const std::vector<std::uint8_t>& costs) const {
+    const MatchingSample sample = reference.samples[i];
+    const bool usable = !costs.empty() && channel_of(sample, 3) != static_cast<int>(kInvalidDetail);
+    volume_->valid[pixel] = usable ? 1 : 0;
+    volume_->luminance[pixel] = static_cast<std::uint8_t>(
+        (channel_of(sample, 0) + channel_of(sample, 1) + channel_of(sample, 2)) / 3);
+    const auto layers = static_cast<size_t>(volume_->layers.count);
+    std::uint8_t* cost = &volume_->cost[pixel * layers];
+    for (size_t k = 0; k < layers; ++k) {
+      cost[k] = usable ? costs[k * static_cast<size_t>(reference.count) + i] : std::uint8_t{0};
+    }
+  }
+
+  // The differences of every station on either side; returns how many there are.
+  int compare_with(const MatchingViews& views, double omega, const ReferenceTile& reference,
+                   std::array<ViewDifferences, kMostViews>* differences) const {
+    static_assert(kMostViews == 2 * kViewsPerSide);
+    size_t compared = 0;
+    for (const auto& side : views.side) {
+      for (const int i : side) {
+        const TileView& view = views_.view(i);
+        const Eigen::Vector3f offset = (omega * view.to_reference_m).cast<float>();
+        kernels_.compare(reference.rays(),
+                         {view.picture->samples.data(), view.picture->size.width,
+                          view.picture->size.height, offset.x(), offset.y(), offset.z()},
+                         (*differences)[compared++].data());
+      }
+    }
+    return static_cast<int>(compared);
+  }
+
+  const MatchingKernels& kernels_ = matching_kernels();
+  const TileViews& views_;
+  CostVolume* volume_;
+};
+
+}  // namespace
+
+SweepLayers sweep_layers(double most_per_m, double reach_m, PanoramaSize size) {
+  constexpr int kMultiple = 16;
+  constexpr double kStepPx = 1.5;
+  const double step_rad = kStepPx * kTwoPi / size.width;
+  const double wanted = most_per_m * reach_m / step_rad + 1.0;
+  const int count =
+      std::max(kMultiple, static_cast<int>(std::ceil(wanted / kMultiple)) * kMultiple);
+  return {count, most_per_m / (count - 1)};
+}
+
+void sweep(const TileViews& views, const SweepLayers& layers, CostVolume* volume) {
+  volume->size = views.map_size();
+  volume->layers = layers;
+  const size_t pixels =
+      static_cast<size_t>(volume->size.width) * static_cast<size_t>(volume->size.height);
+  volume->cost.resize(pixels * static_cast<size_t>(layers.count));
+  volume->luminance.resize(pixels);
+  volume->valid.resize(pixels);
+  const Sweeper sweeper(views, volume);
+  parallel_for(0, views.tiles(), 4, [&](int begin, int end) {
+    for (int tile = begin; tile < end; ++tile) sweeper.sweep_tile(tile);
+  });
+}
+
+}  // namespace raywalk

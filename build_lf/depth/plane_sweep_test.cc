@@ -1,0 +1,165 @@
+#include "build_lf/depth/plane_sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "build_lf/depth/semi_global.h"
+
+namespace raywalk {
+namespace {
+
+TEST(SweepLayersTest, ReachTheNearestSurfaceInStepsOfAPixelAndAHalf) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> exponent(-3.0, 3.0);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const double reach_m = std::pow(10.0, exponent(random));
+    // Nearer than a tenth of the reach nothing is looked for.
+    const double most_per_m = std::pow(10.0, 0.5 * exponent(random) - 0.5) / reach_m;
+    const PanoramaSize size{64 << (trial % 5), 32 << (trial % 5)};
+    const SweepLayers layers = sweep_layers(most_per_m, reach_m, size);
+    EXPECT_GE(layers.last_per_m(), most_per_m * (1.0 - 1e-12));
+    EXPECT_LE(layers.step_per_m * reach_m, 1.5 * kTwoPi / size.width * (1.0 + 1e-12));
+    EXPECT_EQ(layers.count % 16, 0);
+    EXPECT_GE(layers.count, 16);
+    // No more layers than that takes.
+    EXPECT_LE(layers.count, most_per_m * reach_m * size.width / (1.5 * kTwoPi) + 17.0);
+  }
+}
+
+constexpr PanoramaSize kSize{128, 64};
+
+// All stations of a room, ready to be compared.
+class Sweeper {
+ public:
+  explicit Sweeper(const Room& room, const cv::Mat& valid = {})
+      : room_(room),
+        gains_(no_gains(room.grid())),
+        valid_(valid),
+        pictures_(room, kSize, gains_, valid_, 100) {
+    for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+      const auto& stations = room.grid().lines[static_cast<size_t>(line)].stations;
+      for (int i = 0; i < static_cast<int>(stations.size()); ++i) {
+        candidates_.push_back({{line, i}, stations[static_cast<size_t>(i)].position_m});
+      }
+    }
+  }
+
+  SweepReference reference(StationIndex station) const {
+    const Line& line = room_.grid().lines[static_cast<size_t>(station.line)];
+    return {station,
+            line.stations[static_cast<size_t>(station.station)].position_m,
+            {line.direction.x_m, 0.0, line.direction.z_m}};
+  }
+
+  void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double most_per_m) {
+    const TileViews views(reference(station), candidates_, reach_m, &pictures_);
+    sweep(views, sweep_layers(most_per_m, reach_m, kSize), volume);
+  }
+
+  InverseDistanceMap map(StationIndex station, double reach_m, double most_per_m) {
+    CostVolume volume;
+    sweep_into(&volume, station, reach_m, most_per_m);
+    SemiGlobalScratch scratch;
+    return regularise(volume, reference(station), &scratch);
+  }
+
+ private:
+  const Room& room_;
+  std::vector<std::vector<ColourGain>> gains_;
+  cv::Mat valid_;
+  PictureCache pictures_;
+  std::vector<SweepCandidate> candidates_;
+};
+
+const auto kAllPixels = [](size_t) { return true; };
+
+// Two pixels of parallax over the reach.
+double tolerance_per_m(double reach_m) { return 2.0 * kTwoPi / kSize.width / reach_m; }
+
+class SweepOfScale : public ::testing::TestWithParam<double> {};
+
+TEST_P(SweepOfScale, FindsTheWallsOfABox) {
+  const double scale = GetParam();
+  const double reach_m = 0.5 * scale;
+  for (const unsigned seed : {1U, 2U}) {
+    SyntheticRoomSpec spec = room_of_scale(scale, seed);
+    spec.scene.texture_wavelength_m = 0.5 * scale;
+    const DepthTestRoom room(spec);
+    Sweeper sweeper(room.room());
+    for (const StationIndex station : {StationIndex{0, 8}, StationIndex{2, 0}}) {
+      const auto map = sweeper.map(station, reach_m, 1.5 / scale);
+      const auto truth = true_map(spec.scene, map.position_m, kSize);
+      EXPECT_GT(share_within(map, truth, tolerance_per_m(reach_m), kAllPixels), 0.9) << seed;
+    }
+  }
+}
+
+TEST_P(SweepOfScale, FindsWhatStandsInTheRoom) {
+  const double scale = GetParam();
+  SyntheticRoomSpec spec = room_of_scale(scale);
+  spec.scene.texture_wavelength_m = 0.5 * scale;
+  spec.scene.obstacle =
+      SceneBox{Eigen::Vector3d(-0.2, -1.2, 0.9) * scale, Eigen::Vector3d(0.3, 0.4, 1.3) * scale};
+  const DepthTestRoom room(spec);
+  const auto map = Sweeper(room.room()).map({1, 8}, 0.5 * scale, 4.0 / scale);
+  const auto truth = true_map(spec.scene, map.position_m, kSize);
+  const auto near = [&](size_t pixel) { return truth.omega[pixel] > 1.5 / scale; };
+  EXPECT_GT(share_within(map, truth, tolerance_per_m(0.5 * scale), near), 0.75);
+}
+
+INSTANTIATE_TEST_SUITE_P(CellSides, SweepOfScale, ::testing::Values(0.2, 1.0, 5.0));
+
+TEST(PlaneSweepTest, FindsInfinityFarAway) {
+  SyntheticRoomSpec spec = room_of_scale(1.0);
+  spec.scene.infinitely_far = true;
+  const DepthTestRoom room(spec);
+  const auto map = Sweeper(room.room()).map({0, 8}, 0.5, 2.0);
+  for (const float omega : map.omega) ASSERT_LT(omega, tolerance_per_m(0.5));
+}
+
+TEST(PlaneSweepTest, KnowsNothingWithoutOtherStations) {
+  const DepthTestRoom room(line_of_scale(1.0));
+  const auto gains = no_gains(room.grid());
+  const cv::Mat all_valid;
+  PictureCache pictures(room.room(), kSize, gains, all_valid, 4);
+  const SweepReference reference{{0, 8}, {0, 0, 0}, {1, 0, 0}};
+  CostVolume volume;
+  sweep(TileViews(reference, {}, 0.5, &pictures), sweep_layers(2.0, 0.5, kSize), &volume);
+  SemiGlobalScratch scratch;
+  const auto map = regularise(volume, reference, &scratch);
+  for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
+    ASSERT_EQ(volume.valid[pixel], 0);
+    ASSERT_EQ(map.confidence[pixel], 0);
+  }
+}
+
+TEST(PlaneSweepTest, LeavesMaskedPixelsUnknown) {
+  const DepthTestRoom room(room_of_scale(1.0));
+  cv::Mat valid(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
+  valid.rowRange(50, kSize.height).setTo(0);
+  const auto map = Sweeper(room.room(), valid).map({0, 8}, 0.5, 2.0);
+  for (int theta = 0; theta < kSize.width; ++theta) {
+    const auto column = static_cast<size_t>(theta * kSize.height);
+    EXPECT_GT(map.confidence[column + 20], 0);
+    for (size_t phi = 50; phi < 64; ++phi) ASSERT_EQ(map.confidence[column + phi], 0);
+  }
+}
+
+TEST(PlaneSweepTest, OverwritesWhatTheVolumeHeld) {
+  const DepthTestRoom room(room_of_scale(1.0));
+  Sweeper sweeper(room.room());
+  CostVolume reused;
+  sweeper.sweep_into(&reused, {0, 8}, 0.5, 2.0);
+  sweeper.sweep_into(&reused, {2, 3}, 0.5, 1.0);
+  CostVolume fresh;
+  sweeper.sweep_into(&fresh, {2, 3}, 0.5, 1.0);
+  EXPECT_EQ(reused.cost, fresh.cost);
+  EXPECT_EQ(reused.valid, fresh.valid);
+  EXPECT_EQ(reused.luminance, fresh.luminance);
+}
+
+}  // namespace
+}  // namespace raywalk

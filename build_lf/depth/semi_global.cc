@@ -1,0 +1,165 @@
+#include "build_lf/depth/semi_global.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "build_lf/depth/matching_kernels.h"
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+// What it costs to change by one layer, and by more, in units of CostVolume::cost. A cost of 176 is
+// the most a layer can differ by, so one clear difference outweighs a jump. Across an edge of g
+// levels the second is divided by 1 + g / 5, for distances jump where colours do.
+constexpr int kSmallStep = 12;
+constexpr int kLargeStep = 96;
+constexpr double kEdgeLevels = 5.0;
+constexpr int kPaths = 8;
+
+// A walk over the sphere's pixels by constant steps; over a pole it goes down the opposite column.
+struct Walk {
+  int theta = 0, phi = 0;
+  int step_theta = 0, step_phi = 0;
+
+  void advance(PanoramaSize size) {
+    theta += step_theta;
+    phi += step_phi;
+    if (phi < 0 || phi >= size.height) {
+      phi = phi < 0 ? 0 : size.height - 1;
+      theta += size.width / 2;
+      step_phi = -step_phi;
+    }
+    theta = (theta + size.width) % size.width;
+  }
+};
+
+class PathCosts {
+ public:
+  PathCosts(const CostVolume& volume, std::vector<std::uint16_t>* sum)
+      : volume_(volume), sum_(sum->data()), layers_(static_cast<size_t>(volume.layers.count)) {
+    for (int g = 0; g < 256; ++g) {
+      large_step_.push_back(static_cast<std::uint16_t>(
+          std::max<double>(kSmallStep + 1, kLargeStep / (1.0 + g / kEdgeLevels))));
+    }
+  }
+
+  // Adds the path costs along a walk of `steps` pixels, after `run_up` pixels before it that are
+  // only walked.
+  void add(Walk walk, int run_up, int steps) const {
+    // One layer more at either end, too dear to be taken.
+    constexpr std::uint16_t kTooDear = 30000;
+    std::vector<std::uint16_t> previous(layers_ + 2, kTooDear);
+    std::vector<std::uint16_t> path(layers_ + 2, kTooDear);
+    std::vector<std::uint16_t> dropped(layers_);
+    std::fill(previous.begin() + 1, previous.end() - 1, std::uint16_t{0});
+    std::uint16_t least = 0;
+    int last_luminance = -1;
+    for (int i = -run_up; i < steps; ++i) {
+      const size_t pixel =
+          static_cast<size_t>(walk.theta) * static_cast<size_t>(volume_.size.height) +
+          static_cast<size_t>(walk.phi);
+      const int luminance = volume_.luminance[pixel];
+      const int edge = last_luminance < 0 ? 0 : std::abs(luminance - last_luminance);
+      std::uint16_t* sum = i < 0 ? dropped.data() : sum_ + pixel * layers_;
+      least = kernels_.extend_path(volume_.cost.data() + pixel * layers_, previous.data() + 1,
+                                   least, kSmallStep, large_step_[static_cast<size_t>(edge)],
+                                   volume_.layers.count, path.data() + 1, sum);
+      std::swap(previous, path);
+      last_luminance = luminance;
+      walk.advance(volume_.size);
+    }
+  }
+
+ private:
+  const MatchingKernels& kernels_ = matching_kernels();
+  const CostVolume& volume_;
+  std::uint16_t* sum_;
+  size_t layers_;
+  std::vector<std::uint16_t> large_step_;
+};
+
+// Adds all eight directions. The walks of one direction visit every pixel once, so they run in
+// parallel.
+void add_paths(const CostVolume& volume, std::vector<std::uint16_t>* sum) {
+  const PathCosts paths(volume, sum);
+  const auto [width, height] = volume.size;
+  const int run_up = width / 16;
+  const auto for_each = [](int count, const auto& body) {
+    parallel_for(0, count, 16, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) body(i);
+    });
+  };
+  for (const int step : {1, -1}) {
+    const int first = step > 0 ? 0 : width - 1;
+    for_each(height, [&, w = width](int phi) {
+      paths.add({(first - step * run_up + w) % w, phi, step, 0}, run_up, w);
+    });
+    // Down one column and up the opposite one, begun a little before the zenith.
+    for_each(width / 2, [&, w = width, h = height](int theta) {
+      const int before = std::min(run_up, h);
+      if (step > 0) {
+        paths.add({theta + w / 2, before - 1, 0, -1}, before, 2 * h);
+      } else {
+        paths.add({theta, before - 1, 0, -1}, before, 2 * h);
+      }
+    });
+    for (const int aside : {1, -1}) {
+      for_each(width, [&, h = height](int theta) {
+        paths.add({theta, step > 0 ? 0 : h - 1, aside, step}, 0, h);
+      });
+    }
+  }
+}
+
+// The best layer of one pixel between whole layers, and how clearly it wins.
+struct LayerChoice {
+  double layer = 0.0;
+  std::uint8_t confidence = 0;
+};
+
+LayerChoice choose_layer(const std::uint16_t* sum, int layers) {
+  const int best = static_cast<int>(std::min_element(sum, sum + layers) - sum);
+  LayerChoice choice{static_cast<double>(best), 0};
+  if (best > 0 && best < layers - 1) {
+    const double left = sum[best - 1];
+    const double right = sum[best + 1];
+    const double bend = left - 2.0 * sum[best] + right;
+    if (bend > 0.0) choice.layer += 0.5 * (left - right) / bend;
+  }
+  constexpr int kSameMinimum = 2;
+  int elsewhere = 65535;
+  for (int k = 0; k < layers; ++k) {
+    if (std::abs(k - best) > kSameMinimum) elsewhere = std::min<int>(elsewhere, sum[k]);
+  }
+  // Ten levels of colour along every path is as clear as it needs to be.
+  constexpr double kClear = kPaths * 40.0;
+  choice.confidence =
+      static_cast<std::uint8_t>(std::clamp((elsewhere - sum[best]) / kClear * 255.0, 1.0, 255.0));
+  return choice;
+}
+
+}  // namespace
+
+InverseDistanceMap regularise(const CostVolume& volume, const SweepReference& reference,
+                              SemiGlobalScratch* scratch) {
+  scratch->sum.assign(volume.cost.size(), 0);
+  add_paths(volume, &scratch->sum);
+  InverseDistanceMap map{reference.station, reference.position_m, volume.size, {}, {}};
+  map.omega.resize(volume.luminance.size());
+  map.confidence.resize(volume.luminance.size());
+  const auto layers = static_cast<size_t>(volume.layers.count);
+  parallel_for(0, volume.size.width, 8, [&](int begin, int end) {
+    const auto rows = static_cast<size_t>(volume.size.height);
+    for (size_t p = static_cast<size_t>(begin) * rows; p < static_cast<size_t>(end) * rows; ++p) {
+      const LayerChoice choice =
+          choose_layer(scratch->sum.data() + p * layers, volume.layers.count);
+      map.omega[p] = static_cast<float>(choice.layer * volume.layers.step_per_m);
+      map.confidence[p] = volume.valid[p] != 0 ? choice.confidence : std::uint8_t{0};
+    }
+  });
+  return map;
+}
+
+}  // namespace raywalk
