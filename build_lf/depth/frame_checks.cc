@@ -1,0 +1,274 @@
+#include "build_lf/depth/frame_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "build_lf/depth/matching_views.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/room/hdf5_file.h"
+
+namespace raywalk {
+namespace {
+
+// Median of the values and how far from it is no longer usual: 3.5 robust standard deviations
+// (Iglewicz and Hoaglin 1993); 1.4826 makes the median absolute deviation the standard deviation of
+// normal values.
+struct Usual {
+  double median = 0.0;
+  double margin = 0.0;
+};
+
+Usual usual_of(const std::vector<double>& values) {
+  constexpr double kDeviations = 3.5;
+  constexpr double kNormalPerMad = 1.4826;
+  if (values.empty()) return {};
+  const double middle = median(values);
+  std::vector<double> deviations;
+  deviations.reserve(values.size());
+  for (const double value : values) deviations.push_back(std::fabs(value - middle));
+  return {middle, kDeviations * kNormalPerMad * median(std::move(deviations))};
+}
+
+// The checks of one line.
+class LineChecks {
+ public:
+  LineChecks(const Room& room, int line, std::span<const StationLink> links,
+             const StationGains& gains, std::vector<FrameFinding>* findings)
+      : line_index_(line),
+        line_(room.grid().lines[static_cast<size_t>(line)]),
+        file_(line_volume_path(room.directory(), line_.id)),
+        gains_(gains.gain[static_cast<size_t>(line)]),
+        findings_(findings) {
+    for (const StationLink& link : links) {
+      if (link.comparable && link.pair.from.line == line && link.pair.to.line == line) {
+        links_[{link.pair.from.station, link.pair.to.station}] = link;
+      }
+    }
+  }
+
+  void find_same_files() {
+    const Hdf5File file = Hdf5File::open(file_);
+    if (!file.has_dataset("sha256")) return;
+    const std::vector<std::string> checksums = file.read_strings("sha256");
+    if (checksums.size() != line_.stations.size()) {
+      throw Error(file_.string() + ": holds " + std::to_string(checksums.size()) +
+                  " checksums for " + std::to_string(line_.stations.size()) +
+                  " stations; pack the room again");
+    }
+    std::map<std::string, int> first;
+    for (int i = 0; i < stations(); ++i) {
+      const auto [earlier, is_new] = first.emplace(checksums[static_cast<size_t>(i)], i);
+      if (is_new) continue;
+      report(i, FrameFault::kSameFile, earlier->second, way_m(earlier->second, i));
+      copies_.push_back(i);
+    }
+  }
+
+  // A change grows with the way at most in proportion: twice the way moves everything twice as far,
+  // and colours differ no more than in proportion to that. So a pair changes at least by the share
+  // of its way in the usual way times what is usual, and half of that is suspicious whatever the
+  // line's spread is.
+  void find_unmoved() {
+    std::vector<std::optional<double>> log_share(line_.stations.size());
+    std::vector<double> known;
+    for (int i = 1; i < stations(); ++i) {
+      const auto share = share_of_usual_change(i);
+      if (!share) continue;
+      log_share[static_cast<size_t>(i)] = std::log(std::max(*share, 1e-6));
+      known.push_back(*log_share[static_cast<size_t>(i)]);
+    }
+    constexpr size_t kFewest = 4;  // fewer pairs do not say what is usual
+    if (known.size() < kFewest) return;
+    const double limit = std::min(std::log(0.5), -usual_of(known).margin);
+    for (int i = 1; i < stations(); ++i) {
+      const auto& value = log_share[static_cast<size_t>(i)];
+      if (!value || *value >= limit || holds(copies_, i)) continue;
+      report(i, FrameFault::kNotMoved, i - 1, std::exp(*value));
+    }
+  }
+
+  // Two neighbours of a frame lie farther apart than each from the frame, so as a rule they differ
+  // more. Where what is new in the frame outweighs all that the way between its neighbours
+  // explains, squares added up, it differs from both by more than sqrt 2 times as much.
+  void find_unlike_neighbours() {
+    std::vector<double> log_excess;
+    std::vector<Excess> excesses;
+    for (int i = 0; i < stations(); ++i) {
+      const auto excess = excess_of(i);
+      if (!excess) continue;
+      excesses.push_back(*excess);
+      log_excess.push_back(std::log(excess->times));
+    }
+    const Usual usual = usual_of(log_excess);
+    const double limit = std::exp(std::max(0.5 * std::log(2.0), usual.median + usual.margin));
+    for (const Excess& excess : excesses) {
+      if (excess.times <= limit) continue;
+      report(excess.station, FrameFault::kUnlikeNeighbours, excess.neighbour, excess.times);
+      unlike_.push_back(excess.station);
+    }
+  }
+
+  // The exposure of a frame that shows something else cannot be told.
+  void find_exposure_steps() {
+    std::vector<double> log_steps;
+    for (int i = 1; i < stations(); ++i) log_steps.push_back(std::fabs(log_step(i)));
+    constexpr double kVisible = 0.02;  // Weber's fraction: a smaller step is not seen
+    const Usual usual = usual_of(log_steps);
+    const double limit = std::max(kVisible, usual.median + usual.margin);
+    for (int i = 1; i < stations(); ++i) {
+      const double step = log_step(i);
+      if (std::fabs(step) <= limit || holds(unlike_, i) || holds(unlike_, i - 1)) continue;
+      report(i, FrameFault::kExposureStep, i - 1, std::exp(step));
+    }
+  }
+
+ private:
+  // How many times more a frame differs from its neighbours than these do from one another.
+  struct Excess {
+    int station = 0;
+    int neighbour = 0;
+    double times = 0.0;
+  };
+
+  int stations() const { return static_cast<int>(line_.stations.size()); }
+
+  double way_m(int a, int b) const {
+    return std::fabs(line_.stations[static_cast<size_t>(b)].along_m -
+                     line_.stations[static_cast<size_t>(a)].along_m);
+  }
+
+  const StationLink* link(int a, int b) const {
+    const auto found = links_.find({std::min(a, b), std::max(a, b)});
+    return found == links_.end() ? nullptr : &found->second;
+  }
+
+  static bool holds(const std::vector<int>& stations, int station) {
+    return std::find(stations.begin(), stations.end(), station) != stations.end();
+  }
+
+  // The change from station i - 1 to i, as a share of what pairs within half of the line around
+  // change: fewer than half of those may be at fault, too.
+  std::optional<double> share_of_usual_change(int i) const {
+    const StationLink* pair = link(i - 1, i);
+    if (pair == nullptr) return std::nullopt;
+    const int around = std::max(2, stations() / 4);
+    std::vector<double> changes;
+    std::vector<double> ways_m;
+    for (int j = std::max(1, i - around); j <= std::min(stations() - 1, i + around); ++j) {
+      const StationLink* other = link(j - 1, j);
+      if (other == nullptr) continue;
+      changes.push_back(other->change);
+      ways_m.push_back(way_m(j - 1, j));
+    }
+    const double expected =
+        median(std::move(changes)) * std::min(1.0, way_m(i - 1, i) / median(std::move(ways_m)));
+    if (expected <= 0.0) return std::nullopt;
+    return pair->change / expected;
+  }
+
+  std::optional<Excess> excess_of(int i) const {
+    if (stations() < 3) return std::nullopt;
+    const int before = i == 0 ? 1 : i == stations() - 1 ? i - 2 : i - 1;
+    const int after = before == i - 1 ? i + 1 : before + 1;
+    const StationLink* to_before = link(before, i);
+    const StationLink* to_after = link(after, i);
+    const StationLink* across = link(before, after);
+    if (to_before == nullptr || to_after == nullptr || across == nullptr) return std::nullopt;
+    const bool before_is_nearer = to_before->unexplained_change < to_after->unexplained_change;
+    const double difference = std::min(to_before->unexplained_change, to_after->unexplained_change);
+    if (difference <= 0.0) return std::nullopt;
+    // Levels are whole numbers: a rounding error is left where nothing differs.
+    constexpr double kRounding = 0.3;
+    return Excess{i, before_is_nearer ? before : after,
+                  difference / std::max(across->unexplained_change, kRounding)};
+  }
+
+  // Logarithm of the levels of station i over those of the one before, in the channel that changes
+  // most. Levels times gain agree, so it is that of the gains the other way round.
+  double log_step(int i) const {
+    double largest = 0.0;
+    for (int c = 0; c < 3; ++c) {
+      const double step = std::log(static_cast<double>(gains_[static_cast<size_t>(i - 1)][c]) /
+                                   gains_[static_cast<size_t>(i)][c]);
+      if (std::fabs(step) > std::fabs(largest)) largest = step;
+    }
+    return largest;
+  }
+
+  void report(int station, FrameFault fault, int other, double measure) {
+    findings_->push_back({{line_index_, station},
+                          line_.stations[static_cast<size_t>(station)].file,
+                          fault,
+                          {line_index_, other},
+                          measure});
+  }
+
+  int line_index_;
+  const Line& line_;
+  std::filesystem::path file_;
+  const std::vector<ColourGain>& gains_;
+  std::map<std::pair<int, int>, StationLink> links_;  // by station
+  std::vector<int> copies_;
+  std::vector<int> unlike_;
+  std::vector<FrameFinding>* findings_;
+};
+
+void check_baselines(int index, const Line& line, double reach_m,
+                     std::vector<LineFinding>* findings) {
+  const double shortest_m = reach_m / kViewsPerSide;
+  const double length_m = line.last_m() - line.first_m();
+  if (length_m < shortest_m) {
+    findings->push_back({index, LineFault::kTooShort, length_m, shortest_m});
+  }
+  double widest_m = 0.0;
+  for (size_t i = 1; i < line.stations.size(); ++i) {
+    widest_m = std::max(widest_m, line.stations[i].along_m - line.stations[i - 1].along_m);
+  }
+  if (widest_m > reach_m) findings->push_back({index, LineFault::kTooSparse, widest_m, reach_m});
+}
+
+}  // namespace
+
+std::string_view name_of(FrameFault fault) {
+  switch (fault) {
+    case FrameFault::kSameFile:
+      return "same_file";
+    case FrameFault::kNotMoved:
+      return "not_moved";
+    case FrameFault::kUnlikeNeighbours:
+      return "unlike_neighbours";
+    case FrameFault::kExposureStep:
+      return "exposure_step";
+  }
+  return {};
+}
+
+std::string_view name_of(LineFault fault) {
+  switch (fault) {
+    case LineFault::kTooShort:
+      return "too_short";
+    case LineFault::kTooSparse:
+      return "too_sparse";
+  }
+  return {};
+}
+
+FrameChecks check_frames(const Room& room, std::span<const StationLink> links,
+                         const StationGains& gains, double reach_m) {
+  FrameChecks checks;
+  const auto& lines = room.grid().lines;
+  for (int i = 0; i < static_cast<int>(lines.size()); ++i) {
+    LineChecks line(room, i, links, gains, &checks.frames);
+    line.find_same_files();
+    line.find_unmoved();
+    line.find_unlike_neighbours();
+    line.find_exposure_steps();
+    check_baselines(i, lines[static_cast<size_t>(i)], reach_m, &checks.lines);
+  }
+  return checks;
+}
+
+}  // namespace raywalk
