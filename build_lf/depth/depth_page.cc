@@ -1,0 +1,138 @@
+#include "build_lf/depth/depth_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "core/report/html_page.h"
+#include "core/report/svg_plot.h"
+
+namespace raywalk {
+namespace {
+
+// [theta][phi] values as a picture the right way up.
+template <typename T>
+cv::Mat upright(const std::vector<T>& values, PanoramaSize size, int type) {
+  const cv::Mat columns(size.width, size.height, type, const_cast<T*>(values.data()));
+  return columns.t();
+}
+
+cv::Mat distance_picture(const InverseDistanceMap& map) {
+  std::vector<float> sorted = map.omega;
+  const auto near = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 999 / 1000);
+  std::nth_element(sorted.begin(), near, sorted.end());
+  cv::Mat levels;
+  upright(map.omega, map.size, CV_32FC1).convertTo(levels, CV_8U, 255.0 / std::max(1e-9f, *near));
+  cv::Mat picture;
+  cv::applyColorMap(levels, picture, cv::COLORMAP_TURBO);
+  return picture;
+}
+
+// Grey where the map is sure, red where it is not.
+cv::Mat confidence_picture(const InverseDistanceMap& map) {
+  const cv::Mat confidence = upright(map.confidence, map.size, CV_8UC1);
+  cv::Mat picture;
+  cv::cvtColor(confidence, picture, cv::COLOR_GRAY2BGR);
+  picture.setTo(cv::Scalar(40, 40, 220), confidence < kLeastConfidence);
+  return picture;
+}
+
+cv::Mat photograph(const Room& room, const InverseDistanceMap& map) {
+  const LineVolume& volume = room.volume(map.station.line);
+  cv::Mat columns(volume.panorama().width, volume.panorama().height, CV_8UC3);
+  for (int theta = 0; theta < columns.rows; ++theta) {
+    const auto column = volume.column(map.station.station, theta);
+    std::copy(column.begin(), column.end(), columns.ptr(theta));
+  }
+  cv::Mat picture;
+  cv::cvtColor(columns.t(), picture, cv::COLOR_RGB2BGR);
+  cv::resize(picture, picture, {map.size.width, map.size.height}, 0, 0, cv::INTER_AREA);
+  return picture;
+}
+
+void add_maps(const Room& room, const std::vector<InverseDistanceMap>& shown, HtmlPage* page) {
+  page->add_section("Distances and confidence");
+  page->add_paragraph(
+      "Inverse distance from blue (far) to red (near); confidence from black to white, and red "
+      "where it is low: there the renderer prefers what other maps say. Expect it on plain walls, "
+      "panes and mirrors, at silhouettes, and along a rail that no other line crosses.");
+  for (const InverseDistanceMap& map : shown) {
+    const std::string where = fmt::format(
+        "line {}, station {}", room.grid().lines[static_cast<size_t>(map.station.line)].id,
+        map.station.station);
+    page->add_figures(
+        {picture_figure(photograph(room, map), EmbeddedFormat::kJpeg, "panorama", where),
+         picture_figure(distance_picture(map), EmbeddedFormat::kJpeg, "inverse distance",
+                        where + ": inverse distance"),
+         picture_figure(confidence_picture(map), EmbeddedFormat::kJpeg, "confidence",
+                        where + ": confidence")});
+  }
+}
+
+void add_stations(const DepthSummary& summary, HtmlPage* page) {
+  LinePlot plot{.title = "Confidence along the lines",
+                .x_label = "station",
+                .y_label = "mean confidence",
+                .y_range = AxisRange{0.0, 1.0}};
+  for (const MapSummary& map : summary.maps) {
+    if (plot.series.empty() || plot.series.back().name != map.line) {
+      plot.series.push_back({.name = map.line, .style = PlotStyle::kLineAndPoints});
+    }
+    plot.series.back().points.push_back({static_cast<double>(map.station), map.mean_confidence});
+  }
+  page->add_section("Stations");
+  page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the sphere of each map")});
+}
+
+void add_truth(const TruthComparison& truth, HtmlPage* page) {
+  page->add_section("Against the given distances");
+  page->add_paragraph(
+      fmt::format("{} maps, errors in pixels of parallax at the reach: {:.1f} % within 1 px, "
+                  "{:.1f} % within 2, "
+                  "{:.1f} % within 4; the median error of the distance is {:.2f} %.",
+                  truth.maps, 100.0 * truth.within_1px_share, 100.0 * truth.within_2px_share,
+                  100.0 * truth.within_4px_share, 100.0 * truth.median_relative_error));
+  LinePlot plot{.title = "Low confidence predicts error",
+                .x_label = "confidence",
+                .y_label = "share of pixels off by more than 1 px",
+                .x_range = AxisRange{0.0, 1.0},
+                .y_range = AxisRange{0.0, 1.0}};
+  PlotSeries wrong{.name = "wrong", .style = PlotStyle::kLineAndPoints};
+  HtmlTable table{.header = {"confidence", "pixels", "off by more than 1 px", "median error, px"}};
+  for (const ConfidenceBand& band : truth.calibration) {
+    wrong.points.push_back({band.confidence, band.wrong_share});
+    table.rows.push_back({{fmt::format("{:.2f}", band.confidence)},
+                          {fmt::format("{}", band.pixels)},
+                          {fmt::format("{:.1f} %", 100.0 * band.wrong_share)},
+                          {fmt::format("{:.2f}", band.median_error_px)}});
+  }
+  plot.series.push_back(std::move(wrong));
+  page->add_figures({svg_figure(svg_from_plot(plot), "Calibration of the confidence")});
+  page->add_table(table);
+}
+
+}  // namespace
+
+std::string depth_page(const Room& room, const DepthSummary& summary,
+                       const std::vector<InverseDistanceMap>& shown) {
+  HtmlPage page("Distances of " + summary.room,
+                fmt::format("{} maps by {} at {} x {}", summary.maps.size(), summary.method,
+                            summary.size.width, summary.size.height));
+  page.add_facts({{"maps", fmt::format("{} of {} stations", summary.maps.size(), summary.stations)},
+                  {"longest baseline", fmt::format("{:.3g} m", summary.reach_m)},
+                  {"layers", fmt::format("{}", summary.layers)},
+                  {"time", fmt::format("{:.0f} s", summary.seconds)},
+                  {"memory", fmt::format("{:.0f} MB", summary.peak_memory_mb)},
+                  {"gains differ by", fmt::format("{:.1f} %", 100.0 * summary.gain_spread)}});
+  if (!summary.warnings.empty()) {
+    page.add_section("Warnings");
+    for (const std::string& warning : summary.warnings) page.add_paragraph(warning);
+  }
+  add_maps(room, shown, &page);
+  add_stations(summary, &page);
+  if (summary.truth) add_truth(*summary.truth, &page);
+  return page.html();
+}
+
+}  // namespace raywalk

@@ -1,0 +1,16 @@
+// The page of a depth run: pictures of distance and confidence, plots, warnings.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "build_lf/depth/depth_summary.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+
+// A self-contained HTML page. `shown` are the maps to picture, one of each line.
+std::string depth_page(const Room& room, const DepthSummary& summary,
+                       const std::vector<InverseDistanceMap>& shown);
+
+}  // namespace raywalk

@@ -1,0 +1,76 @@
+#include "build_lf/depth/depth_page.h"
+
+#include <gmock/gmock.h>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "core/report/markup_check.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class DepthPageTest : public ::testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec tiny = room_of_scale(1.0);
+    tiny.width = 32;
+    return tiny;
+  }
+  std::string page() const { return depth_page(room_.room(), summary_, shown_); }
+
+  DepthTestRoom room_{spec()};
+  DepthSummary summary_{.room = "room.lf",
+                        .method = "sweep",
+                        .size = {32, 16},
+                        .stations = 68,
+                        .reach_m = 0.5,
+                        .maps = {{"x0", 0, "a.png", 0.5, 0.1}, {"x0", 8, "b.png", 0.6, 0.1}}};
+  std::vector<InverseDistanceMap> shown_{true_map(spec().scene, {0, 0, -0.5}, {32, 16})};
+};
+
+size_t count_of(const std::string& what, const std::string& text) {
+  size_t count = 0;
+  for (size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += what.size()) ++count;
+  return count;
+}
+
+TEST_F(DepthPageTest, PicturesEveryMapShown) {
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_EQ(count_of("data:image/jpeg", page()), 3U);
+  EXPECT_THAT(page(), HasSubstr("line x0, station 0"));
+  shown_.push_back(shown_.front());
+  EXPECT_EQ(count_of("data:image/jpeg", page()), 6U);
+  EXPECT_THAT(page(), Not(HasSubstr("Warnings")));
+  EXPECT_THAT(page(), Not(HasSubstr("Against the given distances")));
+}
+
+TEST_F(DepthPageTest, NamesWarningsWhateverTheFilesAreCalled) {
+  summary_.room = "<R&D> \"room\".lf";
+  summary_.warnings = {"<b>&.png is a copy of \"a\".png", "line x1 is 0.1 m long"};
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_THAT(page(), HasSubstr("&lt;b&gt;&amp;.png is a copy of"));
+  EXPECT_THAT(page(), HasSubstr("line x1 is 0.1 m long"));
+}
+
+TEST_F(DepthPageTest, ShowsTheTruthWhereItWasCompared) {
+  summary_.truth =
+      TruthComparison{2, 0.512, 0.75, 0.875, 0.02, {{0.0625, 1234, 0.9, 2.5}, {0.9, 99, 0.1, 0.2}}};
+  EXPECT_EQ(markup_fault(page()), "");
+  for (const char* figure : {"51.2 %", "75.0 %", "87.5 %", "2.00 %", "1234", "90.0 %", "2.50"}) {
+    EXPECT_THAT(page(), HasSubstr(figure));
+  }
+}
+
+TEST_F(DepthPageTest, APlainSkyHasAPageToo) {
+  for (float& omega : shown_.front().omega) omega = 0.0f;
+  for (std::uint8_t& confidence : shown_.front().confidence) confidence = 0;
+  EXPECT_EQ(markup_fault(page()), "");
+  shown_.clear();
+  summary_.maps.clear();
+  EXPECT_EQ(markup_fault(page()), "");
+}
+
+}  // namespace
+}  // namespace raywalk

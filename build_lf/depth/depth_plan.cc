@@ -1,0 +1,165 @@
+#include "build_lf/depth/depth_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/files/nearest_word.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kWidestMap = 1024;
+constexpr int kNarrowestMap = 32;
+// Between maps this far apart, as a share of the reach, a view interpolates: what neither sees is
+// seen by other lines.
+constexpr double kMapGap = 0.4;
+constexpr double kCandidateGap = 0.1;
+constexpr int kOwnVoters = 4;
+constexpr int kOtherVoters = 8;
+
+double reach_of(const Grid& grid) {
+  double reach = std::numeric_limits<double>::infinity();
+  for (const Cell& cell : grid.cells) {
+    reach =
+        std::min({reach, 0.5 * (cell.x_max_m - cell.x_min_m), 0.5 * (cell.z_max_m - cell.z_min_m)});
+  }
+  if (!grid.cells.empty()) return reach;
+  double longest = 0.0;
+  for (const Line& line : grid.lines) longest = std::max(longest, line.last_m() - line.first_m());
+  return 0.25 * longest;
+}
+
+// The sweep begins at a quarter of the width, and half of that is the height.
+constexpr int kWidthStep = 4;
+
+PanoramaSize map_size(const Room& room, int width) {
+  const int captured = room.panorama().width;
+  if (captured < kNarrowestMap) {
+    throw Error(
+        fmt::format("no distances can be told from panoramas of {} x {}; capture at least "
+                    "{} x {}",
+                    captured, captured / 2, kNarrowestMap, kNarrowestMap / 2));
+  }
+  if (width == 0) width = std::min(captured, kWidestMap) / kWidthStep * kWidthStep;
+  if (width > captured || width % kWidthStep != 0 || width < kNarrowestMap) {
+    throw UsageError(fmt::format("--width {}: give a multiple of {} from {} to {}, as captured",
+                                 width, kWidthStep, kNarrowestMap, captured));
+  }
+  return {width, width / 2};
+}
+
+// Station indices at least `gap_m` apart, from the first to the last.
+std::vector<int> spread_out(const Line& line, double gap_m) {
+  constexpr double kRounding = 1e-6;
+  std::vector<int> chosen{0};
+  const int last = static_cast<int>(line.stations.size()) - 1;
+  const auto along = [&](int i) { return line.stations[static_cast<size_t>(i)].along_m; };
+  for (int i = 1; i <= last; ++i) {
+    if (along(i) - along(chosen.back()) >= gap_m * (1.0 - kRounding)) chosen.push_back(i);
+  }
+  // The end of the line is as important as its beginning.
+  if (along(last) - along(chosen.back()) > 0.5 * gap_m) chosen.push_back(last);
+  return chosen;
+}
+
+std::vector<int> every_nth(const Line& line, int n) {
+  std::vector<int> chosen;
+  for (int i = 0; i < static_cast<int>(line.stations.size()); i += n) chosen.push_back(i);
+  return chosen;
+}
+
+// Candidates of a line follow one another.
+bool some_line_has_two(std::span<const SweepCandidate> candidates) {
+  const auto same_line = [](const SweepCandidate& a, const SweepCandidate& b) {
+    return a.station.line == b.station.line;
+  };
+  return std::adjacent_find(candidates.begin(), candidates.end(), same_line) != candidates.end();
+}
+
+}  // namespace
+
+DepthMethod depth_method_from_name(const std::string& name) {
+  if (name == "sweep") return DepthMethod::kSweep;
+  if (name == "flow") return DepthMethod::kFlow;
+  throw UsageError(fmt::format("unknown method '{}'; use sweep or flow", name));
+}
+
+std::string name_of(DepthMethod method) { return method == DepthMethod::kSweep ? "sweep" : "flow"; }
+
+DepthPlan plan_depth(const Room& room, const DepthOptions& options) {
+  if (options.every < 0) throw UsageError("--every: give 1 or more, or 0 to let the grid decide");
+  const Grid& grid = room.grid();
+  DepthPlan plan{map_size(room, options.width), reach_of(grid), {}, {}};
+  for (int l = 0; l < static_cast<int>(grid.lines.size()); ++l) {
+    const Line& line = grid.lines[static_cast<size_t>(l)];
+    const auto position = [&](int s) { return line.stations[static_cast<size_t>(s)].position_m; };
+    const Eigen::Vector3d rail(line.direction.x_m, 0.0, line.direction.z_m);
+    const std::vector<int> with_map = options.every > 0 ? every_nth(line, options.every)
+                                                        : spread_out(line, kMapGap * plan.reach_m);
+    for (const int s : with_map) plan.maps.push_back({{l, s}, position(s), rail});
+    for (const int s : spread_out(line, kCandidateGap * plan.reach_m)) {
+      plan.candidates.push_back({{l, s}, position(s)});
+    }
+  }
+  return plan;
+}
+
+void leave_out(std::span<const StationIndex> stations, DepthPlan* plan) {
+  const auto is_left_out = [&](const auto& entry) {
+    return std::find(stations.begin(), stations.end(), entry.station) != stations.end();
+  };
+  const std::size_t compared = plan->candidates.size();
+  std::erase_if(plan->maps, is_left_out);
+  std::erase_if(plan->candidates, is_left_out);
+  if (!some_line_has_two(plan->candidates)) {
+    throw Error(
+        fmt::format("no distances can be told: {} of {} stations had to be left out, and no line "
+                    "has two left to compare; capture them again",
+                    compared - plan->candidates.size(), compared));
+  }
+  if (plan->maps.empty()) {
+    throw Error("every station that was to get a map had to be left out; choose another --every");
+  }
+}
+
+std::vector<int> voters_of(const DepthPlan& plan, int which) {
+  const SweepReference& own = plan.maps[static_cast<size_t>(which)];
+  std::vector<int> order;
+  for (int i = 0; i < static_cast<int>(plan.maps.size()); ++i) {
+    if (i != which) order.push_back(i);
+  }
+  const auto distance = [&](int i) {
+    return (plan.maps[static_cast<size_t>(i)].position_m - own.position_m).norm();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return distance(a) < distance(b); });
+  std::vector<int> voters{which};
+  int of_own_line = 0;
+  int of_others = 0;
+  for (const int i : order) {
+    const bool same = plan.maps[static_cast<size_t>(i)].station.line == own.station.line;
+    int& count = same ? of_own_line : of_others;
+    if (count == (same ? kOwnVoters : kOtherVoters)) continue;
+    ++count;
+    voters.push_back(i);
+  }
+  return voters;
+}
+
+std::vector<SweepCandidate> candidates_near(const DepthPlan& plan,
+                                            const SweepReference& reference) {
+  std::vector<SweepCandidate> near;
+  for (const SweepCandidate& candidate : plan.candidates) {
+    const double away = (candidate.position_m - reference.position_m).norm();
+    if (candidate.station != reference.station && away <= 3.0 * plan.reach_m) {
+      near.push_back(candidate);
+    }
+  }
+  return near;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,276 @@
+#include "build_lf/depth/depth_plan.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+using ::testing::ThrowsMessage;
+
+// Plans look at places and sizes only, so frames are as small as they may be.
+SyntheticRoomSpec tiny_room(double scale, int cells_x = 1, int cells_z = 1) {
+  SyntheticRoomSpec spec = room_of_scale(scale);
+  spec.cells_x = cells_x;
+  spec.cells_z = cells_z;
+  spec.width = 32;
+  return spec;
+}
+
+// A room on lines along x at `rows_m` and along z at `columns_m`, each with a station at every
+// crossing and `between` more from one to the next.
+Grid grid_of(const std::vector<double>& columns_m, const std::vector<double>& rows_m, int between) {
+  std::vector<StationPose> poses;
+  const auto add_line = [&](const std::vector<double>& along_m, double across_m, bool along_x) {
+    for (size_t i = 0; i + 1 < along_m.size(); ++i) {
+      const int first = i == 0 ? 0 : 1;
+      for (int k = first; k <= between + 1; ++k) {
+        const double at_m = along_m[i] + (along_m[i + 1] - along_m[i]) * k / (between + 1);
+        poses.push_back(
+            {fmt::format("{}.png", poses.size()),
+             along_x ? Eigen::Vector3d(at_m, 0.0, across_m) : Eigen::Vector3d(across_m, 0.0, at_m),
+             ""});
+      }
+    }
+  };
+  for (const double row_m : rows_m) add_line(columns_m, row_m, true);
+  for (const double column_m : columns_m) add_line(rows_m, column_m, false);
+  return find_grid(poses, {});
+}
+
+// Places of the stations with maps on a line.
+std::vector<double> map_places_m(const DepthPlan& plan, const Grid& grid, int line) {
+  std::vector<double> places_m;
+  for (const SweepReference& map : plan.maps) {
+    if (map.station.line != line) continue;
+    const Line& of = grid.lines[static_cast<size_t>(line)];
+    places_m.push_back(of.stations[static_cast<size_t>(map.station.station)].along_m);
+  }
+  return places_m;
+}
+
+std::vector<StationIndex> stations_with_map(const DepthPlan& plan) {
+  std::vector<StationIndex> stations;
+  for (const SweepReference& map : plan.maps) stations.push_back(map.station);
+  return stations;
+}
+
+std::vector<StationIndex> stations_compared(const DepthPlan& plan) {
+  std::vector<StationIndex> stations;
+  for (const SweepCandidate& candidate : plan.candidates) stations.push_back(candidate.station);
+  return stations;
+}
+
+TEST(DepthPlanTest, FollowsTheCellAndNotItsSizeInMetres) {
+  const DepthTestRoom metre(tiny_room(1.0, 2, 1));
+  const DepthPlan of_metre = plan_depth(metre.room(), {});
+  EXPECT_DOUBLE_EQ(of_metre.reach_m, 0.5);
+  for (const double scale : {0.2, 0.7, 5.0}) {
+    const DepthTestRoom scaled(tiny_room(scale, 2, 1));
+    const DepthPlan plan = plan_depth(scaled.room(), {});
+    EXPECT_NEAR(plan.reach_m, 0.5 * scale, 1e-12 * scale);
+    EXPECT_EQ(stations_with_map(plan), stations_with_map(of_metre)) << scale;
+    EXPECT_EQ(stations_compared(plan), stations_compared(of_metre)) << scale;
+  }
+}
+
+TEST(DepthPlanTest, SmallestCellSetsTheReach) {
+  const Grid grid = grid_of({0.0, 1.0, 1.4}, {0.0, 1.0}, 9);
+  const DepthTestRoom room(tiny_room(1.0), grid, nullptr);
+  ASSERT_THAT(room.grid().cells, SizeIs(2));
+  EXPECT_NEAR(plan_depth(room.room(), {}).reach_m, 0.2, 1e-9);
+}
+
+TEST(DepthPlanTest, SingleLineIsComparedOverAQuarterOfItsLength) {
+  SyntheticRoomSpec spec = tiny_room(2.0);
+  spec.cells_z = 0;
+  const DepthTestRoom room(spec);
+  ASSERT_THAT(room.grid().lines, SizeIs(1));
+  const DepthPlan plan = plan_depth(room.room(), {});
+  EXPECT_NEAR(plan.reach_m, 0.5, 1e-12);
+  EXPECT_GE(plan.maps.size(), 2U);
+}
+
+// Nothing of a line is farther from a map than a view can bridge, and no two maps are needlessly
+// close, however irregular the stations are.
+TEST(DepthPlanTest, SpreadsMapsOverIrregularStations) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> exponent(-3.0, -0.7);
+    SyntheticRoomSpec spec = tiny_room(1.0);
+    Grid grid = synthetic_grid(spec);
+    for (Line& line : grid.lines) {
+      Station station = line.stations.front();
+      const double end_m = line.last_m();
+      line.stations = {station};
+      while (station.along_m < end_m) {
+        const double step_m = std::pow(10.0, exponent(random));
+        station.along_m += step_m;
+        station.position_m += step_m * Eigen::Vector3d(line.direction.x_m, 0, line.direction.z_m);
+        line.stations.push_back(station);
+      }
+    }
+    const DepthTestRoom room(spec, grid, nullptr);
+    const DepthPlan plan = plan_depth(room.room(), {});
+    const double gap_m = 0.4 * plan.reach_m;
+    for (int l = 0; l < 4; ++l) {
+      const Line& line = room.grid().lines[static_cast<size_t>(l)];
+      const std::vector<double> maps_m = map_places_m(plan, room.grid(), l);
+      EXPECT_EQ(maps_m.front(), line.first_m());
+      EXPECT_LE(line.last_m() - maps_m.back(), 0.5 * gap_m);
+      for (size_t i = 1; i < maps_m.size(); ++i) {
+        EXPECT_GT(maps_m[i] - maps_m[i - 1], 0.5 * gap_m);
+        // The first station after the gap was taken.
+        const auto between = [&](const Station& station) {
+          return station.along_m >= maps_m[i - 1] + 1.001 * gap_m && station.along_m < maps_m[i];
+        };
+        EXPECT_FALSE(std::any_of(line.stations.begin(), line.stations.end(), between));
+      }
+    }
+  }
+}
+
+TEST(DepthPlanTest, EveryNthStationGetsAMapWhenAsked) {
+  const DepthTestRoom room(tiny_room(1.0));  // 17 stations per line
+  for (const auto& [every, maps] : {std::pair{1, 17}, {3, 6}, {16, 2}, {17, 1}, {1000000, 1}}) {
+    const DepthPlan plan = plan_depth(room.room(), {.every = every});
+    EXPECT_THAT(plan.maps, SizeIs(static_cast<size_t>(4 * maps))) << every;
+    // What is compared does not thin out with the maps.
+    EXPECT_THAT(plan.candidates, SizeIs(4 * 17U));
+  }
+}
+
+TEST(DepthPlanTest, RefusesSizesThatCannotBeMade) {
+  SyntheticRoomSpec spec = tiny_room(1.0);
+  spec.width = 64;
+  const DepthTestRoom room(spec);
+  for (const int width : {-4, 7, 16, 34, 68, 1 << 30}) {
+    EXPECT_THAT([&] { plan_depth(room.room(), {.width = width}); },
+                ThrowsMessage<UsageError>(HasSubstr("multiple of 4 from 32 to 64")))
+        << width;
+  }
+  EXPECT_EQ(plan_depth(room.room(), {.width = 36}).size, (PanoramaSize{36, 18}));
+  EXPECT_EQ(plan_depth(room.room(), {}).size, (PanoramaSize{64, 32}));
+  EXPECT_THAT([&] { plan_depth(room.room(), {.every = -1}); },
+              ThrowsMessage<UsageError>(HasSubstr("--every")));
+}
+
+TEST(DepthPlanTest, FitsAnyPanoramaThatIsNotTiny) {
+  SyntheticRoomSpec spec = tiny_room(1.0);
+  for (const auto& [captured, width] : {std::pair{32, 32}, {34, 32}, {50, 48}, {52, 52}}) {
+    spec.width = captured;
+    const DepthTestRoom room(spec);
+    EXPECT_EQ(plan_depth(room.room(), {}).size, (PanoramaSize{width, width / 2}));
+  }
+  spec.width = 16;
+  const DepthTestRoom room(spec);
+  EXPECT_THAT([&] { plan_depth(room.room(), {}); },
+              ThrowsMessage<Error>(HasSubstr("panoramas of 16 x 8; capture at least 32 x 16")));
+}
+
+TEST(DepthPlanTest, NamesItsMethods) {
+  for (const DepthMethod method : {DepthMethod::kSweep, DepthMethod::kFlow}) {
+    EXPECT_EQ(depth_method_from_name(name_of(method)), method);
+  }
+  EXPECT_THAT([] { depth_method_from_name("stereo"); },
+              ThrowsMessage<UsageError>(
+                  ::testing::AllOf(HasSubstr("stereo"), HasSubstr("sweep"), HasSubstr("flow"))));
+}
+
+TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
+  const DepthTestRoom room(tiny_room(1.0));
+  DepthPlan plan = plan_depth(room.room(), {.every = 2});
+  const DepthPlan whole = plan;
+  const std::vector<StationIndex> bad{{0, 4}, {2, 5}};
+  leave_out(bad, &plan);
+  EXPECT_EQ(plan.maps.size(), whole.maps.size() - 1);
+  EXPECT_EQ(plan.candidates.size(), whole.candidates.size() - 2);
+  for (const StationIndex station : bad) {
+    EXPECT_THAT(stations_with_map(plan), ::testing::Not(::testing::Contains(station)));
+    EXPECT_THAT(stations_compared(plan), ::testing::Not(::testing::Contains(station)));
+  }
+}
+
+TEST(DepthPlanTest, ARoomWithNothingLeftToCompareIsRefused) {
+  const DepthTestRoom room(tiny_room(1.0));
+  DepthPlan plan = plan_depth(room.room(), {});
+  std::vector<StationIndex> all_but_first;
+  for (const StationIndex station : stations_compared(plan)) {
+    if (station.station > 0) all_but_first.push_back(station);
+  }
+  EXPECT_THAT([&] { leave_out(all_but_first, &plan); },
+              ThrowsMessage<Error>(HasSubstr("64 of 68 stations had to be left out")));
+}
+
+// Stations are thinned before they are compared; a map may be at one that was thinned out.
+TEST(DepthPlanTest, ARoomWithNoMapLeftIsRefused) {
+  const DepthTestRoom room(tiny_room(1.0));
+  DepthPlan plan = plan_depth(room.room(), {.every = 1000});
+  EXPECT_THAT([&] { leave_out(stations_with_map(plan), &plan); },
+              ThrowsMessage<Error>(HasSubstr("--every")));
+}
+
+TEST(DepthPlanTest, TheNearestMapsVote) {
+  const DepthTestRoom room(tiny_room(1.0, 3, 2));
+  const DepthPlan plan = plan_depth(room.room(), {});
+  for (int which = 0; which < static_cast<int>(plan.maps.size()); ++which) {
+    const SweepReference& own = plan.maps[static_cast<size_t>(which)];
+    const std::vector<int> voters = voters_of(plan, which);
+    EXPECT_EQ(voters.front(), which);
+    EXPECT_EQ(std::set<int>(voters.begin(), voters.end()).size(), voters.size());
+    const auto is_own = [&](int i) {
+      return plan.maps[static_cast<size_t>(i)].station.line == own.station.line;
+    };
+    EXPECT_EQ(std::count_if(voters.begin(), voters.end(), is_own), 1 + 4);
+    EXPECT_EQ(voters.size(), 1U + 4U + 8U);
+    const auto away_m = [&](int i) {
+      return (plan.maps[static_cast<size_t>(i)].position_m - own.position_m).norm();
+    };
+    // Whoever does not vote is at least as far as those of the same kind who do.
+    for (const bool of_own_line : {true, false}) {
+      double farthest_m = 0.0;
+      for (const int i : voters) {
+        if (is_own(i) == of_own_line) farthest_m = std::max(farthest_m, away_m(i));
+      }
+      for (int i = 0; i < static_cast<int>(plan.maps.size()); ++i) {
+        if (is_own(i) != of_own_line || std::count(voters.begin(), voters.end(), i) > 0) continue;
+        EXPECT_GE(away_m(i), farthest_m);
+      }
+    }
+  }
+}
+
+TEST(DepthPlanTest, FewMapsAllVote) {
+  SyntheticRoomSpec spec = tiny_room(1.0);
+  spec.cells_z = 0;
+  const DepthTestRoom room(spec);
+  EXPECT_THAT(voters_of(plan_depth(room.room(), {.every = 8}), 1), ElementsAre(1, 0, 2));
+}
+
+TEST(DepthPlanTest, StationsFarAwayAreNotCompared) {
+  const DepthTestRoom room(tiny_room(1.0, 3, 1));
+  const DepthPlan plan = plan_depth(room.room(), {});
+  const SweepReference& reference = plan.maps.front();
+  const std::vector<SweepCandidate> near = candidates_near(plan, reference);
+  size_t expected = 0;
+  for (const SweepCandidate& candidate : plan.candidates) {
+    const double away_m = (candidate.position_m - reference.position_m).norm();
+    expected += away_m <= 1.5 && candidate.station != reference.station ? 1 : 0;
+  }
+  EXPECT_THAT(near, SizeIs(expected));
+  EXPECT_LT(near.size(), plan.candidates.size() - 1);
+  for (const SweepCandidate& candidate : near) EXPECT_NE(candidate.station, reference.station);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,77 @@
+#include "build_lf/depth/depth_summary.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace raywalk {
+namespace {
+
+DepthSummary some_summary() {
+  DepthSummary summary{.room = "room.lf",
+                       .method = "sweep",
+                       .size = {256, 128},
+                       .stations = 68,
+                       .reach_m = 0.5,
+                       .nearest_m = 0.25,
+                       .layers = 96,
+                       .gain_spread = 0.03,
+                       .largest_exposure_step = 1.3,
+                       .seconds = 12.5,
+                       .peak_memory_mb = 321.0};
+  summary.maps = {{"x0", 4, "front_4.png", 0.75, 0.125, 1.0},
+                  {"z1", 0, "right_0.png", 0.5, 0.25, 0.375}};
+  summary.frame_findings = {{{0, 7}, "front_7.png", FrameFault::kExposureStep, {0, 6}, 1.3}};
+  summary.warnings = {"front_7.png is exposed 1.30 times as front_6.png"};
+  return summary;
+}
+
+TEST(DepthSummaryTest, EveryFigureHasItsKey) {
+  const auto json = nlohmann::json::parse(depth_summary_to_json(some_summary()));
+  EXPECT_EQ(json["format"], "raywalk-depth");
+  EXPECT_EQ(json["format_version"], 1);
+  EXPECT_EQ(json["room"], "room.lf");
+  EXPECT_EQ(json["method"], "sweep");
+  EXPECT_EQ(json["width"], 256);
+  EXPECT_EQ(json["height"], 128);
+  EXPECT_EQ(json["stations"], 68);
+  EXPECT_EQ(json["reach_m"], 0.5);
+  EXPECT_EQ(json["nearest_m"], 0.25);
+  EXPECT_EQ(json["layers"], 96);
+  EXPECT_EQ(json["gain_spread"], 0.03);
+  EXPECT_EQ(json["largest_exposure_step"], 1.3);
+  EXPECT_EQ(json["seconds"], 12.5);
+  EXPECT_EQ(json["peak_memory_mb"], 321.0);
+  EXPECT_EQ(json["warnings"].size(), 1U);
+  ASSERT_EQ(json["frame_findings"].size(), 1U);
+  EXPECT_EQ(json["frame_findings"][0]["file"], "front_7.png");
+  EXPECT_EQ(json["frame_findings"][0]["fault"], "exposure_step");
+  EXPECT_EQ(json["frame_findings"][0]["measure"], 1.3);
+  ASSERT_EQ(json["maps"].size(), 2U);
+  EXPECT_EQ(json["maps"][0]["line"], "x0");
+  EXPECT_EQ(json["maps"][0]["station"], 4);
+  EXPECT_EQ(json["maps"][0]["file"], "front_4.png");
+  EXPECT_EQ(json["maps"][1]["mean_confidence"], 0.5);
+  EXPECT_EQ(json["maps"][1]["low_share"], 0.25);
+  EXPECT_EQ(json["maps"][1]["parallax_share"], 0.375);
+  EXPECT_TRUE(json["truth"].is_null());
+}
+
+TEST(DepthSummaryTest, TruthIsThereWhereItWasCompared) {
+  DepthSummary summary = some_summary();
+  summary.truth = TruthComparison{2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}};
+  const auto truth = nlohmann::json::parse(depth_summary_to_json(summary))["truth"];
+  EXPECT_EQ(truth["maps"], 2);
+  EXPECT_EQ(truth["within_1px_share"], 0.5);
+  EXPECT_EQ(truth["within_2px_share"], 0.75);
+  EXPECT_EQ(truth["within_4px_share"], 0.875);
+  EXPECT_EQ(truth["median_relative_error"], 0.02);
+  ASSERT_EQ(truth["calibration"].size(), 1U);
+  EXPECT_EQ(truth["calibration"][0]["confidence"], 0.0625);
+  EXPECT_EQ(truth["calibration"][0]["pixels"], 1000);
+  EXPECT_EQ(truth["calibration"][0]["wrong_share"], 0.9);
+  EXPECT_EQ(truth["calibration"][0]["median_error_px"], 2.5);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,165 @@
+// For tests: a packed room of a scene in closed form, whose frames may be edited before they are
+// packed.
+#pragma once
+
+#include <functional>
+#include <opencv2/core.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/depth/station_picture.h"
+#include "build_lf/volume_writer.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+#include "core/files/test_directory.h"
+#include "core/room/room.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+
+// A box room around a cell of side 1 m, all its lengths times `scale`.
+inline SyntheticRoomSpec room_of_scale(double scale, unsigned seed = 1) {
+  SyntheticRoomSpec spec;
+  spec.scene.walls.min_m *= scale;
+  spec.scene.walls.max_m *= scale;
+  spec.scene.texture_wavelength_m = scale;
+  spec.scene.seed = seed;
+  spec.side_m = scale;
+  spec.spacing_m = 0.0625 * scale;
+  spec.width = 128;
+  return spec;
+}
+
+// The same with a single line of stations, x0.
+inline SyntheticRoomSpec line_of_scale(double scale, unsigned seed = 1) {
+  SyntheticRoomSpec spec = room_of_scale(scale, seed);
+  spec.cells_z = 0;
+  return spec;
+}
+
+// Exact inverse distances of a scene.
+inline InverseDistanceMap true_map(const SyntheticScene& scene, const Eigen::Vector3d& position_m,
+                                   PanoramaSize size) {
+  InverseDistanceMap map{{}, position_m, size, {}, {}};
+  for (int u = 0; u < size.width; ++u) {
+    for (int v = 0; v < size.height; ++v) {
+      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
+      const double distance_m = distance_at(scene, position_m, direction_from_angles(angles));
+      map.omega.push_back(static_cast<float>(1.0 / distance_m));
+    }
+  }
+  map.confidence.assign(map.omega.size(), 255);
+  return map;
+}
+
+class DepthTestRoom {
+ public:
+  // Changes a frame (BGR, CV_8UC3). Called on several threads.
+  using Edit = std::function<void(StationIndex station, cv::Mat* frame)>;
+
+  explicit DepthTestRoom(const SyntheticRoomSpec& spec, const Edit& edit = nullptr)
+      : DepthTestRoom(spec, synthetic_grid(spec), edit) {}
+
+  // The scene of `spec` captured from any grid.
+  DepthTestRoom(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit)
+      : room_(write(spec, grid, edit)) {}
+
+  const Room& room() const { return room_; }
+  const Grid& grid() const { return room_.grid(); }
+
+  // Adds exact distances, as if they had been packed with the room, at every n-th station.
+  void give_distances(const SyntheticScene& scene, PanoramaSize size, int every = 1) {
+    std::filesystem::create_directories(directory_ / "distances");
+    for (const Line& line : grid().lines) {
+      DistanceMaps maps{{}, size, kGivenOrigin, {}};
+      for (int i = 0; i < static_cast<int>(line.stations.size()); i += every) {
+        maps.stations.push_back(i);
+      }
+      maps.read = [&](size_t i) {
+        const auto station = static_cast<size_t>(maps.stations[i]);
+        return distances_from(true_map(scene, line.stations[station].position_m, size));
+      };
+      Progress progress("giving", static_cast<std::int64_t>(maps.stations.size()), "maps");
+      write_distance_volume(distance_volume_path(directory_.path(), line.id), line, maps,
+                            &progress);
+    }
+    room_ = Room::open(directory_.path());
+  }
+
+ private:
+  Room write(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit) const {
+    const PanoramaSize size{spec.width, spec.width / 2};
+    std::filesystem::create_directories(directory_ / "lines");
+    for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
+      const Line& stations = grid.lines[static_cast<size_t>(line)];
+      Progress progress("packing", static_cast<std::int64_t>(stations.stations.size()), "stations");
+      const auto rays_of = [&](size_t i) {
+        cv::Mat frame = render_scene(spec.scene, stations.stations[i].position_m, spec.width);
+        if (edit) edit({line, static_cast<int>(i)}, &frame);
+        return rays_from(frame);
+      };
+      write_line_volume(line_volume_path(directory_.path(), stations.id), stations, size, rays_of,
+                        &progress);
+    }
+    write_file_atomically(manifest_path(directory_.path()), manifest_to_json({size, grid, {}}));
+    return Room::open(directory_.path());
+  }
+
+  static StationRays rays_from(const cv::Mat& frame) {
+    StationRays station;
+    for (int u = 0; u < frame.cols; ++u) {
+      for (int v = 0; v < frame.rows; ++v) {
+        const auto& bgr = frame.at<cv::Vec3b>(v, u);
+        station.rays.insert(station.rays.end(), {bgr[2], bgr[1], bgr[0]});
+      }
+    }
+    station.sha256 = sha256_hex(std::as_bytes(std::span(station.rays)));
+    return station;
+  }
+
+  static StationDistances distances_from(const InverseDistanceMap& map) {
+    StationDistances station{{}, map.confidence, {}};
+    for (const float omega : map.omega) station.distance_m.push_back(1.0f / omega);
+    station.sha256 = checksum_of_distances(station.distance_m, station.confidence);
+    return station;
+  }
+
+  TestDirectory directory_;
+  Room room_;
+};
+
+// Normally distributed noise, different for each station.
+inline void add_noise(StationIndex station, double deviation, cv::Mat* frame) {
+  cv::RNG random(static_cast<std::uint64_t>(1000 * station.line + station.station + 1));
+  cv::Mat noise(frame->size(), CV_16SC3);
+  random.fill(noise, cv::RNG::NORMAL, 0.0, deviation);
+  cv::add(*frame, noise, *frame, cv::noArray(), CV_8U);
+}
+
+// Gains of 1 for every station.
+inline std::vector<std::vector<ColourGain>> no_gains(const Grid& grid) {
+  std::vector<std::vector<ColourGain>> gains;
+  for (const Line& line : grid.lines) gains.emplace_back(line.stations.size(), ColourGain(1, 1, 1));
+  return gains;
+}
+
+// Share of the pixels of `map`, those chosen by `counts(pixel)`, whose error is less than
+// `tolerance_per_m`; pixels count by their solid angle.
+template <typename Counts>
+double share_within(const InverseDistanceMap& map, const InverseDistanceMap& truth,
+                    double tolerance_per_m, const Counts& counts) {
+  double within = 0.0;
+  double all = 0.0;
+  for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
+    if (!counts(pixel)) continue;
+    const double row = static_cast<double>(pixel % static_cast<size_t>(map.size.height));
+    const double solid_angle = std::sin((row + 0.5) / map.size.height * kPi);
+    all += solid_angle;
+    if (std::fabs(map.omega[pixel] - truth.omega[pixel]) < tolerance_per_m) within += solid_angle;
+  }
+  return all > 0.0 ? within / all : 0.0;
+}
+
+}  // namespace raywalk

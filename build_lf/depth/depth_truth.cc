@@ -1,0 +1,121 @@
+#include "build_lf/depth/depth_truth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kBands = 8;
+
+// Errors of many pixels, kept as they come: a median needs them all, so they are binned.
+class ErrorHistogram {
+ public:
+  void add(double error) {
+    ++counts_[static_cast<size_t>(std::min(error / kBinWidth, kBins - 1.0))];
+    ++total_;
+  }
+  std::int64_t total() const { return total_; }
+  double share_below(double error) const {
+    std::int64_t below = 0;
+    for (size_t i = 0; i < static_cast<size_t>(error / kBinWidth); ++i) below += counts_[i];
+    return total_ > 0 ? static_cast<double>(below) / static_cast<double>(total_) : 0.0;
+  }
+  double median() const {
+    std::int64_t below = 0;
+    size_t i = 0;
+    while (i < counts_.size() && 2 * (below + counts_[i]) < total_) below += counts_[i++];
+    return (static_cast<double>(i) + 0.5) * kBinWidth;
+  }
+
+ private:
+  static constexpr double kBinWidth = 1.0 / 128.0;
+  static constexpr double kBins = 4096.0;
+  std::vector<std::int64_t> counts_ = std::vector<std::int64_t>(static_cast<size_t>(kBins));
+  std::int64_t total_ = 0;
+};
+
+}  // namespace
+
+GivenDistances::GivenDistances(const Room& room) {
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    const DistanceVolume& distances = room.distances(line);
+    in_use_ = in_use_ || (distances.maps() > 0 && distances.given());
+  }
+  const fs::path directory = room.directory() / (in_use_ ? "distances" : kGivenDistances);
+  for (const Line& line : room.grid().lines) {
+    const fs::path file = directory / (line.id + ".h5");
+    std::error_code error;
+    volumes_.push_back(fs::exists(file, error)
+                           ? DistanceVolume::open(file, static_cast<int>(line.stations.size()))
+                           : DistanceVolume());
+  }
+}
+
+bool GivenDistances::empty() const {
+  return std::all_of(volumes_.begin(), volumes_.end(),
+                     [](const DistanceVolume& volume) { return volume.maps() == 0; });
+}
+
+std::optional<std::vector<float>> GivenDistances::omega_of(StationIndex station,
+                                                           PanoramaSize size) const {
+  const DistanceVolume& volume = volumes_[static_cast<size_t>(station.line)];
+  const auto found = std::find(volume.stations().begin(), volume.stations().end(), station.station);
+  if (found == volume.stations().end()) return std::nullopt;
+  const int map = static_cast<int>(found - volume.stations().begin());
+  std::vector<float> omega;
+  omega.reserve(static_cast<size_t>(size.width) * static_cast<size_t>(size.height));
+  for (int theta = 0; theta < size.width; ++theta) {
+    const auto column = volume.distance_column(
+        map, static_cast<int>((theta + 0.5) / size.width * volume.size().width));
+    for (int phi = 0; phi < size.height; ++phi) {
+      const auto row = static_cast<size_t>((phi + 0.5) / size.height * volume.size().height);
+      omega.push_back(1.0f / column[row]);
+    }
+  }
+  return omega;
+}
+
+TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan& plan,
+                                   const std::string& stage, const PartialMaps& partial) {
+  TruthComparison comparison;
+  ErrorHistogram all;
+  ErrorHistogram relative;
+  std::vector<ErrorHistogram> bands(kBands);
+  const double px_per_omega = plan.reach_m * plan.size.width / kTwoPi;
+  for (const SweepReference& reference : plan.maps) {
+    const auto truth = given.omega_of(reference.station, plan.size);
+    const auto map = partial.load(stage, reference.station, reference.position_m, plan.size);
+    if (!truth || !map) continue;
+    ++comparison.maps;
+    for (size_t p = 0; p < truth->size(); ++p) {
+      const double true_omega = (*truth)[p];
+      const double error_px = std::fabs(map->omega[p] - true_omega) * px_per_omega;
+      all.add(error_px);
+      bands[static_cast<size_t>(map->confidence[p] * kBands / 256)].add(error_px);
+      // In percent, so that the bins are fine enough.
+      if (true_omega > 0.0) relative.add(100.0 * std::fabs(map->omega[p] / true_omega - 1.0));
+    }
+  }
+  if (comparison.maps == 0) {
+    throw Error(
+        "--truth: no station with an estimated map has a given one; choose --every so that "
+        "they meet");
+  }
+  comparison.within_1px_share = all.share_below(1.0);
+  comparison.within_2px_share = all.share_below(2.0);
+  comparison.within_4px_share = all.share_below(4.0);
+  comparison.median_relative_error = 0.01 * relative.median();
+  for (size_t i = 0; i < bands.size(); ++i) {
+    if (bands[i].total() == 0) continue;
+    comparison.calibration.push_back({(static_cast<double>(i) + 0.5) / kBands, bands[i].total(),
+                                      1.0 - bands[i].share_below(1.0), bands[i].median()});
+  }
+  return comparison;
+}
+
+}  // namespace raywalk

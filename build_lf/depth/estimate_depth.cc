@@ -1,0 +1,230 @@
+#include "build_lf/depth/estimate_depth.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <span>
+
+#include "build_lf/depth/depth_page.h"
+#include "build_lf/depth/depth_truth.h"
+#include "build_lf/depth/flow_depth.h"
+#include "build_lf/depth/frame_checks.h"
+#include "build_lf/depth/frame_warnings.h"
+#include "build_lf/depth/stored_maps.h"
+#include "build_lf/depth/sweep_depth.h"
+#include "build_lf/pack_room.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/sha256.h"
+#include "core/room/connection_errors.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Changes whenever the estimation does: maps of another version are not resumed.
+constexpr int kEstimatorVersion = 1;
+
+double peak_memory_mb() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+std::string fingerprint_of(const Room& room, const DepthOptions& options, const DepthPlan& plan) {
+  std::string text = fmt::format("{} {} {}x{}\n", kEstimatorVersion, name_of(options.method),
+                                 plan.size.width, plan.size.height);
+  for (const SweepReference& map : plan.maps) {
+    text += fmt::format("{}/{} ", map.station.line, map.station.station);
+  }
+  for (const Line& line : room.grid().lines) {
+    text += checksum_of_line(line_volume_path(room.directory(), line.id)) + "\n";
+  }
+  text += manifest_to_json(room.manifest());  // where the stations are
+  if (options.valid_mask) text += read_file(*options.valid_mask);
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+cv::Mat read_valid_mask(const DepthOptions& options, PanoramaSize size) {
+  if (!options.valid_mask) return {};
+  if (options.method == DepthMethod::kFlow) {
+    throw UsageError("--valid-mask: optical flow cannot leave pixels out; use --method sweep");
+  }
+  return read_mask(*options.valid_mask, size);
+}
+
+// What is nearer than this moves by a pixel or more over the reach.
+double far_m(const DepthPlan& plan) { return plan.reach_m * plan.size.width / kTwoPi; }
+
+MapSummary summary_of(const Room& room, const DepthPlan& plan, const InverseDistanceMap& map) {
+  const Line& line = room.grid().lines[static_cast<size_t>(map.station.line)];
+  MapSummary summary{line.id, map.station.station,
+                     line.stations[static_cast<size_t>(map.station.station)].file};
+  double total = 0.0;
+  for (size_t p = 0; p < map.confidence.size(); ++p) {
+    const double row = static_cast<double>(p % static_cast<size_t>(map.size.height));
+    const double weight = std::cos(angles_from_pixel({0.0, row}, map.size).phi_rad);
+    const double confidence = map.confidence[p] / 255.0;
+    total += weight;
+    summary.mean_confidence += weight * confidence;
+    if (map.confidence[p] < kLeastConfidence) summary.low_share += weight;
+    if (map.omega[p] * far_m(plan) >= 1.0) summary.parallax_share += weight;
+  }
+  summary.mean_confidence /= total;
+  summary.low_share /= total;
+  summary.parallax_share /= total;
+  return summary;
+}
+
+// The map in the middle of each line.
+std::vector<InverseDistanceMap> maps_to_show(const Room& room, const DepthPlan& plan,
+                                             const PartialMaps& partial) {
+  std::vector<InverseDistanceMap> shown;
+  for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
+    std::vector<const SweepReference*> of_line;
+    for (const SweepReference& reference : plan.maps) {
+      if (reference.station.line == l) of_line.push_back(&reference);
+    }
+    if (of_line.empty()) continue;
+    shown.push_back(finished_map(partial, plan, *of_line[of_line.size() / 2]));
+  }
+  return shown;
+}
+
+// Frames that would mislead: a wrong position or something that stood elsewhere.
+std::vector<StationIndex> misleading(const FrameChecks& checks) {
+  std::vector<StationIndex> stations;
+  for (const FrameFinding& finding : checks.frames) {
+    if (finding.fault != FrameFault::kExposureStep) stations.push_back(finding.station);
+  }
+  return stations;
+}
+
+double spread_of(const StationGains& gains) {
+  double square = 0.0;
+  int count = 0;
+  for (const auto& line : gains.gain) {
+    for (const ColourGain& gain : line) {
+      const double log_gain = std::log((gain[0] + gain[1] + gain[2]) / 3.0);
+      square += log_gain * log_gain;
+      ++count;
+    }
+  }
+  return std::sqrt(square / std::max(1, count));
+}
+
+double largest_step_of(const StationGains& gains) {
+  double largest = 1.0;
+  for (const ExposureStep& step : gains.largest_step) {
+    if (std::fabs(std::log(step.factor)) > std::fabs(std::log(largest))) largest = step.factor;
+  }
+  return largest;
+}
+
+void warn(const std::vector<std::string>& warnings, DepthSummary* summary) {
+  for (const std::string& warning : warnings) spdlog::warn("{}", warning);
+  summary->warnings.insert(summary->warnings.end(), warnings.begin(), warnings.end());
+}
+
+void flow_maps(const Room& room, const DepthPlan& plan, const StationGains& gains,
+               PartialMaps* partial) {
+  Progress progress("following the flow", static_cast<std::int64_t>(plan.maps.size()), "maps");
+  for (const SweepReference& reference : plan.maps) {
+    throw_if_interrupted();
+    if (!partial->load(kFinalStage, reference.station, reference.position_m, plan.size)) {
+      partial->store(kFinalStage,
+                     flow_map(room, reference.station, plan.reach_m, plan.size, gains.gain));
+    }
+    progress.advance();
+  }
+}
+
+// Makes the final maps and notes how.
+void make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
+               const StationGains& gains, const cv::Mat& valid, PartialMaps* partial,
+               DepthSummary* summary) {
+  if (method == DepthMethod::kFlow) {
+    flow_maps(room, plan, gains, partial);
+    return;
+  }
+  const double most_per_m = find_nearest_surfaces(room, plan, gains.gain, valid, partial);
+  summary->nearest_m = 1.0 / most_per_m;
+  summary->layers = sweep_layers(most_per_m, plan.reach_m, plan.size).count;
+  sweep_maps(room, plan, most_per_m, gains.gain, valid, partial);
+  fuse_swept_maps(plan, partial);
+}
+
+// Compares the stations' frames, warns of those that mislead and leaves them out of the plan;
+// returns what the others' colours have to be multiplied by.
+StationGains examine_frames(const Room& room, DepthPlan* plan, DepthSummary* summary) {
+  const std::vector<StationLink> links = measure_links(room, pairs_to_compare(room.grid()));
+  StationGains gains = solve_gains(room.grid(), links);
+  const FrameChecks checks = check_frames(room, links, gains, plan->reach_m);
+  summary->gain_spread = spread_of(gains);
+  summary->largest_exposure_step = largest_step_of(gains);
+  summary->frame_findings = checks.frames;
+  warn(warnings_of(room, checks), summary);
+  leave_out(misleading(checks), plan);
+  return gains;
+}
+
+int stations_of(const Grid& grid) {
+  std::size_t count = 0;
+  for (const Line& line : grid.lines) count += line.stations.size();
+  return static_cast<int>(count);
+}
+
+// Throws Error where there is nothing to compare with.
+void require_truth(const GivenDistances& given, const fs::path& room) {
+  if (!given.empty()) return;
+  throw Error(fmt::format("{}: --truth: no distances were packed with it; pack it with --distance",
+                          room.string()));
+}
+
+}  // namespace
+
+DepthSummary estimate_depth(const DepthOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const Room room = Room::open(options.room);
+  DepthPlan plan = plan_depth(room, options);
+  const cv::Mat valid = read_valid_mask(options, plan.size);
+  const GivenDistances given(room);
+  if (options.compare_truth) require_truth(given, options.room);
+  DepthSummary summary{.room = options.room.string(),
+                       .method = name_of(options.method),
+                       .size = plan.size,
+                       .stations = stations_of(room.grid()),
+                       .reach_m = plan.reach_m};
+  const StationGains gains = examine_frames(room, &plan, &summary);
+  PartialMaps partial(options.room, fingerprint_of(room, options, plan));
+  make_maps(room, options.method, plan, gains, valid, &partial, &summary);
+  for (const SweepReference& reference : plan.maps) {
+    summary.maps.push_back(summary_of(room, plan, finished_map(partial, plan, reference)));
+  }
+  warn(parallax_warnings(summary.maps, far_m(plan)), &summary);
+  if (options.compare_truth) {
+    summary.truth = compare_with_truth(given, plan, kFinalStage, partial);
+  }
+  const std::vector<InverseDistanceMap> shown = maps_to_show(room, plan, partial);
+  write_volumes(room, options.method, plan, partial);
+  partial.complete(given.in_use() ? kGivenDistances : "");
+  // What was measured on the distances that were there no longer holds.
+  std::error_code ignored;
+  fs::remove(connection_errors_path(options.room), ignored);
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary.peak_memory_mb = peak_memory_mb();
+  summary.page = (options.room / "depth.html").string();
+  write_file_atomically(options.room / "depth.html", depth_page(room, summary, shown));
+  write_file_atomically(options.room / "depth.json", depth_summary_to_json(summary));
+  return summary;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,53 @@
+#include "build_lf/depth/stored_maps.h"
+
+#include <limits>
+
+#include "build_lf/volume_writer.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+
+namespace raywalk {
+namespace {
+
+StationDistances stored_distances(const InverseDistanceMap& map) {
+  StationDistances station;
+  station.confidence = map.confidence;
+  station.distance_m.reserve(map.omega.size());
+  for (const float omega : map.omega) {
+    station.distance_m.push_back(omega > 0.0f ? 1.0f / omega
+                                              : std::numeric_limits<float>::infinity());
+  }
+  station.sha256 = checksum_of_distances(station.distance_m, station.confidence);
+  return station;
+}
+
+}  // namespace
+
+InverseDistanceMap finished_map(const PartialMaps& partial, const DepthPlan& plan,
+                                const SweepReference& reference) {
+  auto map = partial.load(kFinalStage, reference.station, reference.position_m, plan.size);
+  if (!map) throw Error("distances.partial: a map is damaged; run the command again");
+  return std::move(*map);
+}
+
+void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
+                   const PartialMaps& partial) {
+  Progress progress("writing", static_cast<std::int64_t>(plan.maps.size()), "maps");
+  for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
+    std::vector<SweepReference> of_line;
+    DistanceMaps maps{{}, plan.size, "estimated by " + name_of(method), {}};
+    for (const SweepReference& reference : plan.maps) {
+      if (reference.station.line != l) continue;
+      of_line.push_back(reference);
+      maps.stations.push_back(reference.station.station);
+    }
+    if (of_line.empty()) continue;
+    maps.read = [&](std::size_t i) {
+      return stored_distances(finished_map(partial, plan, of_line[i]));
+    };
+    const Line& line = room.grid().lines[static_cast<size_t>(l)];
+    write_distance_volume(partial.volumes() / (line.id + ".h5"), line, maps, &progress);
+  }
+}
+
+}  // namespace raywalk

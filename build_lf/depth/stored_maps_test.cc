@@ -1,0 +1,82 @@
+#include "build_lf/depth/stored_maps.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+namespace fs = std::filesystem;
+
+class StoredMapsTest : public ::testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec tiny = room_of_scale(1.0);
+    tiny.width = 32;
+    return tiny;
+  }
+  // Line z0 gets no maps.
+  static DepthPlan plan_without_z0(const Room& room) {
+    DepthPlan plan = plan_depth(room, {.every = 8});
+    std::erase_if(plan.maps, [](const SweepReference& map) { return map.station.line == 2; });
+    return plan;
+  }
+  void store_maps(PartialMaps* partial) const {
+    for (const SweepReference& reference : plan_.maps) {
+      InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
+      map.station = reference.station;
+      map.omega[3] = 0.0f;
+      map.confidence[5] = static_cast<std::uint8_t>(10 * reference.station.station);
+      partial->store(kFinalStage, map);
+    }
+  }
+
+  DepthTestRoom room_{spec()};
+  DepthPlan plan_ = plan_without_z0(room_.room());
+};
+
+TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
+  PartialMaps partial(room_.room().directory(), "inputs");
+  store_maps(&partial);
+  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial);
+  partial.complete("");
+  const Room room = Room::open(room_.room().directory());
+  EXPECT_EQ(room.distances(2).maps(), 0);
+  const DistanceVolume& distances = room.distances(0);
+  EXPECT_THAT(distances.stations(), ElementsAre(0, 8, 16));
+  EXPECT_EQ(distances.size(), plan_.size);
+  EXPECT_FALSE(distances.given());
+  const InverseDistanceMap truth =
+      true_map(spec().scene, room.grid().lines[0].stations[8].position_m, plan_.size);
+  for (int theta = 0; theta < plan_.size.width; ++theta) {
+    for (int phi = 0; phi < plan_.size.height; ++phi) {
+      const int pixel = theta * plan_.size.height + phi;
+      const float expected_m = pixel == 3 ? std::numeric_limits<float>::infinity()
+                                          : 1.0f / truth.omega[static_cast<size_t>(pixel)];
+      ASSERT_EQ(distances.distance_column(1, theta)[static_cast<size_t>(phi)], expected_m);
+    }
+  }
+  EXPECT_EQ(distances.confidence_column(1, 0)[5], 80);
+  EXPECT_EQ(distances.confidence_column(1, 0)[6], 255);
+}
+
+TEST_F(StoredMapsTest, ADamagedMapIsNamedAndNothingOfItsLineWritten) {
+  PartialMaps partial(room_.room().directory(), "inputs");
+  store_maps(&partial);
+  for (const auto& entry : fs::directory_iterator(partial.volumes().parent_path())) {
+    if (entry.path().filename() == "final-0-8.map") std::ofstream(entry.path()) << "damaged";
+  }
+  EXPECT_THAT([&] { write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial); },
+              ThrowsMessage<Error>(HasSubstr("run the command again")));
+  EXPECT_TRUE(fs::is_empty(partial.volumes()));
+}
+
+}  // namespace
+}  // namespace raywalk
