@@ -1,0 +1,46 @@
+#include "build_lf/require/distance_error.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "build_lf/require/test_distances.h"
+
+namespace raywalk {
+namespace {
+
+class OmegaErrorTest : public RequireTest {};
+
+TEST_F(OmegaErrorTest, ExactMapsHardlyContradictEachOther) {
+  const auto error = omega_error(room_of({.width = 256}));
+  ASSERT_TRUE(error);
+  EXPECT_LT(*error, 2e-3);
+}
+
+TEST_F(OmegaErrorTest, NoiseIsFound) {
+  room_of({.width = 256});
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> noise(0.0, 0.005);  // 1/m; 95 % are within 1.96 of it
+  replace_distances(
+      [&](float metres) { return static_cast<float>(1.0 / (1.0 / metres + noise(random))); });
+  const auto error = omega_error(Room::open(path_));
+  ASSERT_TRUE(error);
+  // Interpolation averages the noise of one of the two maps.
+  EXPECT_NEAR(*error, 1.96 * 0.005, 0.35 * 1.96 * 0.005);
+}
+
+TEST_F(OmegaErrorTest, OneMapHasNothingToCompareWith) {
+  EXPECT_FALSE(omega_error(room_of({.cells_z = 0, .width = 64, .distance_every = 1000})));
+  EXPECT_FALSE(omega_error(room_of({.width = 64, .distances = false})));
+}
+
+TEST_F(OmegaErrorTest, SkyIsAgreement) {
+  SyntheticRoomSpec spec{.width = 64};
+  spec.scene.infinitely_far = true;
+  // Written as infinity: nothing is known to be nearer.
+  EXPECT_EQ(omega_error(room_of(spec)), 0.0);
+}
+
+}  // namespace
+}  // namespace raywalk

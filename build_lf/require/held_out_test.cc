@@ -1,0 +1,115 @@
+#include "build_lf/require/held_out.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "build_lf/require/test_distances.h"
+
+namespace raywalk {
+namespace {
+
+class HeldOutTest : public RequireTest {
+ protected:
+  RecreationScore recreate(const Room& room, const HeldOutStation& station) const {
+    return recreate_stations(room, room, std::array{station}, 0.5)[0];
+  }
+  // A line of 17 stations over 2 m.
+  static SyntheticRoomSpec long_line() {
+    return {.cells_z = 0, .side_m = 2.0, .spacing_m = 0.125, .width = 256};
+  }
+};
+
+TEST_F(HeldOutTest, DistancesBringBackWhatPlainBlendingGhosts) {
+  const Room room = room_of(long_line());
+  const RecreationScore score = recreate(room, {0, 8, 6, 10});
+  EXPECT_GT(score.psnr_with_distances_db, 38.0);
+  EXPECT_LT(score.psnr_without_depth_db, 28.0);
+  EXPECT_LT(score.hidden_share, 1e-3) << "nothing hides anything in an empty room";
+}
+
+TEST_F(HeldOutTest, SkyNeedsNoDistances) {
+  SyntheticRoomSpec spec = long_line();
+  spec.scene.infinitely_far = true;
+  const RecreationScore score = recreate(room_of(spec), {0, 8, 0, 16});
+  EXPECT_EQ(score.psnr_with_distances_db, 100.0);
+  EXPECT_EQ(score.psnr_without_depth_db, 100.0);
+}
+
+TEST_F(HeldOutTest, WrongDistancesAreFound) {
+  room_of(long_line());
+  replace_distances([](float metres) { return 1.25f * metres; });
+  const double wrong = recreate(Room::open(path_), {0, 8, 4, 12}).psnr_with_distances_db;
+  const double right = recreate(room_of(long_line()), {0, 8, 4, 12}).psnr_with_distances_db;
+  EXPECT_LT(wrong, right - 8.0);
+}
+
+TEST_F(HeldOutTest, OwnMapOfAStationLeftOutIsNotUsed) {
+  SyntheticRoomSpec spec = long_line();
+  const double with_all = recreate(room_of(spec), {0, 8, 6, 10}).psnr_with_distances_db;
+  // Only the station left out has a distance map that is wrong.
+  Room room = room_of(spec);
+  int map = -1;
+  replace_distances([&, pixel = 0](float metres) mutable {
+    map = pixel++ / (256 * 128);
+    return map == 8 ? 0.3f : metres;
+  });
+  const double with_own_wrong = recreate(Room::open(path_), {0, 8, 6, 10}).psnr_with_distances_db;
+  EXPECT_NEAR(with_own_wrong, with_all, 1e-9);
+}
+
+TEST_F(HeldOutTest, WhatANeighbourCannotSeeIsReadFromTheOther) {
+  SyntheticRoomSpec spec = long_line();
+  spec.scene.obstacle = SceneBox{{-0.15, -0.5, 0.5}, {0.15, 0.5, 0.8}};
+  spec.scene.texture_wavelength_m = 0.7;
+  const RecreationScore score = recreate(room_of(spec), {0, 8, 4, 12});
+  EXPECT_GT(score.psnr_with_distances_db, 27.0);
+  EXPECT_GT(score.psnr_with_distances_db, score.psnr_without_depth_db + 7.0);
+}
+
+TEST_F(HeldOutTest, ToleranceIsWhatADisplacedPictureIsOff) {
+  SyntheticRoomSpec flat = long_line();
+  flat.scene.contrast = 0.0;
+  EXPECT_EQ(recreate(room_of(flat), {0, 8, 6, 10}).psnr_of_tolerance_db, 100.0)
+      << "of a blank wall any displacement is right";
+  const Room room = room_of(long_line());
+  const auto score_for = [&](double tolerance_px) {
+    return recreate_stations(room, room, std::array{HeldOutStation{0, 8, 6, 10}}, tolerance_px)[0]
+        .psnr_of_tolerance_db;
+  };
+  // Twice the displacement is four times the squared error where texture is coarse.
+  EXPECT_NEAR(score_for(1.0) - score_for(2.0), 6.0, 0.7);
+}
+
+TEST_F(HeldOutTest, StridesGoUpToTheWholeLine) {
+  const Room room = room_of({.cells_z = 0, .side_m = 1.0, .spacing_m = 0.125, .width = 64});
+  const std::vector<HeldOutFacts> strides = measure_strides(room, 0.5);
+  std::vector<int> found;
+  for (const HeldOutFacts& each : strides) {
+    found.push_back(each.stride);
+    EXPECT_NEAR(each.step_m, 0.125 * each.stride, 1e-9);
+    EXPECT_EQ(each.views, 8 / each.stride);
+  }
+  EXPECT_THAT(found, ::testing::ElementsAre(2, 3, 4, 6, 8));
+  EXPECT_GT(strides.front().psnr_without_depth_db, strides.back().psnr_without_depth_db + 6.0);
+}
+
+TEST_F(HeldOutTest, LineOfTwoStationsHasNothingToLeaveOut) {
+  EXPECT_TRUE(measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 0.5).empty());
+}
+
+TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {
+  const auto step = [](double step_m, double psnr_db) {
+    return HeldOutFacts{
+        .step_m = step_m, .psnr_with_distances_db = psnr_db, .psnr_of_tolerance_db = 30.0};
+  };
+  EXPECT_EQ(
+      measured_up_to_m(std::array{step(0.1, 40), step(0.2, 30), step(0.3, 29), step(0.4, 31)}),
+      0.2);
+  EXPECT_EQ(measured_up_to_m(std::array{step(0.1, 29), step(0.2, 31)}), 0.0);
+  EXPECT_EQ(measured_up_to_m({}), 0.0);
+}
+
+}  // namespace
+}  // namespace raywalk

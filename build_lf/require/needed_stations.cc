@@ -1,0 +1,60 @@
+#include "build_lf/require/needed_stations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace raywalk {
+namespace {
+
+// Positions are sums of steps: equal ones differ in their last digits.
+constexpr double kRounding = 1e-9;
+
+int nearest_station(const Line& line, double along_m) {
+  int nearest = 0;
+  for (int i = 1; i < static_cast<int>(line.stations.size()); ++i) {
+    const auto off = [&](int j) {
+      return std::abs(line.stations[static_cast<size_t>(j)].along_m - along_m);
+    };
+    if (off(i) < off(nearest)) nearest = i;
+  }
+  return nearest;
+}
+
+std::set<int> fixed_stations(const Grid& grid, const Line& line) {
+  std::set<int> fixed{0, static_cast<int>(line.stations.size()) - 1};
+  for (const Line& other : grid.lines) {
+    if (other.axis != line.axis) {
+      fixed.insert(nearest_station(line, along_line(line, crossing_of(line, other))));
+    }
+  }
+  return fixed;
+}
+
+}  // namespace
+
+std::vector<int> needed_stations(const Grid& grid, int index, double spacing_m,
+                                 std::span<const int> preferred) {
+  const Line& line = grid.lines[static_cast<size_t>(index)];
+  const std::set<int> fixed = fixed_stations(grid, line);
+  const int last = static_cast<int>(line.stations.size()) - 1;
+  const auto along_m = [&](int i) { return line.stations[static_cast<size_t>(i)].along_m; };
+  std::vector<int> needed{0};
+  while (needed.back() != last) {
+    const int here = needed.back();
+    const int stop = *fixed.upper_bound(here);
+    int farthest = here + 1;  // even where the gap to it is too wide already
+    int farthest_preferred = -1;
+    for (int i = here + 1; i <= stop; ++i) {
+      if (i > here + 1 && along_m(i) - along_m(here) > spacing_m * (1.0 + kRounding)) break;
+      farthest = i;
+      if (std::ranges::binary_search(preferred, i)) farthest_preferred = i;
+    }
+    // A fixed station ends the step in any case, and the next one starts from there.
+    const bool at_stop = farthest == stop;
+    needed.push_back(farthest_preferred >= 0 && !at_stop ? farthest_preferred : farthest);
+  }
+  return needed;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,105 @@
+#include "build_lf/require/recreated_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raywalk {
+namespace {
+
+constexpr double kMostDb = 100.0;
+
+// Red, green and blue between pixels, bilinearly.
+Eigen::Vector3d color_at(const StationView& view, PixelPosition pixel) {
+  const PanoramaSize size = view.rays->panorama();
+  const double u = std::floor(pixel.u), v = std::floor(pixel.v);
+  const double du = pixel.u - u, dv = pixel.v - v;
+  Eigen::Vector3d color(0, 0, 0);
+  for (int i = 0; i < 2; ++i) {
+    const int theta = ((static_cast<int>(u) + i) % size.width + size.width) % size.width;
+    const auto column = view.rays->column(view.station, theta);
+    for (int j = 0; j < 2; ++j) {
+      const int row = std::clamp(static_cast<int>(v) + j, 0, size.height - 1);
+      const std::uint8_t* rgb = column.data() + 3 * static_cast<size_t>(row);
+      const double weight = (i == 0 ? 1.0 - du : du) * (j == 0 ? 1.0 - dv : dv);
+      color += weight * Eigen::Vector3d(rgb[0], rgb[1], rgb[2]);
+    }
+  }
+  return color;
+}
+
+struct Sighting {
+  Eigen::Vector3d color{0, 0, 0};
+  bool visible = false;
+};
+
+// The point of `truth` in `direction` as another station saw it.
+Sighting look(const StationView& from, const StationView& truth, const Eigen::Vector3d& direction,
+              float omega) {
+  const SeenPoint seen = seen_from(direction, omega, truth.position_m - from.position_m);
+  const float nearest = from.omega->sample(pixel_from_angles(seen.angles, from.omega->size()));
+  // A pixel of the map, and one of the map it was made from.
+  const float tolerance = 2.0f * from.omega->surface_tolerance();
+  return {color_at(from, pixel_from_angles(seen.angles, from.rays->panorama())),
+          nearest <= seen.omega * (1.0f + tolerance)};
+}
+
+double squared_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  // Colours are compared as the 8-bit values a picture would hold.
+  const auto rounded = [](double level) { return std::round(level); };
+  return (a.unaryExpr(rounded) - b.unaryExpr(rounded)).squaredNorm();
+}
+
+// The squared differences between a pixel and those an angle of `tolerance_px` rows beside it,
+// added up; towards a pole that angle spans more columns.
+double displacement_error(const StationView& view, PixelPosition pixel, double tolerance_px,
+                          double cos_phi) {
+  const Eigen::Vector3d color = color_at(view, pixel);
+  const double columns =
+      tolerance_px / std::max(cos_phi, tolerance_px / view.rays->panorama().width);
+  return squared_distance(color, color_at(view, {pixel.u + columns, pixel.v})) +
+         squared_distance(color, color_at(view, {pixel.u, pixel.v + tolerance_px}));
+}
+
+}  // namespace
+
+double psnr_db(double mean_squared_error) {
+  return std::min(kMostDb, 10.0 * std::log10(255.0 * 255.0 / mean_squared_error));
+}
+
+RecreationScore score_recreation(const StationView& truth, const StationView& left,
+                                 const StationView& right, double tolerance_px, int width) {
+  const PanoramaSize size = truth.rays->panorama();
+  const int stride = std::max(1, static_cast<int>(std::lround(double(size.width) / width)));
+  const double to_left = (truth.position_m - left.position_m).norm();
+  const double to_right = (truth.position_m - right.position_m).norm();
+  const double fraction = to_left / (to_left + to_right);
+  double with = 0.0, without = 0.0, displaced = 0.0, hidden = 0.0, solid_angle = 0.0;
+  std::int64_t pixels = 0;
+  for (int theta = stride / 2; theta < size.width; theta += stride) {
+    for (int row = stride / 2; row < size.height; row += stride) {
+      const PixelPosition pixel{static_cast<double>(theta), static_cast<double>(row)};
+      const SphereAngles angles = angles_from_pixel(pixel, size);
+      const Eigen::Vector3d direction = direction_from_angles(angles);
+      const float omega =
+          std::max(0.0f, truth.omega->sample(pixel_from_angles(angles, truth.omega->size())));
+      const Sighting a = look(left, truth, direction, omega);
+      const Sighting b = look(right, truth, direction, omega);
+      const bool both = a.visible == b.visible;
+      const double share_of_b = both ? fraction : (b.visible ? 1.0 : 0.0);
+      const Eigen::Vector3d captured = color_at(truth, pixel);
+      with += squared_distance(a.color + share_of_b * (b.color - a.color), captured);
+      const Eigen::Vector3d first = color_at(left, pixel), second = color_at(right, pixel);
+      without += squared_distance(first + fraction * (second - first), captured);
+      const double part = std::cos(angles.phi_rad);
+      displaced += 0.5 * displacement_error(truth, pixel, tolerance_px, part);
+      solid_angle += part;
+      if (!a.visible && !b.visible) hidden += part;
+      ++pixels;
+    }
+  }
+  const double samples = 3.0 * static_cast<double>(pixels);
+  return {psnr_db(with / samples), psnr_db(without / samples), psnr_db(displaced / samples),
+          hidden / solid_angle};
+}
+
+}  // namespace raywalk

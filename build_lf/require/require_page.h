@@ -1,0 +1,17 @@
+// The report of `raywalk-build-lf require` as a page to look at.
+#pragma once
+
+#include <string>
+
+#include "build_lf/require/thin_room.h"
+#include "core/room/requirements.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+
+// A self-contained HTML page with plots of everything measured. `needed` are the stations needed
+// with distances.
+std::string requirements_page(const Room& room, const RoomRequirements& requirements,
+                              const KeptStations& needed);
+
+}  // namespace raywalk

@@ -1,0 +1,191 @@
+#include "build_lf/require/require_room.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <system_error>
+#include <vector>
+
+#include "build_lf/require/held_out.h"
+#include "build_lf/require/needed_stations.h"
+#include "build_lf/require/require_page.h"
+#include "build_lf/require/scene_facts.h"
+#include "build_lf/require/stored_size.h"
+#include "build_lf/require/thin_room.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/files/atomic_output.h"
+#include "core/geometry/spacing.h"
+#include "core/room/connection_errors.h"
+#include "core/room/connection_model.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kLayerCounts{1, 2, 4, 8, 16, 32};
+
+void set_captured_spacing(const Grid& grid, SpacingFacts* facts) {
+  std::vector<double> steps_m;
+  for (const Line& line : grid.lines) {
+    facts->stations += static_cast<int>(line.stations.size());
+    for (size_t i = 1; i < line.stations.size(); ++i) {
+      steps_m.push_back(line.stations[i].along_m - line.stations[i - 1].along_m);
+    }
+  }
+  facts->captured_max_m = *std::ranges::max_element(steps_m);
+  facts->captured_median_m = median(std::move(steps_m));
+}
+
+// Stations for a spacing; with distances those that have a map are preferred, without they are of
+// no use.
+KeptStations stations_for(const Room& room, double spacing_m, bool with_distances) {
+  KeptStations kept;
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    const auto mapped = room.distances(line).stations();
+    kept.push_back(needed_stations(room.grid(), line, spacing_m,
+                                   with_distances ? mapped : std::span<const int>()));
+  }
+  return kept;
+}
+
+int count_of(const KeptStations& kept) {
+  int count = 0;
+  for (const std::vector<int>& line : kept) count += static_cast<int>(line.size());
+  return count;
+}
+
+SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, OmegaRange scene,
+                           double tolerance_px) {
+  const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
+  SpacingFacts facts;
+  set_captured_spacing(room.grid(), &facts);
+  facts.needed_without_depth_m = spacing_needed_without_depth(scene, tolerance_rad);
+  for (const int layers : kLayerCounts) {
+    const double error = omega_error_of_layers(scene, layers);
+    facts.needed_with_layers.push_back({layers, spacing_needed(scene, error, tolerance_rad)});
+  }
+  facts.needed_by_error_m = distance.omega_error_per_m
+                                ? spacing_needed(scene, *distance.omega_error_per_m, tolerance_rad)
+                                : std::numeric_limits<double>::infinity();
+  facts.held_out = measure_strides(room, tolerance_px);
+  facts.measured_up_to_m = measured_up_to_m(facts.held_out);
+  facts.needed_with_distances_m =
+      std::max(facts.captured_median_m, std::min(facts.needed_by_error_m, facts.measured_up_to_m));
+  facts.stations_needed_without_depth =
+      count_of(stations_for(room, facts.needed_without_depth_m, false));
+  facts.stations_needed_with_distances =
+      count_of(stations_for(room, facts.needed_with_distances_m, true));
+  return facts;
+}
+
+ConnectionFacts connection_facts(const Room& room) {
+  ConnectionFacts facts;
+  if (room.grid().cells.empty()) return facts;
+  facts.model_k_deg = connection_model(room).curve.optimum_k_deg;
+  for (const ConnectionErrorMeasurement& each : read_connection_errors(room.directory())) {
+    if (const auto least = least_error(each)) {
+      facts.measured.push_back({each.generation, least->k_deg, least->e_connect});
+    }
+  }
+  return facts;
+}
+
+void prepare_outputs(const RequireOptions& options) {
+  const AtomicFile probe(requirements_path(options.room));
+  std::error_code error;
+  if (options.thin) {
+    const fs::path out = (*options.thin / "").parent_path();  // without a trailing slash
+    if (fs::exists(fs::symlink_status(out, error))) {
+      throw Error(out.string() + ": exists already; remove it or choose another --thin");
+    }
+    const AtomicFile thin_probe(out);
+  }
+  if (!options.report) return;
+  make_directories(*options.report);
+  const AtomicFile page_probe(*options.report / "index.html");
+}
+
+std::string summary_of(const RoomRequirements& r, const RequireOptions& options) {
+  const std::string name = options.room.string();
+  const auto cm = [](double metres) {
+    return std::isfinite(metres) ? fmt::format("{:.2f} cm", 100.0 * metres) : "any";
+  };
+  std::string text = fmt::format("{}: surfaces from {:.2f} to {:.2f} m, for {} px:\n", name,
+                                 r.distance.near_m, r.distance.far_m, r.tolerance_px);
+  for (const LayersAtDistance& each : r.layers.by_d_p) {
+    if (each.d_p_m == r.storage.reach_m) {
+      text += fmt::format("  layers    {} at {:.2f} m from the line\n", each.layers, each.d_p_m);
+    }
+  }
+  text += fmt::format(
+      "  spacing   {} without depth, {} with distances; captured {}\n"
+      "  stations  {} of {} needed with distances\n",
+      cm(r.spacing.needed_without_depth_m), cm(r.spacing.needed_with_distances_m),
+      cm(r.spacing.captured_median_m), r.spacing.stations_needed_with_distances,
+      r.spacing.stations);
+  if (r.connection.model_k_deg) {
+    text += fmt::format("  k         {:g} by the model", *r.connection.model_k_deg);
+    for (const MeasuredConnection& each : r.connection.measured) {
+      text += fmt::format(", {:g} measured ({})", each.k_deg, each.generation);
+    }
+    text += r.connection.measured.empty()
+                ? fmt::format("; raywalk-render connect-error {} measures it\n", name)
+                : "\n";
+  }
+  if (r.thinned) {
+    text += fmt::format("  {}: {} stations, dropped ones re-created at {:.1f} dB\n",
+                        r.thinned->room, r.thinned->stations, r.thinned->psnr_db);
+  }
+  return text + (options.report ? (*options.report / "index.html").string()
+                                : requirements_path(options.room).string());
+}
+
+}  // namespace
+
+RoomRequirements measure_requirements(const Room& room, double tolerance_px) {
+  const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
+  RoomRequirements result{.distances_sha256 = distances_sha256(room), .tolerance_px = tolerance_px};
+  result.distance = distance_facts(room);
+  const double reach_m = typical_reach_m(room.grid());
+  result.layers = layer_facts(result.distance, reach_m, tolerance_rad);
+  result.connection = connection_facts(room);
+  result.spacing = spacing_facts(room, result.distance, result.layers.range(), tolerance_px);
+  result.storage = storage_facts(room,
+                                 {.reach_m = reach_m,
+                                  .spacing_m = result.spacing.needed_with_distances_m,
+                                  .tolerance_px = tolerance_px,
+                                  .omega_error = result.distance.omega_error_per_m.value_or(0.0),
+                                  .scene = result.layers.range()},
+                                 result.spacing.stations_needed_with_distances);
+  return result;
+}
+
+std::string require_room(const RequireOptions& options) {
+  if (!(options.tolerance_px >= 0.01 && options.tolerance_px <= 100.0)) {
+    throw UsageError(
+        fmt::format("--tolerance-px is {}; use 0.01 to 100 pixels", options.tolerance_px));
+  }
+  const Room room = Room::open(options.room);
+  prepare_outputs(options);
+  RoomRequirements requirements = measure_requirements(room, options.tolerance_px);
+  const KeptStations kept = stations_for(room, requirements.spacing.needed_with_distances_m, true);
+  if (options.thin) {
+    write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin);
+    requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
+  }
+  const std::string json = requirements_to_json(requirements);
+  write_file_atomically(requirements_path(options.room), json);
+  if (options.report) {
+    write_file_atomically(*options.report / "require.json", json);
+    write_file_atomically(*options.report / "index.html",
+                          requirements_page(room, requirements, kept));
+  }
+  return summary_of(requirements, options);
+}
+
+}  // namespace raywalk

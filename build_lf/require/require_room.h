@@ -1,0 +1,29 @@
+// What a room's scene requires: `raywalk-build-lf require`.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/room/requirements.h"
+#include "core/room/room.h"
+
+namespace raywalk {
+
+struct RequireOptions {
+  std::filesystem::path room{};
+  double tolerance_px = 0.5;                      // at the panorama's width, 0.01..100
+  std::optional<std::filesystem::path> thin{};    // room to make of the stations needed
+  std::optional<std::filesystem::path> report{};  // directory of index.html and require.json
+};
+
+// Measures the room. Takes memory for a few maps per thread, whatever the room's size. Throws Error
+// where the room has no distances.
+RoomRequirements measure_requirements(const Room& room, double tolerance_px);
+
+// Measures, thins if asked, writes ROOM/require.json and the report, each complete when it appears.
+// Returns what to tell the user. Throws UsageError for a tolerance out of range; Error before any
+// work where the room has no distances, where `thin` exists and where an output cannot be written.
+std::string require_room(const RequireOptions& options);
+
+}  // namespace raywalk

@@ -1,0 +1,292 @@
+#include "build_lf/require/require_room.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "build_lf/require/test_distances.h"
+#include "build_lf/room_verify.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/geometry/spacing.h"
+#include "core/room/connection_errors.h"
+#include "core/room/hdf5_file.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+class RequireRoomTest : public RequireTest {
+ protected:
+  // A cell of 1 m with an overhang of 0.25 m: 13 stations per line.
+  static SyntheticRoomSpec spec() {
+    return {.side_m = 1.0, .spacing_m = 0.125, .overhang_m = 0.25, .width = 128};
+  }
+  // A single line of 17 stations, which takes a tenth of the time.
+  static SyntheticRoomSpec line_spec() {
+    return {.cells_z = 0, .side_m = 2.0, .spacing_m = 0.125, .width = 128};
+  }
+  RoomRequirements kept() const {
+    const auto file = requirements_path(path_);
+    return requirements_from_json(read_file(file), file.string());
+  }
+  std::string error_of(const RequireOptions& options) const {
+    try {
+      require_room(options);
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
+      return error.what();
+    }
+    return "no error";
+  }
+
+  fs::path thin_ = directory_ / "thin.lf";
+  fs::path report_ = directory_ / "report";
+};
+
+TEST_F(RequireRoomTest, KeepsWhatItMeasuresInTheRoomAndTheReport) {
+  const Room room = room_of(spec());
+  const std::string told = require_room({.room = path_, .report = report_});
+  EXPECT_THAT(told, AllOf(HasSubstr("52"), HasSubstr("index.html"), HasSubstr("connect-error")));
+  const RoomRequirements r = kept();
+  EXPECT_EQ(read_file(report_ / "require.json"), read_file(requirements_path(path_)));
+  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("</html>"));
+  ASSERT_TRUE(current_requirements(room)) << "it belongs to the room";
+  EXPECT_EQ(r.spacing.stations, 52);
+  EXPECT_NEAR(r.spacing.captured_median_m, 0.125, 1e-9);
+  EXPECT_EQ(r.storage.reach_m, 0.5);
+  EXPECT_NEAR(r.layers.omega_max_per_m * r.distance.near_m, 1.0, 1e-12);
+  // The rule itself, for the distances found.
+  const double tolerance_rad = angle_of_pixels(0.5, 128);
+  EXPECT_DOUBLE_EQ(r.spacing.needed_without_depth_m,
+                   spacing_needed_without_depth(r.layers.range(), tolerance_rad));
+  EXPECT_EQ(r.spacing.needed_with_layers.front().layers, 1);
+  // An empty room with exact distances: nearly everything could be left out.
+  EXPECT_LT(r.spacing.stations_needed_with_distances, 30);
+  EXPECT_GE(r.spacing.stations_needed_with_distances, 16)
+      << "two ends and two corners of each line";
+  EXPECT_EQ(r.spacing.stations_needed_without_depth, 52);
+  EXPECT_TRUE(r.connection.measured.empty());
+  EXPECT_GE(*r.connection.model_k_deg, 45.0);
+  EXPECT_FALSE(r.thinned);
+}
+
+TEST_F(RequireRoomTest, MeasuredConnectionIsTakenOver) {
+  room_of(spec());
+  store_connection_errors(path_, {.generation = "initial",
+                                  .viewpoints = 5,
+                                  .overlap_deg = 5.0,
+                                  .rows = {{70.0, 30.0, 30.0, 1.0}, {80.0, 20.0, 20.0, 1.0}}});
+  store_connection_errors(path_, {.generation = "hlf-vd",
+                                  .viewpoints = 5,
+                                  .overlap_deg = 5.0,
+                                  .rows = {{60.0, 2.0, 2.0, 1.0}, {80.0, 3.0, 3.0, 1.0}}});
+  const std::string told = require_room({.room = path_, .report = report_});
+  EXPECT_THAT(told, Not(HasSubstr("connect-error")));
+  const RoomRequirements r = kept();
+  ASSERT_EQ(r.connection.measured.size(), 2U);
+  EXPECT_EQ(r.connection.measured[0].k_deg, 80.0);
+  EXPECT_EQ(r.connection.measured[1].generation, "hlf-vd");
+  EXPECT_EQ(r.connection.measured[1].e_connect, 2.0);
+}
+
+TEST_F(RequireRoomTest, LooserToleranceRequiresLess) {
+  const Room room = room_of(line_spec());
+  const RoomRequirements strict = measure_requirements(room, 0.25);
+  const RoomRequirements loose = measure_requirements(room, 2.0);
+  EXPECT_NEAR(loose.spacing.needed_without_depth_m / strict.spacing.needed_without_depth_m, 8.0,
+              0.1);
+  EXPECT_LT(loose.layers.by_d_p.back().layers, strict.layers.by_d_p.back().layers);
+  EXPECT_GE(loose.spacing.needed_with_distances_m, strict.spacing.needed_with_distances_m);
+}
+
+TEST_F(RequireRoomTest, BadDistancesRequireMoreStations) {
+  const RoomRequirements right = measure_requirements(room_of(line_spec()), 0.25);
+  replace_distances([](float metres) { return 1.3f * metres; });
+  const RoomRequirements wrong = measure_requirements(Room::open(path_), 0.25);
+  EXPECT_GT(wrong.spacing.stations_needed_with_distances,
+            right.spacing.stations_needed_with_distances);
+}
+
+TEST_F(RequireRoomTest, ThinnedRoomIsARoomWithTheSameRays) {
+  const Room room = room_of(spec());
+  require_room({.room = path_, .thin = thin_});
+  const RoomRequirements r = kept();
+  const Room thin = Room::open(thin_);
+  const VerifiedCounts counts = verify_room(thin);
+  EXPECT_EQ(counts.panoramas, r.spacing.stations_needed_with_distances);
+  ASSERT_TRUE(r.thinned);
+  EXPECT_EQ(r.thinned->stations, counts.panoramas);
+  EXPECT_EQ(r.thinned->distance_maps, counts.distance_maps);
+  EXPECT_GT(r.thinned->psnr_db, 30.0);
+  EXPECT_LE(r.thinned->worst_psnr_db, r.thinned->psnr_db);
+  EXPECT_GT(r.thinned->views, 0);
+  ASSERT_EQ(thin.grid().cells.size(), 1U);
+  for (int line = 0; line < 4; ++line) {
+    const Line& before = room.grid().lines[size_t(line)];
+    const Line& after = thin.grid().lines[size_t(line)];
+    EXPECT_EQ(after.id, before.id);
+    EXPECT_EQ(after.first_m(), before.first_m());
+    EXPECT_EQ(after.last_m(), before.last_m());
+    EXPECT_EQ(thin.distances(line).maps(), static_cast<int>(after.stations.size()));
+    std::vector<std::string> files;
+    for (size_t i = 0; i < after.stations.size(); ++i) {
+      files.push_back(after.stations[i].file);
+      const auto same = std::ranges::find(before.stations, files.back(), &Station::file);
+      ASSERT_NE(same, before.stations.end());
+      const int old = static_cast<int>(same - before.stations.begin());
+      EXPECT_THAT(thin.volume(line).column(int(i), 17),
+                  ::testing::ElementsAreArray(room.volume(line).column(old, 17)));
+    }
+    // The corners lie 0.25 m from the ends.
+    EXPECT_THAT(files,
+                AllOf(Contains(before.stations[2].file), Contains(before.stations[10].file)));
+  }
+}
+
+TEST_F(RequireRoomTest, ThinnedRoomStoresDistancesAsFineAsNeeded) {
+  SyntheticRoomSpec fine = line_spec();
+  fine.width = 256;
+  room_of(fine);
+  require_room({.room = path_, .thin = thin_});
+  const RoomRequirements r = kept();
+  const Room thin = Room::open(thin_);
+  const DistanceVolume& maps = thin.distances(0);
+  EXPECT_EQ(maps.size().width, r.storage.needed_distance_width_px);
+  EXPECT_LT(maps.size().width, 256) << "an empty room has smooth distances";
+  const double most = angle_of_pixels(0.5, 256) / r.storage.reach_m;
+  int right = 0, all = 0;
+  for (int map = 0; map < maps.maps(); ++map) {
+    const auto station = static_cast<size_t>(maps.stations()[static_cast<size_t>(map)]);
+    const Eigen::Vector3d& from = thin.grid().lines[0].stations[station].position_m;
+    for (int theta = 0; theta < maps.size().width; ++theta) {
+      for (int row = 0; row < maps.size().height; ++row) {
+        const Eigen::Vector3d direction = direction_from_angles(
+            angles_from_pixel({static_cast<double>(theta), static_cast<double>(row)}, maps.size()));
+        const double metres = maps.distance_column(map, theta)[static_cast<size_t>(row)];
+        const double error = 1.0 / metres - 1.0 / distance_at(fine.scene, from, direction);
+        if (std::abs(error) <= most) ++right;
+        ++all;
+      }
+    }
+  }
+  EXPECT_GT(right, 0.99 * all);
+}
+
+TEST_F(RequireRoomTest, LossIsThatOfTheStationsDropped) {
+  room_of(line_spec());
+  replace_distances([](float metres) { return 1.1f * metres; });
+  require_room({.room = path_, .tolerance_px = 4.0, .thin = thin_});
+  const RoomRequirements loose = kept();
+  fs::remove_all(thin_);
+  require_room({.room = path_, .tolerance_px = 0.1, .thin = thin_});
+  const RoomRequirements strict = kept();
+  EXPECT_LT(loose.thinned->stations, strict.thinned->stations);
+  EXPECT_LT(loose.thinned->psnr_db, strict.thinned->psnr_db);
+  EXPECT_LT(loose.thinned->bytes, strict.thinned->bytes);
+}
+
+TEST_F(RequireRoomTest, ThinnedRoomTellsWhereItsDistancesComeFrom) {
+  room_of(line_spec());
+  replace_distances([](float metres) { return metres; });  // of origin "changed"
+  require_room({.room = path_, .thin = thin_});
+  const Hdf5File distances = Hdf5File::open(distance_volume_path(thin_, "x0"));
+  EXPECT_EQ(distances.text_attribute("origin"), "changed");
+  EXPECT_EQ(distances.text_attribute("no such attribute"), std::nullopt);
+}
+
+TEST_F(RequireRoomTest, LinesOfTwoStationsAreKeptWhole) {
+  SyntheticRoomSpec two = spec();
+  two.spacing_m = 1.0;
+  two.overhang_m = 0.0;
+  room_of(two);
+  require_room({.room = path_, .thin = thin_, .report = report_});
+  const RoomRequirements r = kept();
+  EXPECT_EQ(r.spacing.stations, 8);
+  EXPECT_EQ(r.spacing.stations_needed_with_distances, 8);
+  EXPECT_TRUE(r.spacing.held_out.empty());
+  EXPECT_EQ(r.spacing.measured_up_to_m, 0.0);
+  EXPECT_EQ(r.thinned->views, 0);
+  EXPECT_EQ(r.thinned->psnr_db, 100.0);
+  EXPECT_EQ(verify_room(Room::open(thin_)).panoramas, 8);
+}
+
+TEST_F(RequireRoomTest, SingleLineHasNoConnection) {
+  room_of(line_spec());
+  require_room({.room = path_, .report = report_});
+  EXPECT_FALSE(kept().connection.model_k_deg);
+  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("nothing connects"));
+}
+
+TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {
+  SyntheticRoomSpec sky = line_spec();
+  sky.scene.infinitely_far = true;
+  room_of(sky);
+  require_room({.room = path_, .thin = thin_, .report = report_});
+  const RoomRequirements r = kept();
+  EXPECT_TRUE(std::isinf(r.spacing.needed_without_depth_m));
+  EXPECT_EQ(r.layers.by_d_p.back().layers, 1);
+  EXPECT_TRUE(std::isinf(r.storage.worth_width_px));
+}
+
+TEST_F(RequireRoomTest, MapsOnSomeStationsSuffice) {
+  SyntheticRoomSpec sparse = line_spec();
+  sparse.distance_every = 6;
+  sparse.distance_width = 64;
+  room_of(sparse);
+  require_room({.room = path_, .thin = thin_});
+  EXPECT_GT(verify_room(Room::open(thin_)).distance_maps, 0);
+}
+
+TEST_F(RequireRoomTest, RoomWithoutDistancesNamesBothCommands) {
+  SyntheticRoomSpec none = line_spec();
+  none.distances = false;
+  room_of(none);
+  EXPECT_THAT(error_of({.room = path_, .thin = thin_}),
+              AllOf(HasSubstr("raywalk-build-lf depth"), HasSubstr("--distance")));
+  EXPECT_FALSE(fs::exists(thin_));
+  EXPECT_FALSE(fs::exists(requirements_path(path_)));
+}
+
+TEST_F(RequireRoomTest, ToleranceMustBeANumberOfPixels) {
+  room_of({.width = 32});
+  for (const double tolerance_px : {std::nan(""), 0.0, -1.0, 101.0, HUGE_VAL}) {
+    EXPECT_THROW(require_room({.room = path_, .tolerance_px = tolerance_px}), UsageError);
+  }
+  EXPECT_FALSE(fs::exists(requirements_path(path_)));
+}
+
+TEST_F(RequireRoomTest, NothingIsOverwritten) {
+  room_of(line_spec());
+  fs::create_directory(thin_);
+  EXPECT_THAT(error_of({.room = path_, .thin = thin_}),
+              AllOf(HasSubstr(thin_.string()), HasSubstr("exists already")));
+  EXPECT_TRUE(fs::is_empty(thin_));
+  EXPECT_FALSE(fs::exists(requirements_path(path_))) << "told before any work";
+}
+
+TEST_F(RequireRoomTest, UnwritableOutputsAreToldBeforeAnyWork) {
+  room_of({.width = 32});
+  std::ofstream(report_) << "a file in the way";
+  EXPECT_THAT(error_of({.room = path_, .report = report_}), HasSubstr(report_.string()));
+  EXPECT_THAT(error_of({.room = path_, .thin = directory_ / "nowhere" / "thin.lf"}),
+              HasSubstr("nowhere"));
+  fs::create_directory(requirements_path(path_));
+  EXPECT_THAT(error_of({.room = path_}), HasSubstr("require.json"));
+}
+
+TEST_F(RequireRoomTest, DamagedMeasurementIsNotPassedOver) {
+  room_of(spec());
+  write_file_atomically(connection_errors_path(path_), "damaged");
+  EXPECT_THAT(error_of({.room = path_}), HasSubstr("connect-error"));
+}
+
+}  // namespace
+}  // namespace raywalk

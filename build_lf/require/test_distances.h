@@ -1,0 +1,57 @@
+// For tests: synthetic rooms whose distances can be changed.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "build_lf/station_data.h"
+#include "build_lf/volume_writer.h"
+#include "core/base/progress.h"
+#include "core/files/test_directory.h"
+#include "core/room/room.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+
+class RequireTest : public ::testing::Test {
+ protected:
+  Room room_of(const SyntheticRoomSpec& spec) const {
+    write_synthetic_room(spec, path_);
+    return Room::open(path_);
+  }
+
+  // Writes every distance of the room anew, as change(metres), with this confidence.
+  void replace_distances(const std::function<float(float)>& change,
+                         std::uint8_t confidence = 255) const {
+    const Room room = Room::open(path_);
+    Progress progress("replacing", 1, "maps");
+    for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+      const DistanceVolume& volume = room.distances(line);
+      const std::vector<std::int32_t> stations(volume.stations().begin(), volume.stations().end());
+      std::vector<StationDistances> maps;  // made one after the other: `change` may be random
+      for (int map = 0; map < volume.maps(); ++map) {
+        StationDistances changed;
+        for (int theta = 0; theta < volume.size().width; ++theta) {
+          for (const float metres : volume.distance_column(map, theta)) {
+            changed.distance_m.push_back(change(metres));
+          }
+        }
+        changed.confidence.assign(changed.distance_m.size(), confidence);
+        changed.sha256 = checksum_of_distances(changed.distance_m, changed.confidence);
+        maps.push_back(std::move(changed));
+      }
+      const Line& of_line = room.grid().lines[static_cast<std::size_t>(line)];
+      write_distance_volume(
+          distance_volume_path(path_, of_line.id), of_line,
+          {stations, volume.size(), "changed", [&](std::size_t i) { return maps[i]; }}, &progress);
+    }
+  }
+
+  TestDirectory directory_;
+  std::filesystem::path path_ = directory_ / "room.lf";
+};
+
+}  // namespace raywalk

@@ -1,0 +1,201 @@
+#include "build_lf/require/thin_room.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <span>
+#include <system_error>
+
+#include "build_lf/pack_room.h"
+#include "build_lf/partial_room.h"
+#include "build_lf/require/held_out.h"
+#include "build_lf/require/omega_map.h"
+#include "build_lf/volume_writer.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+#include "core/room/hdf5_file.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostViews = 48;
+
+Line thinned_line(const Line& line, const std::vector<int>& kept) {
+  Line thinned = line;
+  thinned.stations.clear();
+  double height_sum_m = 0.0;
+  for (const int station : kept) {
+    thinned.stations.push_back(line.stations[static_cast<size_t>(station)]);
+    height_sum_m += thinned.stations.back().position_m.y();
+  }
+  thinned.height_m = height_sum_m / static_cast<double>(kept.size());
+  return thinned;
+}
+
+// The maps of kept stations, and the indices these stations have from now on.
+struct KeptMaps {
+  std::vector<int> maps;
+  std::vector<std::int32_t> stations;
+};
+
+KeptMaps kept_maps(const DistanceVolume& volume, const std::vector<int>& kept) {
+  KeptMaps result;
+  for (int map = 0; map < volume.maps(); ++map) {
+    const auto found = std::ranges::lower_bound(kept, volume.stations()[static_cast<size_t>(map)]);
+    if (found == kept.end() || *found != volume.stations()[static_cast<size_t>(map)]) continue;
+    result.maps.push_back(map);
+    result.stations.push_back(static_cast<std::int32_t>(found - kept.begin()));
+  }
+  return result;
+}
+
+// All columns of a station or map, which follow each other in memory.
+template <typename T>
+std::vector<T> all_columns(std::span<const T> first_column, int columns) {
+  return {first_column.data(), first_column.data() + first_column.size() * size_t(columns)};
+}
+
+StationRays rays_of(const LineVolume& volume, int station) {
+  StationRays rays{all_columns(volume.column(station, 0), volume.panorama().width), {}};
+  rays.sha256 = sha256_hex(std::as_bytes(std::span(rays.rays)));
+  return rays;
+}
+
+// A map at another width: inverse distances as OmegaMap interpolates them, the confidence of the
+// nearest pixel.
+StationDistances resized_distances(const DistanceVolume& volume, int map, int width) {
+  const OmegaMap omega = resized(omega_map_of(volume, map), width);
+  const double scale = static_cast<double>(volume.size().width) / width;
+  StationDistances distances;
+  for (int theta = 0; theta < width; ++theta) {
+    const auto confidence = volume.confidence_column(map, static_cast<int>((theta + 0.5) * scale));
+    for (int row = 0; row < width / 2; ++row) {
+      const float known = omega.at(theta, row);
+      const auto from = static_cast<size_t>((row + 0.5) * scale);
+      distances.distance_m.push_back(known < 0.0f ? 0.0f : 1.0f / known);
+      distances.confidence.push_back(known < 0.0f ? std::uint8_t{0} : confidence[from]);
+    }
+  }
+  return distances;
+}
+
+StationDistances distances_of(const DistanceVolume& volume, int map, int width) {
+  const int own_width = volume.size().width;
+  StationDistances distances =
+      width < own_width ? resized_distances(volume, map, width)
+                        : StationDistances{all_columns(volume.distance_column(map, 0), own_width),
+                                           all_columns(volume.confidence_column(map, 0), own_width),
+                                           {}};
+  distances.sha256 = checksum_of_distances(distances.distance_m, distances.confidence);
+  return distances;
+}
+
+void write_line(const Room& room, int index, const std::vector<int>& kept, const Line& line,
+                int distance_width, const fs::path& out, Progress* progress) {
+  const LineVolume& rays = room.volume(index);
+  const fs::path rays_file = line_volume_path(out, line.id);
+  if (!fs::exists(rays_file)) {
+    write_line_volume(
+        rays_file, line, room.panorama(), [&](size_t i) { return rays_of(rays, kept[i]); },
+        progress);
+  }
+  const DistanceVolume& distances = room.distances(index);
+  const KeptMaps maps = kept_maps(distances, kept);
+  const fs::path distances_file = distance_volume_path(out, line.id);
+  if (maps.maps.empty() || fs::exists(distances_file)) return;
+  const int width = std::min(distance_width, distances.size().width);
+  const Hdf5File source = Hdf5File::open(distance_volume_path(room.directory(), line.id));
+  write_distance_volume(
+      distances_file, line,
+      {.stations = maps.stations,
+       .size = {width, width / 2},
+       .origin = source.text_attribute("origin").value_or(kGivenOrigin),
+       .read = [&](size_t i) { return distances_of(distances, maps.maps[i], width); }},
+      progress);
+}
+
+// Of all that determines the result.
+std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
+  const std::string text = fmt::format("{}{}{} {}", manifest_to_json(room.manifest()),
+                                       distances_sha256(room), kept, distance_width);
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+std::int64_t images_of(const Room& room, const KeptStations& kept) {
+  std::int64_t images = 0;
+  for (size_t line = 0; line < kept.size(); ++line) {
+    images += std::ssize(kept[line]);
+    images += std::ssize(kept_maps(room.distances(static_cast<int>(line)), kept[line]).maps);
+  }
+  return images;
+}
+
+// Every station dropped, between the kept ones around it.
+std::vector<HeldOutStation> dropped_stations(const KeptStations& kept) {
+  std::vector<HeldOutStation> dropped;
+  for (size_t line = 0; line < kept.size(); ++line) {
+    for (size_t i = 1; i < kept[line].size(); ++i) {
+      const int left = kept[line][i - 1], right = kept[line][i];
+      for (int station = left + 1; station < right; ++station) {
+        dropped.push_back({static_cast<int>(line), station, left, right});
+      }
+    }
+  }
+  return dropped;
+}
+
+std::uint64_t bytes_in(const fs::path& directory) {
+  std::uint64_t bytes = 0;
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(directory, error)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
+}  // namespace
+
+void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
+                        const fs::path& out) {
+  PartialRoom partial(out, fingerprint_of(room, kept, distance_width));
+  RoomManifest manifest{room.panorama(), {{}, room.grid().cells}, {}};
+  Progress progress("thinning", images_of(room, kept), "images");
+  for (size_t i = 0; i < kept.size(); ++i) {
+    const Line line = thinned_line(room.grid().lines[i], kept[i]);
+    write_line(room, static_cast<int>(i), kept[i], line, distance_width, partial.directory(),
+               &progress);
+    manifest.rays_sha256.push_back(
+        checksum_of_line(line_volume_path(partial.directory(), line.id)));
+    manifest.grid.lines.push_back(line);
+  }
+  write_file_atomically(manifest_path(partial.directory()), manifest_to_json(manifest));
+  Room::open(partial.directory());  // what was written can be read
+  partial.complete();
+}
+
+ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs::path& out,
+                           double tolerance_px) {
+  const Room thinned = Room::open(out);
+  ThinnedFacts facts{.room = out.string(), .bytes = bytes_in(out)};
+  for (size_t line = 0; line < kept.size(); ++line) {
+    facts.stations += static_cast<int>(kept[line].size());
+    facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
+  }
+  const auto views = spread_over(dropped_stations(kept), kMostViews);
+  facts.views = static_cast<int>(views.size());
+  facts.psnr_db = facts.worst_psnr_db = psnr_db(0.0);
+  if (views.empty()) return facts;
+  facts.psnr_db = 0.0;
+  for (const RecreationScore& score : recreate_stations(room, thinned, views, tolerance_px)) {
+    facts.psnr_db += score.psnr_with_distances_db / static_cast<double>(views.size());
+    facts.worst_psnr_db = std::min(facts.worst_psnr_db, score.psnr_with_distances_db);
+  }
+  return facts;
+}
+
+}  // namespace raywalk
