@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "build_lf/depth/estimate_depth.h"
 #include "build_lf/pack_room.h"
+#include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
 #include "build_lf/room_verify.h"
 #include "core/base/parallel.h"
@@ -15,6 +17,9 @@ namespace {
 
 struct Arguments {
   PackOptions pack;
+  DepthOptions depth{};
+  std::string depth_method = "sweep";
+  RequireOptions require{};
   double line_tolerance_mm = 0.0;
   int threads = 0;
   std::string room;
@@ -50,6 +55,35 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   });
 }
 
+void add_depth(CLI::App* app, Arguments* arguments) {
+  DepthOptions* options = &arguments->depth;
+  CLI::App* depth = app->add_subcommand("depth", "Estimate distances from the captured panoramas");
+  depth->add_option("room", options->room, "Room directory")->required();
+  depth->add_option("--method", arguments->depth_method,
+                    "sweep: many stations of all lines (default); flow: optical flow along a line");
+  depth->add_option("--every", options->every,
+                    "A map at every n-th station; 0 = as dense as the cells require");
+  depth->add_option("--width", options->width,
+                    "Width of the maps in pixels; 0 = as captured, at most 1024");
+  depth->add_option("--valid-mask", options->valid_mask,
+                    "Grey image in world axes; black pixels of every panorama are not used");
+  depth->add_flag("--truth", options->compare_truth,
+                  "Compare with the distances that were packed with the room");
+  depth->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+  depth->footer(
+      "Example:\n  raywalk-build-lf depth room.lf\n"
+      "A run that was stopped is resumed by the same command. Distances that were packed with the "
+      "room\nare kept in room.lf/distances-given.");
+  depth->callback([arguments] {
+    arguments->depth.method = depth_method_from_name(arguments->depth_method);
+    set_thread_count(arguments->threads);
+    const DepthSummary summary = estimate_depth(arguments->depth);
+    fmt::print("{}: {} distance maps of {} x {}; see {}\n", summary.room, summary.maps.size(),
+               summary.size.width, summary.size.height, summary.page);
+  });
+}
+
 void add_info(CLI::App* app, Arguments* arguments) {
   CLI::App* info = app->add_subcommand("info", "Show lines, cells, spacing, sizes and coverage");
   info->add_option("room", arguments->room, "Room directory")->required();
@@ -75,6 +109,30 @@ void add_verify(CLI::App* app, Arguments* arguments) {
   });
 }
 
+void add_require(CLI::App* app, Arguments* arguments) {
+  RequireOptions* options = &arguments->require;
+  CLI::App* command = app->add_subcommand(
+      "require", "Measure what the scene requires: layers, spacing, k, widths and bytes");
+  command->add_option("room", options->room, "Room directory with distances")->required();
+  command
+      ->add_option("--tolerance-px", options->tolerance_px,
+                   "How far a pixel may be off, at the panoramas' width")
+      ->capture_default_str();
+  command->add_option("--thin", options->thin,
+                      "Room to make of the stations that are needed, with the loss measured");
+  command->add_option("--report", options->report,
+                      "Directory for index.html and require.json, made if it is missing");
+  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+  command->footer(
+      "Example:\n  raywalk-build-lf require room.lf --report report\n"
+      "The result is kept in the room; raywalk-render --layers auto --k auto goes by it.");
+  command->callback([arguments, options] {
+    set_thread_count(arguments->threads);
+    fmt::print("{}\n", require_room(*options));
+  });
+}
+
 }  // namespace
 }  // namespace raywalk
 
@@ -85,7 +143,9 @@ int main(int argc, char** argv) {
   app.footer("Example:\n  raywalk-build-lf pack --frames poses.csv --out room.lf");
   raywalk::Arguments arguments;
   raywalk::add_pack(&app, &arguments);
+  raywalk::add_depth(&app, &arguments);
   raywalk::add_info(&app, &arguments);
   raywalk::add_verify(&app, &arguments);
+  raywalk::add_require(&app, &arguments);
   return raywalk::run_program(app, argc, argv);
 }
