@@ -1,4 +1,5 @@
-// raywalk-bench: how long views and packing take, as ratios to cv::remap and to a plain copy.
+// raywalk-bench: how long views and packing take, as ratios to cv::remap and to a plain copy, and
+// how distance maps scale.
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>

@@ -1,0 +1,108 @@
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <thread>
+#include <vector>
+
+#include "build_lf/depth/depth_plan.h"
+#include "build_lf/depth/partial_maps.h"
+#include "build_lf/depth/station_gains.h"
+#include "build_lf/depth/sweep_depth.h"
+#include "core/room/room.h"
+#include "tests/bench/bench_room.h"
+#include "tests/bench/resident_memory.h"
+#include "tests/bench/timing.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The most memory that this process itself holds while the object lives. Pages of the room's files
+// do not count: the kernel keeps as many as nobody else needs.
+class PeakOwnMemory {
+ public:
+  PeakOwnMemory() : start_bytes_(own_bytes()), sampler_([this] { sample(); }) {}
+  ~PeakOwnMemory() { stop(); }
+  PeakOwnMemory(const PeakOwnMemory&) = delete;
+  PeakOwnMemory& operator=(const PeakOwnMemory&) = delete;
+
+  // Above what was held at the start; ends the measurement.
+  double growth_bytes() {
+    stop();
+    return peak_bytes_ - start_bytes_;
+  }
+
+ private:
+  static double own_bytes() { return resident_bytes() - mapped_resident_bytes(); }
+  void sample() {
+    while (!stopped_) {
+      peak_bytes_ = std::max(peak_bytes_, own_bytes());
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  void stop() {
+    stopped_ = true;
+    if (sampler_.joinable()) sampler_.join();
+  }
+
+  double start_bytes_;
+  double peak_bytes_ = 0.0;
+  std::atomic<bool> stopped_{false};
+  std::thread sampler_;
+};
+
+// The plan of the room with `count` of its maps, spread over all lines.
+DepthPlan plan_of(const Room& room, size_t count) {
+  DepthPlan plan = plan_depth(room, {.every = 1});
+  const std::vector<SweepReference> all = std::move(plan.maps);
+  plan.maps.clear();
+  for (size_t i = 0; i < count; ++i) plan.maps.push_back(all[i * all.size() / count]);
+  return plan;
+}
+
+// Distance maps 1024 wide of so many stations of the room, from panoramas to fused maps. Time is to
+// grow linearly with the stations and memory not at all: `s_per_map` and `peak_MB`.
+void bench_depth(benchmark::State& state) {
+  const Room room = Room::open(bench_room());
+  const DepthPlan plan = plan_of(room, static_cast<size_t>(state.range(0)));
+  const StationGains gains =
+      solve_gains(room.grid(), measure_links(room, pairs_to_compare(room.grid())));
+  const fs::path work = bench_room().parent_path() / "depth";
+  double peak_bytes = 0.0;
+  std::vector<double> seconds;
+  std::vector<double> cpu_seconds;
+  for (auto _ : state) {
+    fs::remove_all(work);
+    fs::create_directories(work);
+    PartialMaps partial(work, "bench");
+    PeakOwnMemory memory;
+    const Times times = times_of([&] {
+      const double most_per_m = find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
+      sweep_maps(room, plan, most_per_m, gains.gain, {}, &partial);
+      fuse_swept_maps(plan, &partial);
+    });
+    peak_bytes = std::max(peak_bytes, memory.growth_bytes());
+    seconds.push_back(times.wall_s);
+    cpu_seconds.push_back(times.cpu_s);
+    state.SetIterationTime(times.wall_s);
+  }
+  fs::remove_all(work);
+  const auto maps = static_cast<double>(plan.maps.size());
+  state.counters["s_per_map"] = median(seconds) / maps;
+  state.counters["cpu_s_per_map"] = median(cpu_seconds) / maps;
+  state.counters["peak_MB"] = 1e-6 * peak_bytes;
+}
+
+BENCHMARK(bench_depth)
+    ->RangeMultiplier(2)
+    ->Range(2, 8)
+    ->Iterations(1)
+    ->UseManualTime()
+    ->Unit(benchmark::kSecond);
+
+}  // namespace
+}  // namespace raywalk
