@@ -1,0 +1,372 @@
+// raywalk-build-lf depth as a user runs it, up to the views that its distances give.
+// RAYWALK_BUILD_LF and RAYWALK_RENDER are the programs.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <spawn.h>
+
+#include <array>
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+#include "build_lf/depth/depth_test_room.h"
+#include "core/files/image_file.h"
+#include "core/room/hdf5_file.h"
+#include "render/metrics/psnr.h"
+#include "tests/end_to_end/run_command.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// A textured box with something standing in it, close to the front line.
+SyntheticRoomSpec furnished_room(int width) {
+  SyntheticRoomSpec spec = room_of_scale(1.0);
+  spec.scene.texture_wavelength_m = 0.5;
+  spec.scene.obstacle = SceneBox{{-0.3, -1.2, 0.9}, {0.3, 0.4, 1.3}};
+  spec.width = width;
+  return spec;
+}
+
+CommandResult depth(const Room& room, const std::string& arguments = "") {
+  return run_command(
+      fmt::format("{} depth {} {}", RAYWALK_BUILD_LF, room.directory().string(), arguments));
+}
+
+nlohmann::json report_of(const Room& room) {
+  return nlohmann::json::parse(read_file(room.directory() / "depth.json"));
+}
+
+// Mean PSNR of views of the room against what is to be seen there.
+double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
+               const std::string& generation = "two-sided") {
+  const std::array<PlanPoint, 3> places{{{0.1, 0.2}, {-0.3, -0.1}, {0.2, -0.35}}};
+  const TestDirectory directory;
+  std::ofstream list(directory / "path.csv");
+  list << "name,x,z\n";
+  for (size_t i = 0; i < places.size(); ++i) {
+    list << fmt::format("{},{},{}\n", i, places[i].x_m, places[i].z_m);
+  }
+  list.close();
+  const CommandResult rendered = run_command(
+      fmt::format("{} path {} {} --generation {} --out {}", RAYWALK_RENDER, room.string(),
+                  (directory / "path.csv").string(), generation, (directory / "views").string()));
+  EXPECT_EQ(rendered.exit_code, 0) << rendered.errors;
+  double sum_db = 0.0;
+  for (size_t i = 0; i < places.size(); ++i) {
+    const cv::Mat view = read_panorama(directory / "views" / fmt::format("{}.png", i));
+    sum_db += psnr_db(view, render_truth(spec, places[i], spec.width));
+  }
+  return sum_db / static_cast<double>(places.size());
+}
+
+// Checksums of the files in a directory, by name.
+std::map<std::string, std::string> files_in(const fs::path& directory) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(directory)) {
+    const std::string bytes = read_file(entry.path());
+    files[entry.path().filename().string()] = sha256_hex(std::as_bytes(std::span(bytes)));
+  }
+  return files;
+}
+
+TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
+  const SyntheticRoomSpec spec = furnished_room(192);
+  DepthTestRoom room(spec);
+  room.give_distances(spec.scene, {192, 96}, 4);
+  const fs::path directory = room.room().directory();
+  const auto given = files_in(directory / "distances");
+  const double true_db = psnr_of(directory, spec);
+  const double initial_db = psnr_of(directory, spec, "initial");
+  std::ofstream(directory / "connect-error.json") << "measured with the given distances";
+
+  const CommandResult swept = depth(room.room(), "--truth");
+  ASSERT_EQ(swept.exit_code, 0) << swept.errors;
+  EXPECT_THAT(swept.output, AllOf(HasSubstr("distance maps of 192 x 96"), HasSubstr("depth.html")));
+  const double swept_db = psnr_of(directory, spec);
+  EXPECT_GT(swept_db, initial_db + 6.0);
+  EXPECT_GT(swept_db, true_db - 1.0);
+  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_FALSE(fs::exists(directory / "distances.partial"));
+  EXPECT_FALSE(fs::exists(directory / "connect-error.json"));
+  EXPECT_TRUE(fs::exists(directory / "depth.html"));
+  const auto report = report_of(room.room());
+  EXPECT_EQ(report["method"], "sweep");
+  EXPECT_GT(report["truth"]["within_2px_share"], 0.9);
+  EXPECT_TRUE(report["frame_findings"].empty());
+  EXPECT_EQ(run_command(std::string(RAYWALK_BUILD_LF) + " verify " + directory.string()).exit_code,
+            0);
+
+  // Estimated distances are replaced; the given ones stay where they are.
+  const CommandResult flowed = depth(room.room(), "--method flow --every 4");
+  ASSERT_EQ(flowed.exit_code, 0) << flowed.errors;
+  EXPECT_EQ(report_of(room.room())["method"], "flow");
+  EXPECT_TRUE(report_of(room.room())["truth"].is_null());
+  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
+}
+
+// Distances estimated from `captured`, in the room of the undisturbed frames.
+double psnr_of_distances(const DepthTestRoom& captured, const DepthTestRoom& clean,
+                         const SyntheticRoomSpec& spec) {
+  const fs::path distances = clean.room().directory() / "distances";
+  fs::remove_all(distances);
+  fs::copy(captured.room().directory() / "distances", distances);
+  return psnr_of(clean.room().directory(), spec);
+}
+
+// What true distances give in the room.
+double true_psnr_of(DepthTestRoom* clean, const SyntheticRoomSpec& spec) {
+  clean->give_distances(spec.scene, {spec.width, spec.width / 2}, 4);
+  return psnr_of(clean->room().directory(), spec);
+}
+
+// The frame as a camera at another attitude would have taken it.
+void turn(const Attitude& attitude, cv::Mat* frame) {
+  const Eigen::Matrix3d rotation = world_from_camera(attitude);
+  const PanoramaSize size{frame->cols, frame->rows};
+  cv::Mat map_u(frame->size(), CV_32FC1);
+  cv::Mat map_v(frame->size(), CV_32FC1);
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
+      const PixelPosition from =
+          pixel_from_angles(angles_from_direction(rotation * direction_from_angles(angles)), size);
+      map_u.at<float>(v, u) = static_cast<float>(from.u);
+      map_v.at<float>(v, u) = static_cast<float>(from.v);
+    }
+  }
+  cv::remap(frame->clone(), *frame, map_u, map_v, cv::INTER_CUBIC, cv::BORDER_WRAP);
+}
+
+TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
+  const SyntheticRoomSpec spec = furnished_room(192);
+  const Grid grid = synthetic_grid(spec);
+  const DepthTestRoom captured(spec, [&](StationIndex station, cv::Mat* frame) {
+    cv::RNG random(static_cast<std::uint64_t>(100 * station.line + station.station + 7));
+    const auto deviate = [&](double deviation) { return random.gaussian(deviation); };
+    const Line& line = grid.lines[static_cast<size_t>(station.line)];
+    const Eigen::Vector3d off_m(deviate(0.002), deviate(0.002), deviate(0.002));
+    *frame = render_scene(spec.scene,
+                          line.stations[static_cast<size_t>(station.station)].position_m + off_m,
+                          spec.width, 1.0 + deviate(0.03));
+    const double most_rad = radians_from_degrees(0.1);
+    turn({deviate(most_rad), deviate(most_rad), deviate(most_rad)}, frame);
+    add_noise(station, 3.0, frame);
+  });
+  ASSERT_EQ(depth(captured.room()).exit_code, 0);
+  const auto report = report_of(captured.room());
+  EXPECT_GT(report["gain_spread"], 0.015);
+  // Some of such gains are steps that one sees; nothing else is the matter with any frame.
+  for (const auto& finding : report["frame_findings"]) {
+    EXPECT_EQ(finding["fault"], "exposure_step") << finding;
+  }
+  DepthTestRoom clean(spec);
+  const double true_db = true_psnr_of(&clean, spec);
+  EXPECT_GT(psnr_of_distances(captured, clean, spec), true_db - 1.5);
+}
+
+TEST(DepthCommandTest, ExposureJumpsAndMovingThingsAreReportedAndCostLittle) {
+  const SyntheticRoomSpec spec = furnished_room(192);
+  const DepthTestRoom captured(spec, [&](StationIndex station, cv::Mat* frame) {
+    if (station.line == 1 && station.station < 12) *frame *= 1.0 / 1.3;
+    const bool passed_by = station == StationIndex{0, 11} || station == StationIndex{2, 7} ||
+                           station == StationIndex{3, 16};
+    if (passed_by) {
+      cv::rectangle(*frame, {30 + 15 * station.line, 24}, {45 + 15 * station.line, 52},
+                    cv::Scalar(20, 40, 30), cv::FILLED);
+    }
+  });
+  const CommandResult result = depth(captured.room());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  std::map<std::string, std::string> faults;
+  const auto report = report_of(captured.room());
+  for (const auto& finding : report["frame_findings"]) faults[finding["file"]] = finding["fault"];
+  const std::map<std::string, std::string> expected{{"x0_011.png", "unlike_neighbours"},
+                                                    {"x1_012.png", "exposure_step"},
+                                                    {"z0_007.png", "unlike_neighbours"},
+                                                    {"z1_016.png", "unlike_neighbours"}};
+  EXPECT_EQ(faults, expected);
+  EXPECT_NEAR(report["largest_exposure_step"].get<double>(), 1.3, 0.02);
+  for (const auto& [file, fault] : expected) EXPECT_THAT(result.errors, HasSubstr(file));
+  DepthTestRoom clean(spec);
+  const double true_db = true_psnr_of(&clean, spec);
+  EXPECT_GT(psnr_of_distances(captured, clean, spec), true_db - 1.5);
+}
+
+// Exactly one line of error, and a room that is as it was.
+void expect_error(const Room& room, const std::string& arguments, int exit_code,
+                  const std::string& text) {
+  const CommandResult result = depth(room, arguments);
+  EXPECT_EQ(result.exit_code, exit_code) << arguments;
+  EXPECT_THAT(result.errors, HasSubstr("raywalk-build-lf: error: ")) << arguments;
+  EXPECT_THAT(result.errors, HasSubstr(text));
+  EXPECT_EQ(result.errors.find("error: "), result.errors.rfind("error: ")) << result.errors;
+  for (const char* name : {"depth.json", "depth.html", "distances"}) {
+    EXPECT_FALSE(fs::exists(room.directory() / name)) << arguments;
+  }
+}
+
+TEST(DepthCommandTest, FailuresAreOneLineAndLeaveTheRoomAsItWas) {
+  const DepthTestRoom room(furnished_room(64));
+  const fs::path directory = room.room().directory();
+  const auto before = files_in(directory / "lines");
+  const std::string mask = (directory / "mask.png").string();
+  write_image(mask, cv::Mat(16, 32, CV_8UC1, cv::Scalar(255)));
+  expect_error(room.room(), "--every -1", 2, "--every");
+  expect_error(room.room(), "--every 1.5", 2, "--every");
+  expect_error(room.room(), "--width 7", 2, "--width 7: give a multiple of 4 from 32 to 64");
+  expect_error(room.room(), "--width -32", 2, "--width -32");
+  expect_error(room.room(), "--method stereo", 2, "sweep or flow");
+  expect_error(room.room(), "--method flow --valid-mask " + mask, 2, "--method sweep");
+  expect_error(room.room(), "--valid-mask " + mask, 1, "the mask is 32x16, but 64x32");
+  expect_error(room.room(), "--valid-mask missing.png", 1, "missing.png");
+  expect_error(room.room(), "--truth", 1, "pack it with --distance");
+  EXPECT_FALSE(fs::exists(directory / "distances.partial"));
+  // A file where a directory should be cannot be written by root either.
+  std::ofstream(directory / "distances.partial") << "in the way";
+  expect_error(room.room(), "", 1, "distances.partial");
+  EXPECT_EQ(files_in(directory / "lines"), before);
+  const CommandResult missing =
+      run_command(fmt::format("{} depth {}", RAYWALK_BUILD_LF, (directory / "no.lf").string()));
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.errors, HasSubstr("no.lf"));
+  EXPECT_FALSE(fs::exists(directory / "no.lf"));
+}
+
+TEST(DepthCommandTest, AFullDiskLeavesTheOldDistances) {
+  const SyntheticRoomSpec spec = furnished_room(64);
+  DepthTestRoom room(spec);
+  room.give_distances(spec.scene, {64, 32}, 8);
+  const fs::path directory = room.room().directory();
+  const auto given = files_in(directory / "distances");
+  // A limit on the size of files stands for a full disk: maps fit, the volumes do not.
+  const CommandResult stopped =
+      run_command(fmt::format("ulimit -f 40; {} depth {}", RAYWALK_BUILD_LF, directory.string()));
+  EXPECT_EQ(stopped.exit_code, 1) << stopped.errors;
+  EXPECT_THAT(stopped.errors, AllOf(HasSubstr("cannot write"), HasSubstr("x0.")));
+  EXPECT_EQ(files_in(directory / "distances"), given);
+  EXPECT_EQ(depth(room.room()).exit_code, 0);
+  EXPECT_EQ(files_in(directory / "distances-given"), given);
+}
+
+TEST(DepthCommandTest, TwoStationsAreTooFewAndSaidToBe) {
+  SyntheticRoomSpec spec = furnished_room(64);
+  spec.cells_z = 0;
+  spec.spacing_m = spec.side_m = 0.25;
+  const DepthTestRoom room(spec);
+  ASSERT_EQ(room.grid().lines.front().stations.size(), 2U);
+  for (const char* method : {"sweep", "flow"}) {
+    const CommandResult result = depth(room.room(), fmt::format("--method {}", method));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("line x0 has a gap of 0.250 m"));
+    const auto report = report_of(room.room());
+    EXPECT_FALSE(report["warnings"].empty());
+    ASSERT_EQ(report["maps"].size(), 2U);
+    for (const auto& map : report["maps"]) EXPECT_LT(map["mean_confidence"], 0.4);
+  }
+}
+
+// Every frame is the same file; or the same but for noise.
+TEST(DepthCommandTest, ACameraThatNeverMovedIsToldSo) {
+  const SyntheticRoomSpec spec = furnished_room(64);
+  const cv::Mat standing = render_scene(spec.scene, {0, 0, 0}, spec.width);
+  const DepthTestRoom copies(spec, [&](StationIndex, cv::Mat* frame) { *frame = standing; });
+  expect_error(copies.room(), "", 1, "no line has two left");
+  EXPECT_FALSE(fs::exists(copies.room().directory() / "distances.partial"));
+
+  const DepthTestRoom noisy(spec, [&](StationIndex station, cv::Mat* frame) {
+    *frame = standing.clone();
+    add_noise(station, 2.0, frame);
+  });
+  for (const char* method : {"sweep", "flow"}) {
+    const CommandResult result = depth(noisy.room(), fmt::format("--method {}", method));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    for (const char* line : {"x0", "x1", "z0", "z1"}) {
+      EXPECT_THAT(result.errors, HasSubstr(fmt::format("line {} shows no parallax", line)));
+    }
+    EXPECT_EQ(report_of(noisy.room())["warnings"].size(), 4U);
+  }
+}
+
+// Checksums of the maps of each line: files also hold the time when they were made.
+std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
+  std::vector<std::vector<std::string>> lines;
+  for (const char* line : {"x0", "x1", "z0", "z1"}) {
+    lines.push_back(Hdf5File::open(distance_volume_path(room, line)).read_strings("sha256"));
+  }
+  return lines;
+}
+
+size_t swept_maps(const fs::path& room) {
+  std::error_code error;
+  size_t count = 0;
+  for (const auto& entry : fs::directory_iterator(room / "distances.partial", error)) {
+    if (entry.path().filename().string().starts_with("swept-")) ++count;
+  }
+  return count;
+}
+
+// Runs the program until so many stations have been swept, and interrupts it.
+int exit_code_of_interrupted(const fs::path& room, size_t maps) {
+  const std::string text = room.string();
+  const std::array<const char*, 6> arguments{RAYWALK_BUILD_LF, "depth", text.c_str(),
+                                             "--threads",      "1",     nullptr};
+  pid_t child = 0;
+  if (posix_spawn(&child, RAYWALK_BUILD_LF, nullptr, nullptr,
+                  const_cast<char* const*>(arguments.data()), environ) != 0) {
+    return -1;
+  }
+  int status = 0;
+  while (swept_maps(room) < maps && waitpid(child, &status, WNOHANG) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGINT);
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+std::map<fs::path, fs::file_time_type> finished_maps(const fs::path& room) {
+  std::map<fs::path, fs::file_time_type> times;
+  for (const auto& entry : fs::directory_iterator(room / "distances.partial")) {
+    if (entry.path().extension() == ".map") times[entry.path()] = fs::last_write_time(entry.path());
+  }
+  return times;
+}
+
+TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandGoesOn) {
+  const SyntheticRoomSpec spec = furnished_room(128);
+  DepthTestRoom room(spec);
+  room.give_distances(spec.scene, {64, 32}, 8);
+  const fs::path directory = room.room().directory();
+  const auto given = files_in(directory / "distances");
+  EXPECT_EQ(exit_code_of_interrupted(directory, 2), 130);
+  const auto first = finished_maps(directory);
+  EXPECT_GE(first.size(), 2U);
+  EXPECT_EQ(exit_code_of_interrupted(directory, swept_maps(directory) + 2), 130);
+  const auto second = finished_maps(directory);
+  EXPECT_GT(second.size(), first.size());
+  for (const auto& [file, time] : first) EXPECT_EQ(second.at(file), time) << file;
+  // The room is what it was until all is done.
+  EXPECT_EQ(files_in(directory / "distances"), given);
+  EXPECT_FALSE(fs::exists(directory / "depth.json"));
+
+  const CommandResult resumed = depth(room.room());
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_EQ(files_in(directory / "distances-given"), given);
+  EXPECT_FALSE(fs::exists(directory / "distances.partial"));
+  // What came of it in three parts is what comes of it in one.
+  const auto in_parts = maps_of(directory);
+  ASSERT_EQ(depth(room.room()).exit_code, 0);
+  EXPECT_EQ(maps_of(directory), in_parts);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,202 @@
+// raywalk-capture virtual-room as a user runs it, up to the packed room. RAYWALK_CAPTURE and
+// RAYWALK_BUILD_LF are the programs.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <thread>
+
+#include "core/files/csv.h"
+#include "core/files/image_file.h"
+#include "tests/end_to_end/run_command.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// Five stations on each of four lines.
+const char* const kSmall =
+    "grid:\n  spacing_mm: 250\n  overhang_share: 0\noutput:\n  width_px: 128\n";
+
+class VirtualRoomTest : public ::testing::Test {
+ protected:
+  CommandResult capture(const std::string& yaml, const std::string& arguments = "") const {
+    write_file_atomically(config(), yaml);
+    return run_command(command(arguments));
+  }
+  std::string command(const std::string& arguments) const {
+    return fmt::format("{} virtual-room {} --out {} {}", RAYWALK_CAPTURE, config().string(),
+                       out().string(), arguments);
+  }
+  fs::path config() const { return directory_ / "room.yaml"; }
+  fs::path out() const { return directory_ / "room"; }
+
+  // One line of error, and nothing written but the settings.
+  void expect_clean_error(const CommandResult& result, int exit_code,
+                          const std::string& text) const {
+    EXPECT_EQ(result.exit_code, exit_code) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("error: "));
+    EXPECT_THAT(result.errors, HasSubstr(text));
+    EXPECT_EQ(directory_.entries(), 1U);
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(VirtualRoomTest, CapturePacksWithItsDistances) {
+  const CommandResult captured = capture(kSmall, "--every-distance 2");
+  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  EXPECT_THAT(captured.output,
+              HasSubstr("20 panoramas of 128 x 64 on 4 lines, 12 true views, 24 distance maps"));
+  EXPECT_FALSE(fs::exists(out() / "true_poses.csv"));
+  const CommandResult packed =
+      run_command(fmt::format("{} pack --frames {}/poses.csv --distance {}/dist --out {}.lf",
+                              RAYWALK_BUILD_LF, out().string(), out().string(), out().string()));
+  EXPECT_EQ(packed.exit_code, 0) << packed.errors;
+  EXPECT_THAT(packed.output, HasSubstr("4 lines, 1 cell, 20 panoramas of 128 x 64, 12 distance"));
+  const CsvTable truth = CsvTable::read(out() / "gt.csv", {"file", "x", "y", "z"}, {});
+  ASSERT_EQ(truth.rows(), 12U);
+  for (std::size_t row = 0; row < truth.rows(); ++row) {
+    const fs::path file = out() / truth.text(row, "file");
+    EXPECT_EQ(read_panorama(file).cols, 128);
+    const cv::Mat distance =
+        read_distance_map(out() / "dist" / ("gt_" + file.stem().string() + ".png"));
+    double nearest_mm = 0.0, farthest_mm = 0.0;
+    cv::minMaxLoc(distance, &nearest_mm, &farthest_mm);
+    EXPECT_GT(farthest_mm, 1000.0);
+    EXPECT_LT(farthest_mm, 10000.0);
+  }
+}
+
+TEST_F(VirtualRoomTest, SameSettingsGiveTheSameFiles) {
+  ASSERT_EQ(capture(kSmall, "--threads 1 --truth-views 1").exit_code, 0);
+  fs::rename(out(), directory_ / "first");
+  ASSERT_EQ(capture(kSmall, "--threads 3 --truth-views 1").exit_code, 0);
+  const CommandResult same =
+      run_command(fmt::format("diff -r {} {}", (directory_ / "first").string(), out().string()));
+  EXPECT_EQ(same.exit_code, 0) << same.output;
+}
+
+TEST_F(VirtualRoomTest, JitterIsToldByTheTruePoses) {
+  const CommandResult captured =
+      capture(std::string(kSmall) + "pose:\n  position_jitter_mm: 3\n  attitude_jitter_deg: 0.2\n",
+              "--truth-views 0 --every-distance 0");
+  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  EXPECT_FALSE(fs::exists(out() / "gt.csv"));
+  const CsvTable nominal = CsvTable::read(out() / "poses.csv", {"file", "x", "y", "z"}, {});
+  const CsvTable actual =
+      CsvTable::read(out() / "true_poses.csv", {"file", "x", "y", "z", "yaw", "pitch", "roll"}, {});
+  ASSERT_EQ(nominal.rows(), actual.rows());
+  double offset = 0.0, yaw = 0.0;
+  for (std::size_t row = 0; row < nominal.rows(); ++row) {
+    EXPECT_EQ(nominal.text(row, "file"), actual.text(row, "file"));
+    EXPECT_EQ(nominal.number(row, "y"), 0.0);
+    offset = std::max(offset, std::abs(actual.number(row, "x") - nominal.number(row, "x")));
+    yaw = std::max(yaw, std::abs(actual.number(row, "yaw")));
+  }
+  EXPECT_GT(offset, 0.001);
+  EXPECT_LT(offset, 0.02);
+  EXPECT_GT(yaw, 0.1);
+  EXPECT_LT(yaw, 2.0);
+}
+
+TEST_F(VirtualRoomTest, FormatViewsAndSeedAreAsAskedFor) {
+  write_file_atomically(directory_ / "views.csv", "name,x,z\nhere,0.1,0.2\n");
+  const std::string views = "--views " + (directory_ / "views.csv").string();
+  const std::string png = std::string(kSmall) + "  format: png\n";
+  ASSERT_EQ(capture(png, views + " --seed 5 --width 64").exit_code, 0);
+  EXPECT_EQ(read_panorama(out() / "gt/here.png").cols, 64);
+  const cv::Mat first = read_panorama(out() / "capture/x0_000.png");
+  fs::remove_all(out());
+  ASSERT_EQ(capture(png, views + " --seed 6 --width 64").exit_code, 0);
+  EXPECT_GT(cv::norm(first, read_panorama(out() / "capture/x0_000.png"), cv::NORM_INF), 50.0);
+}
+
+// The start of the first frame (ITU-T T.81, B.2.2) tells how finely each component is sampled.
+TEST_F(VirtualRoomTest, JpegKeepsColorInFullResolution) {
+  ASSERT_EQ(capture(kSmall, "--truth-views 0").exit_code, 0);
+  const std::string jpeg = read_file(out() / "capture/x0_000.jpg");
+  const std::size_t frame = jpeg.find("\xFF\xC0");
+  ASSERT_NE(frame, std::string::npos);
+  EXPECT_EQ(jpeg[frame + 9], 3);      // components
+  EXPECT_EQ(jpeg[frame + 11], 0x11);  // brightness is sampled as finely as colour
+}
+
+TEST_F(VirtualRoomTest, HelpGivesAnExample) {
+  for (const char* arguments : {"--help", "virtual-room --help"}) {
+    const CommandResult help = run_command(fmt::format("{} {}", RAYWALK_CAPTURE, arguments));
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-capture virtual-room"));
+  }
+  EXPECT_THAT(run_command(std::string(RAYWALK_CAPTURE) + " --version").output,
+              HasSubstr("raywalk-capture "));
+}
+
+TEST_F(VirtualRoomTest, WrongUsageIsExitCodeTwo) {
+  expect_clean_error(capture("seeds: 1\n"), 2, "did you mean 'seed'?");
+  expect_clean_error(capture("room:\n  width_m: 1\n"), 2, "room.width_m");
+  expect_clean_error(capture(kSmall, "--width 130"), 2, "multiple of 4");
+  expect_clean_error(capture(kSmall, "--truth-views -1"), 2, "--truth-views");
+  expect_clean_error(capture(kSmall, "--views a.csv --truth-views 3"), 2, "--views");
+}
+
+TEST_F(VirtualRoomTest, BadViewsLeaveNothing) {
+  expect_clean_error(capture(kSmall, "--views missing.csv"), 1, "missing.csv");
+  const TestDirectory elsewhere;
+  write_file_atomically(elsewhere / "views.csv", "name,x,z\nfar,100,0\n");
+  expect_clean_error(capture(kSmall, "--views " + (elsewhere / "views.csv").string()), 1,
+                     "outside of the room");
+}
+
+TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
+  fs::create_directory(out());
+  const CommandResult exists = capture(kSmall);
+  EXPECT_EQ(exists.exit_code, 1);
+  EXPECT_THAT(exists.errors, HasSubstr("exists already"));
+  EXPECT_TRUE(fs::is_empty(out()));
+  fs::remove(out());
+  const CommandResult no_parent =
+      run_command(fmt::format("{} virtual-room {} --out {}/missing/room", RAYWALK_CAPTURE,
+                              config().string(), directory_.path().string()));
+  expect_clean_error(no_parent, 1, "cannot make");
+}
+
+// A limit on the size of files stands for a full disk: the writes fail just so.
+TEST_F(VirtualRoomTest, FullDiskLeavesNothing) {
+  write_file_atomically(config(), kSmall);
+  const CommandResult full =
+      run_command("(ulimit -f 8; " + command("") + " 2>&1) | cat >&2");  // 8 blocks of 512 bytes
+  EXPECT_THAT(full.errors, HasSubstr("error: cannot write"));
+  EXPECT_EQ(directory_.entries(), 1U);
+}
+
+TEST_F(VirtualRoomTest, InterruptLeavesNothing) {
+  write_file_atomically(config(), "seed: 1\n");  // 244 stations, far longer than the test waits
+  const std::string config_text = config().string(), out_text = out().string();
+  std::array<const char*, 6> arguments{RAYWALK_CAPTURE, "virtual-room",   config_text.c_str(),
+                                       "--out",         out_text.c_str(), nullptr};
+  pid_t child = 0;
+  ASSERT_EQ(posix_spawn(&child, RAYWALK_CAPTURE, nullptr, nullptr,
+                        const_cast<char* const*>(arguments.data()), environ),
+            0);
+  int status = 0;
+  // The partial directory shows that work has begun.
+  while (directory_.entries() < 2 && waitpid(child, &status, WNOHANG) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGINT);
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(directory_.entries(), 1U);
+}
+
+}  // namespace
+}  // namespace raywalk
