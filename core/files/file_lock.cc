@@ -12,25 +12,38 @@
 #include "core/base/error.h"
 
 namespace raywalk {
+namespace {
+
+std::filesystem::path directory_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
+[[noreturn]] void throw_system_error(const char* what, const std::filesystem::path& path,
+                                     int error_number) {
+  throw Error(fmt::format("cannot {} {}: {}", what, path.string(),
+                          std::generic_category().message(error_number)));
+}
+
+// Whether the open file is the one that is there under this name: a process that just finished has
+// renamed or removed the directory, and the lock is then of a file that nobody else will find.
+bool is_file_of_name(int fd, const std::filesystem::path& file) {
+  struct stat held = {}, named = {};
+  return ::fstat(fd, &held) == 0 && ::stat(file.c_str(), &named) == 0 &&
+         held.st_dev == named.st_dev && held.st_ino == named.st_ino;
+}
+
+}  // namespace
 
 FileLock::FileLock(const std::filesystem::path& file, const std::string& busy)
     : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
-  const std::string directory = file.parent_path().string();
-  if (fd_ < 0) {
-    throw Error(
-        fmt::format("cannot write {}: {}", directory, std::generic_category().message(errno)));
+  if (fd_ < 0) throw_system_error("write", directory_of(file), errno);
+  const int error_number = ::flock(fd_, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+  if (error_number == 0 && is_file_of_name(fd_, file)) return;
+  ::close(fd_);
+  if (error_number != 0 && error_number != EWOULDBLOCK) {
+    throw_system_error("lock", file, error_number);
   }
-  const bool locked = ::flock(fd_, LOCK_EX | LOCK_NB) == 0;
-  struct stat held {
-  }, named{};
-  // A process that just finished has renamed or removed the directory: the lock is then of a file
-  // that is no longer there under this name.
-  const bool current = locked && ::fstat(fd_, &held) == 0 && ::stat(file.c_str(), &named) == 0 &&
-                       held.st_ino == named.st_ino;
-  if (!current) {
-    ::close(fd_);
-    throw Error(directory + ": " + busy);
-  }
+  throw Error(directory_of(file).string() + ": " + busy);
 }
 
 FileLock::~FileLock() { ::close(fd_); }

@@ -10,7 +10,8 @@ namespace raywalk {
 class FileLock {
  public:
   // Makes the file if need be and locks it. Throws Error: "cannot write <directory>: ..." if it
-  // cannot be made, "<directory>: <busy>" if another process holds it.
+  // cannot be made, "<directory>: <busy>" if another lock holds it or its holder just took it away,
+  // "cannot lock <file>: ..." if the file system locks no files.
   FileLock(const std::filesystem::path& file, const std::string& busy);
   ~FileLock();
   FileLock(const FileLock&) = delete;

@@ -13,4 +13,7 @@ std::optional<double> parse_finite_number(std::string_view text);
 // The same for a whole decimal number within the range of int.
 std::optional<int> parse_whole_number(std::string_view text);
 
+// The same, or a hexadecimal number as manuals of devices write them ("0x6200"); no sign there.
+std::optional<int> parse_whole_or_hexadecimal_number(std::string_view text);
+
 }  // namespace raywalk

@@ -35,5 +35,14 @@ TEST(ParseWholeNumber, CoversTheRangeOfIntAndNoMore) {
   }
 }
 
+TEST(ParseWholeOrHexadecimalNumber, TakesBothAndNothingElse) {
+  EXPECT_EQ(parse_whole_or_hexadecimal_number("-12"), -12);
+  EXPECT_EQ(parse_whole_or_hexadecimal_number("0x6200"), 0x6200);
+  EXPECT_EQ(parse_whole_or_hexadecimal_number("0X7fffFFFF"), std::numeric_limits<int>::max());
+  for (const char* bad : {"0x", "0x80000000", "0x-1", "0x+1", "-0x1", "0x0x1", "x1", "0x1g"}) {
+    EXPECT_FALSE(parse_whole_or_hexadecimal_number(bad)) << bad;
+  }
+}
+
 }  // namespace
 }  // namespace raywalk

@@ -13,7 +13,7 @@ constexpr std::size_t kLongestName = 200;
 
 bool is_file_name(const std::string& name) {
   return !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
-         name.find_first_of("/,") == std::string::npos;
+         name.find_first_of("/,\"\r\n") == std::string::npos;
 }
 
 }  // namespace

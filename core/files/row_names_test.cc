@@ -26,7 +26,8 @@ TEST(RowNamesTest, ComeInTheOrderOfTheRows) {
 TEST(RowNamesTest, AreRefusedWhereTheyWouldNotBeAFileOfTheirOwn) {
   for (const std::string& name :
        {std::string("../a"), std::string("/a"), std::string(".a"), std::string("\"\""),
-        std::string("\"a,b\""), std::string(201, 'c')}) {
+        std::string("\"a,b\""), std::string("\"a\"\"b\""), std::string("\"a\nb\""),
+        std::string("\"a\rb\""), std::string(201, 'c')}) {
     EXPECT_THAT(
         [&] { file_names_of_rows(table_of("a,1\n" + name + ",2\n"), "name"); },
         ThrowsMessage<Error>(AllOf(HasSubstr("path.csv:3"), HasSubstr("cannot be a file's"))))

@@ -1,6 +1,7 @@
 #include "core/files/settings.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -27,13 +28,26 @@ void require_range(Number value, Number min, Number max) {
   }
 }
 
+double number_from(const std::string& scalar, double min, double max) {
+  const auto parsed = parse_finite_number(scalar);
+  if (!parsed) throw std::invalid_argument("must be a finite number");
+  require_range(*parsed, min, max);
+  return *parsed;
+}
+
+template <typename Value>
+std::string sequence_text(const std::vector<Value>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
 }  // namespace
 
-// Applies one document to the variables of a schema.
+// Applies one mapping of a document to the variables of a schema.
 class SettingsReader {
  public:
-  SettingsReader(const SettingsSchema& schema, const std::string& source)
-      : settings_(schema.settings_), source_(source) {}
+  // `place` goes before every key in messages: "" or, within items, "validation[2].".
+  SettingsReader(const SettingsSchema& schema, const std::string& source, std::string place)
+      : settings_(schema.settings_), source_(source), place_(std::move(place)) {}
 
   // Reads the mapping whose keys start with `group` ("" or "blend."). It goes deeper only where the
   // schema does, so that neither nesting nor aliases in a hostile file can make it run long.
@@ -47,23 +61,66 @@ class SettingsReader {
       }
       const auto setting = settings_.find(key);
       if (setting == settings_.end()) {
-        fail(entry.first, "unknown key " + excerpt(key) + suggestion(key, keys()));
+        fail(entry.first,
+             "unknown key " + excerpt(place_ + key) + suggestion(place_ + key, keys()));
       }
-      if (!seen_.insert(key).second) fail(entry.first, "key '" + key + "' appears twice");
-      apply(setting->second, entry.second, key);
+      if (!seen_.insert(key).second) {
+        fail(entry.first, "key '" + place_ + key + "' appears twice");
+      }
+      apply(setting->second, entry.second, place_ + key);
     }
   }
 
  private:
   void read_group(const YAML::Node& node, const std::string& key) {
     if (!node.IsMap()) {
-      fail(node, "'" + key + "' is a group of keys; indent them under it as 'key: value' lines");
+      fail(node,
+           "'" + place_ + key + "' is a group of keys; indent them under it as 'key: value' lines");
     }
     read_mapping(node, key + ".");
   }
 
+  // Here and below `key` is as messages name it.
   void apply(const SettingsSchema::Setting& setting, const YAML::Node& node,
              const std::string& key) const {
+    if (setting.most) {
+      read_sequence(setting, node, key);
+    } else {
+      read_scalar(setting, node, key);
+    }
+  }
+
+  void read_sequence(const SettingsSchema::Setting& setting, const YAML::Node& node,
+                     const std::string& key) const {
+    if (!node.IsSequence()) {
+      fail(node, "'" + key +
+                     (setting.next_item ? "' must be a list; start every item under it with '- '"
+                                        : "' must be a list; write it as [first, second]"));
+    }
+    if (node.size() > *setting.most) {
+      fail(node, fmt::format("'{}' has {} items; it may have {} at most", key, node.size(),
+                             *setting.most));
+    }
+    if (setting.clear) setting.clear();
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      const std::string item_key = fmt::format("{}[{}]", key, i);
+      if (setting.next_item) {
+        read_item(setting, node[i], item_key);
+      } else {
+        read_scalar(setting, node[i], item_key);
+      }
+    }
+  }
+
+  void read_item(const SettingsSchema::Setting& setting, const YAML::Node& node,
+                 const std::string& key) const {
+    if (!node.IsMap()) fail(node, "'" + key + "' must be lines of 'key: value' after '- '");
+    const SettingsSchema schema = setting.next_item();
+    SettingsReader(schema, source_, key + ".").read_mapping(node, "");
+  }
+
+  void read_scalar(const SettingsSchema::Setting& setting, const YAML::Node& node,
+                   const std::string& key) const {
     if (!node.IsScalar()) {
       fail(node, "'" + key + (node.IsNull() ? "' has no value" : "' must be a single value"));
     }
@@ -86,7 +143,7 @@ class SettingsReader {
 
   std::vector<std::string> keys() const {
     std::vector<std::string> keys;
-    for (const auto& setting : settings_) keys.push_back(setting.first);
+    for (const auto& setting : settings_) keys.push_back(place_ + setting.first);
     return keys;
   }
 
@@ -96,54 +153,100 @@ class SettingsReader {
 
   const std::map<std::string, SettingsSchema::Setting>& settings_;
   const std::string& source_;
+  std::string place_;
   std::set<std::string> seen_;
 };
 
-SettingsSchema& SettingsSchema::bind(std::string key, bool takes_quoted, Setter set) {
-  settings_[std::move(key)] = {std::move(set), takes_quoted};
+SettingsSchema& SettingsSchema::bind(std::string key, Setting setting) {
+  settings_[std::move(key)] = std::move(setting);
   return *this;
 }
 
 SettingsSchema& SettingsSchema::number(std::string key, double* value, double min, double max) {
-  return bind(std::move(key), false, [=](const std::string& scalar) {
-    const auto parsed = parse_finite_number(scalar);
-    if (!parsed) throw std::invalid_argument("must be a finite number");
-    require_range(*parsed, min, max);
-    *value = *parsed;
-  });
+  return bind(std::move(key),
+              {.set = [=](const std::string& scalar) { *value = number_from(scalar, min, max); },
+               .value = [=] { return fmt::format("{}", *value); }});
 }
 
 SettingsSchema& SettingsSchema::integer(std::string key, int* value, int min, int max) {
-  return bind(std::move(key), false, [=](const std::string& scalar) {
-    const auto parsed = parse_whole_number(scalar);
+  const auto set = [=](const std::string& scalar) {
+    const auto parsed = parse_whole_or_hexadecimal_number(scalar);
     if (!parsed) throw std::invalid_argument("must be a whole number");
     require_range(*parsed, min, max);
     *value = *parsed;
-  });
+  };
+  return bind(std::move(key), {.set = set, .value = [=] { return fmt::format("{}", *value); }});
 }
 
 SettingsSchema& SettingsSchema::boolean(std::string key, bool* value) {
-  return bind(std::move(key), false, [=](const std::string& scalar) {
+  const auto set = [=](const std::string& scalar) {
     if (scalar != "true" && scalar != "false") {
       throw std::invalid_argument("must be true or false");
     }
     *value = scalar == "true";
-  });
+  };
+  return bind(std::move(key), {.set = set, .value = [=] { return fmt::format("{}", *value); }});
 }
 
 SettingsSchema& SettingsSchema::text(std::string key, std::string* value) {
-  return bind(std::move(key), true, [=](const std::string& scalar) { *value = scalar; });
+  return bind(std::move(key), {.set = [=](const std::string& scalar) { *value = scalar; },
+                               .takes_quoted = true,
+                               .value = [=] { return *value; }});
+}
+
+SettingsSchema& SettingsSchema::path(std::string key, std::filesystem::path* value) {
+  return bind(std::move(key), {.set = [=](const std::string& scalar) { *value = scalar; },
+                               .takes_quoted = true,
+                               .value = [=] { return value->string(); }});
 }
 
 SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
                                        std::vector<std::string> choices) {
-  return bind(std::move(key), true,
-              [value, choices = std::move(choices)](const std::string& scalar) {
-                if (std::find(choices.begin(), choices.end(), scalar) == choices.end()) {
-                  throw std::invalid_argument("is not a choice" + suggestion(scalar, choices));
-                }
-                *value = scalar;
-              });
+  const auto set = [value, choices = std::move(choices)](const std::string& scalar) {
+    if (std::find(choices.begin(), choices.end(), scalar) == choices.end()) {
+      throw std::invalid_argument("is not a choice" + suggestion(scalar, choices));
+    }
+    *value = scalar;
+  };
+  return bind(std::move(key), {.set = set, .takes_quoted = true, .value = [=] { return *value; }});
+}
+
+SettingsSchema& SettingsSchema::numbers(std::string key, std::vector<double>* values, double min,
+                                        double max, std::size_t most) {
+  return bind(
+      std::move(key),
+      {.set = [=](const std::string& scalar) { values->push_back(number_from(scalar, min, max)); },
+       .value = [=] { return sequence_text(*values); },
+       .most = most,
+       .clear = [=] { values->clear(); }});
+}
+
+SettingsSchema& SettingsSchema::words(std::string key, std::vector<std::string>* values,
+                                      std::size_t most) {
+  return bind(std::move(key), {.set = [=](const std::string& scalar) { values->push_back(scalar); },
+                               .takes_quoted = true,
+                               .value = [=] { return sequence_text(*values); },
+                               .most = most,
+                               .clear = [=] { values->clear(); }});
+}
+
+SettingsSchema& SettingsSchema::items(std::string key, std::function<SettingsSchema()> next_item,
+                                      std::size_t most) {
+  return bind(std::move(key), {.most = most, .next_item = std::move(next_item)});
+}
+
+std::map<std::string, std::string> SettingsSchema::values() const {
+  std::map<std::string, std::string> values;
+  for (const auto& [key, setting] : settings_) {
+    if (!setting.next_item) {
+      values[key] = setting.value();
+      continue;
+    }
+    for (const auto& [item_key, value] : setting.next_item().values()) {
+      values[fmt::format("{}[].{}", key, item_key)] = value;
+    }
+  }
+  return values;
 }
 
 void SettingsSchema::load(const std::filesystem::path& file) const {
@@ -163,7 +266,7 @@ void SettingsSchema::parse(std::string_view yaml, const std::string& source) con
     throw UsageError(yaml_place(source, document.Mark()) +
                      "settings must be lines of 'key: value'");
   }
-  SettingsReader(*this, source).read_mapping(document, "");
+  SettingsReader(*this, source, "").read_mapping(document, "");
 }
 
 }  // namespace raywalk

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -13,7 +15,10 @@
 namespace raywalk {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pair;
 using testing::StartsWith;
 
 struct ViewSettings {
@@ -134,6 +139,122 @@ TEST(Settings, TextAfterTheDocumentEnds) {
   const std::string stray = "{k_deg: 09, bdend: &overlap_deg\x1a 1s\x1a 1}, oth`r@ *$}";
   EXPECT_THAT(error_of(stray), StartsWith("view.yaml:1: "));
   EXPECT_THAT(error_of("{k_deg: 50}, x}"), StartsWith("view.yaml:1: "));
+}
+
+TEST(Settings, WholeNumbersMayBeHexadecimal) {
+  EXPECT_EQ(parsed("width: 0x0200").width, 512);
+  EXPECT_EQ(parsed("width: 0X2aF").width, 687);
+  for (const std::string bad : {"width: 0x", "width: 0xg", "width: 0x-200", "width: -0x200",
+                                "width: 0x10.0", "width: 0x200000000", "width: \"0x200\""}) {
+    EXPECT_THAT(error_of(bad), StartsWith("view.yaml:1: 'width' is '")) << bad;
+  }
+}
+
+struct Mark {
+  std::string axis = "x";
+  std::vector<double> at_m{};
+};
+
+struct Drawing {
+  std::vector<double> steps{0.5};
+  std::vector<std::string> layers{};
+  std::vector<Mark> marks{};
+  std::filesystem::path background{};
+};
+
+SettingsSchema schema_of(Drawing& drawing) {
+  SettingsSchema schema;
+  schema.numbers("plot.steps", &drawing.steps, -1.0, 1.0, 3)
+      .words("layers", &drawing.layers, 2)
+      .path("background", &drawing.background)
+      .items(
+          "marks",
+          [&drawing] {
+            Mark& mark = drawing.marks.emplace_back();
+            SettingsSchema item;
+            item.choice("axis", &mark.axis, {"x", "z"}).numbers("at_m", &mark.at_m, 0.0, 9.0, 2);
+            return item;
+          },
+          2);
+  return schema;
+}
+
+Drawing drawing_from(const std::string& yaml) {
+  Drawing drawing;
+  schema_of(drawing).parse(yaml, "plan.yaml");
+  return drawing;
+}
+
+std::string drawing_error(const std::string& yaml) {
+  try {
+    drawing_from(yaml);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Settings, SequencesReplaceWhatWasThere) {
+  const Drawing drawing = drawing_from(
+      "plot:\n  steps: [1, -0.25]\nlayers: [\"0x10\", grid]\nmarks:\n  - axis: z\n    at_m: [2]\n"
+      "  - {}\n");
+  EXPECT_THAT(drawing.steps, ElementsAre(1.0, -0.25));
+  EXPECT_THAT(drawing.layers, ElementsAre("0x10", "grid"));
+  ASSERT_EQ(drawing.marks.size(), 2u);
+  EXPECT_EQ(drawing.marks[0].axis, "z");
+  EXPECT_THAT(drawing.marks[0].at_m, ElementsAre(2.0));
+  EXPECT_EQ(drawing.marks[1].axis, "x");
+  EXPECT_EQ(drawing_from("background: \"a b/c.png\"").background, "a b/c.png");
+  EXPECT_THAT(drawing_from("").steps, ElementsAre(0.5));
+  EXPECT_THAT(drawing_from("plot: {steps: []}\nmarks: []").steps, IsEmpty());
+}
+
+TEST(Settings, MistakesInSequencesNameTheElement) {
+  EXPECT_EQ(drawing_error("plot:\n  steps:\n    - 1\n    - 2\n"),
+            "plan.yaml:4: 'plot.steps[1]' is '2'; it must lie between -1 and 1");
+  EXPECT_EQ(drawing_error("plot: {steps: [0, 0, 0, 0]}"),
+            "plan.yaml:1: 'plot.steps' has 4 items; it may have 3 at most");
+  EXPECT_EQ(drawing_error("plot: {steps: 1}"),
+            "plan.yaml:1: 'plot.steps' must be a list; write it as [first, second]");
+  EXPECT_EQ(drawing_error("plot: {steps: [1, [1]]}"),
+            "plan.yaml:1: 'plot.steps[1]' must be a single value");
+  EXPECT_EQ(drawing_error("plot: {steps: [~]}"), "plan.yaml:1: 'plot.steps[0]' has no value");
+  EXPECT_EQ(drawing_error("plot: {steps: ['1']}"),
+            "plan.yaml:1: 'plot.steps[0]' is '1' in quotes; write it without them");
+  EXPECT_EQ(drawing_error("layers: [a, b, c]"),
+            "plan.yaml:1: 'layers' has 3 items; it may have 2 at most");
+}
+
+TEST(Settings, MistakesInItemsNameItemLineAndKey) {
+  EXPECT_EQ(drawing_error("marks:\n- axis: x\n- axis: y\n"),
+            "plan.yaml:3: 'marks[1].axis' is 'y'; it is not a choice; valid are x, z");
+  EXPECT_EQ(drawing_error("marks:\n- axs: x\n"),
+            "plan.yaml:2: unknown key 'marks[0].axs'; did you mean 'marks[0].axis'?");
+  EXPECT_EQ(drawing_error("marks:\n- axis: x\n  axis: z\n"),
+            "plan.yaml:3: key 'marks[0].axis' appears twice");
+  EXPECT_EQ(drawing_error("marks:\n- at_m: [1, 10]\n"),
+            "plan.yaml:2: 'marks[0].at_m[1]' is '10'; it must lie between 0 and 9");
+  EXPECT_EQ(drawing_error("marks: [x]"),
+            "plan.yaml:1: 'marks[0]' must be lines of 'key: value' after '- '");
+  EXPECT_EQ(drawing_error("marks: {axis: x}"),
+            "plan.yaml:1: 'marks' must be a list; start every item under it with '- '");
+  EXPECT_EQ(drawing_error("marks:"),
+            "plan.yaml:1: 'marks' must be a list; start every item under it with '- '");
+  EXPECT_EQ(drawing_error("marks: [{}, {}, {}]"),
+            "plan.yaml:1: 'marks' has 3 items; it may have 2 at most");
+}
+
+TEST(Settings, ValuesAreThoseOfTheVariables) {
+  Drawing drawing = drawing_from("plot: {steps: [1, -0.25]}\nlayers: [grid]\nbackground: a.png");
+  EXPECT_THAT(
+      schema_of(drawing).values(),
+      ElementsAre(Pair("background", "a.png"), Pair("layers", "[grid]"), Pair("marks[].at_m", "[]"),
+                  Pair("marks[].axis", "x"), Pair("plot.steps", "[1, -0.25]")));
+  ViewSettings view;
+  EXPECT_THAT(
+      schema_of(view).values(),
+      ElementsAre(Pair("blend.overlap_deg", "5"), Pair("connection", "hybrid"), Pair("k_deg", "76"),
+                  Pair("title", "untitled"), Pair("two_sided", "false"), Pair("width", "4096")));
 }
 
 TEST(Settings, LoadNamesTheFile) {

@@ -3,9 +3,11 @@
 #include <spdlog/fmt/fmt.h>
 #include <yaml-cpp/eventhandler.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/files/number.h"
 
 namespace raywalk {
 namespace {
@@ -45,6 +47,17 @@ void require_single_document(const std::string& yaml, const std::string& source)
   }
 }
 
+// What one part of a key ("blend", ".overlap_deg" or "[2]") leads to; undefined where there is
+// nothing.
+YAML::Node child_of(const YAML::Node& node, std::string_view part) {
+  if (part.starts_with('[')) {
+    const auto index = parse_whole_number(part.substr(1, part.size() - 2));
+    return node.IsSequence() && index ? node[*index] : YAML::Node(YAML::NodeType::Undefined);
+  }
+  if (part.starts_with('.')) part.remove_prefix(1);
+  return node.IsMap() ? node[std::string(part)] : YAML::Node(YAML::NodeType::Undefined);
+}
+
 }  // namespace
 
 YAML::Node load_yaml_document(std::string_view yaml, const std::string& source) {
@@ -60,6 +73,19 @@ YAML::Node load_yaml_document(std::string_view yaml, const std::string& source) 
 std::string yaml_place(const std::string& source, const YAML::Mark& mark) {
   // yaml-cpp counts lines from 0.
   return mark.is_null() ? source + ": " : fmt::format("{}:{}: ", source, mark.line + 1);
+}
+
+std::string yaml_place_of_key(const YAML::Node& document, const std::string& source,
+                              std::string_view key) {
+  YAML::Node node = document;
+  while (!key.empty()) {
+    const std::size_t end = std::min(key.find_first_of(".[", 1), key.size());
+    const YAML::Node child = child_of(node, key.substr(0, end));
+    if (!child.IsDefined()) return source + ": ";
+    node.reset(child);  // assigning would change the document
+    key.remove_prefix(end);
+  }
+  return node.IsNull() ? source + ": " : yaml_place(source, node.Mark());
 }
 
 }  // namespace raywalk

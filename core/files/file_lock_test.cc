@@ -1,0 +1,59 @@
+#include "core/files/file_lock.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+
+TEST(FileLockTest, IsHeldByOneAtATime) {
+  const TestDirectory directory;
+  const auto take = [&] { FileLock(directory / "lock", "busy; wait for it"); };
+  {
+    const FileLock held(directory / "lock", "busy");
+    EXPECT_THAT(take, ThrowsMessage<Error>(directory.path().string() + ": busy; wait for it"));
+    EXPECT_NO_THROW(FileLock(directory / "other", "busy"));
+  }
+  EXPECT_NO_THROW(take()) << "released with the object";
+}
+
+TEST(FileLockTest, KeepsWhatTheFileHolds) {
+  const TestDirectory directory;
+  std::ofstream(directory / "lock") << "text";
+  { const FileLock lock(directory / "lock", "busy"); }
+  std::string text;
+  std::ifstream(directory / "lock") >> text;
+  EXPECT_EQ(text, "text");
+}
+
+// A file of the same name that came after the holder took its own away is another file.
+TEST(FileLockTest, BelongsToTheFileAndNotToItsName) {
+  const TestDirectory directory;
+  const FileLock held(directory / "lock", "busy");
+  std::filesystem::rename(directory / "lock", directory / "elsewhere");
+  EXPECT_NO_THROW(FileLock(directory / "lock", "busy"));
+  EXPECT_THROW(FileLock(directory / "elsewhere", "busy"), Error);
+}
+
+TEST(FileLockTest, UnwritablePlaceIsNotCalledBusy) {
+  const TestDirectory directory;
+  EXPECT_THAT([&] { FileLock(directory / "missing/lock", "busy"); },
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("cannot write"), HasSubstr("missing"), Not(HasSubstr("busy")))));
+  std::filesystem::create_directory(directory / "lock");
+  EXPECT_THAT([&] { FileLock(directory / "lock", "busy"); },
+              ThrowsMessage<Error>(HasSubstr("cannot write")));
+}
+
+}  // namespace
+}  // namespace raywalk
