@@ -31,6 +31,13 @@ class UsageError : public Error {
   using Error::Error;
 };
 
+// A session stopped in good order because something outside of the program has to be put right
+// first; the same command goes on afterwards. Exit code kPaused.
+class Paused : public Error {
+ public:
+  using Error::Error;
+};
+
 // The user asked to stop; exit code kInterrupted. Work done so far is kept where a stage can
 // resume.
 class Interrupted : public std::runtime_error {

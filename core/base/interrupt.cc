@@ -14,12 +14,15 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 extern "C" void request_stop(int /*signal*/) { stop_requested.store(true); }
 
-void install(int signal, int flags) {
+// Returns what was there before.
+struct sigaction install(int signal, int flags) {
   struct sigaction action = {};
   action.sa_handler = request_stop;
   sigemptyset(&action.sa_mask);
   action.sa_flags = flags;
-  sigaction(signal, &action, nullptr);
+  struct sigaction before = {};
+  sigaction(signal, &action, &before);
+  return before;
 }
 
 }  // namespace
@@ -29,6 +32,14 @@ void install_interrupt_handlers() {
   // way a shell expects: killed by SIGINT, which it shows as 130.
   install(SIGINT, SA_RESTART | SA_RESETHAND);
   install(SIGTERM, SA_RESTART);
+}
+
+StopSignalsOnlyAsk::StopSignalsOnlyAsk() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) before_[i] = install(kSignals[i], SA_RESTART);
+}
+
+StopSignalsOnlyAsk::~StopSignalsOnlyAsk() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 
 bool interrupt_requested() { return stop_requested.load(std::memory_order_relaxed); }

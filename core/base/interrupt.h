@@ -1,11 +1,29 @@
 // Ctrl-C as a flag that long work looks at, so that it can stop in good order.
 #pragma once
 
+#include <array>
+#include <csignal>
+
 namespace raywalk {
 
 // Installs handlers for SIGINT and SIGTERM that set a flag; a second SIGINT ends the process at
 // once.
 void install_interrupt_handlers();
+
+// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT ask to stop and do no more, however often
+// they come: for work that must not end in the middle, as a motor that has to be stopped first.
+// Only one may exist at a time.
+class StopSignalsOnlyAsk {
+ public:
+  StopSignalsOnlyAsk();
+  ~StopSignalsOnlyAsk();
+  StopSignalsOnlyAsk(const StopSignalsOnlyAsk&) = delete;
+  StopSignalsOnlyAsk& operator=(const StopSignalsOnlyAsk&) = delete;
+
+ private:
+  static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+  std::array<struct sigaction, kSignals.size()> before_{};
+};
 
 // Whether the user has asked to stop.
 bool interrupt_requested();

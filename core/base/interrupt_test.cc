@@ -50,5 +50,26 @@ TEST_F(InterruptDeathTest, SecondSigintEndsTheProcessAtOnce) {
       testing::KilledBySignal(SIGINT), "");
 }
 
+TEST_F(InterruptDeathTest, WhileSignalsOnlyAskNoneEndsTheProcess) {
+  EXPECT_EXIT(
+      {
+        install_interrupt_handlers();
+        const StopSignalsOnlyAsk protection;
+        for (const int signal : {SIGINT, SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::raise(signal);
+        std::exit(interrupt_requested() ? 42 : 1);
+      },
+      testing::ExitedWithCode(42), "");
+}
+
+TEST_F(InterruptDeathTest, AfterwardsSignalsDoWhatTheyDidBefore) {
+  EXPECT_EXIT(
+      {
+        { const StopSignalsOnlyAsk protection; }
+        std::raise(SIGHUP);
+        std::exit(0);
+      },
+      testing::KilledBySignal(SIGHUP), "");
+}
+
 }  // namespace
 }  // namespace raywalk

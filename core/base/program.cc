@@ -84,6 +84,8 @@ int run_program(CLI::App& app, int argc, char** argv) {
                 ExitCode::kWrongUsage);
   } catch (const UsageError& e) {
     return fail(program, e.what(), ExitCode::kWrongUsage);
+  } catch (const Paused& e) {
+    return fail(program, e.what(), ExitCode::kPaused);
   } catch (const Interrupted& e) {
     return fail(program, e.what(), ExitCode::kInterrupted);
   } catch (const std::filesystem::filesystem_error& e) {

@@ -11,9 +11,9 @@ namespace raywalk {
 
 // Parses the command line with `app` and runs the callbacks of the chosen subcommands, which do the
 // work and throw on failure. Returns the process exit code: --help and --version give kDone, a
-// wrong command line or UsageError kWrongUsage, Error and any other std::exception kFailed,
-// Interrupted kInterrupted. Every failure prints exactly one line, "<program>: error: <what>", to
-// stderr.
+// wrong command line or UsageError kWrongUsage, Paused kPaused, Error and any other std::exception
+// kFailed, Interrupted kInterrupted. Every failure prints exactly one line, "<program>: error:
+// <what>", to stderr.
 int run_program(CLI::App& app, int argc, char** argv);
 
 }  // namespace raywalk

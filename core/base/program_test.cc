@@ -94,6 +94,9 @@ TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
   const Outcome usage = run_throwing(UsageError("view.yaml:3: unknown key 'q'"));
   EXPECT_EQ(usage.exit_code, 2);
   EXPECT_EQ(usage.err, "raywalk-test: error: view.yaml:3: unknown key 'q'\n");
+  const Outcome paused = run_throwing(Paused("station x0_003: stalled; look"));
+  EXPECT_EQ(paused.exit_code, 3);
+  EXPECT_EQ(paused.err, "raywalk-test: error: station x0_003: stalled; look\n");
   const Outcome interrupted = run_throwing(Interrupted("interrupted"));
   EXPECT_EQ(interrupted.exit_code, 130);
   EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted\n");
