@@ -70,35 +70,6 @@ void require_consistent(const ViewSettings& settings) {
   fixed_layers(settings);
 }
 
-}  // namespace
-
-ViewSettings view_settings(const ViewFlags& flags) {
-  ViewSettings settings;
-  if (flags.settings) {
-    schema_of(&settings).load(*flags.settings);
-    try {
-      require_consistent(settings);
-    } catch (const UsageError& e) {
-      throw UsageError(flags.settings->string() + ": " + e.what());
-    }
-  }
-  // A connection named on the command line brings its own k; the file's k was meant for the file's.
-  if (flags.connection && !flags.k_deg && *flags.connection != settings.connection) {
-    settings.k_deg = "auto";
-  }
-  override_with(flags.generation, &settings.generation);
-  override_with(flags.connection, &settings.connection);
-  override_with(flags.k_deg, &settings.k_deg);
-  override_with(flags.layers, &settings.layers);
-  override_with(flags.tolerance_px, &settings.tolerance_px);
-  override_with(flags.overlap_deg, &settings.overlap_deg);
-  override_with(flags.width_px, &settings.width_px);
-  require_consistent(settings);
-  return settings;
-}
-
-namespace {
-
 // What the room keeps of its requirements, if anything is left to choose by them.
 std::optional<RoomRequirements> requirements_for(const ViewSettings& settings, const Room& room) {
   const bool choose = !fixed_k_deg(settings) || fixed_layers(settings) == 0;
@@ -127,6 +98,31 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
 }
 
 }  // namespace
+
+ViewSettings view_settings(const ViewFlags& flags) {
+  ViewSettings settings;
+  if (flags.settings) {
+    schema_of(&settings).load(*flags.settings);
+    try {
+      require_consistent(settings);
+    } catch (const UsageError& e) {
+      throw UsageError(flags.settings->string() + ": " + e.what());
+    }
+  }
+  // A connection named on the command line brings its own k; the file's k was meant for the file's.
+  if (flags.connection && !flags.k_deg && *flags.connection != settings.connection) {
+    settings.k_deg = "auto";
+  }
+  override_with(flags.generation, &settings.generation);
+  override_with(flags.connection, &settings.connection);
+  override_with(flags.k_deg, &settings.k_deg);
+  override_with(flags.layers, &settings.layers);
+  override_with(flags.tolerance_px, &settings.tolerance_px);
+  override_with(flags.overlap_deg, &settings.overlap_deg);
+  override_with(flags.width_px, &settings.width_px);
+  require_consistent(settings);
+  return settings;
+}
 
 ViewMode view_mode(const ViewSettings& settings, const Room& room) {
   const std::optional<RoomRequirements> required = requirements_for(settings, room);

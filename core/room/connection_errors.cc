@@ -156,4 +156,14 @@ std::optional<ConnectionErrorAtK> least_error(const ConnectionErrorMeasurement& 
   return best;
 }
 
+std::vector<MeasuredConnection> least_errors(const std::filesystem::path& room) {
+  std::vector<MeasuredConnection> least_errors;
+  for (const ConnectionErrorMeasurement& each : read_connection_errors(room)) {
+    if (const auto least = least_error(each)) {
+      least_errors.push_back({each.generation, least->k_deg, least->e_connect});
+    }
+  }
+  return least_errors;
+}
+
 }  // namespace raywalk

@@ -32,6 +32,13 @@ struct ConnectionErrorMeasurement {
   std::vector<ConnectionErrorAtK> rows{};
 };
 
+// What a measurement recommends.
+struct MeasuredConnection {
+  std::string generation{};
+  double k_deg = 90.0;     // of the least e_connect
+  double e_connect = 0.0;  // there
+};
+
 // "lfu" at k = 45, "rayspace360" at 90, "hybrid" between.
 std::string connection_name(double k_deg);
 
@@ -49,5 +56,9 @@ void store_connection_errors(const std::filesystem::path& room,
 // The row of least e_connect, of equals the one of largest k, as it connects more physically; none
 // where nothing could be read at any k.
 std::optional<ConnectionErrorAtK> least_error(const ConnectionErrorMeasurement& measurement);
+
+// least_error of each generation that the room has measured and could read at some k. Throws Error
+// as read_connection_errors.
+std::vector<MeasuredConnection> least_errors(const std::filesystem::path& room);
 
 }  // namespace raywalk

@@ -65,6 +65,21 @@ TEST_F(ConnectionErrorsTest, LeastErrorPrefersThePhysicalConnectionOfEquals) {
   EXPECT_FALSE(least_error(measured)) << "nothing could be measured";
 }
 
+TEST_F(ConnectionErrorsTest, LeastErrorsAreThoseOfTheGenerationsThatCouldBeRead) {
+  EXPECT_TRUE(least_errors(directory_.path()).empty());
+  ConnectionErrorMeasurement unread = measurement("initial", 3.0);
+  unread.rows.resize(1);
+  store_connection_errors(directory_.path(), unread);
+  ConnectionErrorMeasurement measured = measurement("two-sided", 3.0);
+  measured.rows.push_back({85.0, 2.0, 2.0, 1.0});
+  store_connection_errors(directory_.path(), measured);
+  const std::vector<MeasuredConnection> least = least_errors(directory_.path());
+  ASSERT_EQ(least.size(), 1U);
+  EXPECT_EQ(least[0].generation, "two-sided");
+  EXPECT_EQ(least[0].k_deg, 85.0);
+  EXPECT_EQ(least[0].e_connect, 2.0);
+}
+
 TEST_F(ConnectionErrorsTest, DamageIsNamedWithItsRemedyAndThenReplaced) {
   store_connection_errors(directory_.path(), measurement("hlf-vd", 1.5));
   const std::filesystem::path file = connection_errors_path(directory_.path());

@@ -3,8 +3,8 @@
 // raywalk-render reads it for `--layers auto` and `--k auto`.
 //
 // Every member below is a key of the file under its own name; a list is an array of objects. A
-// distance, spacing or width that is infinite (sky, no limit) is null. PSNR is over RGB in dB,
-// capped at 100. Shares are of the solid angle, in [0, 1].
+// distance, spacing or width that is infinite (sky, no limit) is null, as is an optional member
+// that is none. PSNR is over RGB in dB, capped at 100. Shares are of the solid angle, in [0, 1].
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/geometry/layer_count.h"
+#include "core/room/connection_errors.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -79,22 +80,18 @@ struct SpacingFacts {
   double captured_max_m = 0.0;
   double needed_without_depth_m = 0.0;
   std::vector<SpacingWithLayers> needed_with_layers{};  // 1 layer: Chai's constant depth
-  double needed_by_error_m = 0.0;                       // with distances, for omega_error_per_m
+  // With distances, for omega_error_per_m; infinite where that is not known.
+  double needed_by_error_m = 0.0;
   // The largest step tried at which, with distances, re-created stations are as near to the
   // captured ones as a displacement by the tolerance is: occlusion, reflections and sampling
   // included.
   double measured_up_to_m = 0.0;
-  double needed_with_distances_m = 0.0;  // the smaller of both, but not below what is captured
+  // The smaller of both, but at least captured_median_m; finite.
+  double needed_with_distances_m = 0.0;
   int stations = 0;
   int stations_needed_without_depth = 0;
   int stations_needed_with_distances = 0;
   std::vector<HeldOutFacts> held_out{};
-};
-
-struct MeasuredConnection {
-  std::string generation{};
-  double k_deg = 90.0;  // of the least measured E_connect
-  double e_connect = 0.0;
 };
 
 struct ConnectionFacts {
@@ -105,7 +102,9 @@ struct ConnectionFacts {
 struct StorageFacts {
   double reach_m = 0.0;  // d_p that widths and precision are chosen for: half a cell's side
   int panorama_width_px = 0;
-  double worth_width_px = 0.0;  // beyond it the residual parallax exceeds the tolerance
+  // Beyond it the parallax that omega_error_per_m leaves exceeds the tolerance; infinite where that
+  // error is 0 or not known.
+  double worth_width_px = 0.0;
   int distance_width_px = 0;
   int needed_distance_width_px = 0;
   double share_within_tolerance = 0.0;  // of the pixels, at needed_distance_width_px
@@ -114,8 +113,9 @@ struct StorageFacts {
   std::uint64_t ray_bytes = 0;
   std::uint64_t ray_bytes_thinned = 0;  // with stations_needed_with_distances
   std::uint64_t ray_bytes_worth = 0;    // ... and at worth_width_px, where that is smaller
-  std::uint64_t distance_bytes = 0;
-  std::uint64_t distance_bytes_needed = 0;  // at that width, with so many bits
+  std::uint64_t distance_bytes = 0;     // of all maps: 4 per distance and 1 per confidence
+  // Of as many maps, needed_distance_width_px wide: omega_bits in whole bytes and 1 per confidence.
+  std::uint64_t distance_bytes_needed = 0;
 };
 
 // A room written by --thin, compared with the one it was made from.
@@ -123,7 +123,7 @@ struct ThinnedFacts {
   std::string room{};
   int stations = 0;
   int distance_maps = 0;
-  std::uint64_t bytes = 0;  // of rays and distances
+  std::uint64_t bytes = 0;  // of all its files
   int views = 0;            // dropped stations re-created from it
   double psnr_db = 0.0;
   double worst_psnr_db = 0.0;

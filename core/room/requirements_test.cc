@@ -5,6 +5,7 @@
 
 #include <array>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -19,28 +20,98 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Every value once, so that no member can stand for another.
 RoomRequirements example() {
-  RoomRequirements r;
-  r.distances_sha256 = "0123";
-  r.tolerance_px = 0.25;
-  r.distance = {.near_m = 0.5,
-                .median_m = 2.0,
-                .far_m = kInfinity,
-                .sky_share = 0.125,
-                .known_share = 0.9,
-                .omega_error_per_m = 0.003,
-                .directions = {{-172.5, 82.5, 1.0, 2.0, kInfinity, 0.5}}};
-  r.layers = {0.0, 2.0, {{0.1, 5}, {0.5, 25}}};
-  r.spacing.needed_without_depth_m = 0.01;
-  r.spacing.needed_with_layers = {{1, 0.02}, {4, 0.08}};
-  r.spacing.needed_by_error_m = kInfinity;
-  r.spacing.held_out = {{2, 0.05, 24, 38.5, 21.0, 35.0, 0.001}};
-  r.connection = {72.0, {{"hlf-vd", 86.0, 3.5}}};
-  r.storage.panorama_width_px = 1024;
-  r.storage.ray_bytes = std::uint64_t{1} << 40;
-  r.thinned = ThinnedFacts{"a \"room\"", 12, 3, 1000, 49, 37.0, 30.0};
-  return r;
+  return {.distances_sha256 = "0123",
+          .tolerance_px = 0.25,
+          .distance = {.near_m = 0.5,
+                       .median_m = 2.5,
+                       .far_m = kInfinity,
+                       .sky_share = 0.125,
+                       .known_share = 0.875,
+                       .omega_error_per_m = 0.003,
+                       .directions = {{.longitude_deg = -172.5,
+                                       .latitude_deg = 82.5,
+                                       .near_m = 1.5,
+                                       .median_m = 3.5,
+                                       .far_m = 11.5,
+                                       .sky_share = 0.375}}},
+          .layers = {.omega_min_per_m = 0.0,
+                     .omega_max_per_m = 2.0,
+                     .by_d_p = {{.d_p_m = 0.75, .layers = 5}, {.d_p_m = 1.25, .layers = 25}}},
+          .spacing = {.captured_median_m = 0.0625,
+                      .captured_max_m = 0.03125,
+                      .needed_without_depth_m = 0.01,
+                      .needed_with_layers = {{.layers = 1, .needed_m = 0.02},
+                                             {.layers = 4, .needed_m = kInfinity}},
+                      .needed_by_error_m = 0.06,
+                      .measured_up_to_m = 0.07,
+                      .needed_with_distances_m = 0.09,
+                      .stations = 244,
+                      .stations_needed_without_depth = 243,
+                      .stations_needed_with_distances = 32,
+                      .held_out = {{.stride = 3,
+                                    .step_m = 0.05,
+                                    .views = 24,
+                                    .psnr_with_distances_db = 38.5,
+                                    .psnr_without_depth_db = 21.5,
+                                    .psnr_of_tolerance_db = 35.5,
+                                    .hidden_share = 0.001}}},
+          .connection = {.model_k_deg = 72.0,
+                         .measured = {{.generation = "hlf-vd", .k_deg = 86.0, .e_connect = 4.5}}},
+          .storage = {.reach_m = 0.55,
+                      .panorama_width_px = 1024,
+                      .worth_width_px = 2000.5,
+                      .distance_width_px = 512,
+                      .needed_distance_width_px = 256,
+                      .share_within_tolerance = 0.998,
+                      .omega_steps = 200,
+                      .omega_bits = 8,
+                      .ray_bytes = std::uint64_t{1} << 40,
+                      .ray_bytes_thinned = 1001,
+                      .ray_bytes_worth = 1002,
+                      .distance_bytes = 1003,
+                      .distance_bytes_needed = 1004},
+          .thinned = ThinnedFacts{.room = "a \"room\"",
+                                  .stations = 12,
+                                  .distance_maps = 7,
+                                  .bytes = 1000,
+                                  .views = 49,
+                                  .psnr_db = 37.5,
+                                  .worst_psnr_db = 30.5}};
 }
+
+// What require.json holds of it, as others read it.
+constexpr const char* kExampleJson = R"({
+  "format": "raywalk-require", "format_version": 1,
+  "distances_sha256": "0123", "tolerance_px": 0.25,
+  "distance": {
+    "near_m": 0.5, "median_m": 2.5, "far_m": null, "sky_share": 0.125, "known_share": 0.875,
+    "omega_error_per_m": 0.003,
+    "directions": [{"longitude_deg": -172.5, "latitude_deg": 82.5,
+                    "near_m": 1.5, "median_m": 3.5, "far_m": 11.5, "sky_share": 0.375}]},
+  "layers": {
+    "omega_min_per_m": 0.0, "omega_max_per_m": 2.0,
+    "by_d_p": [{"d_p_m": 0.75, "layers": 5}, {"d_p_m": 1.25, "layers": 25}]},
+  "spacing": {
+    "captured_median_m": 0.0625, "captured_max_m": 0.03125, "needed_without_depth_m": 0.01,
+    "needed_with_layers": [{"layers": 1, "needed_m": 0.02}, {"layers": 4, "needed_m": null}],
+    "needed_by_error_m": 0.06, "measured_up_to_m": 0.07, "needed_with_distances_m": 0.09,
+    "stations": 244, "stations_needed_without_depth": 243, "stations_needed_with_distances": 32,
+    "held_out": [{"stride": 3, "step_m": 0.05, "views": 24, "psnr_with_distances_db": 38.5,
+                  "psnr_without_depth_db": 21.5, "psnr_of_tolerance_db": 35.5,
+                  "hidden_share": 0.001}]},
+  "connection": {
+    "model_k_deg": 72.0,
+    "measured": [{"generation": "hlf-vd", "k_deg": 86.0, "e_connect": 4.5}]},
+  "storage": {
+    "reach_m": 0.55, "panorama_width_px": 1024, "worth_width_px": 2000.5,
+    "distance_width_px": 512, "needed_distance_width_px": 256, "share_within_tolerance": 0.998,
+    "omega_steps": 200, "omega_bits": 8, "ray_bytes": 1099511627776, "ray_bytes_thinned": 1001,
+    "ray_bytes_worth": 1002, "distance_bytes": 1003, "distance_bytes_needed": 1004},
+  "thinned": {
+    "room": "a \"room\"", "stations": 12, "distance_maps": 7, "bytes": 1000, "views": 49,
+    "psnr_db": 37.5, "worst_psnr_db": 30.5}})";
 
 std::string error_of(const std::string& text) {
   try {
@@ -49,6 +120,13 @@ std::string error_of(const std::string& text) {
     return error.what();
   }
   return "no error";
+}
+
+TEST(Requirements, EveryMemberIsAKeyOfTheFile) {
+  auto written = nlohmann::json::parse(requirements_to_json(example()));
+  EXPECT_TRUE(written["written_by"].get<std::string>().starts_with("raywalk "));
+  written.erase("written_by");
+  EXPECT_EQ(written, nlohmann::json::parse(kExampleJson)) << written.dump(1);
 }
 
 TEST(Requirements, AreReadAsTheyWereWritten) {
@@ -62,7 +140,7 @@ TEST(Requirements, AreReadAsTheyWereWritten) {
   EXPECT_EQ(read.distance.directions[0].longitude_deg, -172.5);
   EXPECT_EQ(read.layers.by_d_p[1].layers, 25);
   EXPECT_EQ(read.layers.range().max, 2.0);
-  EXPECT_EQ(read.spacing.held_out[0].psnr_without_depth_db, 21.0);
+  EXPECT_EQ(read.spacing.held_out[0].psnr_without_depth_db, 21.5);
   EXPECT_EQ(read.connection.model_k_deg, 72.0);
   EXPECT_EQ(read.connection.measured[0].generation, "hlf-vd");
   EXPECT_EQ(read.storage.ray_bytes, std::uint64_t{1} << 40);

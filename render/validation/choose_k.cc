@@ -23,17 +23,6 @@ std::vector<Generation> measurements_for(Generation generation) {
   return {};
 }
 
-// Of each generation that could be measured at some k.
-std::vector<MeasuredConnection> stored_measurements(const Room& room) {
-  std::vector<MeasuredConnection> measured;
-  for (const ConnectionErrorMeasurement& each : read_connection_errors(room.directory())) {
-    if (const auto least = least_error(each)) {
-      measured.push_back({each.generation, least->k_deg, least->e_connect});
-    }
-  }
-  return measured;
-}
-
 std::optional<AutoK> measured_k(const std::vector<MeasuredConnection>& measurements,
                                 Generation generation) {
   for (const Generation wanted : measurements_for(generation)) {
@@ -50,7 +39,7 @@ std::optional<AutoK> measured_k(const std::vector<MeasuredConnection>& measureme
 
 AutoK auto_k_deg(const Room& room, Generation generation, const RoomRequirements* required) {
   if (room.grid().cells.empty()) return {90.0, "the room has no connections"};
-  if (auto measured = measured_k(stored_measurements(room), generation)) {
+  if (auto measured = measured_k(least_errors(room.directory()), generation)) {
     return *std::move(measured);
   }
   if (required != nullptr) {
