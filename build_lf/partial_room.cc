@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/output_path.h"
 
 namespace raywalk {
 namespace {
@@ -17,18 +18,6 @@ namespace fs = std::filesystem;
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
 constexpr std::array kVolumeDirectories = {"lines", "distances"};
-
-// "room.lf/" and "room.lf" are the same directory, but only the latter has a name to extend.
-fs::path without_trailing_slash(const fs::path& path) {
-  return path.has_filename() ? path : path.parent_path();
-}
-
-void require_absent(const fs::path& out) {
-  std::error_code error;
-  if (fs::exists(fs::symlink_status(out, error))) {
-    throw Error(out.string() + ": exists already; remove it or choose another --out");
-  }
-}
 
 fs::path made_directory(const fs::path& directory) {
   std::error_code error;
@@ -48,7 +37,7 @@ bool is_finished_volume(const fs::path& file) {
 
 PartialRoom::PartialRoom(const fs::path& out)
     : out_(without_trailing_slash(out)),
-      directory_((require_absent(out_), made_directory(partial_path(out_)))),
+      directory_((require_absent(out_, "--out"), made_directory(partial_path(out_)))),
       lock_(directory_ / kLockFile,
             "another raywalk-build-lf is packing this room; wait for it to finish") {}
 
@@ -78,7 +67,7 @@ void PartialRoom::discard() {
 }
 
 void PartialRoom::complete() {
-  require_absent(out_);
+  require_absent(out_, "--out");
   for (const char* file : {kLockFile, kFingerprintFile}) fs::remove(directory_ / file);
   for (const char* name : kVolumeDirectories) {
     for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name)) {

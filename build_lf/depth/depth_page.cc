@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "build_lf/depth/station_image.h"
 #include "core/report/html_page.h"
 #include "core/report/svg_plot.h"
 
@@ -39,15 +40,8 @@ cv::Mat confidence_picture(const InverseDistanceMap& map) {
 }
 
 cv::Mat photograph(const Room& room, const InverseDistanceMap& map) {
-  const LineVolume& volume = room.volume(map.station.line);
-  cv::Mat columns(volume.panorama().width, volume.panorama().height, CV_8UC3);
-  for (int theta = 0; theta < columns.rows; ++theta) {
-    const auto column = volume.column(map.station.station, theta);
-    std::copy(column.begin(), column.end(), columns.ptr(theta));
-  }
   cv::Mat picture;
-  cv::cvtColor(columns.t(), picture, cv::COLOR_RGB2BGR);
-  cv::resize(picture, picture, {map.size.width, map.size.height}, 0, 0, cv::INTER_AREA);
+  cv::cvtColor(station_image(room, map.station, map.size).t(), picture, cv::COLOR_RGB2BGR);
   return picture;
 }
 

@@ -38,6 +38,10 @@ struct DepthPlan {
   std::vector<SweepReference> maps;  // in the order of lines and stations
   // Stations that may be compared, thinned where they lie closer than a tenth of the reach.
   std::vector<SweepCandidate> candidates;
+
+  // By how many pixels a surface moves over the reach, per 1/m of its inverse distance; so also the
+  // distance in metres from which on it moves by less than one.
+  double pixels_per_omega_m() const { return reach_m * size.width / kTwoPi; }
 };
 
 // Throws UsageError: an `every` or `width` out of range; Error: panoramas less than 32 wide.

@@ -81,15 +81,15 @@ std::optional<std::vector<float>> GivenDistances::omega_of(StationIndex station,
 }
 
 TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan& plan,
-                                   const std::string& stage, const PartialMaps& partial) {
+                                   const PartialMaps& partial) {
   TruthComparison comparison;
   ErrorHistogram all;
   ErrorHistogram relative;
   std::vector<ErrorHistogram> bands(kBands);
-  const double px_per_omega = plan.reach_m * plan.size.width / kTwoPi;
+  const double px_per_omega = plan.pixels_per_omega_m();
   for (const SweepReference& reference : plan.maps) {
     const auto truth = given.omega_of(reference.station, plan.size);
-    const auto map = partial.load(stage, reference.station, reference.position_m, plan.size);
+    const auto map = partial.load(kFinalStage, reference.station, reference.position_m, plan.size);
     if (!truth || !map) continue;
     ++comparison.maps;
     for (size_t p = 0; p < truth->size(); ++p) {

@@ -31,8 +31,8 @@ class GivenDistances {
   bool in_use_ = false;
 };
 
-// Compares every fused map whose station has a given one. Throws Error if there is none.
+// Compares every finished map whose station has a given one. Throws Error if there is none.
 TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan& plan,
-                                   const std::string& stage, const PartialMaps& partial);
+                                   const PartialMaps& partial);
 
 }  // namespace raywalk

@@ -34,7 +34,7 @@ class DepthTruthTest : public ::testing::Test {
       for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) change(pixel, &map);
       partial.store("final", map);
     }
-    return compare_with_truth(GivenDistances(room_.room()), plan_, "final", partial);
+    return compare_with_truth(GivenDistances(room_.room()), plan_, partial);
   }
   // A pixel of parallax at the reach, 1/m.
   double pixel_per_m() const { return kTwoPi / kSize.width / plan_.reach_m; }

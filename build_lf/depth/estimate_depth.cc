@@ -61,8 +61,10 @@ cv::Mat read_valid_mask(const DepthOptions& options, PanoramaSize size) {
   return read_mask(*options.valid_mask, size);
 }
 
-// What is nearer than this moves by a pixel or more over the reach.
-double far_m(const DepthPlan& plan) { return plan.reach_m * plan.size.width / kTwoPi; }
+InverseDistanceMap final_map(const PartialMaps& partial, const DepthPlan& plan,
+                             const SweepReference& reference) {
+  return partial.load_stored(kFinalStage, reference.station, reference.position_m, plan.size);
+}
 
 MapSummary summary_of(const Room& room, const DepthPlan& plan, const InverseDistanceMap& map) {
   const Line& line = room.grid().lines[static_cast<size_t>(map.station.line)];
@@ -76,7 +78,7 @@ MapSummary summary_of(const Room& room, const DepthPlan& plan, const InverseDist
     total += weight;
     summary.mean_confidence += weight * confidence;
     if (map.confidence[p] < kLeastConfidence) summary.low_share += weight;
-    if (map.omega[p] * far_m(plan) >= 1.0) summary.parallax_share += weight;
+    if (map.omega[p] * plan.pixels_per_omega_m() >= 1.0) summary.parallax_share += weight;
   }
   summary.mean_confidence /= total;
   summary.low_share /= total;
@@ -94,7 +96,7 @@ std::vector<InverseDistanceMap> maps_to_show(const Room& room, const DepthPlan& 
       if (reference.station.line == l) of_line.push_back(&reference);
     }
     if (of_line.empty()) continue;
-    shown.push_back(finished_map(partial, plan, *of_line[of_line.size() / 2]));
+    shown.push_back(final_map(partial, plan, *of_line[of_line.size() / 2]));
   }
   return shown;
 }
@@ -121,12 +123,16 @@ double spread_of(const StationGains& gains) {
   return std::sqrt(square / std::max(1, count));
 }
 
+// As a factor.
 double largest_step_of(const StationGains& gains) {
-  double largest = 1.0;
-  for (const ExposureStep& step : gains.largest_step) {
-    if (std::fabs(std::log(step.factor)) > std::fabs(std::log(largest))) largest = step.factor;
+  double largest = 0.0;
+  for (const auto& line : gains.gain) {
+    for (int i = 1; i < static_cast<int>(line.size()); ++i) {
+      const double step = log_exposure_step(line, i);
+      if (std::fabs(step) > std::fabs(largest)) largest = step;
+    }
   }
-  return largest;
+  return std::exp(largest);
 }
 
 void warn(const std::vector<std::string>& warnings, DepthSummary* summary) {
@@ -207,11 +213,11 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   PartialMaps partial(options.room, fingerprint_of(room, options, plan));
   make_maps(room, options.method, plan, gains, valid, &partial, &summary);
   for (const SweepReference& reference : plan.maps) {
-    summary.maps.push_back(summary_of(room, plan, finished_map(partial, plan, reference)));
+    summary.maps.push_back(summary_of(room, plan, final_map(partial, plan, reference)));
   }
-  warn(parallax_warnings(summary.maps, far_m(plan)), &summary);
+  warn(parallax_warnings(summary.maps, plan.pixels_per_omega_m()), &summary);
   if (options.compare_truth) {
-    summary.truth = compare_with_truth(given, plan, kFinalStage, partial);
+    summary.truth = compare_with_truth(given, plan, partial);
   }
   const std::vector<InverseDistanceMap> shown = maps_to_show(room, plan, partial);
   write_volumes(room, options.method, plan, partial);

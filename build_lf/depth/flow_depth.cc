@@ -187,8 +187,7 @@ Sighting combine(const std::vector<Sighting>& sightings) {
 bool fill_row(int phi, InverseDistanceMap* map) {
   const int width = map->size.width;
   const auto index = [&](int theta) {
-    return static_cast<size_t>((theta + width) % width) * static_cast<size_t>(map->size.height) +
-           static_cast<size_t>(phi);
+    return pixel_index((theta + width) % width, phi, map->size);
   };
   std::vector<int> known;
   for (int theta = 0; theta < width; ++theta) {
@@ -212,15 +211,14 @@ void fill_unknown(InverseDistanceMap* map) {
   for (int phi = 0; phi < map->size.height; ++phi) {
     (fill_row(phi, map) ? filled : empty).push_back(phi);
   }
-  const auto height = static_cast<size_t>(map->size.height);
   for (const int phi : empty) {
     const auto nearest = std::min_element(filled.begin(), filled.end(), [&](int a, int b) {
       return std::abs(a - phi) < std::abs(b - phi);
     });
     if (nearest == filled.end()) return;
-    for (size_t theta = 0; theta < static_cast<size_t>(map->size.width); ++theta) {
-      map->omega[theta * height + static_cast<size_t>(phi)] =
-          map->omega[theta * height + static_cast<size_t>(*nearest)];
+    for (int theta = 0; theta < map->size.width; ++theta) {
+      map->omega[pixel_index(theta, phi, map->size)] =
+          map->omega[pixel_index(theta, *nearest, map->size)];
     }
   }
 }
@@ -248,8 +246,7 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
           sightings[i] = neighbours[i].at(theta, phi, u);
         const Sighting seen = combine(sightings);
         if (seen.weight < least_weight) continue;
-        const size_t pixel = static_cast<size_t>(theta) * static_cast<size_t>(map_size.height) +
-                             static_cast<size_t>(phi);
+        const size_t pixel = pixel_index(theta, phi, map_size);
         map.omega[pixel] = seen.omega;
         // The error of omega against the largest that is trusted.
         const double precise = 1.0 - std::sqrt(least_weight / seen.weight);

@@ -114,12 +114,13 @@ class LineChecks {
   // The exposure of a frame that shows something else cannot be told.
   void find_exposure_steps() {
     std::vector<double> log_steps;
-    for (int i = 1; i < stations(); ++i) log_steps.push_back(std::fabs(log_step(i)));
+    for (int i = 1; i < stations(); ++i)
+      log_steps.push_back(std::fabs(log_exposure_step(gains_, i)));
     constexpr double kVisible = 0.02;  // Weber's fraction: a smaller step is not seen
     const Usual usual = usual_of(log_steps);
     const double limit = std::max(kVisible, usual.median + usual.margin);
     for (int i = 1; i < stations(); ++i) {
-      const double step = log_step(i);
+      const double step = log_exposure_step(gains_, i);
       if (std::fabs(step) <= limit || holds(unlike_, i) || holds(unlike_, i - 1)) continue;
       report(i, FrameFault::kExposureStep, i - 1, std::exp(step));
     }
@@ -186,18 +187,6 @@ class LineChecks {
                   difference / std::max(across->unexplained_change, kRounding)};
   }
 
-  // Logarithm of the levels of station i over those of the one before, in the channel that changes
-  // most. Levels times gain agree, so it is that of the gains the other way round.
-  double log_step(int i) const {
-    double largest = 0.0;
-    for (int c = 0; c < 3; ++c) {
-      const double step = std::log(static_cast<double>(gains_[static_cast<size_t>(i - 1)][c]) /
-                                   gains_[static_cast<size_t>(i)][c]);
-      if (std::fabs(step) > std::fabs(largest)) largest = step;
-    }
-    return largest;
-  }
-
   void report(int station, FrameFault fault, int other, double measure) {
     findings_->push_back({{line_index_, station},
                           line_.stations[static_cast<size_t>(station)].file,
@@ -242,16 +231,6 @@ std::string_view name_of(FrameFault fault) {
       return "unlike_neighbours";
     case FrameFault::kExposureStep:
       return "exposure_step";
-  }
-  return {};
-}
-
-std::string_view name_of(LineFault fault) {
-  switch (fault) {
-    case LineFault::kTooShort:
-      return "too_short";
-    case LineFault::kTooSparse:
-      return "too_sparse";
   }
   return {};
 }

@@ -46,9 +46,6 @@ enum class LineFault {
   kTooSparse,
 };
 
-// "too_short", "too_sparse".
-std::string_view name_of(LineFault fault);
-
 struct LineFinding {
   int line = 0;
   LineFault fault = LineFault::kTooShort;

@@ -148,12 +148,12 @@ TEST(FrameChecksTest, SayWhichLinesCannotTellDistances) {
   EXPECT_THAT(checks_of(room.room(), 2.0).lines, IsEmpty());
   const FrameChecks short_line = checks_of(room.room(), 4.5);
   ASSERT_THAT(short_line.lines, SizeIs(1));
-  EXPECT_EQ(name_of(short_line.lines[0].fault), "too_short");
+  EXPECT_EQ(short_line.lines[0].fault, LineFault::kTooShort);
   EXPECT_DOUBLE_EQ(short_line.lines[0].measure_m, 1.0);
   EXPECT_DOUBLE_EQ(short_line.lines[0].needed_m, 1.125);
   const FrameChecks sparse_line = checks_of(room.room(), 0.5);
   ASSERT_THAT(sparse_line.lines, SizeIs(1));
-  EXPECT_EQ(name_of(sparse_line.lines[0].fault), "too_sparse");
+  EXPECT_EQ(sparse_line.lines[0].fault, LineFault::kTooSparse);
   EXPECT_DOUBLE_EQ(sparse_line.lines[0].measure_m, 1.0);
   EXPECT_DOUBLE_EQ(sparse_line.lines[0].needed_m, 0.5);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -19,6 +20,12 @@ struct StationIndex {
     return std::pair(a.line, a.station) < std::pair(b.line, b.station);
   }
 };
+
+// Where a pixel's value stands in the vectors of a map.
+inline std::size_t pixel_index(int theta, int phi, PanoramaSize size) {
+  return static_cast<std::size_t>(theta) * static_cast<std::size_t>(size.height) +
+         static_cast<std::size_t>(phi);
+}
 
 // Omega is the inverse distance along the ray, 1/m: 0 is infinitely far. Parallax is proportional
 // to it, so errors in it are what a rendered view shows.

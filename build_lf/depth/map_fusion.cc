@@ -40,10 +40,6 @@ class PixelDirections {
   std::vector<float> sin_theta_, cos_theta_, sin_phi_, cos_phi_;
 };
 
-size_t pixel_index(int theta, int phi, PanoramaSize size) {
-  return static_cast<size_t>(theta) * static_cast<size_t>(size.height) + static_cast<size_t>(phi);
-}
-
 // The pixel that a direction, of any length, falls into.
 size_t pixel_of(const Eigen::Vector3f& direction, PanoramaSize size) {
   const float plan = std::sqrt(direction.x() * direction.x() + direction.z() * direction.z());
@@ -168,7 +164,7 @@ class Fusion {
     for (size_t i = 0; i < maps_.size(); ++i) {
       const Eigen::Vector3f point = direction + proposed * ways_[i];
       const float distance = point.norm();
-      const size_t there = i == which_ ? pixel_index_of(direction) : pixel_of(point, map_.size);
+      const size_t there = pixel_of(i == which_ ? direction : point, map_.size);
       if (maps_[i].confidence[there] == 0) continue;
       const float expected = proposed / distance;
       const float difference = maps_[i].omega[there] - expected;
@@ -193,10 +189,6 @@ class Fusion {
     const float least = votes > 0.0f ? 1.0f : 0.0f;
     ballot.confidence = static_cast<std::uint8_t>(std::clamp(share * 255.0f, least, 255.0f));
     return ballot;
-  }
-
-  size_t pixel_index_of(const Eigen::Vector3f& direction) const {
-    return pixel_of(direction, map_.size);
   }
 
   std::span<const InverseDistanceMap> maps_;

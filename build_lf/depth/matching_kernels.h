@@ -25,6 +25,14 @@ constexpr int channel_of(MatchingSample sample, int channel) {
   return static_cast<int>(sample >> (8 * channel) & 255U);
 }
 
+// Red, green and blue added up: three times the luminance.
+constexpr int colour_sum(MatchingSample sample) {
+  return channel_of(sample, 0) + channel_of(sample, 1) + channel_of(sample, 2);
+}
+constexpr bool is_valid(MatchingSample sample) {
+  return channel_of(sample, 3) != static_cast<int>(kInvalidDetail);
+}
+
 // The most that one pair of samples can differ by; an invalid sample differs by as much.
 inline constexpr int kMostDifference = 264;
 
@@ -65,8 +73,8 @@ struct MatchingKernels {
   // exposure. The limits keep what the station cannot see from outweighing the rest.
   void (*compare)(const ReferenceRays& reference, const ViewSamples& view,
                   std::int32_t* difference);
-  // mean[i], for i < count, becomes the mean of the least half, rounded up, of
-  // differences[0..views) [i]. 1 to kMostViews views.
+  // mean[i], for i < count, becomes the mean of the least half, rounded up, of what the first
+  // `views` rows of `differences` hold for ray i. 1 to kMostViews views.
   void (*average_better_half)(const std::array<ViewDifferences, kMostViews>& differences, int views,
                               int count, float* mean);
   // One step of semi-global matching for `layers` layers: path[k] = cost[k] + min(previous[k],

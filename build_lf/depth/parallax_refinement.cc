@@ -36,9 +36,8 @@ std::optional<float> luminance_at(const StationPicture& picture, float x, float 
   const float lower_part = v - static_cast<float>(upper);
   bool valid = true;
   const auto sum_of = [&](MatchingSample sample) {
-    valid = valid && channel_of(sample, 3) != static_cast<int>(kInvalidDetail);
-    return static_cast<float>(channel_of(sample, 0) + channel_of(sample, 1) +
-                              channel_of(sample, 2));
+    valid = valid && is_valid(sample);
+    return static_cast<float>(colour_sum(sample));
   };
   const auto column = [&](int theta) {
     const MatchingSample* samples =
@@ -75,26 +74,19 @@ class Refiner {
   }
 
  private:
-  size_t index(int theta, int phi) const {
-    return static_cast<size_t>(theta) * static_cast<size_t>(map_->size.height) +
-           static_cast<size_t>(phi);
-  }
-
   void sum_tile(int tile) {
     const ReferenceTile reference = reference_tile(views_, tile);
     size_t i = 0;
     for (int column = 0; column < views_.columns(tile); ++column) {
       for (int row = 0; row < views_.rows(tile); ++row, ++i) {
-        const size_t pixel =
-            index(views_.first_column(tile) + column, views_.first_row(tile) + row);
+        const size_t pixel = pixel_index(views_.first_column(tile) + column,
+                                         views_.first_row(tile) + row, map_->size);
         const MatchingSample sample = reference.samples[i];
-        if (channel_of(sample, 3) == static_cast<int>(kInvalidDetail)) {
+        if (!is_valid(sample)) {
           sums_[pixel] = NormalSums{};
           continue;
         }
-        const float luminance = static_cast<float>(channel_of(sample, 0) + channel_of(sample, 1) +
-                                                   channel_of(sample, 2)) /
-                                3.0f;
+        const float luminance = static_cast<float>(colour_sum(sample)) / 3.0f;
         sums_[pixel] =
             sums_of(views_.of_tile(tile), {reference.x[i], reference.y[i], reference.z[i]},
                     luminance, map_->omega[pixel]);
@@ -135,13 +127,13 @@ class Refiner {
     // A gradient of two levels a pixel cannot be told from noise.
     constexpr float kFlat = 2.0f;
     constexpr float kMostPx = 0.5f;
-    const size_t pixel = index(theta, phi);
+    const size_t pixel = pixel_index(theta, phi, map_->size);
     NormalSums sums;
     for (int du = -kWindow; du <= kWindow; ++du) {
       const int column = (theta + du + map_->size.width) % map_->size.width;
       for (int row = std::max(0, phi - kWindow);
            row <= std::min(map_->size.height - 1, phi + kWindow); ++row) {
-        const size_t other = index(column, row);
+        const size_t other = pixel_index(column, row, map_->size);
         if (std::fabs(before[other] - before[pixel]) > pixel_per_m_) continue;
         sums.gradient_error += sums_[other].gradient_error;
         sums.gradient_square += sums_[other].gradient_square;

@@ -109,6 +109,14 @@ std::optional<InverseDistanceMap> PartialMaps::load(const std::string& stage, St
   return map;
 }
 
+InverseDistanceMap PartialMaps::load_stored(const std::string& stage, StationIndex station,
+                                            const Eigen::Vector3d& position_m,
+                                            PanoramaSize size) const {
+  auto map = load(stage, station, position_m, size);
+  if (!map) throw Error(directory_.string() + ": a map is damaged; run the command again");
+  return std::move(*map);
+}
+
 void PartialMaps::complete(const std::string& keep_as) {
   const fs::path distances = room_ / "distances";
   std::error_code error;

@@ -25,9 +25,8 @@ class Sweeper {
     size_t i = 0;
     for (int column = 0; column < views_.columns(tile); ++column) {
       for (int row = 0; row < views_.rows(tile); ++row, ++i) {
-        const size_t pixel = static_cast<size_t>(views_.first_column(tile) + column) *
-                                 static_cast<size_t>(volume_->size.height) +
-                             static_cast<size_t>(views_.first_row(tile) + row);
+        const size_t pixel = pixel_index(views_.first_column(tile) + column,
+                                         views_.first_row(tile) + row, volume_->size);
         store(pixel, i, reference, costs);
       }
     }
@@ -58,10 +57,9 @@ class Sweeper {
   void store(size_t pixel, size_t i, const ReferenceTile& reference,
              const std::vector<std::uint8_t>& costs) const {
     const MatchingSample sample = reference.samples[i];
-    const bool usable = !costs.empty() && channel_of(sample, 3) != static_cast<int>(kInvalidDetail);
+    const bool usable = !costs.empty() && is_valid(sample);
     volume_->valid[pixel] = usable ? 1 : 0;
-    volume_->luminance[pixel] = static_cast<std::uint8_t>(
-        (channel_of(sample, 0) + channel_of(sample, 1) + channel_of(sample, 2)) / 3);
+    volume_->luminance[pixel] = static_cast<std::uint8_t>(colour_sum(sample) / 3);
     const auto layers = static_cast<size_t>(volume_->layers.count);
     std::uint8_t* cost = &volume_->cost[pixel * layers];
     for (size_t k = 0; k < layers; ++k) {

@@ -57,9 +57,7 @@ class PathCosts {
     std::uint16_t least = 0;
     int last_luminance = -1;
     for (int i = -run_up; i < steps; ++i) {
-      const size_t pixel =
-          static_cast<size_t>(walk.theta) * static_cast<size_t>(volume_.size.height) +
-          static_cast<size_t>(walk.phi);
+      const size_t pixel = pixel_index(walk.theta, walk.phi, volume_.size);
       const int luminance = volume_.luminance[pixel];
       const int edge = last_luminance < 0 ? 0 : std::abs(luminance - last_luminance);
       std::uint16_t* sum = i < 0 ? dropped.data() : sum_ + pixel * layers_;
@@ -133,7 +131,7 @@ LayerChoice choose_layer(const std::uint16_t* sum, int layers) {
   for (int k = 0; k < layers; ++k) {
     if (std::abs(k - best) > kSameMinimum) elsewhere = std::min<int>(elsewhere, sum[k]);
   }
-  // Ten levels of colour along every path is as clear as it needs to be.
+  // Seven levels of each colour along every path are as clear as it needs to be.
   constexpr double kClear = kPaths * 40.0;
   choice.confidence =
       static_cast<std::uint8_t>(std::clamp((elsewhere - sum[best]) / kClear * 255.0, 1.0, 255.0));

@@ -86,19 +86,6 @@ Eigen::VectorXd solve_robustly(std::vector<GainEquation> equations, int unknowns
   return solution;
 }
 
-ExposureStep largest_step_of(int line, const std::vector<ColourGain>& gains) {
-  ExposureStep largest{{line, 0}, 1.0};
-  for (size_t i = 1; i < gains.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      const double factor = static_cast<double>(gains[i - 1][c]) / gains[i][c];
-      if (std::fabs(std::log(factor)) > std::fabs(std::log(largest.factor))) {
-        largest = {{line, static_cast<int>(i)}, factor};
-      }
-    }
-  }
-  return largest;
-}
-
 }  // namespace
 
 StationGains solve_gains(const Grid& grid, std::span<const StationLink> links) {
@@ -107,14 +94,12 @@ StationGains solve_gains(const Grid& grid, std::span<const StationLink> links) {
   for (const Line& line : grid.lines) {
     result.gain.emplace_back(line.stations.size(), ColourGain(1.0f, 1.0f, 1.0f));
   }
-  std::vector<char> reached(static_cast<size_t>(numbers.count()), 0);
   for (size_t channel = 0; channel < 3; ++channel) {
     std::vector<GainEquation> equations;
     for (const StationLink& link : links) {
       if (!link.comparable) continue;
       const int from = numbers.of(link.pair.from);
       const int to = numbers.of(link.pair.to);
-      reached[static_cast<size_t>(from)] = reached[static_cast<size_t>(to)] = 1;
       equations.push_back({from, to, link.log_ratio[channel], link.log_ratio_error[channel]});
     }
     const Eigen::VectorXd log_gain = solve_robustly(std::move(equations), numbers.count());
@@ -126,16 +111,19 @@ StationGains solve_gains(const Grid& grid, std::span<const StationLink> links) {
       }
     }
   }
-  for (int line = 0; line < static_cast<int>(result.gain.size()); ++line) {
-    const auto& gains = result.gain[static_cast<size_t>(line)];
-    result.largest_step.push_back(largest_step_of(line, gains));
-    for (int i = 0; i < static_cast<int>(gains.size()); ++i) {
-      if (reached[static_cast<size_t>(numbers.of({line, i}))] == 0) {
-        result.unknown.push_back({line, i});
-      }
-    }
-  }
   return result;
+}
+
+// Levels times gain agree, so levels change as gains do the other way round.
+double log_exposure_step(std::span<const ColourGain> gains, int station) {
+  const ColourGain& before = gains[static_cast<size_t>(station) - 1];
+  const ColourGain& after = gains[static_cast<size_t>(station)];
+  double largest = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double step = std::log(static_cast<double>(before[c]) / after[c]);
+    if (std::fabs(step) > std::fabs(largest)) largest = step;
+  }
+  return largest;
 }
 
 }  // namespace raywalk

@@ -13,24 +13,19 @@
 
 namespace raywalk {
 
-// Where the exposure changes most from one station of a line to the next.
-struct ExposureStep {
-  StationIndex to;      // the later of the two stations
-  double factor = 1.0;  // of its levels over those of the station before, in the channel that
-                        // changes most
-};
-
 struct StationGains {
   // [line][station]. The levels of a station times its gain agree with those of the others; the
-  // mean over all stations of each channel's logarithm is 0.
+  // mean over all stations of each channel's logarithm is 0. Stations that no link reaches (all
+  // clipped or black) have a gain of 1.
   std::vector<std::vector<ColourGain>> gain;
-  std::vector<ExposureStep> largest_step;  // one per line
-  // Stations that no link reaches (all clipped or black): their gain is 1.
-  std::vector<StationIndex> unknown;
 };
 
 // Solves for the gains from what the links measured. Links that contradict the others, as those of
 // a frame with something moving in it do, count little.
 StationGains solve_gains(const Grid& grid, std::span<const StationLink> links);
+
+// How the exposure changes from station - 1 of a line to `station`, from the gains of the line: the
+// natural logarithm of the factor of the levels, in the channel that changes most.
+double log_exposure_step(std::span<const ColourGain> gains, int station);
 
 }  // namespace raywalk

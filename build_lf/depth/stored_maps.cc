@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "build_lf/volume_writer.h"
-#include "core/base/error.h"
 #include "core/base/progress.h"
 
 namespace raywalk {
@@ -23,13 +22,6 @@ StationDistances stored_distances(const InverseDistanceMap& map) {
 
 }  // namespace
 
-InverseDistanceMap finished_map(const PartialMaps& partial, const DepthPlan& plan,
-                                const SweepReference& reference) {
-  auto map = partial.load(kFinalStage, reference.station, reference.position_m, plan.size);
-  if (!map) throw Error("distances.partial: a map is damaged; run the command again");
-  return std::move(*map);
-}
-
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial) {
   Progress progress("writing", static_cast<std::int64_t>(plan.maps.size()), "maps");
@@ -43,7 +35,8 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
     }
     if (of_line.empty()) continue;
     maps.read = [&](std::size_t i) {
-      return stored_distances(finished_map(partial, plan, of_line[i]));
+      return stored_distances(
+          partial.load_stored(kFinalStage, of_line[i].station, of_line[i].position_m, plan.size));
     };
     const Line& line = room.grid().lines[static_cast<size_t>(l)];
     write_distance_volume(partial.volumes() / (line.id + ".h5"), line, maps, &progress);

@@ -6,7 +6,6 @@
 #include "build_lf/depth/map_fusion.h"
 #include "build_lf/depth/parallax_refinement.h"
 #include "build_lf/depth/semi_global.h"
-#include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
@@ -15,6 +14,8 @@ namespace {
 
 // Pictures kept between references: neighbours share most of theirs.
 constexpr std::size_t kPicturesKept = 48;
+
+constexpr const char* kSweptStage = "swept";
 
 struct SweepRun {
   const char* progress;
@@ -91,7 +92,7 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
                 const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
                 PartialMaps* partial) {
   PictureCache pictures(room, plan.size, gains, valid, kPicturesKept);
-  sweep_all(plan, {"sweeping", "swept", most_per_m, true}, &pictures, partial,
+  sweep_all(plan, {"sweeping", kSweptStage, most_per_m, true}, &pictures, partial,
             [](const InverseDistanceMap&) {});
 }
 
@@ -99,21 +100,20 @@ void fuse_swept_maps(const DepthPlan& plan, PartialMaps* partial) {
   // A pixel and a half of parallax at the reach: both maps are off by up to half a layer, and their
   // pixels do not meet.
   constexpr double kAgreePx = 1.5;
-  const FusionOptions options{kAgreePx * kTwoPi / plan.size.width / plan.reach_m};
+  const FusionOptions options{kAgreePx / plan.pixels_per_omega_m()};
   const int count = static_cast<int>(plan.maps.size());
   Progress progress("fusing", count, "maps");
   for (int i = 0; i < count; ++i) {
     throw_if_interrupted();
     const SweepReference& own = plan.maps[static_cast<size_t>(i)];
-    if (!partial->load("final", own.station, own.position_m, plan.size)) {
+    if (!partial->load(kFinalStage, own.station, own.position_m, plan.size)) {
       std::vector<InverseDistanceMap> maps;
       for (const int voter : voters_of(plan, i)) {
         const SweepReference& reference = plan.maps[static_cast<size_t>(voter)];
-        auto map = partial->load("swept", reference.station, reference.position_m, plan.size);
-        if (!map) throw Error("distances.partial: a map is damaged; run the command again");
-        maps.push_back(std::move(*map));
+        maps.push_back(
+            partial->load_stored(kSweptStage, reference.station, reference.position_m, plan.size));
       }
-      partial->store("final", fuse_maps(maps, 0, options));
+      partial->store(kFinalStage, fuse_maps(maps, 0, options));
     }
     progress.advance();
   }

@@ -21,7 +21,7 @@ MatchingSample mean_sample(const StationPicture& picture, int theta, int phi) {
       for (int c = 0; c < 4; ++c) {
         sum[static_cast<size_t>(c)] += static_cast<unsigned>(channel_of(samples[dv], c));
       }
-      valid = valid && channel_of(samples[dv], 3) != static_cast<int>(kInvalidDetail);
+      valid = valid && is_valid(samples[dv]);
     }
   }
   constexpr unsigned kSamples = kSamplesPerPixel * kSamplesPerPixel;

@@ -19,9 +19,9 @@ struct HeldOutStation {
 };
 
 // Makes each station of `room` again, with the nearest maps of `distances`: the room itself, or
-// another of the same place. A map captured where the station stands is not used. `tolerance_px` is
-// for psnr_of_tolerance_db. In parallel; memory does not grow with the number of stations. Throws
-// Interrupted.
+// another of the same place. A map captured where the station stands is not used; where no other is
+// there, everything counts as infinitely far. `tolerance_px` is for psnr_of_tolerance_db. In
+// parallel; memory does not grow with the number of stations. Throws Interrupted.
 std::vector<RecreationScore> recreate_stations(const Room& room, const Room& distances,
                                                std::span<const HeldOutStation> stations,
                                                double tolerance_px);

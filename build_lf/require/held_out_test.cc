@@ -49,10 +49,9 @@ TEST_F(HeldOutTest, OwnMapOfAStationLeftOutIsNotUsed) {
   SyntheticRoomSpec spec = long_line();
   const double with_all = recreate(room_of(spec), {0, 8, 6, 10}).psnr_with_distances_db;
   // Only the station left out has a distance map that is wrong.
-  Room room = room_of(spec);
-  int map = -1;
-  replace_distances([&, pixel = 0](float metres) mutable {
-    map = pixel++ / (256 * 128);
+  room_of(spec);
+  replace_distances([pixel = 0](float metres) mutable {
+    const int map = pixel++ / (256 * 128);
     return map == 8 ? 0.3f : metres;
   });
   const double with_own_wrong = recreate(Room::open(path_), {0, 8, 6, 10}).psnr_with_distances_db;
@@ -97,6 +96,24 @@ TEST_F(HeldOutTest, StridesGoUpToTheWholeLine) {
 
 TEST_F(HeldOutTest, LineOfTwoStationsHasNothingToLeaveOut) {
   EXPECT_TRUE(measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 0.5).empty());
+}
+
+TEST(SpreadOver, TakesAllWhereTheyAreFewAndElseEvenly) {
+  std::vector<HeldOutStation> stations;
+  for (int i = 0; i < 100; ++i) stations.push_back({.line = i / 50, .station = i % 50});
+  const auto places = [&](int count) {
+    std::vector<int> found;
+    for (const HeldOutStation& each : spread_over(stations, count)) {
+      found.push_back(50 * each.line + each.station);
+    }
+    return found;
+  };
+  // The middles of equal parts.
+  EXPECT_THAT(places(4), ::testing::ElementsAre(12, 37, 62, 87));
+  EXPECT_THAT(places(1), ::testing::ElementsAre(50));
+  EXPECT_EQ(places(100).size(), 100U);
+  EXPECT_EQ(places(101).size(), 100U);
+  EXPECT_TRUE(spread_over({}, 12).empty());
 }
 
 TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {

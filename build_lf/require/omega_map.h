@@ -67,7 +67,8 @@ SeenPoint seen_from(const Eigen::Vector3d& direction, float omega, const Eigen::
 // What `position_m` sees, by the maps around it: all points of the maps are projected there, the
 // nearest surface wins, and each pixel is then looked up again in the first map that agrees, so
 // that the result is not rounded to pixels. Directions no map sees take the farther of the
-// surfaces beside them along the row, as what a near object hides is background. At least one map.
+// surfaces beside them along the row, as what a near object hides is background. Rows of which no
+// map sees anything stay unknown: all of them where there are no maps.
 OmegaMap projected(std::span<const PlacedMap> maps, const Eigen::Vector3d& position_m, int width);
 
 }  // namespace raywalk

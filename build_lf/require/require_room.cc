@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <system_error>
 #include <vector>
 
 #include "build_lf/require/held_out.h"
@@ -18,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
+#include "core/files/output_path.h"
 #include "core/geometry/spacing.h"
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
@@ -87,27 +87,37 @@ ConnectionFacts connection_facts(const Room& room) {
   ConnectionFacts facts;
   if (room.grid().cells.empty()) return facts;
   facts.model_k_deg = connection_model(room).curve.optimum_k_deg;
-  for (const ConnectionErrorMeasurement& each : read_connection_errors(room.directory())) {
-    if (const auto least = least_error(each)) {
-      facts.measured.push_back({each.generation, least->k_deg, least->e_connect});
-    }
-  }
+  facts.measured = least_errors(room.directory());
   return facts;
 }
 
+// The report's directory comes first: where --thin names the same directory, or one above it, that
+// is told now and not when the thinned room is to take its name.
 void prepare_outputs(const RequireOptions& options) {
   const AtomicFile probe(requirements_path(options.room));
-  std::error_code error;
-  if (options.thin) {
-    const fs::path out = (*options.thin / "").parent_path();  // without a trailing slash
-    if (fs::exists(fs::symlink_status(out, error))) {
-      throw Error(out.string() + ": exists already; remove it or choose another --thin");
-    }
-    const AtomicFile thin_probe(out);
+  if (options.report) {
+    make_directories(*options.report);
+    const AtomicFile page_probe(*options.report / "index.html");
+    const AtomicFile json_probe(*options.report / "require.json");
   }
-  if (!options.report) return;
-  make_directories(*options.report);
-  const AtomicFile page_probe(*options.report / "index.html");
+  if (!options.thin) return;
+  const fs::path out = without_trailing_slash(*options.thin);
+  require_absent(out, "--thin");
+  const AtomicFile thin_probe(out);
+}
+
+// Without any distance the thinned room could neither be rendered with correction nor compared.
+void require_kept_maps(const Room& room, const KeptStations& kept) {
+  for (size_t line = 0; line < kept.size(); ++line) {
+    const auto mapped = room.distances(static_cast<int>(line)).stations();
+    const bool any = std::ranges::any_of(
+        kept[line], [&](int station) { return std::ranges::binary_search(mapped, station); });
+    if (any) return;
+  }
+  throw Error(fmt::format(
+      "{}: no station that --thin would keep has a distance map; give more stations one with "
+      "raywalk-build-lf depth or pack --distance",
+      room.directory().string()));
 }
 
 std::string summary_of(const RoomRequirements& r, const RequireOptions& options) {
@@ -174,12 +184,15 @@ std::string require_room(const RequireOptions& options) {
   prepare_outputs(options);
   RoomRequirements requirements = measure_requirements(room, options.tolerance_px);
   const KeptStations kept = stations_for(room, requirements.spacing.needed_with_distances_m, true);
+  if (options.thin) require_kept_maps(room, kept);
+  std::string json = requirements_to_json(requirements);
+  write_file_atomically(requirements_path(options.room), json);
   if (options.thin) {
     write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin);
     requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
+    json = requirements_to_json(requirements);
+    write_file_atomically(requirements_path(options.room), json);
   }
-  const std::string json = requirements_to_json(requirements);
-  write_file_atomically(requirements_path(options.room), json);
   if (options.report) {
     write_file_atomically(*options.report / "require.json", json);
     write_file_atomically(*options.report / "index.html",

@@ -21,9 +21,11 @@ struct RequireOptions {
 // where the room has no distances.
 RoomRequirements measure_requirements(const Room& room, double tolerance_px);
 
-// Measures, thins if asked, writes ROOM/require.json and the report, each complete when it appears.
-// Returns what to tell the user. Throws UsageError for a tolerance out of range; Error before any
-// work where the room has no distances, where `thin` exists and where an output cannot be written.
+// Measures and writes ROOM/require.json; thins if asked and writes it again with what that lost;
+// writes the report. Each is complete when it appears. Returns what to tell the user. Throws
+// UsageError for a tolerance out of range; Error before any work where the room has no distances,
+// where `thin` exists (as the report's directory, too) and where an output cannot be written, and
+// before anything is written where no station that `thin` would keep has a distance map.
 std::string require_room(const RequireOptions& options);
 
 }  // namespace raywalk

@@ -46,6 +46,21 @@ class RequireRoomTest : public RequireTest {
     }
     return "no error";
   }
+  // The first map of the room's only line, as that of one station alone.
+  static void give_distances_to(int station, const Room& room) {
+    const Line& line = room.grid().lines[0];
+    const DistanceVolume& volume = room.distances(0);
+    StationDistances map;
+    for (int theta = 0; theta < volume.size().width; ++theta) {
+      const auto metres = volume.distance_column(0, theta);
+      map.distance_m.insert(map.distance_m.end(), metres.begin(), metres.end());
+    }
+    map.confidence.assign(map.distance_m.size(), 255);
+    Progress progress("replacing", 1, "maps");
+    write_distance_volume(distance_volume_path(room.directory(), line.id), line,
+                          {{station}, volume.size(), "one", [&](size_t) { return map; }},
+                          &progress);
+  }
 
   fs::path thin_ = directory_ / "thin.lf";
   fs::path report_ = directory_ / "report";
@@ -245,6 +260,27 @@ TEST_F(RequireRoomTest, MapsOnSomeStationsSuffice) {
   EXPECT_GT(verify_room(Room::open(thin_)).distance_maps, 0);
 }
 
+// The line's ends suffice for an open sky; the one map lies between them.
+TEST_F(RequireRoomTest, ThinnedRoomWithoutAnyDistanceIsRefused) {
+  SyntheticRoomSpec sky = line_spec();
+  sky.scene.infinitely_far = true;
+  give_distances_to(8, room_of(sky));
+  EXPECT_THAT(error_of({.room = path_, .thin = thin_}),
+              AllOf(HasSubstr("--thin"), HasSubstr("raywalk-build-lf depth")));
+  EXPECT_FALSE(fs::exists(thin_));
+  EXPECT_FALSE(fs::exists(requirements_path(path_))) << "told before anything is written";
+  EXPECT_EQ(error_of({.room = path_}), "no error");
+}
+
+// What a failure to thin leaves: the measurement.
+TEST_F(RequireRoomTest, MeasurementIsKeptWhereThinningFails) {
+  room_of(line_spec());
+  fs::create_directory(thin_.string() + ".partial");
+  std::ofstream(thin_.string() + ".partial/lines") << "a file in the way";
+  EXPECT_NE(error_of({.room = path_, .thin = thin_}), "no error");
+  EXPECT_FALSE(kept().thinned);
+}
+
 TEST_F(RequireRoomTest, RoomWithoutDistancesNamesBothCommands) {
   SyntheticRoomSpec none = line_spec();
   none.distances = false;
@@ -272,12 +308,26 @@ TEST_F(RequireRoomTest, NothingIsOverwritten) {
   EXPECT_FALSE(fs::exists(requirements_path(path_))) << "told before any work";
 }
 
+TEST_F(RequireRoomTest, ReportAndThinnedRoomAreNotTheSameDirectory) {
+  room_of(line_spec());
+  EXPECT_THAT(error_of({.room = path_, .thin = report_, .report = report_}),
+              AllOf(HasSubstr(report_.string()), HasSubstr("exists already")));
+  EXPECT_THAT(error_of({.room = path_, .thin = thin_, .report = thin_ / "report"}),
+              AllOf(HasSubstr(thin_.string()), HasSubstr("another --thin")));
+  EXPECT_FALSE(fs::exists(requirements_path(path_))) << "told before any work";
+}
+
 TEST_F(RequireRoomTest, UnwritableOutputsAreToldBeforeAnyWork) {
   room_of({.width = 32});
   std::ofstream(report_) << "a file in the way";
   EXPECT_THAT(error_of({.room = path_, .report = report_}), HasSubstr(report_.string()));
   EXPECT_THAT(error_of({.room = path_, .thin = directory_ / "nowhere" / "thin.lf"}),
               HasSubstr("nowhere"));
+  fs::remove(report_);
+  fs::create_directories(report_ / "require.json");
+  EXPECT_THAT(error_of({.room = path_, .report = report_}),
+              HasSubstr((report_ / "require.json").string()));
+  EXPECT_FALSE(fs::exists(requirements_path(path_)));
   fs::create_directory(requirements_path(path_));
   EXPECT_THAT(error_of({.room = path_}), HasSubstr("require.json"));
 }
