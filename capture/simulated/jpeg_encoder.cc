@@ -4,7 +4,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
+#include <span>
 #include <string>
 
 // jpeglib.h needs size_t and FILE declared before it.
@@ -29,14 +29,33 @@ struct ErrorTrap {
   std::longjmp(trap->start, 1);
 }
 
-struct Encoded {
-  unsigned char* bytes = nullptr;  // of malloc
-  unsigned long size = 0;
+// A stream into memory that grows. (libjpeg's own jpeg_mem_dest leaves a pointer to freed memory
+// behind where it runs out of it.)
+class MemoryStream {
+ public:
+  MemoryStream() : file_(open_memstream(&bytes_, &size_)) {
+    if (file_ == nullptr) throw Error("cannot encode JPEG: out of memory");
+  }
+  ~MemoryStream() {
+    std::fclose(file_);
+    std::free(bytes_);
+  }
+  MemoryStream(const MemoryStream&) = delete;
+  MemoryStream& operator=(const MemoryStream&) = delete;
+
+  std::FILE* file() const { return file_; }
+  // What was written until the last flush (open_memstream(3)).
+  std::span<const std::byte> bytes() const { return std::as_bytes(std::span(bytes_, size_)); }
+
+ private:
+  char* bytes_ = nullptr;
+  std::size_t size_ = 0;
+  std::FILE* file_;
 };
 
-void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, Encoded* out) {
+void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, std::FILE* out) {
   jpeg_create_compress(encoder);
-  jpeg_mem_dest(encoder, &out->bytes, &out->size);
+  jpeg_stdio_dest(encoder, out);
   encoder->image_width = static_cast<JDIMENSION>(image.cols);
   encoder->image_height = static_cast<JDIMENSION>(image.rows);
   encoder->input_components = 3;
@@ -47,8 +66,9 @@ void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, En
   encoder->comp_info[0].v_samp_factor = 1;
 }
 
-// Whether it succeeded. Nothing here has a destructor, which a jump would skip.
-bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, Encoded* out) {
+// Whether it succeeded; all is then flushed. Nothing here has a destructor, which a jump would
+// skip.
+bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, std::FILE* out) {
   jpeg_compress_struct encoder{};
   encoder.err = jpeg_std_error(&trap->manager);
   trap->manager.error_exit = leave;
@@ -74,12 +94,11 @@ bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, Encoded* ou
 std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality) {
   if (image.type() != CV_8UC3) throw Error("a JPEG picture must have three 8-bit channels");
   ErrorTrap trap{};
-  Encoded encoded;
-  const bool done = run_encoder(image, quality, &trap, &encoded);
-  const std::unique_ptr<unsigned char, decltype(&std::free)> owner(encoded.bytes, &std::free);
-  if (!done) throw Error("cannot encode JPEG: " + std::string(trap.message.data()));
-  const auto* bytes = reinterpret_cast<const std::byte*>(encoded.bytes);
-  return {bytes, bytes + encoded.size};
+  const MemoryStream stream;
+  if (!run_encoder(image, quality, &trap, stream.file())) {
+    throw Error("cannot encode JPEG: " + std::string(trap.message.data()));
+  }
+  return {stream.bytes().begin(), stream.bytes().end()};
 }
 
 }  // namespace raywalk

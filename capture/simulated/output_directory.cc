@@ -6,39 +6,40 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/files/output_path.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
 
-// "capture/" and "capture" are the same directory, but only the latter has a name to extend.
-fs::path without_trailing_slash(const fs::path& path) {
-  return path.has_filename() ? path : path.parent_path();
+[[noreturn]] void throw_cannot_make(const fs::path& target, const std::error_code& error) {
+  throw Error(fmt::format("cannot make {}: {}", target.string(), error.message()));
 }
 
-void require_absent(const fs::path& target) {
-  std::error_code ignored;
-  if (fs::exists(fs::symlink_status(target, ignored))) {
-    throw Error(target.string() + ": exists already; remove it or choose another --out");
+void require_new(const fs::path& target) {
+  if (target.empty()) throw UsageError("the directory to make has no name; choose one with --out");
+  require_absent(target, "--out");
+}
+
+// A directory of its own beside the target: a run that was killed may have left one of the same
+// process id, with files in it.
+fs::path made_beside(const fs::path& target) {
+  for (int number = 0;; ++number) {
+    fs::path partial =
+        target.parent_path() /
+        fmt::format(".{}.{}.{}.partial", target.filename().string(), getpid(), number);
+    std::error_code error;
+    if (fs::create_directory(partial, error)) return partial;
+    if (error && error != std::errc::file_exists) throw_cannot_make(target, error);
   }
-}
-
-void make_directory(const fs::path& directory, const fs::path& target) {
-  std::error_code error;
-  fs::create_directory(directory, error);
-  if (error) throw Error(fmt::format("cannot make {}: {}", target.string(), error.message()));
 }
 
 }  // namespace
 
 OutputDirectory::OutputDirectory(const fs::path& target)
     : target_(without_trailing_slash(target)),
-      partial_(target_.parent_path() /
-               fmt::format(".{}.{}.partial", target_.filename().string(), getpid())) {
-  require_absent(target_);
-  make_directory(partial_, target_);
-}
+      partial_((require_new(target_), made_beside(target_))) {}
 
 OutputDirectory::~OutputDirectory() {
   std::error_code ignored;
@@ -46,15 +47,17 @@ OutputDirectory::~OutputDirectory() {
 }
 
 fs::path OutputDirectory::make(const std::string& name) const {
-  make_directory(partial_ / name, target_ / name);
+  std::error_code error;
+  fs::create_directory(partial_ / name, error);
+  if (error) throw_cannot_make(target_ / name, error);
   return partial_ / name;
 }
 
 void OutputDirectory::commit() {
-  require_absent(target_);
+  require_absent(target_, "--out");
   std::error_code error;
   fs::rename(partial_, target_, error);
-  if (error) throw Error(fmt::format("cannot make {}: {}", target_.string(), error.message()));
+  if (error) throw_cannot_make(target_, error);
   committed_ = true;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace raywalk {
 
@@ -9,7 +10,8 @@ namespace raywalk {
 // commit() the destructor removes it, so a failure leaves nothing.
 class OutputDirectory {
  public:
-  // Throws Error if the target exists, or its parent does not or is not writable.
+  // Throws UsageError for an empty target, Error if it exists, or its parent does not or is not
+  // writable.
   explicit OutputDirectory(const std::filesystem::path& target);
   ~OutputDirectory();
   OutputDirectory(const OutputDirectory&) = delete;

@@ -43,6 +43,31 @@ TEST(OutputDirectoryTest, ExistingTargetIsRefusedAndKept) {
   EXPECT_TRUE(fs::is_regular_file(parent / "late"));
 }
 
+// What a killed run of the same process id left.
+TEST(OutputDirectoryTest, LeftoversAreNotTakenUp) {
+  const TestDirectory parent;
+  fs::path stale;
+  {
+    const OutputDirectory first(parent / "out");
+    stale = first.path();
+  }
+  fs::create_directory(stale);
+  std::ofstream(stale / "leftover") << "text";
+  OutputDirectory output(parent / "out");
+  EXPECT_TRUE(fs::is_empty(output.path()));
+  output.commit();
+  EXPECT_TRUE(fs::is_empty(parent / "out"));
+  EXPECT_TRUE(fs::exists(stale / "leftover")) << "it may be another's";
+}
+
+TEST(OutputDirectoryTest, TwoOfOneProcessDoNotShare) {
+  const TestDirectory parent;
+  const OutputDirectory one(parent / "out"), other(parent / "out");
+  EXPECT_NE(one.path(), other.path());
+}
+
+TEST(OutputDirectoryTest, EmptyNameIsRefused) { EXPECT_THROW(OutputDirectory(""), UsageError); }
+
 TEST(OutputDirectoryTest, MissingParentIsAnError) {
   const TestDirectory parent;
   EXPECT_THROW(OutputDirectory(parent / "missing/out"), Error);

@@ -31,10 +31,7 @@ std::vector<RoomStation> room_stations(const RoomPlan& plan, const VirtualRoomSe
       RoomStation station;
       station.name = fmt::format("{}_{:03}", line.id, i);
       station.number = static_cast<int>(i);
-      const double along_m = plan.unit_m * line.along[i], across_m = plan.unit_m * line.across;
-      station.nominal.position_m = line.axis == LineAxis::kX
-                                       ? Eigen::Vector3d(along_m, 0.0, across_m)
-                                       : Eigen::Vector3d(across_m, 0.0, along_m);
+      station.nominal.position_m = plan.unit_m * line.position(line.along[i]);
       station.gain = std::clamp(1.0 + settings.sensor.gain_spread * random.normal(), 0.25, 4.0);
       station.noise_key = random.bits();
       station.true_pose = jittered(station.nominal, settings.pose, random.branch(0));

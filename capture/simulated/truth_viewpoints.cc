@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "capture/simulated/virtual_room/hash_random.h"
@@ -47,7 +46,9 @@ Vector2d free_place(int number, HashRandom* random) {
   const int stratum = (number * 5 + 2) % (kStrata * kStrata);
   const int column = stratum % kStrata, row = stratum / kStrata;
   const Vector2d corner(column, row);
-  return (corner + Vector2d(random->uniform(), random->uniform())) / kStrata - Vector2d(0.5, 0.5);
+  const double in_row = random->uniform();
+  const double in_column = random->uniform();
+  return (corner + Vector2d(in_column, in_row)) / kStrata - Vector2d(0.5, 0.5);
 }
 
 Eigen::Vector3d in_world(const RoomPlan& plan, int cell, const Vector2d& in_cell) {

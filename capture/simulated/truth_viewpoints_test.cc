@@ -39,17 +39,22 @@ TEST(TruthViewpointsTest, OneLiesOnAStationAndOneBetweenTwo) {
   for (int seed = 0; seed < 50; ++seed) {
     VirtualRoomSettings settings;
     settings.seed = seed;
+    int on = 0, between = 0;
     for (const TruthViewpoint& viewpoint : truth_viewpoints(plan_room(settings), 12)) {
       const double x_steps = viewpoint.position_m.x() * 40, z_steps = viewpoint.position_m.z() * 40;
       if (viewpoint.name == "line_left_on") {
+        ++on;
         EXPECT_NEAR(viewpoint.position_m.x(), -0.5, 1e-12);
         EXPECT_NEAR(z_steps, std::round(z_steps), 1e-9);
       }
       if (viewpoint.name == "line_front_between") {
+        ++between;
         EXPECT_NEAR(viewpoint.position_m.z(), 0.5, 1e-12);
         EXPECT_NEAR(std::abs(x_steps - std::round(x_steps)), 0.5, 1e-9);
       }
     }
+    EXPECT_EQ(on, 1);
+    EXPECT_EQ(between, 1);
   }
 }
 

@@ -2,16 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "capture/simulated/jpeg_encoder.h"
 #include "capture/simulated/output_directory.h"
 #include "capture/simulated/room_stations.h"
+#include "capture/simulated/truth_files.h"
 #include "capture/simulated/truth_viewpoints.h"
 #include "capture/simulated/virtual_room/sensor.h"
-#include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -32,23 +30,6 @@ void write_frame(const fs::path& file, const cv::Mat& image, const OutputSetting
   } else {
     write_image(file, image);
   }
-}
-
-cv::Mat millimetres_of(const cv::Mat& distance_m) {
-  cv::Mat mm(distance_m.size(), CV_16UC1);
-  std::transform(distance_m.begin<float>(), distance_m.end<float>(), mm.begin<ushort>(),
-                 [](float metres) {
-                   if (!std::isfinite(metres)) return ushort{0};
-                   return static_cast<ushort>(
-                       std::clamp(std::round(static_cast<double>(metres) * 1e3), 1.0, 65535.0));
-                 });
-  return mm;
-}
-
-std::string position_row(const std::string& file, const Eigen::Vector3d& at_m) {
-  // Adding zero turns -0 into 0.
-  return fmt::format("{},{:.9f},{:.9f},{:.9f}", file, at_m.x() + 0.0, at_m.y() + 0.0,
-                     at_m.z() + 0.0);
 }
 
 class CaptureWriter {
@@ -79,17 +60,9 @@ class CaptureWriter {
   // Truth first: a viewpoint inside of furniture is then found at once.
   void write_truths(Progress* progress) {
     if (truths_.empty()) return;
-    const fs::path directory = out_.make("gt");
-    std::string table = "file,x,y,z\n";
-    for (const TruthViewpoint& truth : truths_) {
-      const CameraPose pose{truth.position_m, {}};
-      write_image(directory / (truth.name + ".png"),
-                  room_.panorama(pose, size_of(room_.settings())));
-      write_distances("gt_" + truth.name, pose);
-      table += position_row("gt/" + truth.name + ".png", truth.position_m) + "\n";
-      progress->advance();
-    }
-    write_file_atomically(out_.path() / "gt.csv", table);
+    out_.make("gt");
+    write_truth_views(room_, truths_, size_of(room_.settings()), out_.path(), progress);
+    maps_ += static_cast<int>(truths_.size());
   }
 
   void write_stations(Progress* progress) {
@@ -97,20 +70,15 @@ class CaptureWriter {
     const fs::path directory = out_.make("capture");
     std::string table = "file,x,y,z\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
     for (const RoomStation& station : stations_) {
-      throw_if_interrupted();
       const std::string file = station.name + "." + settings.output.format;
       const cv::Mat seen = room_.panorama(station.true_pose, size_of(settings));
       write_frame(directory / file,
                   apply_sensor(seen, settings.sensor, station.gain, station.noise_key),
                   settings.output);
       if (has_distances(station)) write_distances(station.name, station.true_pose);
-      table += position_row("capture/" + file, station.nominal.position_m) + "\n";
-      const Attitude& attitude = station.true_pose.attitude;
-      true_table += fmt::format("{},{:.9f},{:.9f},{:.9f}\n",
-                                position_row("capture/" + file, station.true_pose.position_m),
-                                degrees_from_radians(attitude.yaw_rad),
-                                degrees_from_radians(attitude.pitch_rad),
-                                degrees_from_radians(attitude.roll_rad));
+      const std::string name = "capture/" + file + ",";
+      table += name + position_fields(station.nominal.position_m) + "\n";
+      true_table += name + pose_fields(station.true_pose) + "\n";
       progress->advance();
     }
     write_file_atomically(out_.path() / "poses.csv", table);
@@ -125,8 +93,7 @@ class CaptureWriter {
   }
 
   void write_distances(const std::string& name, const CameraPose& pose) {
-    const cv::Mat map = room_.distance_map(pose, size_of(room_.settings()));
-    write_image(distances_ / (name + ".png"), millimetres_of(map));
+    write_distance_map(room_, pose, size_of(room_.settings()), distances_ / (name + ".png"));
     ++maps_;
   }
 

@@ -32,11 +32,6 @@ bool is_in_box(const Vector3d& at, const RoomBox& box) {
          at.z() > box.z_min && at.z() < box.z_max;
 }
 
-Vector3d position_on(const PlannedLine& line, double along) {
-  return line.axis == LineAxis::kX ? Vector3d(along, 0, line.across)
-                                   : Vector3d(line.across, 0, along);
-}
-
 }  // namespace
 
 void require_free_camera(const RoomPlan& plan, const RoomScene& scene, const Vector3d& position_m) {
@@ -61,7 +56,7 @@ void require_free_camera(const RoomPlan& plan, const RoomScene& scene, const Vec
 void require_clear_lines(const RoomPlan& plan, const RoomScene& scene) {
   for (const PlannedLine& line : plan.lines) {
     for (const double along : line.along) {
-      const Vector3d at = position_on(line, along);
+      const Vector3d at = line.position(along);
       for (int i = 0; i < kLevelLooks; ++i) {
         const Vector3d level = direction_from_angles({kTwoPi * i / kLevelLooks - kPi, 0.0});
         if (!scene.geometry().occluded({at, level}, (1.0 - 1e-6) * plan.clearance)) continue;

@@ -43,9 +43,10 @@ double angle_of_radius(const FisheyeLens& lens, double radius) {
 void require_growing_radius(const FisheyeLens& lens) {
   constexpr int kSteps = 1000;
   for (int i = 0; i <= kSteps; ++i) {
-    if (relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope <= 0.0) {
+    if (!(relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope > 0.0)) {
       throw Error(
-          "the fisheye lens images two directions at one radius; reduce its coefficients k or its "
+          "the fisheye lens images two directions at one radius, or none at all; reduce its "
+          "coefficients k or its "
           "field of view");
     }
   }

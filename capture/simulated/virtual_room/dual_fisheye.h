@@ -41,7 +41,8 @@ DualFisheyeLayout simple_dual_fisheye(PanoramaSize frame);
 // The rays of a dual-fisheye frame. A pixel belongs to the lens whose centre is nearer.
 class DualFisheyeRays final : public PixelRays {
  public:
-  // Throws Error where a lens's radius does not grow with the angle all over its field of view.
+  // Throws Error where a lens's radius does not grow with the angle all over its field of view, or
+  // is not a number there.
   DualFisheyeRays(const DualFisheyeLayout& layout, PanoramaSize frame);
 
   int width() const override { return frame_.width; }

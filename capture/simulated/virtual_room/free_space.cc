@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "core/base/error.h"
 #include "core/geometry/sphere.h"
@@ -40,6 +39,13 @@ std::vector<Wall> walls_of(const RoomPlan& plan) {
           {{box.x_max, box.y_min, box.z_max}, -z, -x, depth, height},
           {{box.x_max, box.y_min, box.z_min}, -x, z, width, height},
           {{box.x_min, box.y_min, box.z_min}, z, x, depth, height}};
+}
+
+void throw_no_place(const RoomPlan& plan, const std::string& what) {
+  throw UsageError(fmt::format(
+      "the virtual room of seed {} has no place left for {}; make the room larger, or put less in "
+      "it (contents)",
+      plan.seed, what));
 }
 
 FreeSpace::FreeSpace(const RoomPlan& plan) : plan_(plan), walls_(walls_of(plan)) {
@@ -80,7 +86,7 @@ PlanRectangle FreeSpace::stand(const Piece& piece, HashRandom* random) {
                         random->uniform(-kPi, kPi)};
     if (try_stand(place, piece.top)) return place;
   }
-  throw_no_place(piece);
+  throw_no_place(plan_, piece.name);
 }
 
 PlanRectangle FreeSpace::stand_at_wall(const Piece& piece, HashRandom* random) {
@@ -99,7 +105,7 @@ PlanRectangle FreeSpace::stand_at_wall(const Piece& piece, HashRandom* random) {
     if (covers_wall) hung_.push_back(area);
     return place;
   }
-  throw_no_place(piece);
+  throw_no_place(plan_, piece.name);
 }
 
 bool FreeSpace::is_free(const WallArea& area) const {
@@ -132,13 +138,6 @@ bool FreeSpace::is_clear_at_camera_height(const PlanRectangle& place) const {
   return inside(place, {plan_.walls.x_min, plan_.walls.z_min},
                 {plan_.walls.x_max, plan_.walls.z_max}) &&
          !overlaps_any(place, cameras_) && !overlaps_any(place, tall_);
-}
-
-void FreeSpace::throw_no_place(const Piece& piece) const {
-  throw UsageError(fmt::format(
-      "the virtual room of seed {} has no place left for {}; make the room larger, or put less in "
-      "it (contents)",
-      plan_.seed, piece.name));
 }
 
 }  // namespace raywalk

@@ -44,6 +44,9 @@ struct Piece {
   double top = 1.0;
 };
 
+// Throws UsageError: the room, named by its seed, has no place left for `what`.
+[[noreturn]] void throw_no_place(const RoomPlan& plan, const std::string& what);
+
 class FreeSpace {
  public:
   explicit FreeSpace(const RoomPlan& plan);
@@ -72,7 +75,6 @@ class FreeSpace {
   bool is_free(const PlanRectangle& place, double top) const;
   bool is_free(const WallArea& area) const;
   void take(const PlanRectangle& place, double top);
-  [[noreturn]] void throw_no_place(const Piece& piece) const;
 
   RoomPlan plan_;
   std::vector<Wall> walls_;

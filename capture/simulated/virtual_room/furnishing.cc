@@ -1,17 +1,13 @@
 #include "capture/simulated/virtual_room/furnishing.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "capture/simulated/virtual_room/free_space.h"
 #include "capture/simulated/virtual_room/furniture.h"
 #include "capture/simulated/virtual_room/palette.h"
 #include "capture/simulated/virtual_room/shapes.h"
 #include "capture/simulated/virtual_room/wall_furnishing.h"
-#include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -116,7 +112,8 @@ class Furnisher {
     if (contents_.table) seated = add_dining_table(random_.branch(kTable));
     for (int i = seated; i < contents_.chairs; ++i) {
       HashRandom random = random_.branch(kChairs).branch(static_cast<std::uint64_t>(i));
-      add_chair(on_floor(space_.stand(chair_piece(), &random), plan_), random, facets);
+      const PlanRectangle place = space_.stand(chair_piece(), &random);
+      add_chair(on_floor(place, plan_), random, facets);
     }
     if (contents_.rug) lay_rug(random_.branch(kRug));
   }
@@ -154,8 +151,8 @@ class Furnisher {
   void lay_rug(HashRandom random) {
     const double room_x = plan_.walls.x_max - plan_.walls.x_min;
     const double room_z = plan_.walls.z_max - plan_.walls.z_min;
-    const Vector2d size(std::min(random.uniform(1.4, 2.4), 0.6 * room_x),
-                        std::min(random.uniform(1.2, 1.8), 0.6 * room_z));
+    const double depth = std::min(random.uniform(1.2, 1.8), 0.6 * room_z);
+    const Vector2d size(std::min(random.uniform(1.4, 2.4), 0.6 * room_x), depth);
     const double yaw = random.uniform(-0.25, 0.25);
     const PlanRectangle place{
         {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)}, 0.5 * size, yaw};
@@ -175,12 +172,7 @@ class Furnisher {
     const double ceiling = plan_.walls.y_max;
     const double y = std::min(random.uniform(0.15, 0.5), 0.5 * ceiling);
     for (double slack = 0.0;; slack += 0.05) {
-      if (slack > 10.0) {
-        throw UsageError(fmt::format(
-            "the virtual room of seed {} has no place left for the lamp; make the room larger, or "
-            "put less in it (contents)",
-            plan_.seed));
-      }
+      if (slack > 10.0) throw_no_place(plan_, "the lamp");
       const double out = plan_.clearance + kRadius + 0.02 + slack;
       const bool beside_x = random.chance(0.5);
       const double side = random.chance(0.5) ? 1.0 : -1.0, share = random.uniform(-1.0, 1.0);

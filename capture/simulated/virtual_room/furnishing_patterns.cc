@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "capture/simulated/virtual_room/noise.h"
-#include "core/geometry/sphere.h"
 
 namespace raywalk {
 namespace {

@@ -103,7 +103,8 @@ void add_chair(const Placement& place, HashRandom random, Facets* facets) {
   const int seat = random.chance(0.5) ? wood : facets->add_surface(random_fabric(&random));
   add_chair_legs(place, wood, facets);
   add_box(raised(place, {0, kSeatHeight, 0}), {-0.22, 0, -0.21}, {0.22, 0.035, 0.22}, seat, facets);
-  add_chair_back(place, random.uniform(0.82, 0.95), 5 + random.below(3), wood, facets);
+  const int spindles = 5 + random.below(3);
+  add_chair_back(place, random.uniform(0.82, 0.95), spindles, wood, facets);
 }
 
 void add_table(const Placement& place, HashRandom random, Facets* facets) {
@@ -117,11 +118,13 @@ void add_table(const Placement& place, HashRandom random, Facets* facets) {
   }
   const Placement top = raised(place, {0, kTableHeight, 0});
   for (int i = 0; i < 5; ++i) {
-    add_cup(top, random.uniform(-0.55, 0.1), random.uniform(-0.3, 0.3),
-            random.branch(static_cast<std::uint64_t>(i)), facets);
+    const double z = random.uniform(-0.3, 0.3);
+    const double x = random.uniform(-0.55, 0.1);
+    add_cup(top, x, z, random.branch(static_cast<std::uint64_t>(i)), facets);
   }
-  add_lying_books(top, random.uniform(0.25, 0.45), random.uniform(-0.2, 0.2), random.branch(9),
-                  facets);
+  const double books_z = random.uniform(-0.2, 0.2);
+  const double books_x = random.uniform(0.25, 0.45);
+  add_lying_books(top, books_x, books_z, random.branch(9), facets);
 }
 
 void add_sofa(const Placement& place, HashRandom random, Facets* facets) {
@@ -191,7 +194,8 @@ void add_plant(const Placement& place, HashRandom random, Facets* facets) {
   add_rod(place, {{0, 0, 0}, {0, 0.32, 0}, 0.12, 0.17}, facets->add_surface(clay), facets);
   Surface green;
   green.pattern = Pattern::kLeaf;
-  green.base = color_from_hue(random.uniform(0.25, 0.36), 0.7, random.uniform(0.12, 0.3));
+  const double green_value = random.uniform(0.12, 0.3);
+  green.base = color_from_hue(random.uniform(0.25, 0.36), 0.7, green_value);
   green.accent = 2.0F * green.base;
   const int leaf = facets->add_surface(green);
   for (int stem = 0; stem < 7; ++stem) {

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 constexpr float kMeanLight = 0.75F;
 constexpr float kSunPerMeanLight = 2.6F;
 constexpr double kGridStep = 0.12;  // room units
-constexpr int kLargestGrid = 64;
+constexpr double kLargestGrid = 64.0;
 constexpr int kWindowSamples = 6;  // per side
 // Up to pi falls on what stands close to the pane, far beyond what an exposure for the room shows
 // as anything but white; and the samples are too few there.
@@ -41,7 +41,7 @@ Vector3d interpolated(const std::array<Vector3d, 4>& corners, double u, double v
 }
 
 int grid_size(double length) {
-  return std::clamp(static_cast<int>(std::ceil(length / kGridStep)) + 1, 2, kLargestGrid);
+  return static_cast<int>(std::clamp(std::ceil(length / kGridStep) + 1.0, 2.0, kLargestGrid));
 }
 
 // A point of the light grid, lifted off its surface.

@@ -14,6 +14,8 @@ namespace raywalk {
 // at the point itself.
 class LightMap {
  public:
+  // Computes all but the sunlight, in parallel. The scene, made of the facets, has to outlive it.
+  // Throws Interrupted.
   LightMap(const Facets& facets, const EmbreeScene& scene, const LightSources& lights);
 
   // Light that falls on the point of a hit, in units in which a white surface under 1 is white.

@@ -73,7 +73,7 @@ TEST(NoiseTest, StripeKeepsItsAreaWhenPixelsOutgrowIt) {
   }
 }
 
-TEST(SurfaceTest, ReflectancesArePositiveAndBelowOne) {
+TEST(SurfaceTest, ReflectancesArePositiveAndBounded) {
   HashRandom random(4);
   for (int pattern = 0; pattern <= static_cast<int>(Pattern::kPicture); ++pattern) {
     Surface surface;

@@ -98,6 +98,17 @@ void plan_heights(const RoomSettings& room, HashRandom random, RoomPlan* plan) {
   plan->walls.y_max = above;
 }
 
+// Metres in a room unit.
+double unit_of(const VirtualRoomSettings& settings) {
+  const double scale_m = settings.room.furniture_scale_m;
+  if (scale_m == 0.0) return settings.grid.cell_side_m;
+  if (scale_m >= kLeastFurnitureScale_m) return scale_m;
+  throw UsageError(
+      fmt::format("room.furniture_scale_m is {:g}; use 0 (the cell's side) or {:g} to "
+                  "{:g}",
+                  scale_m, kLeastFurnitureScale_m, kLargestFurnitureScale_m));
+}
+
 }  // namespace
 
 RoomPlan plan_room(const VirtualRoomSettings& settings) {
@@ -105,8 +116,7 @@ RoomPlan plan_room(const VirtualRoomSettings& settings) {
   const GridSettings& grid = settings.grid;
   RoomPlan plan;
   plan.seed = settings.seed;
-  plan.unit_m =
-      settings.room.furniture_scale_m > 0.0 ? settings.room.furniture_scale_m : grid.cell_side_m;
+  plan.unit_m = unit_of(settings);
   plan.cell_side = grid.cell_side_m / plan.unit_m;
   plan.cells_x = grid.cells_x;
   plan.cells_z = grid.cells_z;

@@ -6,6 +6,8 @@
 // of the grid at the height of the lines, so a station's y is 0.
 #pragma once
 
+#include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "capture/simulated/virtual_room/room_settings.h"
@@ -26,6 +28,12 @@ struct PlannedLine {
   LineAxis axis = LineAxis::kX;
   double across = 0.0;        // z of a line along x, x of a line along z
   std::vector<double> along;  // positions of its stations, increasing
+
+  // In world axes.
+  Eigen::Vector3d position(double at_along) const {
+    return axis == LineAxis::kX ? Eigen::Vector3d(at_along, 0.0, across)
+                                : Eigen::Vector3d(across, 0.0, at_along);
+  }
 };
 
 struct RoomPlan {
@@ -44,7 +52,8 @@ struct RoomPlan {
 };
 
 // Throws UsageError naming the key where the room is too small for the grid, a line would hold more
-// than 10,000 stations, or the camera would not be between floor and ceiling.
+// than 10,000 stations, the camera would not be between floor and ceiling, or the furniture's scale
+// is neither 0 nor at least kLeastFurnitureScale_m.
 RoomPlan plan_room(const VirtualRoomSettings& settings);
 
 }  // namespace raywalk

@@ -30,10 +30,7 @@ TEST(RoomPlanTest, GridIsFoundAsPlanned) {
   std::vector<StationPose> stations;
   for (const PlannedLine& line : plan.lines) {
     for (const double along : line.along) {
-      const double a = plan.unit_m * along, b = plan.unit_m * line.across;
-      stations.push_back(
-          {line.id, line.axis == LineAxis::kX ? Eigen::Vector3d(a, 0, b) : Eigen::Vector3d(b, 0, a),
-           ""});
+      stations.push_back({line.id, plan.unit_m * line.position(along), ""});
     }
   }
   const Grid grid = find_grid(stations, {});
@@ -86,6 +83,9 @@ TEST(RoomPlanTest, ImpossibleRoomsAreRefusedByKey) {
   settings = {};
   settings.grid.spacing_mm = 0.1;
   expect_refused(settings, "grid.spacing_mm");
+  settings = {};
+  settings.room.furniture_scale_m = 0.009;
+  expect_refused(settings, "room.furniture_scale_m");
 }
 
 }  // namespace

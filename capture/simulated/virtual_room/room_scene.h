@@ -12,7 +12,12 @@ namespace raywalk {
 // Room units. Safe to use from several threads at once.
 class RoomScene {
  public:
+  // Furnishes and lights the room. Throws UsageError naming the seed where something finds no
+  // place, Error if the ray tracer fails, Interrupted.
   RoomScene(const RoomPlan& plan, const ContentSettings& contents);
+  // The light map refers to the scene.
+  RoomScene(const RoomScene&) = delete;
+  RoomScene& operator=(const RoomScene&) = delete;
 
   // lights[i] is what rays[i] sees: linear, relative to white, averaged over a pixel that covers
   // the angle `pixel_rad`.

@@ -24,7 +24,8 @@ void bind_room(SettingsSchema* schema, RoomSettings* room, const std::string& pr
       .number(prefix + "depth_m", &room->depth_m, 0.0, kLargestRoom_m)
       .number(prefix + "height_m", &room->height_m, 0.0, kLargestRoom_m)
       .number(prefix + "camera_height_m", &room->camera_height_m, 0.0, kLargestRoom_m)
-      .number(prefix + "furniture_scale_m", &room->furniture_scale_m, 0.0, 100.0);
+      .number(prefix + "furniture_scale_m", &room->furniture_scale_m, 0.0,
+              kLargestFurnitureScale_m);
 }
 
 void bind_contents(SettingsSchema* schema, ContentSettings* contents, const std::string& prefix) {
@@ -48,12 +49,17 @@ void bind_contents(SettingsSchema* schema, ContentSettings* contents, const std:
 
 }  // namespace
 
-void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
-                       const std::string& prefix) {
+void bind_virtual_scene(SettingsSchema* schema, VirtualRoomSettings* settings,
+                        const std::string& prefix) {
   schema->integer(prefix + "seed", &settings->seed, 0, std::numeric_limits<int>::max());
-  bind_grid(schema, &settings->grid, prefix + "grid.");
   bind_room(schema, &settings->room, prefix + "room.");
   bind_contents(schema, &settings->contents, prefix + "contents.");
+}
+
+void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
+                       const std::string& prefix) {
+  bind_virtual_scene(schema, settings, prefix);
+  bind_grid(schema, &settings->grid, prefix + "grid.");
   schema->number(prefix + "sensor.noise_levels", &settings->sensor.noise_levels, 0.0, 64.0)
       .number(prefix + "sensor.shot_noise", &settings->sensor.shot_noise, 0.0, 16.0)
       .number(prefix + "sensor.gain_spread", &settings->sensor.gain_spread, 0.0, 0.5)

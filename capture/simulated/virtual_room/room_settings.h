@@ -15,7 +15,9 @@ struct RoomSettings {
   double depth_m = 0.0;            // along z
   double height_m = 0.0;           // floor to ceiling
   double camera_height_m = 0.0;    // of the lines above the floor
-  double furniture_scale_m = 0.0;  // what furniture is drawn to; 0 = the cell's side
+  double furniture_scale_m = 0.0;  // what furniture is drawn to, from 0.01; 0 = the cell's side
+
+  bool operator==(const RoomSettings&) const = default;
 };
 
 struct ContentSettings {
@@ -35,6 +37,8 @@ struct ContentSettings {
   bool sun_patch = true;  // needs the window
   bool wallpaper = true;
   bool plain_patch = true;
+
+  bool operator==(const ContentSettings&) const = default;
 };
 
 // Square cells on a grid around the origin of the plan, and the stations on its lines.
@@ -44,28 +48,38 @@ struct GridSettings {
   int cells_z = 1;
   double spacing_mm = 0.0;       // between stations; 0 = a 40th of the cell's side
   double overhang_share = 0.25;  // of the cell's side, captured beyond the outer corners
+
+  bool operator==(const GridSettings&) const = default;
 };
 
 struct SensorSettings {
   double noise_levels = 0.0;  // standard deviation of a dark pixel, in 8-bit levels
   double shot_noise = 0.0;    // added variance per level of brightness, in levels
   double gain_spread = 0.0;   // standard deviation of a station's exposure, relative
+
+  bool operator==(const SensorSettings&) const = default;
 };
 
 // How far a camera truly is from where the frame list says; standard deviations.
 struct PoseSettings {
   double position_jitter_mm = 0.0;   // along each axis
   double attitude_jitter_deg = 0.0;  // of yaw, pitch and roll each
+
+  bool operator==(const PoseSettings&) const = default;
 };
 
 struct OutputSettings {
   int width_px = 1024;  // of panoramas, a multiple of 4
   std::string format = "jpg";
   int jpeg_quality = 95;
+
+  bool operator==(const OutputSettings&) const = default;
 };
 
 inline constexpr int kLeastWidth_px = 32;
 inline constexpr int kLargestWidth_px = 16384;
+inline constexpr double kLeastFurnitureScale_m = 0.01;
+inline constexpr double kLargestFurnitureScale_m = 100.0;
 
 struct VirtualRoomSettings {
   int seed = 1;
@@ -75,6 +89,8 @@ struct VirtualRoomSettings {
   SensorSettings sensor{};
   PoseSettings pose{};
   OutputSettings output{};
+
+  bool operator==(const VirtualRoomSettings&) const = default;
 };
 
 // Adds the keys of a virtual room to a schema and binds them to `settings`, which has to outlive
@@ -82,6 +98,11 @@ struct VirtualRoomSettings {
 // ("scene.").
 void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
                        const std::string& prefix);
+
+// The keys of room and contents alone (seed, room.*, contents.*), where grid, camera and files are
+// given by something else.
+void bind_virtual_scene(SettingsSchema* schema, VirtualRoomSettings* settings,
+                        const std::string& prefix);
 
 // What ranges alone do not tell: throws UsageError, starting with `source`, for a width that is no
 // multiple of 4.

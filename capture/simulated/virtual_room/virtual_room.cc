@@ -1,6 +1,6 @@
 #include "capture/simulated/virtual_room/virtual_room.h"
 
-#include <limits>
+#include <vector>
 
 #include "capture/simulated/virtual_room/camera_clearance.h"
 #include "core/base/error.h"

@@ -31,7 +31,7 @@ class VirtualRoom {
  public:
   // Furnishes and lights the room, which takes about a second. Throws UsageError naming key or seed
   // where the room is too small for its grid or its contents, and Error where something stands
-  // closer to a line than a quarter of the cell's side.
+  // closer to a line than a quarter of the cell's side or the ray tracer fails; Interrupted.
   explicit VirtualRoom(const VirtualRoomSettings& settings);
   ~VirtualRoom();
 

@@ -143,9 +143,8 @@ TEST(VirtualRoomTest, NothingIsNearerToTheLinesThanAQuarterOfACellAtCameraHeight
     const VirtualRoom room(settings);
     for (const PlannedLine& line : room.plan().lines) {
       for (const double along : {line.along.front(), line.along.back()}) {
-        const Vector3d at = line.axis == LineAxis::kX ? Vector3d(along, 0, line.across)
-                                                      : Vector3d(line.across, 0, along);
-        const cv::Mat map = room.distance_map({2.0 * at, {}}, {256, 128});
+        const Vector3d at_m = room.plan().unit_m * line.position(along);
+        const cv::Mat map = room.distance_map({at_m, {}}, {256, 128});
         double nearest = 0.0;
         cv::minMaxLoc(map.rowRange(62, 66), &nearest);
         EXPECT_GE(nearest, 0.5 * (1.0 - 1e-3)) << "seed " << seed << ", line " << line.id;

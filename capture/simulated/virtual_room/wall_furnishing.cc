@@ -6,7 +6,6 @@
 
 #include "capture/simulated/virtual_room/palette.h"
 #include "capture/simulated/virtual_room/shapes.h"
-#include "core/base/error.h"
 
 namespace raywalk {
 namespace {
@@ -27,11 +26,7 @@ WallArea area_for(const char* what, const RoomPlan& plan, int wall, const Vector
                   double t_min, double t_max, FreeSpace* space, HashRandom* random) {
   const auto area = space->hang(wall, size, t_min, t_max, random);
   if (area) return *area;
-  throw UsageError(
-      fmt::format("the virtual room of seed {} has no place left on a wall for {}; make the room "
-                  "larger, or put "
-                  "less in it (contents)",
-                  plan.seed, what));
+  throw_no_place(plan, fmt::format("{} on a wall", what));
 }
 
 // A box that lies on a wall: s, t and depth between two corners.
@@ -82,9 +77,9 @@ Surface random_wall(HashRandom* random) {
   if (!random->chance(0.3)) return wall;
   wall.pattern = Pattern::kBricks;
   wall.period = static_cast<float>(random->uniform(0.2, 0.27));
-  wall.base = color_from_hue(random->uniform(0.02, 0.09), random->uniform(0.35, 0.65),
-                             random->uniform(0.35, 0.6));
-  wall.accent = color_from_hue(random->uniform(0.0, 0.06), 0.6, random->uniform(0.25, 0.45));
+  wall.base = random_color({0.02, 0.09}, {0.35, 0.65}, {0.35, 0.6}, random);
+  const double accent_value = random->uniform(0.25, 0.45);
+  wall.accent = color_from_hue(random->uniform(0.0, 0.06), 0.6, accent_value);
   return wall;
 }
 
@@ -99,8 +94,8 @@ Surface random_floor(HashRandom* random) {
   floor.pattern = Pattern::kTiles;
   floor.period = static_cast<float>(random->uniform(0.28, 0.42));
   const double hue = random->uniform();
-  floor.base = color_from_hue(hue, random->uniform(0.05, 0.3), random->uniform(0.4, 0.65));
-  floor.accent = color_from_hue(hue + 0.04, random->uniform(0.1, 0.4), random->uniform(0.15, 0.4));
+  floor.base = random_shade(hue, {0.05, 0.3}, {0.4, 0.65}, random);
+  floor.accent = random_shade(hue + 0.04, {0.1, 0.4}, {0.15, 0.4}, random);
   return floor;
 }
 
@@ -113,9 +108,10 @@ void add_shell_facet(Facet facet, Facets* facets) {
 // into the room.
 Vector3d sun_direction(const Wall& wall, const Vector3d& middle, HashRandom* random) {
   const double height = middle.y() - wall.corner.y();
+  const double aside = random->uniform(-0.5, 0.5);
+  const double into_room = random->uniform(0.7, 1.1);
   const Vector3d lit =
-      middle + height * (random->uniform(0.7, 1.1) * wall.inward +
-                         random->uniform(-0.5, 0.5) * wall.s_axis - Vector3d::UnitY());
+      middle + height * (into_room * wall.inward + aside * wall.s_axis - Vector3d::UnitY());
   return (middle - lit).normalized();
 }
 
@@ -129,7 +125,7 @@ void add_shell(const RoomPlan& plan, HashRandom random, Facets* facets) {
   add_shell_facet(make_rectangle({box.x_min, box.y_min, box.z_min}, x, z, Vector3d::UnitY(), floor),
                   facets);
   Surface plaster = random_plaster(&random);
-  plaster.base = color_from_hue(0.1, random.uniform(0.0, 0.12), random.uniform(0.62, 0.75));
+  plaster.base = random_shade(0.1, {0.0, 0.12}, {0.62, 0.75}, &random);
   plaster.accent = 0.85F * plaster.base;
   add_shell_facet(make_rectangle({box.x_min, box.y_max, box.z_min}, x, z, -Vector3d::UnitY(),
                                  facets->add_surface(plaster)),
@@ -172,8 +168,8 @@ void add_beams(const RoomPlan& plan, HashRandom random, Facets* facets) {
 WindowLight add_window(const RoomPlan& plan, int wall, bool sun, FreeSpace* space,
                        HashRandom random, Facets* facets) {
   const Wall on = walls_of(plan)[static_cast<std::size_t>(wall)];
-  const Vector2d size(std::min(random.uniform(1.1, 1.7), 0.5 * on.width),
-                      std::min(random.uniform(1.0, 1.4), 0.55 * on.height));
+  const double height = std::min(random.uniform(1.0, 1.4), 0.55 * on.height);
+  const Vector2d size(std::min(random.uniform(1.1, 1.7), 0.5 * on.width), height);
   const double sill = 0.5 * (on.height - size.y());
   const WallArea area =
       area_for("the window", plan, wall, size, 0.7 * sill, 1.2 * sill, space, &random);
@@ -202,8 +198,8 @@ WindowLight add_window(const RoomPlan& plan, int wall, bool sun, FreeSpace* spac
 void add_mirror(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom random,
                 Facets* facets) {
   const Wall on = walls_of(plan)[static_cast<std::size_t>(wall)];
-  const Vector2d size(std::min(random.uniform(0.7, 1.1), 0.5 * on.width),
-                      std::min(random.uniform(0.9, 1.5), 0.6 * on.height));
+  const double height = std::min(random.uniform(0.9, 1.5), 0.6 * on.height);
+  const Vector2d size(std::min(random.uniform(0.7, 1.1), 0.5 * on.width), height);
   const double low = 0.5 * (on.height - size.y());
   const WallArea area =
       area_for("the mirror", plan, wall, size, 0.7 * low, 1.1 * low, space, &random);
@@ -223,8 +219,9 @@ void add_wallpaper(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom 
   paper.pattern = Pattern::kWallpaper;
   paper.period = static_cast<float>(random.uniform(0.16, 0.28));
   const double hue = random.uniform();
-  paper.base = color_from_hue(hue, random.uniform(0.1, 0.4), random.uniform(0.45, 0.7));
-  paper.accent = color_from_hue(hue + random.uniform(0.0, 0.15), 0.5, random.uniform(0.15, 0.4));
+  paper.base = random_shade(hue, {0.1, 0.4}, {0.45, 0.7}, &random);
+  const double accent_value = random.uniform(0.15, 0.4);
+  paper.accent = color_from_hue(hue + random.uniform(0.0, 0.15), 0.5, accent_value);
   add_on_wall(on, {area.s_min, area.t_min, 0}, {area.s_max, area.t_max, kPanelDepth},
               facets->add_surface(paper), facets);
 }
@@ -232,12 +229,12 @@ void add_wallpaper(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom 
 void add_plain_patch(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom random,
                      Facets* facets) {
   const Wall on = walls_of(plan)[static_cast<std::size_t>(wall)];
-  const Vector2d size(random.uniform(0.25, 0.4) * on.width, random.uniform(0.35, 0.5) * on.height);
+  const double height = random.uniform(0.35, 0.5) * on.height;
+  const Vector2d size(random.uniform(0.25, 0.4) * on.width, height);
   const WallArea area = area_for("the plain patch", plan, wall, size, 0.1 * on.height,
                                  0.5 * on.height, space, &random);
   Surface paint;
-  paint.base =
-      color_from_hue(random.uniform(), random.uniform(0.1, 0.5), random.uniform(0.35, 0.65));
+  paint.base = random_color({0.0, 1.0}, {0.1, 0.5}, {0.35, 0.65}, &random);
   add_on_wall(on, {area.s_min, area.t_min, 0}, {area.s_max, area.t_max, kPanelDepth},
               facets->add_surface(paint), facets);
 }
@@ -246,17 +243,15 @@ void add_pictures(const RoomPlan& plan, int count, FreeSpace* space, HashRandom 
                   Facets* facets) {
   const double height = plan.walls.y_max - plan.walls.y_min;
   for (int i = 0; i < count; ++i) {
-    const Vector2d size(random.uniform(0.25, 0.65),
-                        std::min(random.uniform(0.22, 0.5), 0.4 * height));
+    const double picture_height = std::min(random.uniform(0.22, 0.5), 0.4 * height);
+    const Vector2d size(random.uniform(0.25, 0.65), picture_height);
     const WallArea area =
         area_for("a picture", plan, -1, size, 0.3 * height, 0.75 * height, space, &random);
     Surface picture;
     picture.pattern = Pattern::kPicture;
     picture.extent = size.cast<float>();
-    picture.base =
-        color_from_hue(random.uniform(), random.uniform(0.1, 0.6), random.uniform(0.4, 0.8));
-    picture.accent =
-        color_from_hue(random.uniform(), random.uniform(0.2, 0.7), random.uniform(0.3, 0.8));
+    picture.base = random_color({0.0, 1.0}, {0.1, 0.6}, {0.4, 0.8}, &random);
+    picture.accent = random_color({0.0, 1.0}, {0.2, 0.7}, {0.3, 0.8}, &random);
     picture.seed = static_cast<std::uint32_t>(random.bits());
     const Wall on = walls_of(plan)[static_cast<std::size_t>(area.wall)];
     add_pane(on, framed(area, kPictureFrameWidth), 0.01, facets->add_surface(picture), facets);
