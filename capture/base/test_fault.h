@@ -1,0 +1,35 @@
+// For tests: calls that have to end in a device's fault.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "capture/base/device_fault.h"
+
+namespace raywalk {
+
+// The fault that the call throws.
+template <typename Call>
+DeviceFault fault_of(const Call& call) {
+  try {
+    call();
+  } catch (const DeviceFault& fault) {
+    return fault;
+  }
+  ADD_FAILURE() << "no fault";
+  return {FaultKind::kStall, ""};
+}
+
+// That it is of this kind, and its message one line with `words` in it that says what to do next.
+template <typename Call>
+void expect_fault(FaultKind kind, const std::string& words, const Call& call) {
+  const DeviceFault fault = fault_of(call);
+  EXPECT_EQ(name_of(fault.kind()), name_of(kind)) << fault.what();
+  EXPECT_THAT(fault.what(), ::testing::HasSubstr(words));
+  EXPECT_THAT(fault.what(), ::testing::HasSubstr("; "));
+  EXPECT_THAT(fault.what(), ::testing::Not(::testing::HasSubstr("\n")));
+}
+
+}  // namespace raywalk
