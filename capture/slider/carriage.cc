@@ -1,0 +1,201 @@
+#include "capture/slider/carriage.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <exception>
+
+#include "capture/base/device_fault.h"
+#include "capture/slider/dwell.h"
+#include "capture/slider/homing_watch.h"
+#include "capture/slider/motion_watch.h"
+#include "capture/slider/trapezoid.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+// Each sends the command, which has its own retries, and waits for rest.
+constexpr int kStopAttempts = 2;
+constexpr int kStartReadings = 5;
+
+}  // namespace
+
+struct Carriage::StopOutcome {
+  bool confirmed = false;
+  double position_mm = 0.0;
+  FaultKind kind = FaultKind::kTimeout;
+  std::string why_not{};
+
+  std::string text() const {
+    return confirmed ? fmt::format(" (stopped at {:.3f} mm)", position_mm)
+                     : " (NOT known to have stopped: switch the drive off; " + why_not + ")";
+  }
+};
+
+Carriage::Carriage(Slider* slider, Clock* clock, const SoftLimits& limits, const MotionRules& rules)
+    : slider_(slider), clock_(clock), limits_(limits), rules_(rules) {
+  latest_profile_ = rules.profile;
+}
+
+Carriage::~Carriage() {
+  if (!may_be_moving_) return;
+  try {
+    const StopOutcome outcome = bring_to_rest();
+    if (!outcome.confirmed) spdlog::error("{}{}", slider_->description(), outcome.text());
+  } catch (const std::exception& error) {
+    spdlog::error("{}: cannot stop: {}", slider_->description(), error.what());
+  }
+}
+
+// Runs a motion; no way out of here leaves the carriage moving unnoticed.
+template <typename Motion>
+auto Carriage::see_through(const Motion& motion) {
+  may_be_moving_ = true;
+  try {
+    auto result = motion();
+    may_be_moving_ = false;
+    return result;
+  } catch (const DeviceFault& fault) {
+    const StopOutcome outcome = bring_to_rest();
+    throw DeviceFault(fault.kind(), fault.what() + outcome.text());
+  } catch (const Interrupted&) {
+    stop();
+    throw;
+  } catch (...) {
+    const StopOutcome outcome = bring_to_rest();
+    if (!outcome.confirmed) spdlog::error("{}{}", slider_->description(), outcome.text());
+    throw;
+  }
+}
+
+void Carriage::home() {
+  const SliderState start = ready_to_move();
+  see_through([&] {
+    slider_->start_homing();
+    HomingWatch watch(slider_->description(), start, rules_, clock_->now());
+    for (;;) {
+      throw_if_interrupted();
+      const SliderState state = read();
+      watch.take(state, clock_->now());
+      if (watch.is_home()) return true;
+      pause();
+    }
+  });
+}
+
+SettledPosition Carriage::move_to(SafePosition target) { return move_to(target, rules_.profile); }
+
+SettledPosition Carriage::move_to(SafePosition target, const MotionProfile& profile) {
+  const SliderState start = ready_to_move();
+  if (!start.homed.value_or(true)) {
+    throw DeviceFault(FaultKind::kAlarm, slider_->description() +
+                                             ": the drive has not found home since it was switched "
+                                             "on, so its positions mean nothing; home first");
+  }
+  MotionRules rules = rules_;
+  rules.profile = profile;
+  latest_profile_ = profile;
+  return see_through([&] {
+    slider_->start_move(target, profile);
+    MotionWatch watch(slider_->description(), start, target.mm(), limits_, rules, clock_->now());
+    for (;;) {
+      throw_if_interrupted();
+      SliderState state = read();
+      if (watch.is_astray(state)) {
+        state = read();
+        if (!watch.is_astray(state)) watch.take_outlier();
+      }
+      watch.take(state, clock_->now());
+      if (const auto settled = watch.settled()) return *settled;
+      pause();
+    }
+  });
+}
+
+void Carriage::stop() {
+  const StopOutcome outcome = bring_to_rest();
+  if (!outcome.confirmed) {
+    throw DeviceFault(outcome.kind, slider_->description() + ": stop" + outcome.text());
+  }
+}
+
+SliderState Carriage::read() {
+  const SliderState state = slider_->read_state();
+  if (watch_) watch_(clock_->wall_now(), state.position_mm);
+  return state;
+}
+
+// A motion that an earlier program left behind (killed in mid-move) is stopped first.
+SliderState Carriage::ready_to_move() {
+  throw_if_interrupted();
+  SliderState state = read_start();
+  require_able_to_move(state, slider_->description());
+  if (state.moving.value_or(false)) {
+    stop();
+    state = read_start();
+  }
+  return state;
+}
+
+// The way is judged from the start, so one damaged reading must not be it: the last of two that
+// agree. A carriage in motion is stopped by the caller and read again.
+SliderState Carriage::read_start() {
+  SliderState before = read();
+  for (int reading = 1; reading < kStartReadings; ++reading) {
+    const SliderState state = read();
+    const bool agree =
+        std::abs(state.position_mm - before.position_mm) <= rules_.following_error_mm;
+    if (agree || state.moving.value_or(false)) return state;
+    before = state;
+  }
+  throw DeviceFault(FaultKind::kFollowingError,
+                    fmt::format("{}: its position jumps while it should be at rest, last at {:.3f} "
+                                "mm; check the encoder and the cable",
+                                slider_->description(), before.position_mm));
+}
+
+Carriage::StopOutcome Carriage::bring_to_rest() {
+  StopOutcome outcome;
+  for (int attempt = 0; attempt < kStopAttempts; ++attempt) {
+    try {
+      slider_->stop();
+      if (comes_to_rest(&outcome.position_mm)) {
+        outcome.confirmed = true;
+        may_be_moving_ = false;
+        return outcome;
+      }
+      outcome.kind = FaultKind::kTimeout;
+      outcome.why_not = fmt::format("still moving, at {:.3f} mm", outcome.position_mm);
+    } catch (const DeviceFault& fault) {
+      outcome.kind = fault.kind();
+      outcome.why_not = fault.what();
+    }
+  }
+  return outcome;
+}
+
+// At rest: not reported as moving, and all through a dwell no farther apart than the tolerance lets
+// readings of one place be.
+bool Carriage::comes_to_rest(double* position_mm) {
+  const SteadyTime deadline =
+      clock_->now() +
+      duration_from_ms(stopping_ms(latest_profile_) + rules_.settle_ms + rules_.settle_timeout_ms);
+  Dwell rest(duration_from_ms(rules_.settle_ms));
+  while (clock_->now() <= deadline) {
+    const SliderState state = slider_->read_state();
+    *position_mm = state.position_mm;
+    const bool creeps = !rest.is_empty() &&
+                        rest.spread_with_mm(state.position_mm) > 2.0 * rules_.settle_tolerance_mm;
+    const bool moving = state.moving.value_or(false);
+    if (creeps || moving) rest.start_over();
+    if (!moving) rest.good(clock_->now(), state.position_mm);
+    if (rest.is_over()) return true;
+    pause();
+  }
+  return false;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,161 @@
+// Thousands of moves with random profiles, noise and faults: what Carriage says must be so.
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <random>
+
+#include "capture/base/device_fault.h"
+#include "capture/base/manual_clock.h"
+#include "capture/slider/carriage.h"
+#include "capture/slider/fake_slider.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kRail_mm = 2000.0;
+
+class RandomRig {
+ public:
+  // Stops that fail are part of the game and need no log.
+  explicit RandomRig(std::uint64_t seed) : random_(seed) { spdlog::set_level(spdlog::level::off); }
+  ~RandomRig() { spdlog::set_level(spdlog::level::info); }
+
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution(low, high)(random_);
+  }
+  double log_uniform(double low, double high) {
+    return std::exp(uniform(std::log(low), std::log(high)));
+  }
+  bool chance(double share) { return uniform(0.0, 1.0) < share; }
+
+  MotionRules rules() {
+    MotionRules rules;
+    rules.profile = {log_uniform(5.0, 1000.0), log_uniform(20.0, 5000.0)};
+    rules.settle_tolerance_mm = log_uniform(0.02, 1.0);
+    rules.settle_ms = uniform(0.0, 500.0);
+    rules.poll_ms = log_uniform(5.0, 60.0);
+    return rules;
+  }
+  FakeSliderConfig slider(const MotionRules& rules) {
+    FakeSliderConfig config;
+    config.seed = static_cast<int>(random_() % 1000000);
+    config.start_mm = uniform(0.0, kRail_mm);
+    config.reports_flags = chance(0.5);
+    config.noise_mm = chance(0.5) ? rules.settle_tolerance_mm * uniform(0.0, 0.2) : 0.0;
+    return config;
+  }
+  FakeSliderFault fault(const std::string& kind) {
+    FakeSliderFault fault;
+    fault.kind = kind;
+    fault.at_ms = log_uniform(1.0, 20000.0);
+    return fault;
+  }
+  SafePosition target() { return limits.require(uniform(0.0, kRail_mm), "test"); }
+
+  const SoftLimits limits{-5.0, kRail_mm + 5.0};
+
+ private:
+  std::mt19937_64 random_;
+};
+
+TEST(CarriagePropertyTest, GoodDrivesAlwaysSettleWhereTheyTrulyAre) {
+  RandomRig rig(11);
+  for (int i = 0; i < 1500; ++i) {
+    ManualClock clock;
+    const MotionRules rules = rig.rules();
+    FakeSlider slider(rig.slider(rules), &clock);
+    Carriage carriage(&slider, &clock, rig.limits, rules);
+    for (int move = 0; move < 3; ++move) {
+      const SafePosition target = rig.target();
+      const SettledPosition settled = carriage.move_to(target);
+      ASSERT_NEAR(slider.true_position_mm(), target.mm(), rules.settle_tolerance_mm) << i;
+      ASSERT_NEAR(settled.measured_mm, target.mm(), rules.settle_tolerance_mm) << i;
+    }
+    EXPECT_EQ(slider.stops_commanded(), 0);
+  }
+}
+
+// Single wrong readings, in number and size at random, cost time and nothing else.
+TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
+  RandomRig rig(12);
+  for (int i = 0; i < 1500; ++i) {
+    ManualClock clock;
+    const MotionRules rules = rig.rules();
+    FakeSliderConfig config = rig.slider(rules);
+    double at_ms = 0.0;
+    for (int outlier = 0; outlier < 10; ++outlier) {
+      FakeSliderFault fault = rig.fault("outlier");
+      at_ms += rig.uniform(2.0, 10.0) * (rules.poll_ms + 60.0);  // never two in a row
+      fault.at_ms = at_ms;
+      fault.size_mm = (rig.chance(0.5) ? 1.0 : -1.0) * rig.log_uniform(0.01, 1e5);
+      config.faults.push_back(fault);
+    }
+    FakeSlider slider(config, &clock);
+    Carriage carriage(&slider, &clock, rig.limits, rules);
+    const SafePosition target = rig.target();
+    const SettledPosition settled = carriage.move_to(target);
+    ASSERT_NEAR(slider.true_position_mm(), target.mm(), rules.settle_tolerance_mm) << i;
+    ASSERT_NEAR(settled.measured_mm, target.mm(), rules.settle_tolerance_mm) << i;
+  }
+}
+
+// Faults at random moments: either the carriage settles where it should, or it stands, or the
+// message says that it may not.
+TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) {
+  RandomRig rig(13);
+  const std::vector<std::string> kinds{"stall",      "ignore",     "alarm", "low-limit",
+                                       "high-limit", "no-contact", "drift", "runaway"};
+  int faults = 0;
+  for (int i = 0; i < 2000; ++i) {
+    ManualClock clock;
+    const MotionRules rules = rig.rules();
+    FakeSliderConfig config = rig.slider(rules);
+    FakeSliderFault fault = rig.fault(kinds[static_cast<std::size_t>(i) % kinds.size()]);
+    fault.for_ms = rig.chance(0.5) ? 0.0 : rig.log_uniform(10.0, 10000.0);
+    fault.size_mm = rig.uniform(20.0, 200.0);
+    config.faults.push_back(fault);
+    FakeSlider slider(config, &clock);
+    const double start_mm = slider.true_position_mm();
+    Carriage carriage(&slider, &clock, rig.limits, rules);
+    const SafePosition target = rig.target();
+    try {
+      carriage.move_to(target);
+      // The feedback of a drifting encoder is all that any program can see.
+      const double tolerance = fault.kind == "drift" ? 20.0 : rules.settle_tolerance_mm;
+      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << fault.kind;
+    } catch (const DeviceFault& error) {
+      ++faults;
+      const bool said = std::string(error.what()).find("NOT known") != std::string::npos;
+      ASSERT_TRUE(said || !slider.is_moving()) << i << error.what();
+    }
+    ASSERT_GE(slider.lowest_mm(), std::min(start_mm, target.mm()) - 1e-6) << i;
+    ASSERT_LE(slider.highest_mm(), std::max(start_mm, target.mm()) + 1e-6) << i;
+  }
+  EXPECT_GT(faults, 300);
+}
+
+TEST(CarriagePropertyTest, HomingEndsAtHomeOrSaysNot) {
+  RandomRig rig(14);
+  int homed = 0;
+  for (int i = 0; i < 500; ++i) {
+    ManualClock clock;
+    const MotionRules rules = rig.rules();
+    FakeSliderConfig config = rig.slider(rules);
+    config.homed = rig.chance(0.5);
+    if (rig.chance(0.3)) config.faults.push_back(rig.fault("stall"));
+    FakeSlider slider(config, &clock);
+    Carriage carriage(&slider, &clock, rig.limits, rules);
+    try {
+      carriage.home();
+      ASSERT_NEAR(slider.true_position_mm(), 0.0, rules.settle_tolerance_mm) << i;
+      ++homed;
+    } catch (const DeviceFault& error) {
+      ASSERT_FALSE(slider.is_moving()) << i << error.what();
+    }
+  }
+  EXPECT_GT(homed, 250);
+}
+
+}  // namespace
+}  // namespace raywalk

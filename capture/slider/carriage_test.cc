@@ -1,0 +1,306 @@
+#include "capture/slider/carriage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <stdexcept>
+
+#include "capture/base/manual_clock.h"
+#include "capture/base/test_fault.h"
+#include "capture/slider/fake_slider.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+
+const SoftLimits kLimits(0.0, 1000.0);
+
+// A carriage on a fake slider, in simulated time.
+class CarriageTest : public ::testing::Test {
+ protected:
+  void use(const std::string& yaml) {
+    slider_.emplace(parse_fake_slider_config(yaml, "fake.yaml"), &clock_);
+    carriage_.emplace(&*slider_, &clock_, kLimits, rules_);
+  }
+  SettledPosition go_to(double mm) { return carriage_->move_to(kLimits.require(mm, "test")); }
+
+  void expect_fault(FaultKind kind, const std::string& message, double target_mm = 500.0) {
+    raywalk::expect_fault(kind, message, [&] { go_to(target_mm); });
+  }
+
+  ManualClock clock_;
+  MotionRules rules_;
+  std::optional<FakeSlider> slider_;
+  std::optional<Carriage> carriage_;
+};
+
+TEST_F(CarriageTest, SettlesAtTheTarget) {
+  use("noise_mm: 0.01");
+  const SettledPosition settled = go_to(500.0);
+  EXPECT_EQ(settled.commanded_mm, 500.0);
+  EXPECT_NEAR(settled.measured_mm, 500.0, 0.02);
+  EXPECT_NEAR(settled.moving_ms, 5500.0, 100.0);  // 500 mm at 100 mm/s and 200 mm/s^2
+  EXPECT_GE(settled.settling_ms, 300.0);
+  EXPECT_EQ(settled.settled_at, clock_.now());
+  EXPECT_FALSE(slider_->is_moving());
+  EXPECT_EQ(slider_->stops_commanded(), 0);
+}
+
+TEST_F(CarriageTest, SettlesWithoutFlagsFromTheDrive) {
+  use("reports_flags: false");
+  EXPECT_NEAR(go_to(20.0).measured_mm, 20.0, 0.1);
+  EXPECT_NEAR(go_to(20.05).measured_mm, 20.05, 0.1);
+}
+
+TEST_F(CarriageTest, EveryReadingIsWatched) {
+  use("");
+  std::vector<double> seen;
+  carriage_->watch([&](WallTime /*time*/, double mm) { seen.push_back(mm); });
+  go_to(10.0);
+  EXPECT_GT(seen.size(), 30u);
+  EXPECT_EQ(seen.front(), 0.0);
+  EXPECT_EQ(seen.back(), 10.0);
+}
+
+TEST_F(CarriageTest, SlowPassIsNoStall) {
+  use("");
+  const SettledPosition settled =
+      carriage_->move_to(kLimits.require(1.0, "test"), MotionProfile{0.05, 200.0});
+  EXPECT_NEAR(settled.measured_mm, 1.0, 0.1);
+}
+
+TEST_F(CarriageTest, AlarmStops) {
+  use("faults: [{kind: alarm, at_mm: 200}]");
+  expect_fault(FaultKind::kAlarm, "alarm 17");
+  EXPECT_FALSE(slider_->is_moving());
+  expect_fault(FaultKind::kAlarm, "alarm 17", 100.0);
+  EXPECT_EQ(slider_->moves_commanded(), 1);
+}
+
+TEST_F(CarriageTest, LimitSwitchStops) {
+  use("faults: [{kind: high-limit, at_mm: 200}]");
+  expect_fault(FaultKind::kLimitSwitch, "high limit switch");
+  EXPECT_FALSE(slider_->is_moving());
+  EXPECT_LT(slider_->true_position_mm(), 300.0);
+}
+
+TEST_F(CarriageTest, LimitSwitchMayBeLeftButNotRunInto) {
+  use("start_mm: 300\nfaults: [{kind: high-limit, at_ms: 0, for_ms: 2000}]");
+  expect_fault(FaultKind::kLimitSwitch, "high limit switch", 400.0);
+  use("start_mm: 300\nfaults: [{kind: high-limit, at_ms: 0, for_ms: 2000}]");
+  EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
+}
+
+TEST_F(CarriageTest, SwitchOnTheWrongSideStops) {
+  use("faults: [{kind: low-limit, at_mm: 200}]");
+  expect_fault(FaultKind::kLimitSwitch, "low limit switch");
+}
+
+TEST_F(CarriageTest, StallInMidMoveStops) {
+  use("faults: [{kind: stall, at_mm: 200}]");
+  expect_fault(FaultKind::kStall, "stalled at 20");
+}
+
+TEST_F(CarriageTest, IgnoredCommandIsAStall) {
+  use("faults: [{kind: ignore, at_ms: 0}]");
+  expect_fault(FaultKind::kStall, "does not move");
+  EXPECT_EQ(slider_->stops_commanded(), 1);
+}
+
+TEST_F(CarriageTest, DriftOffTheTargetNeverSettles) {
+  use("faults: [{kind: drift, at_mm: 499, size_mm: 1.5}]");
+  expect_fault(FaultKind::kFollowingError, "off its target 500.000 mm");
+}
+
+TEST_F(CarriageTest, JumpOfTheFeedbackStops) {
+  use("faults: [{kind: drift, at_mm: 10, size_mm: -10000}]");
+  expect_fault(FaultKind::kLimitSwitch, "outside of the soft limits");
+}
+
+TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
+  use("faults: [{kind: outlier, at_mm: 100, size_mm: 400}, {kind: outlier, at_ms: 1500, size_mm: "
+      "-900}]");
+  EXPECT_NEAR(go_to(500.0).measured_mm, 500.0, 0.1);
+}
+
+TEST_F(CarriageTest, WrongReadingInTheDwellStartsItOver) {
+  use("");
+  const double undisturbed = go_to(500.0).settling_ms;
+  use("faults: [{kind: outlier, at_ms: 5700, size_mm: 0.5}]");
+  const SettledPosition settled = go_to(500.0);
+  EXPECT_GT(settled.settling_ms, undisturbed + 150.0);
+  EXPECT_NEAR(settled.measured_mm, 500.0, 1e-9);
+}
+
+TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftTheWay) {
+  use("faults: [{kind: outlier, at_ms: 0, size_mm: 800}]");
+  EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
+}
+
+TEST_F(CarriageTest, SlowDriveTimesOut) {
+  rules_.profile = {100.0, 200.0};
+  use("most_speed_mm_s: 20");
+  expect_fault(FaultKind::kTimeout, "is not there yet");
+  EXPECT_FALSE(slider_->is_moving());
+}
+
+TEST_F(CarriageTest, LossOfContactIsFollowedByAStopThatIsNotConfirmed) {
+  use("faults: [{kind: no-contact, at_mm: 200}]");
+  expect_fault(FaultKind::kNoContact, "NOT known to have stopped: switch the drive off");
+}
+
+TEST_F(CarriageTest, LossOfContactThatComesBackEndsInAConfirmedStop) {
+  // The first stop still fails, the second one is heard.
+  class Returning final : public Slider {
+   public:
+    explicit Returning(FakeSlider* slider) : slider_(slider) {}
+    std::string description() const override { return slider_->description(); }
+    SliderState read_state() override {
+      if (++readings_ == 50) throw lost();
+      return slider_->read_state();
+    }
+    void start_homing() override { slider_->start_homing(); }
+    void start_move(SafePosition target, const MotionProfile& profile) override {
+      slider_->start_move(target, profile);
+    }
+    void stop() override {
+      if (++stops_ == 1) throw lost();
+      slider_->stop();
+    }
+    void reset_alarm() override { slider_->reset_alarm(); }
+
+   private:
+    static DeviceFault lost() { return {FaultKind::kNoContact, "no answer; check the cable"}; }
+    FakeSlider* slider_;
+    int readings_ = 0;
+    int stops_ = 0;
+  };
+  use("");
+  Returning returning(&*slider_);
+  Carriage carriage(&returning, &clock_, kLimits, rules_);
+  try {
+    carriage.move_to(kLimits.require(500.0, "test"));
+    ADD_FAILURE() << "settled";
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
+    EXPECT_THAT(fault.what(), HasSubstr("(stopped at "));
+  }
+  EXPECT_FALSE(slider_->is_moving());
+}
+
+TEST_F(CarriageTest, StopThatHasNoEffectIsReported) {
+  use("faults: [{kind: runaway, at_ms: 0}, {kind: high-limit, at_mm: 10}]");
+  rules_.profile = {10.0, 200.0};
+  rules_.settle_timeout_ms = 1000.0;
+  carriage_.emplace(&*slider_, &clock_, kLimits, rules_);
+  expect_fault(FaultKind::kLimitSwitch, "NOT known to have stopped", 900.0);
+  EXPECT_THROW(carriage_->stop(), DeviceFault);
+}
+
+TEST_F(CarriageTest, ExceptionOfTheWatchStopsAndPassesThrough) {
+  use("");
+  int readings = 0;
+  carriage_->watch([&](WallTime /*time*/, double /*mm*/) {
+    if (++readings == 40) throw std::logic_error("journal");
+  });
+  EXPECT_THROW(go_to(500.0), std::logic_error);
+  EXPECT_FALSE(slider_->is_moving());
+  EXPECT_EQ(slider_->stops_commanded(), 1);
+}
+
+TEST_F(CarriageTest, StopWaitsForStandstill) {
+  use("");
+  slider_->start_move(kLimits.require(500.0, "test"), MotionProfile{});
+  clock_.sleep(duration_from_ms(1000.0));
+  carriage_->stop();
+  EXPECT_FALSE(slider_->is_moving());
+  EXPECT_NEAR(slider_->true_position_mm(), 100.0, 1.0);  // 75 mm and the way of the ramp down
+}
+
+TEST_F(CarriageTest, MotionLeftBehindByAnotherProgramIsStoppedFirst) {
+  use("");
+  slider_->start_move(kLimits.require(900.0, "test"), MotionProfile{});
+  clock_.sleep(duration_from_ms(2000.0));
+  EXPECT_NEAR(go_to(50.0).measured_mm, 50.0, 0.1);
+  EXPECT_EQ(slider_->stops_commanded(), 1);
+}
+
+TEST_F(CarriageTest, FindsHome) {
+  use("start_mm: 321\nhomed: false");
+  expect_fault(FaultKind::kAlarm, "home first");
+  EXPECT_EQ(slider_->moves_commanded(), 0);
+  carriage_->home();
+  EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
+  EXPECT_NEAR(go_to(10.0).measured_mm, 10.0, 0.1);
+}
+
+TEST_F(CarriageTest, FindsHomeWithoutFlagsFromTheDrive) {
+  use("start_mm: 321\nhomed: false\nreports_flags: false");
+  carriage_->home();
+  EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
+}
+
+TEST_F(CarriageTest, HomesAgain) {
+  use("start_mm: 400");
+  carriage_->home();
+  carriage_->home();
+  EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
+}
+
+// The zero of a drive that has just been switched on.
+TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
+  use("start_mm: 321\nhomed: false\nreports_flags: false\nfaults: [{kind: ignore, at_ms: 0}]");
+  EXPECT_THROW(carriage_->home(), DeviceFault);
+}
+
+TEST_F(CarriageTest, HomingThatStallsStops) {
+  use("start_mm: 321\nhomed: false\nfaults: [{kind: stall, at_mm: 200}]");
+  try {
+    carriage_->home();
+    ADD_FAILURE() << "homed";
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kStall);
+    EXPECT_THAT(fault.what(), HasSubstr("without having found home"));
+  }
+  EXPECT_EQ(slider_->stops_commanded(), 1);
+}
+
+TEST_F(CarriageTest, HomingThatTakesTooLongStops) {
+  rules_.homing_timeout_ms = 2000.0;
+  use("start_mm: 900\nhomed: false");
+  try {
+    carriage_->home();
+    ADD_FAILURE() << "homed";
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kTimeout);
+  }
+  EXPECT_FALSE(slider_->is_moving());
+}
+
+// In a process of its own: the request to stop stays set for good.
+TEST_F(CarriageTest, InterruptDeceleratesAndWaitsForStandstill) {
+  ::testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        install_interrupt_handlers();
+        use("");
+        int readings = 0;
+        carriage_->watch([&](WallTime /*time*/, double /*mm*/) {
+          if (++readings == 100) std::raise(SIGTERM);
+        });
+        try {
+          go_to(500.0);
+        } catch (const Interrupted&) {
+          std::_Exit(slider_->is_moving() || slider_->stops_commanded() != 1 ? 1 : 0);
+        }
+        std::_Exit(2);
+      },
+      ::testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace raywalk

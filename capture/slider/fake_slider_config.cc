@@ -1,0 +1,55 @@
+#include "capture/slider/fake_slider_config.h"
+
+#include <list>
+
+#include "core/base/error.h"
+#include "core/files/settings.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kFar_mm = 1e9;
+constexpr double kLong_ms = 1e12;
+constexpr std::size_t kMostFaults = 1000;
+
+SettingsSchema fault_schema(FakeSliderFault* fault) {
+  SettingsSchema schema;
+  schema
+      .choice("kind", &fault->kind,
+              {"stall", "ignore", "alarm", "low-limit", "high-limit", "no-contact", "outlier",
+               "drift", "runaway"})
+      .number("at_ms", &fault->at_ms, 0.0, kLong_ms)
+      .number("at_mm", &fault->at_mm, -kFar_mm, kFar_mm)
+      .number("for_ms", &fault->for_ms, 0.0, kLong_ms)
+      .number("size_mm", &fault->size_mm, -kFar_mm, kFar_mm);
+  return schema;
+}
+
+}  // namespace
+
+FakeSliderConfig parse_fake_slider_config(std::string_view yaml, const std::string& source) {
+  FakeSliderConfig config;
+  std::list<FakeSliderFault> faults;  // keeps the addresses that the schemas are bound to
+  SettingsSchema schema;
+  schema.number("most_speed_mm_s", &config.most_speed_mm_s, 1e-6, 1e6)
+      .number("most_acceleration_mm_s2", &config.most_acceleration_mm_s2, 1e-6, 1e6)
+      .number("backlash_mm", &config.backlash_mm, 0.0, kFar_mm)
+      .number("noise_mm", &config.noise_mm, 0.0, kFar_mm)
+      .integer("seed", &config.seed, 0, 2147483647)
+      .number("start_mm", &config.start_mm, -kFar_mm, kFar_mm)
+      .boolean("homed", &config.homed)
+      .boolean("reports_flags", &config.reports_flags)
+      .integer("alarm_code", &config.alarm_code, 0, 0xffff)
+      .items(
+          "faults", [&faults] { return fault_schema(&faults.emplace_back()); }, kMostFaults);
+  schema.parse(yaml, source);
+  for (const FakeSliderFault& fault : faults) {
+    if (fault.at_ms < 0.0 && fault.at_mm <= -kFar_mm) {
+      throw UsageError(source + ": a fault '" + fault.kind + "' has neither at_ms nor at_mm");
+    }
+  }
+  config.faults.assign(faults.begin(), faults.end());
+  return config;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,175 @@
+#include "capture/slider/modbus_slider.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "capture/base/device_fault.h"
+#include "capture/slider/modbus_link.h"
+#include "capture/slider/register_words.h"
+
+namespace raywalk {
+namespace {
+
+// No rail that one motor drives is longer.
+constexpr double kLongestRail_mm = 100000.0;
+// What an open data line or an empty register bank reads as.
+constexpr std::uint16_t kAllOnes = 0xffff;
+// A position that differs by more than this since before a command: the carriage has set off. Rest
+// of a servo on its spot is within a few steps.
+constexpr double kSetOff_mm = 0.05;
+
+bool is_plausible(std::uint16_t status, double position_mm) {
+  return status != kAllOnes && std::abs(position_mm) <= kLongestRail_mm;
+}
+
+}  // namespace
+
+ModbusSlider::ModbusSlider(std::unique_ptr<RegisterLink> link, RegisterMap map, int tries)
+    : link_(std::move(link)), map_(std::move(map)), tries_(std::max(tries, 1)) {}
+
+std::string ModbusSlider::description() const { return map_.name + ", " + link_->description(); }
+
+RegisterKind ModbusSlider::state_kind() const {
+  return map_.input_registers ? RegisterKind::kInput : RegisterKind::kHolding;
+}
+
+SliderState ModbusSlider::read_state() {
+  if (!is_identified()) check_identity();
+  Reading reading = read_plausible();
+  // A connection that was opened anew during the reading may have come to another device.
+  if (!is_identified()) {
+    check_identity();
+    reading = read_plausible();
+  }
+  last_position_mm_ = reading.position_mm;
+  return state_of(reading);
+}
+
+// Where status and position lie side by side, or the drive reads across gaps, one request reads
+// both, so that they are of one moment and no answer to a request of another shape can pass for it.
+// Elsewhere the position, two words, is a shape of its own.
+ModbusSlider::Reading ModbusSlider::read_registers() {
+  const int first = std::min(map_.position_address, map_.status_address);
+  const int end = std::max(map_.position_address + 2, map_.status_address + 1);
+  const bool side_by_side = end - first == 3;
+  std::uint16_t status = 0;
+  std::vector<std::uint16_t> position;
+  if (map_.one_read || side_by_side) {
+    const auto all = link_->read(state_kind(), first, end - first);
+    status = all[static_cast<std::size_t>(map_.status_address - first)];
+    const auto at = all.begin() + (map_.position_address - first);
+    position.assign(at, at + 2);
+  } else {
+    status = link_->read(state_kind(), map_.status_address, 1).front();
+    position = link_->read(state_kind(), map_.position_address, 2);
+  }
+  return {status, mm_from_steps(map_, steps_from_words(map_, position[0], position[1]))};
+}
+
+// One damaged word in 65536 passes the check sum; the second reading tells it from a wrong device.
+ModbusSlider::Reading ModbusSlider::read_plausible() {
+  Reading reading = read_registers();
+  if (!is_plausible(reading.status, reading.position_mm)) reading = read_registers();
+  if (is_plausible(reading.status, reading.position_mm)) return reading;
+  throw DeviceFault(FaultKind::kWrongDevice,
+                    fmt::format("{} reads as no slider does (status 0x{:04x}, position {:.0f} mm); "
+                                "check the register map against the drive's manual",
+                                description(), reading.status, reading.position_mm));
+}
+
+SliderState ModbusSlider::state_of(const Reading& reading) {
+  SliderState state;
+  state.position_mm = reading.position_mm;
+  state.alarm = flag_of(reading.status, map_.alarm).value_or(false);
+  state.enabled = flag_of(reading.status, map_.enabled);
+  state.homed = flag_of(reading.status, map_.homed);
+  state.moving = flag_of(reading.status, map_.moving);
+  state.in_position = flag_of(reading.status, map_.in_position);
+  state.at_low_limit = flag_of(reading.status, map_.at_low_limit);
+  state.at_high_limit = flag_of(reading.status, map_.at_high_limit);
+  if (state.alarm && map_.alarm_address >= 0) {
+    state.alarm_code = link_->read(state_kind(), map_.alarm_address, 1).front();
+  }
+  return state;
+}
+
+bool ModbusSlider::is_identified() const {
+  return map_.identity_address < 0 ||
+         (identified_opening_ > 0 && identified_opening_ == link_->openings());
+}
+
+void ModbusSlider::check_identity() {
+  const int value = link_->read(state_kind(), map_.identity_address, 1).front();
+  if (value != map_.identity_value) {
+    throw DeviceFault(
+        FaultKind::kWrongDevice,
+        fmt::format("{} is another device: register 0x{:04x} holds 0x{:04x}, not 0x{:04x}; check "
+                    "unit, port and register map",
+                    description(), map_.identity_address, value, map_.identity_value));
+  }
+  identified_opening_ = link_->openings();
+}
+
+void ModbusSlider::start_homing() { write_until_taken(map_.home, fixed_words(map_.home)); }
+
+void ModbusSlider::start_move(SafePosition target, const MotionProfile& profile) {
+  const auto words = words_of_move(map_, target, profile);
+  write_until_taken(map_.move, words);
+  if (map_.start) write_until_taken(*map_.start, fixed_words(*map_.start));
+}
+
+// A stop may be written any number of times, and must not wait for readings.
+void ModbusSlider::stop() { write_until_answered(map_.stop); }
+
+void ModbusSlider::reset_alarm() {
+  if (!map_.reset_alarm) {
+    throw DeviceFault(FaultKind::kAlarm,
+                      description() +
+                          " has no alarm reset in its register map; clear the alarm at "
+                          "the drive, or switch it off and on");
+  }
+  write_until_answered(*map_.reset_alarm);
+}
+
+// A write without an answer may have been carried out (one that timed out had been, on a real
+// line), so it is repeated only after a reading says that nothing has begun. Should that reading be
+// too early, the repetition does no harm: moves are absolute, and homing just begins again.
+void ModbusSlider::write_until_taken(const RegisterWrite& write,
+                                     std::span<const std::uint16_t> words) {
+  for (int written = 0; written < tries_; ++written) {
+    if (link_->write(write.address, words) || has_begun()) return;
+  }
+  fail_unanswered(write);
+}
+
+bool ModbusSlider::has_begun() {
+  const double before_mm = last_position_mm_;
+  const SliderState state = read_state();
+  return state.moving.value_or(false) || std::abs(state.position_mm - before_mm) > kSetOff_mm;
+}
+
+void ModbusSlider::write_until_answered(const RegisterWrite& write) {
+  const auto words = fixed_words(write);
+  for (int written = 0; written < tries_; ++written) {
+    if (link_->write(write.address, words)) return;
+  }
+  fail_unanswered(write);
+}
+
+void ModbusSlider::fail_unanswered(const RegisterWrite& write) const {
+  throw DeviceFault(
+      FaultKind::kNoContact,
+      fmt::format("{} does not answer a write to register 0x{:04x} (tries: {}); check "
+                  "the drive's power and its cable",
+                  description(), write.address, tries_));
+}
+
+std::unique_ptr<Slider> make_modbus_slider(const SliderConfig& config, Clock* clock) {
+  return std::make_unique<ModbusSlider>(std::make_unique<ModbusLink>(config, clock),
+                                        read_register_map(config.register_map), config.tries);
+}
+
+}  // namespace raywalk

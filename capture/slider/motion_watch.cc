@@ -1,0 +1,182 @@
+#include "capture/slider/motion_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "capture/base/device_fault.h"
+#include "capture/slider/trapezoid.h"
+
+namespace raywalk {
+namespace {
+
+double distance_to_range(double value, double low, double high) {
+  return std::max({0.0, low - value, value - high});
+}
+
+}  // namespace
+
+void require_able_to_move(const SliderState& state, const std::string& slider) {
+  if (state.alarm) {
+    throw DeviceFault(FaultKind::kAlarm,
+                      fmt::format("{}: alarm {} at {:.3f} mm; see the drive's manual, clear its "
+                                  "cause, and home again",
+                                  slider, state.alarm_code, state.position_mm));
+  }
+  if (!state.enabled.value_or(true)) {
+    throw DeviceFault(FaultKind::kAlarm,
+                      fmt::format("{}: the motor is not enabled; release the emergency stop, or "
+                                  "enable it at the drive",
+                                  slider));
+  }
+}
+
+// The move should end within its trapezoid's time. Progress of one tolerance takes, at the slowest
+// out of rest, the time of a trapezoid of that length; the stall time comes on top of it, so that a
+// slow pass is no stall.
+MotionWatch::MotionWatch(std::string slider, const SliderState& start, double target_mm,
+                         const SoftLimits& limits, const MotionRules& rules, SteadyTime now)
+    : slider_(std::move(slider)),
+      start_mm_(start.position_mm),
+      target_mm_(target_mm),
+      limits_(limits),
+      rules_(rules),
+      low_{"low", start.at_low_limit.value_or(false) && target_mm >= start.position_mm},
+      high_{"high", start.at_high_limit.value_or(false) && target_mm <= start.position_mm},
+      commanded_at_(now),
+      deadline_(now + duration_from_ms(
+                          Trapezoid(std::abs(target_mm - start_mm_), rules.profile).duration_ms() +
+                          rules.settle_ms + rules.settle_timeout_ms)),
+      stall_time_(duration_from_ms(
+          rules.stall_ms + Trapezoid(rules.settle_tolerance_mm, rules.profile).duration_ms())),
+      nearest_mm_(std::abs(target_mm - start_mm_)),
+      previous_distance_mm_(nearest_mm_),
+      progress_at_(now),
+      dwell_(duration_from_ms(rules.settle_ms)) {}
+
+bool MotionWatch::is_outside(double position_mm) const {
+  return distance_to_range(position_mm, std::min(start_mm_, limits_.low_mm()),
+                           std::max(start_mm_, limits_.high_mm())) > rules_.settle_tolerance_mm;
+}
+
+bool MotionWatch::is_off_way(double position_mm) const {
+  return distance_to_range(position_mm, std::min(start_mm_, target_mm_),
+                           std::max(start_mm_, target_mm_)) > rules_.following_error_mm;
+}
+
+bool MotionWatch::is_astray(const SliderState& state) const {
+  return is_outside(state.position_mm) || is_off_way(state.position_mm);
+}
+
+void MotionWatch::take(const SliderState& state, SteadyTime now) {
+  latest_ = now;
+  require_able_to_move(state, slider_);
+  check_switch(&low_, state.at_low_limit, state.position_mm);
+  check_switch(&high_, state.at_high_limit, state.position_mm);
+  check_way(state.position_mm);
+  follow_dwell(state, now);
+  if (dwell_.is_over()) return;
+  follow_progress(state, now);
+  if (now > deadline_) fail_late(state, now);
+}
+
+std::optional<SettledPosition> MotionWatch::settled() const {
+  if (!dwell_.is_over()) return std::nullopt;
+  return SettledPosition{target_mm_, dwell_.mean_mm(),
+                         ms_from_duration(*arrived_at_ - commanded_at_),
+                         ms_from_duration(latest_ - *arrived_at_), latest_};
+}
+
+void MotionWatch::check_switch(LimitSwitch* limit, std::optional<bool> on,
+                               double position_mm) const {
+  if (!on.value_or(false)) {
+    limit->may_be_on = false;
+    return;
+  }
+  if (limit->may_be_on) return;
+  throw DeviceFault(FaultKind::kLimitSwitch,
+                    fmt::format("{}: {} limit switch at {:.3f} mm on the way to {:.3f} mm; look at "
+                                "the rail, then home again",
+                                slider_, limit->name, position_mm, target_mm_));
+}
+
+void MotionWatch::check_way(double position_mm) const {
+  if (is_outside(position_mm)) {
+    throw DeviceFault(FaultKind::kLimitSwitch,
+                      fmt::format("{}: at {:.3f} mm, outside of the soft limits {:g} to {:g} mm; "
+                                  "look at the rail, then home again",
+                                  slider_, position_mm, limits_.low_mm(), limits_.high_mm()));
+  }
+  if (is_off_way(position_mm)) {
+    throw DeviceFault(FaultKind::kFollowingError,
+                      fmt::format("{}: at {:.3f} mm, off the way from {:.3f} to {:.3f} mm; look at "
+                                  "the rail and the belt, then home again",
+                                  slider_, position_mm, start_mm_, target_mm_));
+  }
+}
+
+bool MotionWatch::is_at_target(double position_mm) const {
+  return std::abs(position_mm - target_mm_) <= rules_.settle_tolerance_mm;
+}
+
+void MotionWatch::follow_dwell(const SliderState& state, SteadyTime now) {
+  if (!is_at_target(state.position_mm)) {
+    dwell_.start_over();
+    return;
+  }
+  if (!arrived_at_) arrived_at_ = now;
+  const bool at_rest = !state.moving.value_or(false) && state.in_position.value_or(true);
+  if (at_rest) {
+    dwell_.good(now, state.position_mm);
+  } else {
+    dwell_.start_over();
+  }
+}
+
+// Progress is what two readings in a row have reached: one wrong reading near the target would
+// otherwise make all that follow look like none.
+void MotionWatch::follow_progress(const SliderState& state, SteadyTime now) {
+  const double distance_mm = std::abs(state.position_mm - target_mm_);
+  const double reached_mm = std::max(distance_mm, previous_distance_mm_);
+  previous_distance_mm_ = distance_mm;
+  if (reached_mm <= nearest_mm_ - rules_.settle_tolerance_mm) {
+    nearest_mm_ = reached_mm;
+    progress_at_ = now;
+    has_moved_ = true;
+  }
+  if (is_at_target(state.position_mm)) progress_at_ = now;
+  if (now - progress_at_ > stall_time_) fail_without_progress(state);
+}
+
+void MotionWatch::fail_without_progress(const SliderState& state) const {
+  const bool drive_is_done = !state.moving.value_or(true) || state.in_position.value_or(false);
+  if (has_moved_ && drive_is_done) {
+    throw DeviceFault(
+        FaultKind::kFollowingError,
+        fmt::format("{}: stopped at {:.3f} mm, {:.3f} mm off its target {:.3f} mm; look for "
+                    "what holds the carriage, then home again",
+                    slider_, state.position_mm, std::abs(state.position_mm - target_mm_),
+                    target_mm_));
+  }
+  throw DeviceFault(FaultKind::kStall,
+                    fmt::format("{}: {} at {:.3f} mm on the way to {:.3f} mm; look for what holds "
+                                "the carriage, then home again",
+                                slider_, has_moved_ ? "stalled" : "does not move",
+                                state.position_mm, target_mm_));
+}
+
+void MotionWatch::fail_late(const SliderState& state, SteadyTime now) const {
+  const char* lacking = !is_at_target(state.position_mm)    ? "is not there yet"
+                        : state.moving.value_or(false)      ? "still reports a motion"
+                        : !state.in_position.value_or(true) ? "reports that it is out of position"
+                                                            : "does not come to rest";
+  throw DeviceFault(FaultKind::kTimeout,
+                    fmt::format("{}: {} {:.1f} s after the command to go to {:.3f} mm, at {:.3f} "
+                                "mm; check speeds and tuning, or raise settle_timeout_ms",
+                                slider_, lacking, ms_from_duration(now - commanded_at_) / 1e3,
+                                target_mm_, state.position_mm));
+}
+
+}  // namespace raywalk

@@ -1,0 +1,46 @@
+// A motor drive that moves a carriage along a rail.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "capture/slider/soft_limits.h"
+
+namespace raywalk {
+
+struct MotionProfile {
+  double speed_mm_s = 100.0;
+  double acceleration_mm_s2 = 200.0;  // and deceleration
+};
+
+// What the drive says of itself in one reading. A flag the drive does not report is none.
+struct SliderState {
+  double position_mm = 0.0;  // feedback, from home
+  bool alarm = false;
+  int alarm_code = 0;  // as the drive's manual numbers them; 0 where it gives none
+  std::optional<bool> enabled{};
+  std::optional<bool> homed{};
+  std::optional<bool> moving{};
+  std::optional<bool> in_position{};
+  std::optional<bool> at_low_limit{};  // limit switches
+  std::optional<bool> at_high_limit{};
+};
+
+// Every call is one exchange with the drive, with its retries, and throws DeviceFault kNoContact or
+// kWrongDevice where that fails. None waits for a motion to end.
+class Slider {
+ public:
+  virtual ~Slider() = default;
+
+  // Where and what it is, for people: "leadshine-pr0, unit 1 at /dev/ttyUSB0".
+  virtual std::string description() const = 0;
+  virtual SliderState read_state() = 0;
+  // To the home switch, which becomes 0 mm.
+  virtual void start_homing() = 0;
+  virtual void start_move(SafePosition target, const MotionProfile& profile) = 0;
+  // Decelerates to a stop; harmless at rest.
+  virtual void stop() = 0;
+  virtual void reset_alarm() = 0;
+};
+
+}  // namespace raywalk
