@@ -1,0 +1,85 @@
+// For tests: a GPIO chip with a camera wired to it, behind the interface of gpio_lines.h. Time is
+// that of a Clock, so that with a ManualClock nothing waits.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/trigger/gpio_lines.h"
+
+namespace raywalk {
+
+// Read from YAML with keys of the same names.
+struct FakeGpioSettings {
+  int lines = 8;
+  int shutter_line = 1;
+  int busy_line = 2;
+  bool shutter_active_low = false;  // as wired, whatever the program believes
+  bool busy_active_low = false;
+  double busy_delay_ms = 30.0;  // from the shutter's press to the busy line
+  double busy_ms = 400.0;
+  bool films = false;              // a press starts a film, the next one stops it
+  std::string camera = "good";     // "never-busy", "busy-for-ever"
+  int bad_press = 0;               // the one press, from 1, at which it is so; 0: all
+  std::string chip = "good";       // "missing", "forbidden", "no-gpio"
+  int taken_line = -1;             // held by another program
+  std::string taken_by = "other";  // which calls itself this
+  int gone_after_changes = -1;     // the chip goes after so many changes of outputs; -1: never
+};
+
+// Throws UsageError as SettingsSchema does.
+FakeGpioSettings parse_fake_gpio(std::string_view yaml);
+
+// A change of an output's voltage.
+struct GpioLevelChange {
+  int line = 0;
+  bool high = false;
+  SteadyTime time{};
+  friend bool operator==(const GpioLevelChange&, const GpioLevelChange&) = default;
+};
+
+// The chip, the wires and the camera. Outlives the chips that it opens.
+class FakeGpio {
+ public:
+  FakeGpio(FakeGpioSettings settings, Clock* clock);
+
+  // As open_gpio_chip: throws the DeviceFault of the configured fault.
+  std::unique_ptr<GpioChip> open();
+
+  // Every change of the outputs so far, in order.
+  const std::vector<GpioLevelChange>& changes() const { return changes_; }
+  // Presses that the camera saw, those it ignored because it was busy included.
+  int presses() const { return presses_; }
+  bool is_owned(int line) const { return owned_.at(static_cast<std::size_t>(line)); }
+
+ private:
+  friend class FakeGpioChip;
+  friend class FakeGpioOutput;
+  friend class FakeGpioInput;
+
+  void take(const GpioLine& line);
+  void give_back(int line) { owned_.at(static_cast<std::size_t>(line)) = false; }
+  void set_voltage(int line, bool high);
+  void press_camera();
+  void plan_busy();
+  bool misbehaves(const std::string& how) const;
+  // Lets the busy line do what is due by now.
+  void catch_up();
+
+  FakeGpioSettings settings_;
+  Clock* clock_;
+  std::vector<bool> owned_;
+  std::map<int, bool> high_;  // outputs that were ever driven
+  std::vector<GpioLevelChange> changes_;
+  int presses_ = 0;
+  bool filming_ = false;
+  bool busy_ = false;
+  std::deque<GpioEdge> coming_;  // of the busy line, in order of time
+  std::deque<GpioEdge> queued_;  // seen by the kernel, not yet taken
+};
+
+}  // namespace raywalk

@@ -1,0 +1,77 @@
+// GPIO lines as the programs use them: a chip that lends single lines, outputs that are set and
+// inputs that report edges. Behind it stands libgpiod, 1.6 or 2.x (gpiod_lines_v1.cc,
+// gpiod_lines_v2.cc; the build takes the one that fits the installed library), or a fake chip
+// (fake_gpio.h).
+//
+// "Active" is the logical level: high, or low for a line declared active low.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "capture/base/clock.h"
+
+namespace raywalk {
+
+struct GpioLine {
+  int offset = 0;  // on its chip, from 0
+  bool active_low = false;
+};
+
+struct GpioEdge {
+  bool active = false;  // the level after the edge
+  // CLOCK_MONOTONIC, as the kernel stamps GPIO events since Linux 5.7.
+  SteadyTime time{};
+};
+
+// Owned until destroyed: no other program can take the line meanwhile.
+class GpioOutput {
+ public:
+  GpioOutput() = default;
+  GpioOutput(const GpioOutput&) = delete;
+  GpioOutput& operator=(const GpioOutput&) = delete;
+  // Leaves the line inactive. What a pin does once nobody owns it is up to its driver (many become
+  // inputs), so the wiring must hold an open line inactive.
+  virtual ~GpioOutput() = default;
+
+  // Throws DeviceFault kNoContact where the chip has gone.
+  virtual void set(bool active) = 0;
+};
+
+// Edges queue from the request on (the kernel keeps 16), so that none between two waits is lost.
+class GpioInput {
+ public:
+  GpioInput() = default;
+  GpioInput(const GpioInput&) = delete;
+  GpioInput& operator=(const GpioInput&) = delete;
+  virtual ~GpioInput() = default;
+
+  virtual bool is_active() = 0;
+  // The oldest edge not yet taken; none once `timeout` has passed, or sooner where a signal
+  // arrives. Zero looks without waiting.
+  virtual std::optional<GpioEdge> wait_edge(Duration timeout) = 0;
+};
+
+// Requests throw DeviceFault naming chip and line: kWrongDevice where the chip has no such line,
+// kNoContact where another program holds it or the right to it is missing. The chip must outlive
+// its lines.
+class GpioChip {
+ public:
+  GpioChip() = default;
+  GpioChip(const GpioChip&) = delete;
+  GpioChip& operator=(const GpioChip&) = delete;
+  virtual ~GpioChip() = default;
+
+  // "/dev/gpiochip0 (pinctrl-bcm2711, 58 lines)"
+  virtual std::string description() const = 0;
+  // Inactive from the first moment, without a glitch.
+  virtual std::unique_ptr<GpioOutput> request_output(const GpioLine& line) = 0;
+  virtual std::unique_ptr<GpioInput> request_input(const GpioLine& line) = 0;
+};
+
+// `chip` is a device ("/dev/gpiochip0") or its name in /dev ("gpiochip0"). Throws DeviceFault:
+// kNoContact where it is missing or not permitted, kWrongDevice where it is no GPIO chip.
+std::unique_ptr<GpioChip> open_gpio_chip(const std::string& chip);
+
+}  // namespace raywalk

@@ -1,0 +1,147 @@
+// gpio_lines.h over libgpiod 1.6 (Debian 12).
+
+#include <gpiod.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+
+#include "capture/trigger/gpio_faults.h"
+#include "capture/trigger/gpio_lines.h"
+
+namespace raywalk {
+namespace {
+
+constexpr const char* kConsumer = "raywalk-capture";
+
+struct ChipCloser {
+  void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
+};
+struct LineReleaser {
+  void operator()(gpiod_line* line) const { gpiod_line_release(line); }
+};
+using ChipHandle = std::unique_ptr<gpiod_chip, ChipCloser>;
+// A line belongs to its chip; what is owned, and given back, is the request of it.
+using LineHandle = std::unique_ptr<gpiod_line, LineReleaser>;
+
+int flags_of(const GpioLine& line) {
+  return line.active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
+}
+
+class GpiodOutput final : public GpioOutput {
+ public:
+  GpiodOutput(LineHandle line, std::string path) : line_(std::move(line)), path_(std::move(path)) {}
+  ~GpiodOutput() override { gpiod_line_set_value(line_.get(), 0); }
+
+  void set(bool active) override {
+    if (gpiod_line_set_value(line_.get(), active ? 1 : 0) != 0) {
+      throw gpio_line_fault(path_, static_cast<int>(gpiod_line_offset(line_.get())), errno);
+    }
+  }
+
+ private:
+  LineHandle line_;
+  std::string path_;
+};
+
+class GpiodInput final : public GpioInput {
+ public:
+  GpiodInput(LineHandle line, std::string path) : line_(std::move(line)), path_(std::move(path)) {}
+
+  bool is_active() override {
+    const int value = gpiod_line_get_value(line_.get());
+    if (value < 0) throw fault();
+    return value == 1;
+  }
+
+  std::optional<GpioEdge> wait_edge(Duration timeout) override {
+    const Duration patience = std::max(timeout, Duration::zero());
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
+    const timespec wait{seconds.count(), (patience - seconds).count()};
+    const int waited = gpiod_line_event_wait(line_.get(), &wait);
+    if (waited == 0 || (waited < 0 && errno == EINTR)) return std::nullopt;
+    gpiod_line_event event{};
+    if (waited < 0 || gpiod_line_event_read(line_.get(), &event) != 0) throw fault();
+    // With both edges asked for the kernel reports logical levels, also for active low lines.
+    return GpioEdge{.active = event.event_type == GPIOD_LINE_EVENT_RISING_EDGE,
+                    .time = SteadyTime{std::chrono::seconds(event.ts.tv_sec) +
+                                       std::chrono::nanoseconds(event.ts.tv_nsec)}};
+  }
+
+ private:
+  DeviceFault fault() const {
+    const int error = errno;
+    return gpio_line_fault(path_, static_cast<int>(gpiod_line_offset(line_.get())), error);
+  }
+
+  LineHandle line_;
+  std::string path_;
+};
+
+class GpiodChip final : public GpioChip {
+ public:
+  GpiodChip(ChipHandle chip, std::string path) : chip_(std::move(chip)), path_(std::move(path)) {}
+
+  std::string description() const override {
+    return path_ + " (" + gpiod_chip_label(chip_.get()) + ", " + std::to_string(line_count()) +
+           " lines)";
+  }
+
+  std::unique_ptr<GpioOutput> request_output(const GpioLine& line) override {
+    gpiod_line* const handle = line_at(line);
+    // The last argument is the logical level the line starts with.
+    if (gpiod_line_request_output_flags(handle, kConsumer, flags_of(line), 0) != 0) {
+      throw refusal(line, handle);
+    }
+    return std::make_unique<GpiodOutput>(LineHandle(handle), path_);
+  }
+
+  std::unique_ptr<GpioInput> request_input(const GpioLine& line) override {
+    gpiod_line* const handle = line_at(line);
+    if (gpiod_line_request_both_edges_events_flags(handle, kConsumer, flags_of(line)) != 0) {
+      throw refusal(line, handle);
+    }
+    return std::make_unique<GpiodInput>(LineHandle(handle), path_);
+  }
+
+ private:
+  int line_count() const { return static_cast<int>(gpiod_chip_num_lines(chip_.get())); }
+
+  gpiod_line* line_at(const GpioLine& line) const {
+    errno = EINVAL;
+    gpiod_line* const handle =
+        line.offset < 0 ? nullptr
+                        : gpiod_chip_get_line(chip_.get(), static_cast<unsigned int>(line.offset));
+    if (handle == nullptr) throw refusal(line, nullptr);
+    return handle;
+  }
+
+  // errno must be that of the call that failed.
+  DeviceFault refusal(const GpioLine& line, gpiod_line* handle) const {
+    GpioRequestFailure failure{.path = path_,
+                               .offset = line.offset,
+                               .line_count = line_count(),
+                               .error = errno,
+                               .consumer = {}};
+    // The library's copy of who holds the line dates from before the request.
+    if (handle != nullptr && gpiod_line_update(handle) == 0) {
+      const char* const consumer = gpiod_line_consumer(handle);
+      if (consumer != nullptr) failure.consumer = consumer;
+    }
+    return gpio_request_fault(failure);
+  }
+
+  ChipHandle chip_;
+  std::string path_;
+};
+
+}  // namespace
+
+std::unique_ptr<GpioChip> open_gpio_chip(const std::string& chip) {
+  const std::string path = gpio_chip_path(chip);
+  ChipHandle handle(gpiod_chip_open(path.c_str()));
+  if (handle == nullptr) throw gpio_open_fault(path, errno);
+  return std::make_unique<GpiodChip>(std::move(handle), path);
+}
+
+}  // namespace raywalk

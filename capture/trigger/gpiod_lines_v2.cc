@@ -1,0 +1,182 @@
+// gpio_lines.h over libgpiod 2.x (Debian 13).
+
+#include <gpiod.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <new>
+
+#include "capture/trigger/gpio_faults.h"
+#include "capture/trigger/gpio_lines.h"
+
+namespace raywalk {
+namespace {
+
+constexpr const char* kConsumer = "raywalk-capture";
+
+// Calls the library's own function for an object when its owner goes.
+template <auto kFree>
+struct Freer {
+  template <typename T>
+  void operator()(T* object) const {
+    kFree(object);
+  }
+};
+using ChipHandle = std::unique_ptr<gpiod_chip, Freer<gpiod_chip_close>>;
+using ChipInfo = std::unique_ptr<gpiod_chip_info, Freer<gpiod_chip_info_free>>;
+using LineInfo = std::unique_ptr<gpiod_line_info, Freer<gpiod_line_info_free>>;
+using LineSettings = std::unique_ptr<gpiod_line_settings, Freer<gpiod_line_settings_free>>;
+using LineConfig = std::unique_ptr<gpiod_line_config, Freer<gpiod_line_config_free>>;
+using RequestConfig = std::unique_ptr<gpiod_request_config, Freer<gpiod_request_config_free>>;
+using LineRequest = std::unique_ptr<gpiod_line_request, Freer<gpiod_line_request_release>>;
+using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, Freer<gpiod_edge_event_buffer_free>>;
+
+// The library's constructors give a null pointer only where memory runs out.
+template <typename Handle>
+Handle made(typename Handle::pointer object) {
+  if (object == nullptr) throw std::bad_alloc();
+  return Handle(object);
+}
+
+// One request holds one line.
+struct RequestedLine {
+  LineRequest request;
+  std::string path;  // of its chip
+  unsigned int offset = 0;
+
+  DeviceFault fault(int error) const {
+    return gpio_line_fault(path, static_cast<int>(offset), error);
+  }
+};
+
+class GpiodOutput final : public GpioOutput {
+ public:
+  explicit GpiodOutput(RequestedLine line) : line_(std::move(line)) {}
+  ~GpiodOutput() override { write(false); }
+
+  void set(bool active) override {
+    if (write(active) != 0) throw line_.fault(errno);
+  }
+
+ private:
+  int write(bool active) {
+    return gpiod_line_request_set_value(
+        line_.request.get(), line_.offset,
+        active ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE);
+  }
+
+  RequestedLine line_;
+};
+
+class GpiodInput final : public GpioInput {
+ public:
+  explicit GpiodInput(RequestedLine line)
+      : line_(std::move(line)), event_(made<EventBuffer>(gpiod_edge_event_buffer_new(1))) {}
+
+  bool is_active() override {
+    const gpiod_line_value value = gpiod_line_request_get_value(line_.request.get(), line_.offset);
+    if (value == GPIOD_LINE_VALUE_ERROR) throw line_.fault(errno);
+    return value == GPIOD_LINE_VALUE_ACTIVE;
+  }
+
+  std::optional<GpioEdge> wait_edge(Duration timeout) override {
+    // A negative time would wait for ever.
+    const int waited = gpiod_line_request_wait_edge_events(
+        line_.request.get(), std::max(timeout, Duration::zero()).count());
+    if (waited == 0 || (waited < 0 && errno == EINTR)) return std::nullopt;
+    if (waited < 0 ||
+        gpiod_line_request_read_edge_events(line_.request.get(), event_.get(), 1) != 1) {
+      throw line_.fault(errno);
+    }
+    gpiod_edge_event* const event = gpiod_edge_event_buffer_get_event(event_.get(), 0);
+    return GpioEdge{
+        .active = gpiod_edge_event_get_event_type(event) == GPIOD_EDGE_EVENT_RISING_EDGE,
+        .time = SteadyTime{std::chrono::nanoseconds(gpiod_edge_event_get_timestamp_ns(event))}};
+  }
+
+ private:
+  RequestedLine line_;
+  EventBuffer event_;
+};
+
+LineSettings settings_for(const GpioLine& line, gpiod_line_direction direction) {
+  auto settings = made<LineSettings>(gpiod_line_settings_new());
+  gpiod_line_settings_set_direction(settings.get(), direction);
+  gpiod_line_settings_set_active_low(settings.get(), line.active_low);
+  return settings;
+}
+
+class GpiodChip final : public GpioChip {
+ public:
+  GpiodChip(ChipHandle chip, ChipInfo info, std::string path)
+      : chip_(std::move(chip)), info_(std::move(info)), path_(std::move(path)) {}
+
+  std::string description() const override {
+    return path_ + " (" + gpiod_chip_info_get_label(info_.get()) + ", " +
+           std::to_string(line_count()) + " lines)";
+  }
+
+  std::unique_ptr<GpioOutput> request_output(const GpioLine& line) override {
+    const LineSettings settings = settings_for(line, GPIOD_LINE_DIRECTION_OUTPUT);
+    gpiod_line_settings_set_output_value(settings.get(), GPIOD_LINE_VALUE_INACTIVE);
+    return std::make_unique<GpiodOutput>(request(line, settings));
+  }
+
+  std::unique_ptr<GpioInput> request_input(const GpioLine& line) override {
+    const LineSettings settings = settings_for(line, GPIOD_LINE_DIRECTION_INPUT);
+    gpiod_line_settings_set_edge_detection(settings.get(), GPIOD_LINE_EDGE_BOTH);
+    // The library's default, said here because the edges' times rest on it.
+    gpiod_line_settings_set_event_clock(settings.get(), GPIOD_LINE_CLOCK_MONOTONIC);
+    return std::make_unique<GpiodInput>(request(line, settings));
+  }
+
+ private:
+  int line_count() const { return static_cast<int>(gpiod_chip_info_get_num_lines(info_.get())); }
+
+  RequestedLine request(const GpioLine& line, const LineSettings& settings) {
+    if (line.offset < 0 || line.offset >= line_count()) throw refusal(line, EINVAL);
+    const auto offset = static_cast<unsigned int>(line.offset);
+    const auto config = made<LineConfig>(gpiod_line_config_new());
+    if (gpiod_line_config_add_line_settings(config.get(), &offset, 1, settings.get()) != 0) {
+      throw refusal(line, errno);
+    }
+    const auto consumer = made<RequestConfig>(gpiod_request_config_new());
+    gpiod_request_config_set_consumer(consumer.get(), kConsumer);
+    LineRequest owned(gpiod_chip_request_lines(chip_.get(), consumer.get(), config.get()));
+    if (owned == nullptr) throw refusal(line, errno);
+    return {std::move(owned), path_, offset};
+  }
+
+  DeviceFault refusal(const GpioLine& line, int error) const {
+    GpioRequestFailure failure{.path = path_,
+                               .offset = line.offset,
+                               .line_count = line_count(),
+                               .error = error,
+                               .consumer = {}};
+    if (error == EBUSY) {
+      const LineInfo info(
+          gpiod_chip_get_line_info(chip_.get(), static_cast<unsigned int>(line.offset)));
+      const char* const consumer =
+          info == nullptr ? nullptr : gpiod_line_info_get_consumer(info.get());
+      if (consumer != nullptr) failure.consumer = consumer;
+    }
+    return gpio_request_fault(failure);
+  }
+
+  ChipHandle chip_;
+  ChipInfo info_;
+  std::string path_;
+};
+
+}  // namespace
+
+std::unique_ptr<GpioChip> open_gpio_chip(const std::string& chip) {
+  const std::string path = gpio_chip_path(chip);
+  ChipHandle handle(gpiod_chip_open(path.c_str()));
+  if (handle == nullptr) throw gpio_open_fault(path, errno);
+  ChipInfo info(gpiod_chip_get_info(handle.get()));
+  if (info == nullptr) throw gpio_open_fault(path, errno);
+  return std::make_unique<GpiodChip>(std::move(handle), std::move(info), path);
+}
+
+}  // namespace raywalk

@@ -1,0 +1,67 @@
+// The shutter of a still camera behind opto-isolated lines: half-press, press, release, and waiting
+// for the camera to be done.
+//
+//   focus   ___/-----------------\_______________________
+//   shutter __________/----------\_______________________
+//             focus_ms  pulse_ms
+//   busy    ______________/-------------------\__________
+//                     begins: the picture      ends: the camera can take the next
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "capture/base/clock.h"
+#include "capture/trigger/gpio_lines.h"
+#include "capture/trigger/trigger_config.h"
+
+namespace raywalk {
+
+struct ShutterTimes {
+  SteadyTime pressed{};  // the shutter line became active
+  SteadyTime exposed{};  // the camera became busy; without a busy line, when it was pressed
+  SteadyTime done{};     // the camera was no longer busy, or hold_ms had passed
+};
+
+// Both outputs are inactive except during a press, however that ends. Calls throw DeviceFault, and
+// Interrupted while they wait; a press itself is brief and never cut short.
+class Shutter {
+ public:
+  // Requests the lines. Throws UsageError without a shutter line, else what GpioChip throws.
+  Shutter(const TriggerConfig& config, std::unique_ptr<GpioChip> chip, Clock* clock);
+
+  // "line 5 of /dev/gpiochip0 (pinctrl-bcm2711, 58 lines)"
+  std::string description() const;
+  // None without a busy line.
+  std::optional<bool> is_busy();
+
+  // Waits until the camera is free, presses, and waits for it to be done. Throws DeviceFault kBusy:
+  // busy beyond busy_end_timeout_ms, before or after; kMissingPicture: not busy within
+  // busy_start_timeout_ms of the press, so it took nothing.
+  ShutterTimes take_picture();
+
+  // A press that starts a film and one that stops it, for cameras that toggle. The busy line, where
+  // wired, must become active at the start (kMissingPicture) and inactive after the stop (kBusy).
+  ShutterTimes start_film();
+  ShutterTimes stop_film();
+
+ private:
+  ShutterTimes press_until_busy();
+  SteadyTime press();
+  void wait_until_done(ShutterTimes* times, const std::string& since);
+  SteadyTime wait_for_busy(SteadyTime pressed);
+  void wait_until_free(const std::string& since);
+  void hold(double ms);
+  void wait(double ms);
+  Duration step_to(SteadyTime deadline) const;
+
+  TriggerConfig config_;
+  std::unique_ptr<GpioChip> chip_;  // before the lines, which it must outlive
+  std::unique_ptr<GpioOutput> focus_;
+  std::unique_ptr<GpioOutput> shutter_;
+  std::unique_ptr<GpioInput> busy_;
+  Clock* clock_;
+};
+
+}  // namespace raywalk
