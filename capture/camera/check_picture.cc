@@ -1,0 +1,77 @@
+#include "capture/camera/check_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "capture/base/device_fault.h"
+#include "core/files/image_header.h"
+
+namespace raywalk {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw DeviceFault(FaultKind::kBadPicture, what);
+}
+
+std::string start_of(const std::string& bytes) {
+  constexpr std::size_t kLongest = 64;
+  const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
+  std::string start = bytes.substr(begin, kLongest);
+  std::transform(start.begin(), start.end(), start.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return start;
+}
+
+// What servers send when they have no picture.
+void refuse_text(const std::string& bytes, const std::string& source) {
+  const std::string start = start_of(bytes);
+  if (start.starts_with("<!doctype") || start.starts_with("<html") || start.starts_with("<?xml")) {
+    refuse(source +
+           ": a web page instead of a picture; check the camera's address and its network");
+  }
+  if (start.starts_with("{") || start.starts_with("[")) {
+    refuse(source + ": a message instead of a picture: " + excerpt(bytes) +
+           "; switch the camera off and on if it stays so");
+  }
+}
+
+std::optional<ImageHeader> header_of(std::span<const std::byte> data, const std::string& source) {
+  try {
+    return parse_image_header(data, source);
+  } catch (const Error& error) {
+    refuse(error.what());
+  }
+}
+
+}  // namespace
+
+CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
+                             const std::string& source) {
+  if (bytes.empty()) {
+    refuse(source + ": the picture is empty (0 bytes); check the camera's card");
+  }
+  refuse_text(bytes, source);
+  const auto data = std::as_bytes(std::span(bytes));
+  const std::optional<ImageHeader> header = header_of(data, source);
+  if (!header || !is_complete_image(data, header->format)) {
+    refuse(
+        fmt::format("{}: the picture is cut short after {} bytes; check the camera's card and "
+                    "its connection",
+                    source, bytes.size()));
+  }
+  const PanoramaSize size{static_cast<int>(header->width), static_cast<int>(header->height)};
+  if (expected.width > 0 && size != expected) {
+    refuse(
+        fmt::format("{}: the picture is {}x{}, but this session's are {}x{}; set the camera to "
+                    "that size",
+                    source, size.width, size.height, expected.width, expected.height));
+  }
+  return {header->format == ImageFormat::kJpeg ? "jpg" : "png", size};
+}
+
+}  // namespace raywalk

@@ -1,0 +1,94 @@
+// For tests: a video device that gives frames by a Clock, so that with a ManualClock nothing waits,
+// and whose faults are configured.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/camera/video_device.h"
+
+namespace raywalk {
+
+// Read from YAML with keys of the same names. Frames are counted from 1; 0 is never.
+struct FakeVideoSettings {
+  int width_px = 64;
+  int height_px = 32;
+  bool any_size = true;              // else every other size snaps to width_px x height_px
+  std::string pixel_format = "any";  // "mjpg" or "yuyv": the other one snaps to it
+  double frames_per_second = 25.0;
+  bool full_range = false;           // of YUYV
+  int line_padding_bytes = 0;        // of YUYV
+  bool huffman_tables = false;       // in MJPG frames
+  std::string stamps = "monotonic";  // "unknown": by no clock of ours
+
+  bool controls = true;           // exposure, gain and white balance
+  int sensor_exposure = 300;      // what the automatic measures, 0.1 ms
+  int exposure_delay_frames = 2;  // until a new exposure time is seen
+  std::string refused_control;    // by its name in name_of(VideoControl)
+  int drift_after_frame = 0;      // the exposure changes by itself then
+
+  int damaged_every = 0;       // with the driver's error flag
+  int short_every = 0;         // half of it, without the flag
+  int empty_every = 0;         // no bytes, without the flag
+  int gone_after_frame = 0;    // ENODEV then
+  int silent_after_frame = 0;  // no more frames then
+  bool taken = false;          // another program streams
+};
+
+// Throws UsageError as SettingsSchema does.
+FakeVideoSettings parse_fake_video(std::string_view yaml);
+
+// What the camera sees: BGR in CV_8UC3 of the size, exposed until a moment for a time of so many
+// 0.1 ms.
+using FakeScene = std::function<cv::Mat(SteadyTime exposed, int exposure_100us, PanoramaSize size)>;
+
+// Frames are grey, darker the shorter the exposure, unless there is a scene.
+class FakeVideoDevice final : public VideoDevice {
+ public:
+  FakeVideoDevice(FakeVideoSettings settings, Clock* clock, FakeScene scene = {});
+
+  std::string path() const override { return "/dev/video-fake"; }
+  VideoIdentity identity() const override;
+  PanoramaSize current_size() override;
+  VideoFormat try_format(const std::string& pixels, PanoramaSize size) override;
+  VideoFormat set_format(const std::string& pixels, PanoramaSize size) override;
+  std::optional<ControlRange> range_of(VideoControl control) override;
+  int control(VideoControl control) override;
+  bool set_control(VideoControl control, int value) override;
+  void start(int buffers) override;
+  void stop() override;
+  std::optional<VideoFrame> next_frame(Duration timeout) override;
+
+ private:
+  struct Exposed {
+    SteadyTime at{};
+    int number = 0;  // from 1
+    int exposure_100us = 0;
+  };
+
+  void expose_until_now();
+  int exposure_now() const;
+  VideoFrame frame_of(const Exposed& exposed);
+  std::string encoded(const cv::Mat& picture) const;
+
+  FakeVideoSettings settings_;
+  Clock* clock_;
+  FakeScene scene_;
+  VideoFormat format_;
+  std::map<VideoControl, int> controls_;
+  Duration period_{};
+  SteadyTime next_exposed_{};
+  int frames_ = 0;  // given to a buffer so far
+  int free_buffers_ = 0;
+  bool lends_ = false;
+  std::deque<Exposed> queued_;
+  std::deque<int> exposures_;  // of the next frames, while a change is on its way
+  std::string bytes_;          // of the frame last given
+};
+
+}  // namespace raywalk

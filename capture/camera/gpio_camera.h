@@ -1,0 +1,44 @@
+// A camera behind a shutter line: it is told when, and nothing else. Its pictures stay on its card
+// and are imported later.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "capture/camera/camera.h"
+#include "capture/trigger/gpio_lines.h"
+#include "capture/trigger/shutter.h"
+#include "capture/trigger/trigger_config.h"
+
+namespace raywalk {
+
+// Exposure and white balance are locked on the camera itself, before the session. Bracketed
+// exposures too are the camera's: it takes one of them at each press, so a station is as many
+// presses as exposures, or all at one press (TriggerConfig::press_per_exposure).
+class GpioCamera final : public Camera {
+ public:
+  // Throws what Shutter's constructor does.
+  GpioCamera(const TriggerConfig& config, std::unique_ptr<GpioChip> chip, Clock* clock);
+
+  std::string description() const override;
+  // State from the busy line: "idle", "busy", or "unknown" without one.
+  CameraReport report() override;
+  // Empty: nothing can be set or read back. Throws UsageError where shutter time, ISO or white
+  // balance are asked for.
+  std::string prepare(const ExposureSettings& exposure, const std::string& earlier) override;
+  // exposed_at is when the camera became busy with the first exposure; without a busy line, when
+  // it was pressed.
+  Shot shoot(SteadyTime settled_at) override;
+  // A press each, for a camera switched to film.
+  void start_film() override;
+  void stop_film() override;
+  bool keeps_pictures() const override { return true; }
+
+ private:
+  bool press_per_exposure_;
+  std::size_t presses_ = 1;  // at each station
+  Shutter shutter_;
+  Clock* clock_;
+};
+
+}  // namespace raywalk

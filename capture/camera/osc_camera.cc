@@ -1,0 +1,354 @@
+#include "capture/camera/osc_camera.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "capture/base/device_fault.h"
+#include "capture/camera/check_picture.h"
+#include "capture/camera/osc_exposure.h"
+#include "capture/camera/osc_json.h"
+#include "capture/camera/osc_report.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+using Json = nlohmann::json;
+
+// Ricoh, camera.setOptions: "Leave an interval of 1 second or more between changing the settings"
+// and camera.takePicture.
+constexpr double kPauseAfterSetting_ms = 1000.0;
+constexpr std::int64_t kLargestIso = 10'000'000;
+
+bool is_positive(const Json& object, const char* key) {
+  return number_at(object, key).value_or(0.0) > 0.0;
+}
+
+DeviceFault busy_fault(const std::string& url, const std::string& detail, double timeout_ms) {
+  return {FaultKind::kBusy,
+          fmt::format("{}: the camera is still busy after {:g} s{}; switch it off "
+                      "and on, and close other programs that use it",
+                      url, timeout_ms / 1000.0, detail)};
+}
+
+std::string in_parentheses(const OscRefusal& refusal) {
+  return fmt::format(" ({}: {})", refusal.code(), refusal.what());
+}
+
+// A refusal that waiting does not help against.
+DeviceFault fault_of(const OscRefusal& refusal, const std::string& url) {
+  return {
+      refusal.is_passing() ? FaultKind::kBusy : FaultKind::kWrongDevice,
+      fmt::format("{}: the camera refuses to work{}; see what it shows, and close other programs "
+                  "that use it",
+                  url, in_parentheses(refusal))};
+}
+
+// The last part of a file's address.
+std::string file_name(const std::string& file) { return file.substr(file.find_last_of('/') + 1); }
+
+std::string shown_sizes(const Json& formats) {
+  std::string sizes;
+  for (const Json& format : formats) {
+    const auto width = number_at(format, "width");
+    const auto height = number_at(format, "height");
+    if (!width || !height) continue;
+    sizes += fmt::format("{}{:g}x{:g}", sizes.empty() ? "" : ", ", *width, *height);
+  }
+  return sizes;
+}
+
+}  // namespace
+
+OscCamera::OscCamera(const CameraConfig& config, Clock& clock)
+    : config_(config),
+      clock_(clock),
+      client_(config.osc, clock),
+      frame_{config.width_px, config.height_px} {}
+
+std::string OscCamera::description() const { return "camera at " + client_.url(); }
+
+void OscCamera::sleep_poll() {
+  throw_if_interrupted();
+  clock_.sleep(duration_from_ms(std::max(config_.osc.poll_ms, 1.0)));
+}
+
+// --- Report -------------------------------------------------------------------------------------
+
+CameraReport OscCamera::report() {
+  const Json info = client_.info();
+  client_.open_session();
+  const Json state = client_.state();
+  const WallTime asked_at = clock_.wall_now();
+  try {
+    const Json options = client_.options(report_option_names());
+    const WallTime told_at = asked_at + (clock_.wall_now() - asked_at) / 2;
+    return osc_report(info, state, options, told_at, client_.header_clock_offset_s());
+  } catch (const OscRefusal& refusal) {
+    CameraReport report =
+        osc_report(info, state, Json::object(), asked_at, client_.header_clock_offset_s());
+    report.state += in_parentheses(refusal);
+    return report;
+  }
+}
+
+// --- Settings -----------------------------------------------------------------------------------
+
+void OscCamera::set(const Json& options) {
+  const SteadyTime deadline = clock_.now() + duration_from_ms(config_.osc.picture_timeout_ms);
+  for (;;) {
+    try {
+      client_.set_options(options);
+      set_at_ = clock_.now();
+      return;
+    } catch (const OscRefusal& refusal) {
+      if (!refusal.is_passing()) {
+        throw DeviceFault(FaultKind::kExposure,
+                          fmt::format("{}: the camera refuses the settings {}{}; change "
+                                      "camera.exposure or set its lock to false",
+                                      client_.url(), options.dump(), in_parentheses(refusal)));
+      }
+      if (clock_.now() >= deadline) {
+        throw busy_fault(client_.url(), in_parentheses(refusal), config_.osc.picture_timeout_ms);
+      }
+    }
+    sleep_poll();
+  }
+}
+
+void OscCamera::choose_file_format() {
+  const Json options = client_.options({"captureMode", "fileFormat", "fileFormatSupport"});
+  if (text_at(options, "captureMode") != "image" && options.contains("captureMode")) {
+    set({{"captureMode", "image"}});
+  }
+  const auto formats = options.find("fileFormatSupport");
+  if (config_.width_px <= 0 || formats == options.end() || !formats->is_array()) return;
+  const Json wanted = {
+      {"type", "jpeg"}, {"width", config_.width_px}, {"height", config_.height_px}};
+  if (options.value("fileFormat", Json()) == wanted) return;
+  if (std::find(formats->begin(), formats->end(), wanted) == formats->end()) {
+    throw DeviceFault(
+        FaultKind::kWrongDevice,
+        fmt::format(
+            "{}: the camera has no pictures of {}x{}, only of {}; change camera.width_px and "
+            "camera.height_px",
+            client_.url(), config_.width_px, config_.height_px, shown_sizes(*formats)));
+  }
+  set({{"fileFormat", wanted}});
+}
+
+std::optional<ExifExposure> OscCamera::measured_exposure() {
+  set({{"exposureProgram", 2}, {"whiteBalance", "auto"}});
+  const std::string bytes = client_.fetch(take_picture().file);
+  check_picture(bytes, frame_, client_.url());
+  if (const auto exposure = exif_exposure(bytes)) return exposure;
+  // Ricoh's options are 0 while automatic; Insta360's tell the present values.
+  const Json options = client_.options({"shutterSpeed", "iso"});
+  const double shutter_s = number_at(options, "shutterSpeed").value_or(0.0);
+  const std::int64_t iso = count_at(options, "iso").value_or(0);
+  if (shutter_s <= 0.0 || iso < 1 || iso > kLargestIso) return std::nullopt;
+  return ExifExposure{shutter_s, static_cast<int>(iso)};
+}
+
+Json OscCamera::chosen_lock(const ExposureSettings& exposure) {
+  const bool complete = exposure.shutter_s > 0.0 && exposure.iso > 0;
+  const auto measured = complete ? std::nullopt : measured_exposure();
+  set({{"exposureProgram", 1}});
+  const Json supported = client_.options(exposure_option_names());
+  return locking_options(chosen_exposure(exposure, measured, supported), exposure.white_balance_k,
+                         supported);
+}
+
+std::string OscCamera::prepare(const ExposureSettings& exposure, const std::string& earlier) {
+  exposure_ = exposure;
+  lock_ = nullptr;
+  set_ = Json::object();
+  client_.open_session();
+  try {
+    choose_file_format();
+    if (!exposure.lock) {
+      supported_ = client_.options(exposure_option_names());
+      return {};
+    }
+    const Json recorded = Json::parse(earlier, nullptr, false);
+    if (!earlier.empty() && !(recorded.is_object() && is_positive(recorded, "shutterSpeed") &&
+                              is_positive(recorded, "iso"))) {
+      throw DeviceFault(FaultKind::kExposure, "the session's record of the exposure is damaged: " +
+                                                  excerpt(earlier) + "; start a new session");
+    }
+    lock_ = earlier.empty() ? chosen_lock(exposure) : recorded;
+    set_ = lock_;
+    set(set_);
+    // Ricoh lists the shutter times and sensitivities of the present exposureProgram only.
+    supported_ = client_.options(exposure_option_names());
+    check_promise();
+    return lock_.dump();
+  } catch (const OscRefusal& refusal) {
+    throw fault_of(refusal, client_.url());
+  }
+}
+
+Json OscCamera::exposure_options(double ev) const {
+  if (!lock_.is_null()) return bracketed(lock_, ev, supported_);
+  const bool single = exposure_.bracket_ev.size() < 2 && ev == 0.0;
+  if (single) return Json::object();
+  return {{"exposureCompensation", nearest_compensation(supported_, ev)}};
+}
+
+// Reads back what was set.
+void OscCamera::check_promise() {
+  if (set_.empty()) return;
+  std::vector<std::string> names;
+  for (const auto& item : set_.items()) names.push_back(item.key());
+  const std::string broken = broken_promise(set_, client_.options(names));
+  if (broken.empty()) return;
+  throw DeviceFault(FaultKind::kExposure,
+                    fmt::format("{}: the camera does not keep its exposure: {}; see that nobody "
+                                "changes its settings, then run again",
+                                client_.url(), broken));
+}
+
+void OscCamera::check_promise(const std::string& bytes) {
+  const auto taken = exif_exposure(bytes);
+  if (!taken || !set_.contains("shutterSpeed")) return;
+  const std::string broken = broken_promise(set_, *taken);
+  if (broken.empty()) return;
+  throw DeviceFault(FaultKind::kExposure,
+                    fmt::format("{}: the picture is not exposed as it was set: {}; see that nobody "
+                                "changes its settings, then run again",
+                                client_.url(), broken));
+}
+
+// --- Shooting -----------------------------------------------------------------------------------
+
+Shot OscCamera::shoot(SteadyTime settled_at) {
+  client_.open_session();
+  while (clock_.now() < settled_at) sleep_poll();
+  Shot shot;
+  try {
+    for (const double ev : exposure_.bracket_ev) shot.pictures.push_back(expose(ev, &shot));
+  } catch (const OscRefusal& refusal) {
+    throw fault_of(refusal, client_.url());
+  }
+  return shot;
+}
+
+Picture OscCamera::expose(double ev, Shot* shot) {
+  const Json wanted = exposure_options(ev);
+  if (wanted != set_) {
+    set(wanted);
+    set_ = wanted;
+  }
+  const Taken taken = take_picture();
+  if (shot->pictures.empty()) shot->triggered_at = shot->exposed_at = taken.triggered_at;
+  shot->exposing_ms += taken.exposing_ms;
+  const SteadyTime fetching = clock_.now();
+  Picture picture;
+  picture.bytes = client_.fetch(taken.file);
+  shot->transfer_ms += ms_from_duration(clock_.now() - fetching);
+  picture.camera_name = file_name(taken.file);
+  const CheckedPicture checked =
+      check_picture(picture.bytes, frame_, client_.url() + ", " + picture.camera_name);
+  frame_ = checked.size;
+  picture.extension = checked.extension;
+  picture.size = checked.size;
+  check_promise();
+  check_promise(picture.bytes);
+  picture.exposure = exposure_record(ev, picture.bytes);
+  return picture;
+}
+
+std::string OscCamera::exposure_record(double ev, const std::string& bytes) const {
+  Json record = set_;
+  if (const auto taken = exif_exposure(bytes); taken && !record.contains("shutterSpeed")) {
+    record["shutterSpeed"] = taken->shutter_s;
+    record["iso"] = taken->iso;
+  }
+  if (record.empty()) return {};
+  record["ev"] = ev;
+  return record.dump();
+}
+
+OscCamera::Taken OscCamera::take_picture() {
+  while (set_at_ && clock_.now() < *set_at_ + duration_from_ms(kPauseAfterSetting_ms)) sleep_poll();
+  const SteadyTime deadline = clock_.now() + duration_from_ms(config_.osc.picture_timeout_ms);
+  for (;;) {
+    Taken taken;
+    taken.triggered_at = clock_.wall_now();
+    const SteadyTime triggered = clock_.now();
+    if (const auto command = begin_picture(deadline)) {
+      taken.file = finished_file(*command, deadline);
+      taken.exposing_ms = ms_from_duration(clock_.now() - triggered);
+      return taken;
+    }
+    sleep_poll();
+  }
+}
+
+// None if the camera refuses at the moment.
+std::optional<OscCommand> OscCamera::begin_picture(SteadyTime deadline) {
+  try {
+    return client_.begin_picture();
+  } catch (const OscRefusal& refusal) {
+    if (is_card_full()) throw_card_full();
+    if (!refusal.is_passing()) throw;
+    if (clock_.now() >= deadline) {
+      throw busy_fault(client_.url(), in_parentheses(refusal), config_.osc.picture_timeout_ms);
+    }
+    return std::nullopt;
+  } catch (const DeviceFault& fault) {
+    if (fault.kind() != FaultKind::kNoContact) throw;
+    wait_for_idle(deadline);
+    throw DeviceFault(FaultKind::kMissingPicture,
+                      client_.url() +
+                          ": the answer to the trigger was lost, and with it the name of "
+                          "the picture; the station has to be shot again");
+  }
+}
+
+void OscCamera::wait_for_idle(SteadyTime deadline) {
+  for (;;) {
+    const std::string status = text_at(client_.state(), "_captureStatus");
+    if (status.empty() || status == "idle") return;
+    if (clock_.now() >= deadline) {
+      throw busy_fault(client_.url(), " (" + status + ")", config_.osc.picture_timeout_ms);
+    }
+    sleep_poll();
+  }
+}
+
+std::string OscCamera::finished_file(OscCommand command, SteadyTime deadline) {
+  while (!command.done) {
+    if (clock_.now() >= deadline) {
+      throw busy_fault(client_.url(), " with a picture", config_.osc.picture_timeout_ms);
+    }
+    sleep_poll();
+    command = client_.status_of(command.id);
+  }
+  std::string file = OscClient::file_in(command.results);
+  if (!file.empty()) return file;
+  if (is_card_full()) throw_card_full();
+  throw DeviceFault(FaultKind::kMissingPicture,
+                    client_.url() +
+                        ": the camera says that it is done but took no picture; see what "
+                        "it shows");
+}
+
+bool OscCamera::is_card_full() {
+  try {
+    const Json state = client_.state();
+    return tells_full_card(state, client_.options({"remainingPictures"}));
+  } catch (const OscRefusal&) {
+    return false;  // it is busy, and says so itself
+  }
+}
+
+void OscCamera::throw_card_full() const {
+  throw DeviceFault(FaultKind::kCardFull,
+                    client_.url() +
+                        ": the camera's card is full; copy and delete pictures on it or "
+                        "change the card, then run again");
+}
+
+}  // namespace raywalk

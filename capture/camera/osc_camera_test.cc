@@ -1,0 +1,327 @@
+#include "capture/camera/osc_camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/base/manual_clock.h"
+#include "capture/base/test_fault.h"
+#include "capture/simulated/rig/osc_server.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+// A grey picture as bright as its exposure: linear level 40 at gain 1.
+std::string grey_picture(const ExposureNow& exposure) {
+  const cv::Mat image(32, 64, CV_8UC3, cv::Scalar::all(std::min(40.0 * exposure.gain, 255.0)));
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", image, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+double level_of(const Picture& picture) {
+  const std::vector<unsigned char> bytes(picture.bytes.begin(), picture.bytes.end());
+  return cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR))[0];
+}
+
+// The program's camera and the rig's, with loopback between them.
+class OscCameraTest : public testing::Test {
+ protected:
+  OscCameraTest() { start({}); }
+
+  void start(SimulatedCameraSettings settings) {
+    server_.reset();
+    settings.card_directory = directory_ / "card";
+    settings.exposure_ms = 300.0;
+    if (settings.frame.width == 0) settings.frame = {64, 32};
+    simulated_ =
+        std::make_unique<SimulatedCamera>(settings, clock_, [this](const ExposureNow& now) {
+          exposed_at_.push_back(clock_.now());
+          return grey_picture(now);
+        });
+    server_ = std::make_unique<OscServer>(*simulated_, 0);
+    server_->start();
+    config_.osc.url = server_->url();
+    config_.osc.picture_timeout_ms = 20000.0;
+    camera_ = std::make_unique<OscCamera>(config_, clock_);
+  }
+
+  // A camera that gives up soon, for tests in which it has to wait in vain.
+  void use_short_timeouts() {
+    config_.osc.connect_timeout_ms = 300.0;
+    camera_ = std::make_unique<OscCamera>(config_, clock_);
+  }
+
+  Shot shoot() { return camera_->shoot(clock_.now()); }
+
+  TestDirectory directory_;
+  ManualClock clock_;
+  CameraConfig config_;
+  std::vector<SteadyTime> exposed_at_;
+  std::unique_ptr<SimulatedCamera> simulated_;
+  std::unique_ptr<OscServer> server_;
+  std::unique_ptr<OscCamera> camera_;
+};
+
+// --- A camera in order --------------------------------------------------------------------------
+
+TEST_F(OscCameraTest, FetchesThePictureThatItTook) {
+  const WallTime before = clock_.wall_now();
+  const Shot shot = shoot();
+  ASSERT_EQ(shot.pictures.size(), 1U);
+  const Picture& picture = shot.pictures[0];
+  EXPECT_EQ(picture.camera_name, "R0010001.JPG");
+  EXPECT_EQ(picture.extension, "jpg");
+  EXPECT_EQ(picture.size, (PanoramaSize{64, 32}));
+  EXPECT_EQ(picture.bytes, simulated_->card().read("R0010001.JPG"));
+  EXPECT_GE(shot.triggered_at, before);
+  EXPECT_LE(shot.triggered_at, clock_.wall_now());
+  EXPECT_GE(shot.exposing_ms, 300.0);
+  EXPECT_LE(shot.exposing_ms, 300.0 + 2.0 * config_.osc.poll_ms);
+}
+
+TEST_F(OscCameraTest, NothingIsExposedBeforeTheCarriageSettled) {
+  const SteadyTime settled_at = clock_.now() + std::chrono::seconds(3);
+  camera_->shoot(settled_at);
+  ASSERT_EQ(exposed_at_.size(), 1U);
+  EXPECT_GE(exposed_at_[0], settled_at);
+}
+
+TEST_F(OscCameraTest, ReportTellsWhatTheCameraSays) {
+  SimulatedCameraSettings settings;
+  settings.clock_offset_s = -3600.0;
+  settings.battery_share = 0.25;
+  settings.card_bytes = 10'000'000;
+  settings.typical_picture_bytes = 1'000'000;
+  settings.firmware_version = "2.7";
+  start(settings);
+  const CameraReport report = camera_->report();
+  EXPECT_THAT(report.identity, HasSubstr("simulated"));
+  EXPECT_THAT(report.identity, HasSubstr("serial 00000001"));
+  EXPECT_THAT(report.identity, HasSubstr("firmware 2.7"));
+  EXPECT_EQ(report.state, "idle");
+  EXPECT_NEAR(report.clock_offset_s.value_or(0.0), -3600.0, 1.0);
+  EXPECT_THAT(report.clock_source, HasSubstr("dateTimeZone"));
+  EXPECT_EQ(report.pictures_left, 10);
+  EXPECT_EQ(report.free_bytes, 10'000'000);
+  EXPECT_DOUBLE_EQ(report.battery_share.value_or(0.0), 0.25);
+  EXPECT_EQ(simulated_->pictures_taken(), 0U) << "a report changes nothing";
+}
+
+TEST_F(OscCameraTest, ReportOfAFullCardSaysSo) {
+  SimulatedCameraSettings settings;
+  settings.card_bytes = 1000;
+  start(settings);
+  EXPECT_THAT(camera_->report().state, HasSubstr("NO_MEMORY"));
+  EXPECT_EQ(camera_->report().pictures_left, 0);
+}
+
+// --- Exposure -----------------------------------------------------------------------------------
+
+TEST_F(OscCameraTest, LocksWhatItMeasuredOnce) {
+  const Json lock = Json::parse(camera_->prepare({}, ""));
+  EXPECT_EQ(lock.at("exposureProgram"), 1);
+  const double measured = lock.at("shutterSpeed").get<double>() * lock.at("iso").get<double>();
+  EXPECT_NEAR(std::log2(measured * 60.0 / 100.0), 0.0, 0.5) << "what the scene asks for";
+  const double first = level_of(shoot().pictures[0]);
+  for (int i = 0; i < 6; ++i) {
+    const Picture picture = shoot().pictures[0];
+    EXPECT_NEAR(level_of(picture), first, 0.5);
+    EXPECT_EQ(Json::parse(picture.exposure).at("iso"), lock.at("iso"));
+  }
+}
+
+TEST_F(OscCameraTest, WithoutALockTheExposureIsTheCameras) {
+  ExposureSettings exposure;
+  exposure.lock = false;
+  EXPECT_EQ(camera_->prepare(exposure, ""), "");
+  std::set<int> levels;
+  for (int i = 0; i < 8; ++i) levels.insert(cvRound(level_of(shoot().pictures[0])));
+  EXPECT_GE(levels.size(), 2U);
+  EXPECT_EQ(simulated_->options().exposure_program, 2);
+}
+
+TEST_F(OscCameraTest, GivenValuesAreSetWithoutMeasuring) {
+  ExposureSettings exposure;
+  exposure.shutter_s = 1.0 / 125.0;
+  exposure.iso = 210;
+  exposure.white_balance_k = 3200;
+  camera_->prepare(exposure, "");
+  const CameraOptions options = simulated_->options();
+  EXPECT_EQ(options.exposure_program, 1);
+  EXPECT_EQ(options.shutter_s, 0.008);
+  EXPECT_EQ(options.iso, 200);
+  EXPECT_EQ(options.white_balance, "_colorTemperature");
+  EXPECT_EQ(options.color_temperature_k, 3200);
+  EXPECT_EQ(simulated_->pictures_taken(), 0U);
+}
+
+TEST_F(OscCameraTest, AnEarlierRunsExposureIsSetAgain) {
+  const std::string first = camera_->prepare({}, "");
+  const std::uint64_t taken = simulated_->pictures_taken();
+  simulated_->restart();
+  OscCamera again(config_, clock_);
+  EXPECT_EQ(again.prepare({}, first), first);
+  EXPECT_EQ(simulated_->pictures_taken(), taken) << "measured anew";
+  EXPECT_EQ(simulated_->options().exposure_program, 1);
+  expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "{\"iso\": 100}"); });
+  expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "nonsense"); });
+}
+
+TEST_F(OscCameraTest, BracketGivesEachExposureInItsOrder) {
+  ExposureSettings exposure;
+  exposure.shutter_s = 1.0 / 60.0;
+  exposure.iso = 100;
+  exposure.bracket_ev = {0.0, -2.0, 1.0};
+  camera_->prepare(exposure, "");
+  for (int station = 0; station < 2; ++station) {
+    const Shot shot = shoot();
+    ASSERT_EQ(shot.pictures.size(), 3U);
+    EXPECT_NEAR(level_of(shot.pictures[0]), 40.0, 1.0);
+    EXPECT_NEAR(level_of(shot.pictures[1]), 10.0, 1.0);
+    EXPECT_NEAR(level_of(shot.pictures[2]), 80.0, 1.0);
+    EXPECT_EQ(Json::parse(shot.pictures[1].exposure).at("ev"), -2.0);
+    EXPECT_EQ(Json::parse(shot.pictures[2].exposure).at("shutterSpeed"), 0.03333333);
+    EXPECT_GE(shot.exposing_ms, 900.0);
+  }
+}
+
+TEST_F(OscCameraTest, BracketWithoutALockCompensates) {
+  ExposureSettings exposure;
+  exposure.lock = false;
+  exposure.bracket_ev = {-2.0, 2.0};
+  camera_->prepare(exposure, "");
+  const Shot shot = shoot();
+  ASSERT_EQ(shot.pictures.size(), 2U);
+  EXPECT_GT(level_of(shot.pictures[1]), 8.0 * level_of(shot.pictures[0]));
+}
+
+TEST_F(OscCameraTest, CameraThatForgetsItsExposureIsFound) {
+  ExposureSettings exposure;
+  exposure.shutter_s = 1.0 / 250.0;
+  exposure.iso = 100;
+  camera_->prepare(exposure, "");
+  shoot();
+  simulated_->faults().inject(CameraFault::kForgetsExposure);
+  expect_fault(FaultKind::kExposure, "instead of", [&] { shoot(); });
+}
+
+TEST_F(OscCameraTest, SizeThatTheCameraDoesNotHaveIsRefusedBeforehand) {
+  config_.width_px = 128;
+  config_.height_px = 64;
+  camera_ = std::make_unique<OscCamera>(config_, clock_);
+  expect_fault(FaultKind::kWrongDevice, "64x32", [&] { camera_->prepare({}, ""); });
+  EXPECT_EQ(simulated_->pictures_taken(), 0U);
+}
+
+// --- Faults -------------------------------------------------------------------------------------
+
+struct PictureFault {
+  CameraFault injected;
+  FaultKind kind;
+  std::string part;
+};
+
+class OscCameraPictureFaultTest : public OscCameraTest,
+                                  public testing::WithParamInterface<PictureFault> {};
+
+TEST_P(OscCameraPictureFaultTest, IsToldAndTheNextShotSucceeds) {
+  shoot();
+  simulated_->faults().inject(GetParam().injected);
+  expect_fault(GetParam().kind, GetParam().part, [&] { shoot(); });
+  EXPECT_EQ(shoot().pictures.size(), 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, OscCameraPictureFaultTest,
+    testing::Values(
+        PictureFault{CameraFault::kMissingPicture, FaultKind::kMissingPicture, "took no picture"},
+        PictureFault{CameraFault::kTruncatedPicture, FaultKind::kBadPicture, "cut short"},
+        PictureFault{CameraFault::kEmptyPicture, FaultKind::kBadPicture, "empty"},
+        PictureFault{CameraFault::kWebPage, FaultKind::kBadPicture, "web page"},
+        PictureFault{CameraFault::kWrongSize, FaultKind::kBadPicture, "32x16"}));
+
+TEST_F(OscCameraTest, FullCardIsToldAsSuch) {
+  SimulatedCameraSettings settings;
+  settings.card_bytes = 2500;
+  settings.typical_picture_bytes = 1000;
+  start(settings);
+  for (int i = 0; simulated_->pictures_left() > 0; ++i) {
+    ASSERT_LT(i, 3);
+    shoot();
+  }
+  expect_fault(FaultKind::kCardFull, "card is full", [&] { shoot(); });
+}
+
+TEST_F(OscCameraTest, CameraThatStaysBusyIsGivenUpInTime) {
+  simulated_->faults().inject(CameraFault::kBusy);
+  const SteadyTime before = clock_.now();
+  expect_fault(FaultKind::kBusy, "still busy after 20 s", [&] { shoot(); });
+  EXPECT_LE(ms_from_duration(clock_.now() - before), 25000.0);
+  expect_fault(FaultKind::kBusy, "disabledCommand", [&] { shoot(); });
+  EXPECT_EQ(simulated_->pictures_taken(), 1U);
+  simulated_->restart();
+  EXPECT_EQ(shoot().pictures.size(), 1U);
+}
+
+TEST_F(OscCameraTest, WaitsForACameraThatIsBusyForAWhile) {
+  simulated_->take_picture();
+  EXPECT_EQ(shoot().pictures[0].camera_name, "R0010002.JPG");
+  simulated_->take_picture();
+  EXPECT_NO_THROW(camera_->prepare({}, ""));
+}
+
+TEST_F(OscCameraTest, TriggerWhoseAnswerIsLostIsNotRepeated) {
+  use_short_timeouts();
+  shoot();
+  simulated_->faults().inject(CameraFault::kSilent);
+  // The first request of a shot is the trigger, for this camera needs no session.
+  expect_fault(FaultKind::kMissingPicture, "answer to the trigger was lost", [&] { shoot(); });
+  EXPECT_EQ(simulated_->pictures_taken(), 2U);
+  EXPECT_FALSE(simulated_->is_exposing()) << "it was waited for";
+  EXPECT_EQ(shoot().pictures[0].camera_name, "R0010003.JPG");
+}
+
+TEST_F(OscCameraTest, ReadsAreRepeatedAfterALostAnswer) {
+  use_short_timeouts();
+  simulated_->faults().inject(CameraFault::kSilent);
+  EXPECT_EQ(camera_->report().state, "idle");
+  simulated_->faults().inject(CameraFault::kDown);
+  EXPECT_EQ(camera_->report().state, "idle");
+}
+
+TEST_F(OscCameraTest, SilentCameraIsGivenUp) {
+  use_short_timeouts();
+  simulated_->faults().inject(CameraFault::kSilent, 1e9);
+  expect_fault(FaultKind::kNoContact, "no whole answer", [&] { camera_->report(); });
+}
+
+TEST_F(OscCameraTest, CameraThatIsSwitchedOffIsNoContact) {
+  shoot();
+  server_->stop();
+  expect_fault(FaultKind::kNoContact, "no connection", [&] { shoot(); });
+  expect_fault(FaultKind::kNoContact, "no connection", [&] { camera_->report(); });
+  server_->start();
+  EXPECT_EQ(shoot().pictures.size(), 1U);
+}
+
+TEST_F(OscCameraTest, AddressThatIsNoneIsWrongUsage) {
+  for (const char* url : {"", "192.168.1.1", "https://192.168.1.1", "http://", "http://a/b"}) {
+    config_.osc.url = url;
+    EXPECT_THROW(OscCamera(config_, clock_), UsageError) << url;
+  }
+}
+
+TEST_F(OscCameraTest, ManyShotsInARowSucceed) {
+  camera_->prepare({}, "");
+  for (int i = 0; i < 300; ++i) ASSERT_EQ(shoot().pictures.size(), 1U);
+}
+
+}  // namespace
+}  // namespace raywalk

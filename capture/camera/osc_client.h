@@ -1,0 +1,90 @@
+// The commands of the Open Spherical Camera API, as a client sends them.
+//
+// Sources: developers.google.com/streetview/open-spherical-camera (levels 1 and 2); the Ricoh Theta
+// Web API v2.0 and v2.1 (github.com/ricohapi/theta-api-specs); Insta360's
+// github.com/Insta360Develop/Insta360_OSC.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "capture/base/clock.h"
+#include "capture/camera/camera_config.h"
+#include "capture/camera/osc_http.h"
+
+namespace raywalk {
+
+// The camera understood a command and does not carry it out. what() is the API's message.
+class OscRefusal : public std::runtime_error {
+ public:
+  OscRefusal(std::string code, const std::string& message)
+      : std::runtime_error(message), code_(std::move(code)) {}
+  const std::string& code() const { return code_; }  // "disabledCommand", ...
+  // Whether the same command may be carried out later.
+  bool is_passing() const;
+
+ private:
+  std::string code_;
+};
+
+// A command that was begun.
+struct OscCommand {
+  bool done = false;
+  std::string id;          // to ask for its status; empty once done
+  nlohmann::json results;  // an object, once done
+};
+
+// Reads are repeated twice where there is no answer; a command that changes something may have been
+// carried out although its answer was lost, and is repeated only where that does no harm. All calls
+// throw DeviceFault (kNoContact, kWrongDevice) and Interrupted; those that say so, OscRefusal.
+class OscClient {
+ public:
+  // Throws UsageError for an address that is none.
+  OscClient(const OscConfig& config, Clock& clock);
+
+  const std::string& url() const { return http_.url(); }
+
+  nlohmann::json info();   // of /osc/info: manufacturer, model, ...
+  nlohmann::json state();  // the state object of /osc/state: batteryLevel, _captureStatus, ...
+  // Level 1 of the API wants a session before any command; the Ricoh Theta S is raised to level 2,
+  // as its documentation asks. Called before each group of commands: sessions expire.
+  void open_session();
+
+  // Values of options, by name, those that the camera does not have left out.
+  nlohmann::json options(const std::vector<std::string>& names);
+  void set_options(const nlohmann::json& options);  // throws OscRefusal
+  OscCommand begin_picture();                       // never repeated; throws OscRefusal
+  OscCommand status_of(const std::string& id);      // throws OscRefusal
+  // The file that the results of a picture name; empty if they name none.
+  static std::string file_in(const nlohmann::json& results);
+  std::string fetch(const std::string& file);
+
+  // The camera's clock minus this machine's by the Date header of its last answer; none if it sent
+  // none. Good to a second.
+  std::optional<double> header_clock_offset_s() const { return header_clock_offset_s_; }
+
+ private:
+  enum class Repeat { kNever, kIfUnanswered };
+
+  OscCommand execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
+  OscCommand command_of(const nlohmann::json& reply) const;
+  HttpReply answered(Repeat repeat, const std::function<HttpReply()>& send);
+  nlohmann::json object_in(const HttpReply& reply, const std::string& path) const;
+  void note_date(const HttpReply& reply);
+
+  OscConfig config_;
+  Clock& clock_;
+  OscHttp http_;
+  std::set<std::string> unknown_options_;
+  bool level_known_ = false;
+  bool needs_session_ = false;
+  std::string session_id_;
+  std::optional<double> header_clock_offset_s_;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,161 @@
+#include "capture/camera/osc_exposure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "capture/base/device_fault.h"
+
+namespace raywalk {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kManual = 1;                    // exposureProgram
+constexpr double kHeldTolerance = 0.02;       // 0.01666666 for 1/60
+constexpr double kExifTolerance_ev = 0.2;     // a camera's steps are 1/3 EV
+constexpr double kTemperatureStep_k = 100.0;  // Theta: 2500 to 10000 "in 100-Kelvin units"
+constexpr double kLargestTemperature_k = 100000.0;
+constexpr const char* kByTemperature = "_colorTemperature";
+
+std::vector<double> supported_numbers(const Json& options, const std::string& name) {
+  std::vector<double> numbers;
+  const auto list = options.find(name + "Support");
+  if (list == options.end() || !list->is_array()) return numbers;
+  for (const Json& value : *list) {
+    if (value.is_number()) numbers.push_back(value.get<double>());
+  }
+  return numbers;
+}
+
+bool supports_word(const Json& options, const std::string& name, const std::string& word) {
+  const auto list = options.find(name + "Support");
+  return list != options.end() && list->is_array() &&
+         std::find(list->begin(), list->end(), Json(word)) != list->end();
+}
+
+// Cameras take a whole number for iso.
+Json number(double value) {
+  const double whole = std::round(value);
+  const bool is_whole = whole == value && std::abs(value) < 1e9;
+  return is_whole ? Json(static_cast<std::int64_t>(whole)) : Json(value);
+}
+
+Json white_balance_options(int wanted_k, const Json& options) {
+  if (options.contains(kByTemperature) || supports_word(options, "whiteBalance", kByTemperature)) {
+    const Json present = options.value(kByTemperature, Json());
+    const double present_k = present.is_number() ? present.get<double>() : 0.0;
+    const double chosen_k = wanted_k > 0 ? wanted_k : present_k;
+    if (chosen_k > 0.0 && chosen_k <= kLargestTemperature_k) {
+      const auto rounded =
+          std::llround(chosen_k / kTemperatureStep_k) * static_cast<int>(kTemperatureStep_k);
+      return {{"whiteBalance", kByTemperature}, {kByTemperature, rounded}};
+    }
+  }
+  if (wanted_k > 0) {
+    throw DeviceFault(FaultKind::kExposure,
+                      fmt::format("the camera cannot be set to a white balance of {} K; set "
+                                  "camera.exposure.white_balance_k to 0",
+                                  wanted_k));
+  }
+  return {{"whiteBalance", "daylight"}};
+}
+
+std::string shown(const Json& value) { return value.is_null() ? "unknown" : value.dump(); }
+
+bool holds(const Json& set, const Json& held) {
+  if (!set.is_number() || !held.is_number()) return set == held;
+  const double wanted = set.get<double>();
+  return std::abs(held.get<double>() - wanted) <= kHeldTolerance * std::abs(wanted);
+}
+
+}  // namespace
+
+const std::vector<std::string>& exposure_option_names() {
+  static const std::vector<std::string> names = {
+      "exposureProgram",     "shutterSpeed",         "shutterSpeedSupport",         "iso",
+      "isoSupport",          "exposureCompensation", "exposureCompensationSupport", "whiteBalance",
+      "whiteBalanceSupport", "_colorTemperature"};
+  return names;
+}
+
+double nearest_supported(const Json& options, const std::string& name, double wanted) {
+  double best = wanted;
+  double best_distance = std::numeric_limits<double>::infinity();
+  for (const double value : supported_numbers(options, name)) {
+    if (value <= 0.0) continue;
+    const double distance = std::abs(std::log(value / wanted));
+    if (distance >= best_distance) continue;
+    best = value;
+    best_distance = distance;
+  }
+  return best;
+}
+
+double nearest_compensation(const Json& options, double wanted_ev) {
+  const std::vector<double> values = supported_numbers(options, "exposureCompensation");
+  if (values.empty()) return wanted_ev;
+  return *std::min_element(values.begin(), values.end(), [&](double a, double b) {
+    return std::abs(a - wanted_ev) < std::abs(b - wanted_ev);
+  });
+}
+
+ExifExposure chosen_exposure(const ExposureSettings& wanted,
+                             const std::optional<ExifExposure>& measured, const Json& options) {
+  const bool complete = wanted.shutter_s > 0.0 && wanted.iso > 0;
+  if (!complete && !measured) {
+    throw DeviceFault(FaultKind::kExposure,
+                      "the camera does not tell which exposure it measured; set "
+                      "camera.exposure.shutter_s and camera.exposure.iso");
+  }
+  // A picture is as bright as shutter time times sensitivity.
+  const double brightness = complete ? 0.0 : measured->shutter_s * measured->iso;
+  const double iso = nearest_supported(options, "iso",
+                                       wanted.iso > 0         ? wanted.iso
+                                       : wanted.shutter_s > 0 ? brightness / wanted.shutter_s
+                                                              : measured->iso);
+  const double shutter_s = nearest_supported(
+      options, "shutterSpeed", wanted.shutter_s > 0.0 ? wanted.shutter_s : brightness / iso);
+  return {shutter_s, static_cast<int>(std::lround(std::clamp(iso, 1.0, 1e7)))};
+}
+
+Json locking_options(const ExifExposure& exposure, int white_balance_k, const Json& options) {
+  Json locking = {{"exposureProgram", kManual},
+                  {"shutterSpeed", number(exposure.shutter_s)},
+                  {"iso", exposure.iso}};
+  locking.update(white_balance_options(white_balance_k, options));
+  return locking;
+}
+
+Json bracketed(const Json& locking, double ev, const Json& options) {
+  Json brighter = locking;
+  const double shutter_s = locking.at("shutterSpeed").get<double>() * std::exp2(ev);
+  brighter["shutterSpeed"] = number(nearest_supported(options, "shutterSpeed", shutter_s));
+  return brighter;
+}
+
+std::string broken_promise(const Json& set, const Json& held) {
+  for (const auto& [name, value] : set.items()) {
+    const Json present = held.value(name, Json());
+    if (!holds(value, present)) {
+      return fmt::format("{} is {} instead of {}", name, shown(present), shown(value));
+    }
+  }
+  return {};
+}
+
+std::string broken_promise(const Json& set, const ExifExposure& taken) {
+  const auto shutter_s = set.at("shutterSpeed").get<double>();
+  const auto iso = set.at("iso").get<double>();
+  if (std::abs(std::log2(taken.shutter_s / shutter_s)) > kExifTolerance_ev) {
+    return fmt::format("it exposed {:.5g} s instead of {:.5g} s", taken.shutter_s, shutter_s);
+  }
+  if (std::abs(std::log2(taken.iso / iso)) > kExifTolerance_ev) {
+    return fmt::format("it exposed at ISO {} instead of ISO {:g}", taken.iso, iso);
+  }
+  return {};
+}
+
+}  // namespace raywalk

@@ -1,0 +1,141 @@
+#include "capture/camera/osc_exposure.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "capture/base/device_fault.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+using Json = nlohmann::json;
+
+// As a Ricoh Theta lists them, shortened; Insta360's lists begin with 0, which means automatic.
+Json theta_options() {
+  return {{"shutterSpeedSupport", {0, 0.001, 0.002, 0.004, 0.008, 0.01666666, 0.03333333, 0.125}},
+          {"isoSupport", {0, 100, 200, 400, 800, 1600}},
+          {"exposureCompensationSupport", {-2.0, -1.0, -0.3, 0.0, 0.3, 1.0, 2.0}},
+          {"whiteBalanceSupport", {"auto", "daylight", "_colorTemperature"}},
+          {"_colorTemperature", 4300}};
+}
+
+ExposureSettings wanted(double shutter_s, int iso) {
+  ExposureSettings settings;
+  settings.shutter_s = shutter_s;
+  settings.iso = iso;
+  return settings;
+}
+
+TEST(OscExposure, TakesTheSupportedValueNearestByRatio) {
+  const Json options = theta_options();
+  EXPECT_EQ(nearest_supported(options, "shutterSpeed", 1.0 / 60.0), 0.01666666);
+  EXPECT_EQ(nearest_supported(options, "shutterSpeed", 1e-9), 0.001) << "never 0, automatic";
+  EXPECT_EQ(nearest_supported(options, "shutterSpeed", 1e9), 0.125);
+  EXPECT_EQ(nearest_supported(options, "iso", 290), 400) << "290 is nearer to 200 by difference";
+  EXPECT_EQ(nearest_supported(Json::object(), "iso", 123), 123);
+  EXPECT_EQ(nearest_supported({{"isoSupport", {{"minIso", 50}}}}, "iso", 123), 123);
+  EXPECT_EQ(nearest_compensation(options, 0.8), 1.0);
+  EXPECT_EQ(nearest_compensation(options, -5.0), -2.0);
+  EXPECT_EQ(nearest_compensation(Json::object(), 0.8), 0.8);
+}
+
+TEST(OscExposure, NoSupportedValueIsNearerThanTheChosenOne) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> exponent(-9.0, 9.0);
+  for (int i = 0; i < 1000; ++i) {
+    Json list = Json::array();
+    for (int k = 0; k < 6; ++k) list.push_back(std::exp(exponent(random)));
+    const double value = std::exp(exponent(random));
+    const double chosen = nearest_supported({{"isoSupport", list}}, "iso", value);
+    for (const Json& other : list) {
+      EXPECT_LE(std::abs(std::log(chosen / value)),
+                std::abs(std::log(other.get<double>() / value)));
+    }
+  }
+}
+
+TEST(OscExposure, WhatIsNotGivenKeepsTheMeasuredBrightness) {
+  const Json any = Json::object();
+  const ExifExposure measured{0.01, 200};
+  const ExifExposure by_shutter = chosen_exposure(wanted(0.002, 0), measured, any);
+  EXPECT_NEAR(by_shutter.shutter_s, 0.002, 1e-12);
+  EXPECT_EQ(by_shutter.iso, 1000);
+  const ExifExposure by_iso = chosen_exposure(wanted(0.0, 100), measured, any);
+  EXPECT_NEAR(by_iso.shutter_s, 0.02, 1e-12);
+  EXPECT_EQ(by_iso.iso, 100);
+  const ExifExposure both = chosen_exposure(wanted(0.5, 50), std::nullopt, any);
+  EXPECT_NEAR(both.shutter_s, 0.5, 1e-12);
+  EXPECT_EQ(both.iso, 50);
+}
+
+TEST(OscExposure, SensitivityThatTheCameraLacksIsMadeUpForByTime) {
+  const ExifExposure chosen =
+      chosen_exposure(wanted(0.0, 0), ExifExposure{0.008, 100}, theta_options());
+  EXPECT_EQ(chosen.iso, 100);
+  EXPECT_NEAR(chosen.shutter_s, 0.008, 1e-9);
+  const ExifExposure low =
+      chosen_exposure(wanted(0.0, 0), ExifExposure{0.016, 50}, theta_options());
+  EXPECT_EQ(low.iso, 100);
+  EXPECT_NEAR(low.shutter_s, 0.008, 1e-9);
+}
+
+TEST(OscExposure, NothingMeasuredAndNothingGivenIsAFault) {
+  for (const ExposureSettings& settings : {wanted(0.0, 0), wanted(0.01, 0), wanted(0.0, 100)}) {
+    try {
+      chosen_exposure(settings, std::nullopt, theta_options());
+      FAIL();
+    } catch (const DeviceFault& fault) {
+      EXPECT_EQ(fault.kind(), FaultKind::kExposure);
+      EXPECT_THAT(fault.what(), HasSubstr("camera.exposure.shutter_s"));
+    }
+  }
+}
+
+TEST(OscExposure, LocksWhiteBalanceByTemperatureOrElseByDaylight) {
+  const ExifExposure exposure{0.01, 100};
+  const Json given = locking_options(exposure, 5130, theta_options());
+  EXPECT_EQ(given.at("whiteBalance"), "_colorTemperature");
+  EXPECT_EQ(given.at("_colorTemperature"), 5100) << "in steps of 100 K";
+  EXPECT_EQ(locking_options(exposure, 0, theta_options()).at("_colorTemperature"), 4300);
+  const Json insta = {{"whiteBalanceSupport", {"auto", "daylight"}}};
+  EXPECT_EQ(locking_options(exposure, 0, insta).at("whiteBalance"), "daylight");
+  EXPECT_FALSE(locking_options(exposure, 0, insta).contains("_colorTemperature"));
+  EXPECT_THROW(locking_options(exposure, 5000, insta), DeviceFault);
+}
+
+TEST(OscExposure, BracketsByShutterTime) {
+  const Json locking = locking_options({0.008, 100}, 0, theta_options());
+  EXPECT_EQ(bracketed(locking, -2.0, theta_options()).at("shutterSpeed"), 0.002);
+  EXPECT_EQ(bracketed(locking, 1.0, theta_options()).at("shutterSpeed"), 0.01666666);
+  EXPECT_EQ(bracketed(locking, 0.0, theta_options()), locking);
+  EXPECT_EQ(bracketed(locking, 1.0, theta_options()).at("iso"), 100);
+}
+
+TEST(OscExposure, NamesTheFirstOptionThatIsNotHeld) {
+  const Json set = {{"exposureProgram", 1}, {"iso", 100}, {"shutterSpeed", 0.01666666}};
+  EXPECT_EQ(broken_promise(set, set), "");
+  Json held = set;
+  held["shutterSpeed"] = 1.0 / 60.0;
+  EXPECT_EQ(broken_promise(set, held), "") << "rounded";
+  held["shutterSpeed"] = 0.02;
+  EXPECT_THAT(broken_promise(set, held), HasSubstr("shutterSpeed is 0.02 instead of 0.01666666"));
+  held = set;
+  held["iso"] = 0;
+  EXPECT_EQ(broken_promise(set, held), "iso is 0 instead of 100");
+  held.erase("iso");
+  EXPECT_EQ(broken_promise(set, held), "iso is unknown instead of 100");
+}
+
+TEST(OscExposure, PictureMayDifferByRoundingOnly) {
+  const Json set = {{"iso", 100}, {"shutterSpeed", 0.01666666}};
+  EXPECT_EQ(broken_promise(set, ExifExposure{1.0 / 60.0, 100}), "");
+  EXPECT_THAT(broken_promise(set, ExifExposure{1.0 / 50.0, 100}), HasSubstr("0.02 s"));
+  EXPECT_THAT(broken_promise(set, ExifExposure{1.0 / 60.0, 125}), HasSubstr("ISO 125"));
+}
+
+}  // namespace
+}  // namespace raywalk

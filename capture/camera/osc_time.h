@@ -1,0 +1,19 @@
+// The ways in which a camera on the network tells its time.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "capture/base/clock.h"
+
+namespace raywalk {
+
+// The option dateTimeZone of the Open Spherical Camera API, "2014:05:18 01:04:29+08:00", in whole
+// seconds; none for any other text, also without a zone.
+std::optional<WallTime> time_from_date_time_zone(const std::string& text);
+
+// The Date header of HTTP (RFC 9110, 5.6.7, the preferred form), "Sun, 06 Nov 1994 08:49:37 GMT",
+// in whole seconds; none for any other text.
+std::optional<WallTime> time_from_http_date(const std::string& text);
+
+}  // namespace raywalk

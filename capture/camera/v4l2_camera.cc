@@ -1,0 +1,211 @@
+#include "capture/camera/v4l2_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "capture/base/device_fault.h"
+#include "capture/camera/mjpg_picture.h"
+#include "capture/camera/yuyv_picture.h"
+#include "core/base/interrupt.h"
+#include "core/files/image_header.h"
+
+namespace raywalk {
+namespace {
+
+// Enough that the driver always has one to fill while one is read.
+constexpr int kBuffers = 4;
+// How long a Ctrl-C may go unnoticed.
+constexpr Duration kStep = std::chrono::milliseconds(50);
+// For automatic exposure, gain and white balance to settle: webcams take up to about a second.
+constexpr Duration kMeasuring = std::chrono::milliseconds(1500);
+// A sensor uses a new exposure time one to three frames after it was told.
+constexpr int kFramesUntilExposed = 3;
+
+std::string text_of(PanoramaSize size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+// What is wrong with a frame that the driver calls good; empty where nothing is.
+std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
+  if (frame.empty()) return "empty";
+  std::optional<ImageHeader> header;
+  try {
+    header = parse_image_header(frame, "frame");
+  } catch (const Error&) {
+    return "no JPEG";
+  }
+  if (!header || !is_complete_image(frame, header->format)) {
+    return "cut short after " + std::to_string(frame.size()) + " bytes";
+  }
+  const PanoramaSize found{static_cast<int>(header->width), static_cast<int>(header->height)};
+  return found == size ? "" : "of " + text_of(found);
+}
+
+}  // namespace
+
+V4l2Camera::V4l2Camera(const CameraConfig& config, std::unique_ptr<VideoDevice> device,
+                       Clock* clock)
+    : config_(config),
+      pixels_(config.v4l2.pixel_format == "yuyv" ? "YUYV" : "MJPG"),
+      device_(std::move(device)),
+      clock_(clock),
+      exposure_(device_.get()) {}
+
+std::string V4l2Camera::description() const {
+  return device_->identity().card + " at " + device_->path();
+}
+
+CameraReport V4l2Camera::report() {
+  const PanoramaSize asked = asked_size();
+  const VideoFormat format = expected(device_->try_format(pixels_, asked), asked);
+  const VideoIdentity identity = device_->identity();
+  CameraReport report;
+  report.identity = identity.card + ", driver " + identity.driver + ", bus " + identity.bus;
+  report.state =
+      (format_ ? "streams " : "can stream ") + text_of(format.size) + " " + format.pixels;
+  return report;
+}
+
+std::string V4l2Camera::prepare(const ExposureSettings& exposure, const std::string& earlier) {
+  bracket_ev_ = exposure.bracket_ev.empty() ? std::vector<double>{0.0} : exposure.bracket_ev;
+  start();
+  std::string locked = exposure_.lock(exposure, earlier, [this] { let_camera_measure(); });
+  // Until the sensor exposes so; and a frame that arrives whole before anything has moved.
+  take(clock_->now(), locked.empty() ? 0 : kFramesUntilExposed);
+  return locked;
+}
+
+Shot V4l2Camera::shoot(SteadyTime settled_at) {
+  start();
+  const SteadyTime triggered = clock_->now();
+  const bool is_bracket = is_bracketed(bracket_ev_);
+  Shot shot;
+  shot.triggered_at = wall_time_of(*clock_, triggered);
+  for (const double ev : bracket_ev_) {
+    SteadyTime begin = settled_at;
+    if (is_bracket) {
+      exposure_.bracket(ev);
+      begin = std::max(begin, clock_->now());
+    }
+    const Duration exposing =
+        std::max(duration_from_ms(config_.v4l2.exposure_ms), exposure_.locked_time());
+    Taken taken = take(begin + exposing, is_bracket ? kFramesUntilExposed : 0);
+    if (shot.pictures.empty()) shot.exposed_at = wall_time_of(*clock_, taken.stamped_at);
+    shot.pictures.push_back(std::move(taken.picture));
+  }
+  shot.exposing_ms = ms_from_duration(clock_->now() - triggered);
+  return shot;
+}
+
+PanoramaSize V4l2Camera::asked_size() {
+  if (format_) return format_->size;
+  if (config_.width_px > 0 && config_.height_px > 0) return {config_.width_px, config_.height_px};
+  return device_->current_size();
+}
+
+// A driver does not refuse a format, it offers the nearest it has.
+VideoFormat V4l2Camera::expected(const VideoFormat& offered, PanoramaSize asked) const {
+  if (offered.pixels != pixels_ || offered.size != asked) {
+    throw fault(FaultKind::kWrongDevice,
+                "gives " + text_of(offered.size) + " " + offered.pixels + " where " +
+                    text_of(asked) + " " + pixels_ +
+                    " was asked for; set camera.width_px, height_px and v4l2.pixel_format to what "
+                    "v4l2-ctl --list-formats-ext lists");
+  }
+  if (config_.frames == "panorama" && asked.width != 2 * asked.height) {
+    throw fault(FaultKind::kWrongDevice,
+                "gives " + text_of(asked) +
+                    ", and a panorama is twice as wide as high; set camera.width_px and height_px "
+                    "so, or camera.frames to dual-fisheye");
+  }
+  if (pixels_ == "YUYV" && asked.width % 2 != 0) {
+    throw fault(FaultKind::kWrongDevice, "gives an odd width, " + text_of(asked) +
+                                             ", which YUYV cannot be; choose another size");
+  }
+  return offered;
+}
+
+void V4l2Camera::start() {
+  if (format_) return;
+  const PanoramaSize asked = asked_size();
+  const VideoFormat format = expected(device_->set_format(pixels_, asked), asked);
+  device_->start(kBuffers);
+  format_ = format;
+}
+
+void V4l2Camera::let_camera_measure() {
+  const SteadyTime end = clock_->now() + kMeasuring;
+  while (clock_->now() < end) {
+    throw_if_interrupted();
+    device_->next_frame(std::min(kStep, end - clock_->now()));
+  }
+}
+
+V4l2Camera::Taken V4l2Camera::take(SteadyTime not_before, int passed_over) {
+  const Duration patience = duration_from_ms(config_.v4l2.frame_timeout_ms);
+  SteadyTime deadline = std::max(clock_->now(), not_before) + patience;
+  int stale = 0;
+  int damaged = 0;
+  std::string damage;
+  while (clock_->now() < deadline) {
+    throw_if_interrupted();
+    const std::optional<VideoFrame> frame =
+        device_->next_frame(std::min(kStep, deadline - clock_->now()));
+    if (!frame) continue;
+    if (!frame->stamped_at) {
+      throw fault(FaultKind::kWrongDevice,
+                  "does not stamp frames by the monotonic clock, so that old ones cannot be told "
+                  "from new; load its driver so (uvcvideo: clock=CLOCK_MONOTONIC)");
+    }
+    if (*frame->stamped_at < not_before) {
+      ++stale;
+    } else if (passed_over > 0) {
+      --passed_over;
+      deadline = clock_->now() + patience;
+    } else if (std::optional<Picture> picture = picture_of(*frame, &damage)) {
+      picture->exposure = exposure_.confirm();
+      return {std::move(*picture), *frame->stamped_at};
+    } else {
+      ++damaged;
+    }
+  }
+  const std::string within =
+      " within " + std::to_string(std::lround(config_.v4l2.frame_timeout_ms)) + " ms";
+  if (damaged > 0) {
+    throw fault(FaultKind::kBadPicture, "gave only damaged frames" + within + " (" +
+                                            std::to_string(damaged) + ", the last one " + damage +
+                                            "); check its cable, and try another port or a "
+                                            "smaller size");
+  }
+  throw fault(FaultKind::kTimeout,
+              "gave no frame" + within + " of settling (" + std::to_string(stale) +
+                  " older ones); plug it in again, or raise camera.v4l2.frame_timeout_ms");
+}
+
+std::optional<Picture> V4l2Camera::picture_of(const VideoFrame& frame, std::string* damage) const {
+  *damage = "marked by the driver";
+  if (frame.is_damaged) return std::nullopt;
+  Picture picture;
+  picture.extension = "jpg";
+  picture.size = format_->size;
+  if (pixels_ == "YUYV") {
+    *damage = "of " + std::to_string(frame.bytes.size()) + " bytes";
+    if (frame.bytes.size() < least_yuyv_bytes(*format_)) return std::nullopt;
+    picture.bytes = jpeg_from_yuyv(frame.bytes, *format_, config_.v4l2.jpeg_quality);
+    return picture;
+  }
+  *damage = mjpg_damage(frame.bytes, format_->size);
+  if (!damage->empty()) return std::nullopt;
+  std::optional<std::string> file = jpeg_from_mjpg(frame.bytes);
+  *damage = "without a scan";
+  if (!file) return std::nullopt;
+  picture.bytes = std::move(*file);
+  return picture;
+}
+
+DeviceFault V4l2Camera::fault(FaultKind kind, const std::string& what) const {
+  return {kind, "camera " + device_->path() + " " + what};
+}
+
+}  // namespace raywalk

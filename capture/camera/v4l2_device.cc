@@ -1,0 +1,359 @@
+#include "capture/camera/v4l2_device.h"
+
+#include <fcntl.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "capture/base/device_fault.h"
+
+namespace raywalk {
+namespace {
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+// What V4L2 character fields hold: text up to a zero byte, or all of it.
+template <std::size_t kSize>
+std::string text_of(const __u8 (&field)[kSize]) {
+  return {std::begin(field), std::find(std::begin(field), std::end(field), 0)};
+}
+
+std::string version_text(__u32 version) {
+  return std::to_string(version >> 16) + "." + std::to_string((version >> 8) & 0xFF) + "." +
+         std::to_string(version & 0xFF);
+}
+
+__u32 fourcc_of(const std::string& pixels) {
+  return v4l2_fourcc(pixels.at(0), pixels.at(1), pixels.at(2), pixels.at(3));
+}
+
+std::string text_of_fourcc(__u32 fourcc) {
+  std::string text;
+  for (int shift = 0; shift < 32; shift += 8) text += static_cast<char>((fourcc >> shift) & 0x7F);
+  return one_line(text);
+}
+
+__u32 id_of(VideoControl control) {
+  switch (control) {
+    case VideoControl::kExposureMode:
+      return V4L2_CID_EXPOSURE_AUTO;
+    case VideoControl::kExposure:
+      return V4L2_CID_EXPOSURE_ABSOLUTE;
+    case VideoControl::kAutoGain:
+      return V4L2_CID_AUTOGAIN;
+    case VideoControl::kGain:
+      return V4L2_CID_GAIN;
+    case VideoControl::kAutoWhiteBalance:
+      return V4L2_CID_AUTO_WHITE_BALANCE;
+    case VideoControl::kWhiteBalance:
+      return V4L2_CID_WHITE_BALANCE_TEMPERATURE;
+  }
+  return 0;
+}
+
+// The driver's colorimetry, defaults resolved as videodev2.h says.
+VideoColour colour_of(const v4l2_pix_format& pixels) {
+  __u32 encoding = pixels.ycbcr_enc;
+  if (encoding == V4L2_YCBCR_ENC_DEFAULT) encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(pixels.colorspace);
+  __u32 range = pixels.quantization;
+  if (range == V4L2_QUANTIZATION_DEFAULT) {
+    range = V4L2_MAP_QUANTIZATION_DEFAULT(false, pixels.colorspace, encoding);
+  }
+  VideoColour colour;
+  colour.full_range = range == V4L2_QUANTIZATION_FULL_RANGE;
+  switch (encoding) {
+    case V4L2_YCBCR_ENC_709:
+    case V4L2_YCBCR_ENC_XV709:
+      colour.kr = 0.2126;  // ITU-R BT.709
+      colour.kb = 0.0722;
+      break;
+    case V4L2_YCBCR_ENC_BT2020:
+      colour.kr = 0.2627;  // ITU-R BT.2020
+      colour.kb = 0.0593;
+      break;
+    case V4L2_YCBCR_ENC_SMPTE240M:
+      colour.kr = 0.212;  // SMPTE 240M
+      colour.kb = 0.087;
+      break;
+    default:
+      break;  // ITU-R BT.601
+  }
+  return colour;
+}
+
+VideoFormat format_of(const v4l2_pix_format& pixels) {
+  return {
+      .pixels = text_of_fourcc(pixels.pixelformat),
+      .size = {static_cast<int>(pixels.width), static_cast<int>(pixels.height)},
+      .bytes_per_line = std::max<std::size_t>(pixels.bytesperline, std::size_t{2} * pixels.width),
+      .colour = colour_of(pixels)};
+}
+
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int fd) : fd_(fd) {}
+  ~FileDescriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&&) = delete;
+
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+// A buffer of the driver's in this process's memory.
+class MappedBuffer {
+ public:
+  MappedBuffer(int fd, const v4l2_buffer& buffer)
+      : size_(buffer.length),
+        data_(mmap(nullptr, size_, PROT_READ, MAP_SHARED, fd, buffer.m.offset)) {}
+  ~MappedBuffer() {
+    if (is_mapped()) munmap(data_, size_);
+  }
+  MappedBuffer(MappedBuffer&& other) noexcept
+      : size_(other.size_), data_(std::exchange(other.data_, MAP_FAILED)) {}
+  MappedBuffer& operator=(MappedBuffer&&) = delete;
+
+  bool is_mapped() const { return data_ != MAP_FAILED; }
+  // Never beyond the buffer, whatever a driver says it used.
+  std::span<const std::byte> first(std::size_t bytes) const {
+    return {static_cast<const std::byte*>(data_), std::min(bytes, size_)};
+  }
+
+ private:
+  std::size_t size_;
+  void* data_;
+};
+
+class V4l2Device final : public VideoDevice {
+ public:
+  V4l2Device(FileDescriptor fd, std::string path, const v4l2_capability& capability)
+      : fd_(std::move(fd)), path_(std::move(path)), capability_(capability) {}
+  // Afterwards the members go, the last one first: mappings, then the descriptor.
+  ~V4l2Device() override {
+    v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (is_streaming_) call(VIDIOC_STREAMOFF, &type);
+  }
+
+  std::string path() const override { return path_; }
+
+  VideoIdentity identity() const override {
+    return {.driver = text_of(capability_.driver) + " " + version_text(capability_.version),
+            .card = text_of(capability_.card),
+            .bus = text_of(capability_.bus_info)};
+  }
+
+  PanoramaSize current_size() override { return format_of(current_format().fmt.pix).size; }
+
+  VideoFormat try_format(const std::string& pixels, PanoramaSize size) override {
+    return exchange_format(VIDIOC_TRY_FMT, pixels, size);
+  }
+
+  VideoFormat set_format(const std::string& pixels, PanoramaSize size) override {
+    return exchange_format(VIDIOC_S_FMT, pixels, size);
+  }
+
+  std::optional<ControlRange> range_of(VideoControl control) override {
+    v4l2_queryctrl query{};
+    query.id = id_of(control);
+    if (call(VIDIOC_QUERYCTRL, &query) != 0) {
+      if (errno == ENODEV) throw fault("be asked for its controls");
+      return std::nullopt;
+    }
+    if ((query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) != 0) {
+      return std::nullopt;
+    }
+    return ControlRange{query.minimum, query.maximum, std::max(query.step, 1)};
+  }
+
+  int control(VideoControl control) override {
+    v4l2_control value{.id = id_of(control), .value = 0};
+    if (call(VIDIOC_G_CTRL, &value) != 0) throw fault("tell its " + name_of(control));
+    return value.value;
+  }
+
+  bool set_control(VideoControl control, int value) override {
+    v4l2_control wanted{.id = id_of(control), .value = value};
+    if (call(VIDIOC_S_CTRL, &wanted) == 0) return true;
+    if (errno == ENODEV) throw fault("be told its " + name_of(control));
+    return false;
+  }
+
+  void start(int buffers) override {
+    stop();
+    v4l2_requestbuffers request{};
+    request.count = static_cast<__u32>(buffers);
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = V4L2_MEMORY_MMAP;
+    if (call(VIDIOC_REQBUFS, &request) != 0) throw fault("lend its buffers");
+    for (__u32 index = 0; index < request.count; ++index) {
+      v4l2_buffer buffer = buffer_at(index);
+      if (call(VIDIOC_QUERYBUF, &buffer) != 0) throw fault("describe its buffers");
+      buffers_.emplace_back(fd_.get(), buffer);
+      if (!buffers_.back().is_mapped()) throw fault("map its buffers");
+      queue(index);
+    }
+    v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (call(VIDIOC_STREAMON, &type) != 0) throw fault("start to stream");
+    is_streaming_ = true;
+  }
+
+  void stop() override {
+    v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (is_streaming_ && call(VIDIOC_STREAMOFF, &type) != 0) throw fault("stop streaming");
+    is_streaming_ = false;
+    lent_.reset();
+    buffers_.clear();
+  }
+
+  std::optional<VideoFrame> next_frame(Duration timeout) override {
+    if (lent_) queue(*std::exchange(lent_, std::nullopt));
+    if (!wait(timeout)) return std::nullopt;
+    v4l2_buffer buffer = buffer_at(0);
+    if (call(VIDIOC_DQBUF, &buffer) != 0) {
+      if (errno == EAGAIN) return std::nullopt;
+      throw fault("give a frame");
+    }
+    lent_ = buffer.index;
+    return frame_of(buffer);
+  }
+
+ private:
+  // As ioctl, begun again where a signal ended it.
+  int call(unsigned long request, void* argument) {
+    int result = 0;
+    do {
+      result = ioctl(fd_.get(), request, argument);
+    } while (result != 0 && errno == EINTR);
+    return result;
+  }
+
+  // Of the call that has just failed.
+  DeviceFault fault(const std::string& deed) const {
+    switch (errno) {
+      case ENODEV:
+      case ENXIO:
+        return {FaultKind::kNoContact, "camera " + path_ +
+                                           " has gone; plug it in again and resume (the names in "
+                                           "/dev/v4l/by-id stay the same)"};
+      case EBUSY:
+        return {FaultKind::kBusy, "camera " + path_ +
+                                      " is in use by another program; end that (fuser -v " + path_ +
+                                      " names it)"};
+      default:
+        return {FaultKind::kNoContact, "camera " + path_ + " cannot " + deed + " (" +
+                                           reason(errno) + "); plug it in again, or see dmesg"};
+    }
+  }
+
+  v4l2_format current_format() {
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (call(VIDIOC_G_FMT, &format) != 0) throw fault("tell its format");
+    return format;
+  }
+
+  // Begins with the current format, so that what is not asked for keeps a value the driver knows.
+  VideoFormat exchange_format(unsigned long request, const std::string& pixels, PanoramaSize size) {
+    v4l2_format format = current_format();
+    format.fmt.pix.pixelformat = fourcc_of(pixels);
+    format.fmt.pix.width = static_cast<__u32>(size.width);
+    format.fmt.pix.height = static_cast<__u32>(size.height);
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    format.fmt.pix.bytesperline = 0;
+    if (call(request, &format) != 0) throw fault("take a format");
+    return format_of(format.fmt.pix);
+  }
+
+  static v4l2_buffer buffer_at(__u32 index) {
+    v4l2_buffer buffer{};
+    buffer.index = index;
+    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    return buffer;
+  }
+
+  void queue(__u32 index) {
+    v4l2_buffer buffer = buffer_at(index);
+    if (call(VIDIOC_QBUF, &buffer) != 0) throw fault("take a buffer back");
+  }
+
+  // Whether there is a frame, or an error that VIDIOC_DQBUF will tell.
+  bool wait(Duration timeout) {
+    const Duration patience = std::max(timeout, Duration::zero());
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
+    const timespec limit{seconds.count(), (patience - seconds).count()};
+    pollfd frames{.fd = fd_.get(), .events = POLLIN, .revents = 0};
+    return ppoll(&frames, 1, &limit, nullptr) > 0;
+  }
+
+  VideoFrame frame_of(const v4l2_buffer& buffer) const {
+    VideoFrame frame;
+    frame.bytes = buffers_.at(buffer.index).first(buffer.bytesused);
+    frame.is_damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
+    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
+      frame.stamped_at = SteadyTime{std::chrono::seconds(buffer.timestamp.tv_sec) +
+                                    std::chrono::microseconds(buffer.timestamp.tv_usec)};
+    }
+    return frame;
+  }
+
+  FileDescriptor fd_;
+  std::string path_;
+  v4l2_capability capability_;
+  std::vector<MappedBuffer> buffers_;
+  std::optional<__u32> lent_;  // the buffer of the frame last given
+  bool is_streaming_ = false;
+};
+
+DeviceFault open_fault(const std::string& path, int error) {
+  switch (error) {
+    case ENOENT:
+    case ENODEV:
+    case ENXIO:
+      return {FaultKind::kNoContact, "no camera at " + path +
+                                         "; plug it in, or set camera.v4l2.device to one that "
+                                         "v4l2-ctl --list-devices names"};
+    case EACCES:
+    case EPERM:
+      return {FaultKind::kNoContact,
+              "no permission for camera " + path + "; add this user to the group video"};
+    default:
+      return {FaultKind::kNoContact, "cannot open camera " + path + " (" + reason(error) +
+                                         "); see v4l2-ctl --list-devices"};
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<VideoDevice> open_video_device(const std::string& path) {
+  FileDescriptor fd(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  if (fd.get() < 0) throw open_fault(path, errno);
+  v4l2_capability capability{};
+  const bool is_video = ioctl(fd.get(), VIDIOC_QUERYCAP, &capability) == 0;
+  // Of this node; `capabilities` speaks of the whole device, its metadata nodes included.
+  const __u32 abilities = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                              ? capability.device_caps
+                              : capability.capabilities;
+  constexpr __u32 kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  if (!is_video || (abilities & kNeeded) != kNeeded) {
+    throw DeviceFault(FaultKind::kWrongDevice,
+                      path +
+                          " is no camera that streams; set camera.v4l2.device to one that "
+                          "v4l2-ctl --list-devices names (of several, usually the first)");
+  }
+  return std::make_unique<V4l2Device>(std::move(fd), path, capability);
+}
+
+}  // namespace raywalk

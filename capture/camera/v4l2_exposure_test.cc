@@ -1,0 +1,142 @@
+#include "capture/camera/v4l2_exposure.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/base/device_fault.h"
+#include "capture/base/manual_clock.h"
+#include "capture/camera/fake_video_device.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+
+struct Rig {
+  explicit Rig(std::string_view yaml = "{}")
+      : device(parse_fake_video(yaml), &clock), exposure(&device) {}
+
+  std::string lock(const ExposureSettings& settings, const std::string& earlier = "") {
+    return exposure.lock(settings, earlier, [this] { ++measured; });
+  }
+
+  ManualClock clock;
+  FakeVideoDevice device;
+  V4l2Exposure exposure;
+  int measured = 0;
+};
+
+template <typename Call>
+std::string exposure_fault_of(Call call) {
+  try {
+    call();
+  } catch (const DeviceFault& fault) {
+    EXPECT_EQ(fault.kind(), FaultKind::kExposure);
+    return fault.what();
+  }
+  return "no fault";
+}
+
+TEST(V4l2Exposure, LocksWhatTheCameraMeasured) {
+  Rig rig("{sensor_exposure: 321}");
+  EXPECT_EQ(rig.lock({}), R"({"exposure_100us":321,"gain":8,"white_balance_k":4600})");
+  EXPECT_EQ(rig.measured, 1);
+  EXPECT_EQ(rig.device.control(VideoControl::kExposureMode), 1);
+  EXPECT_EQ(rig.device.control(VideoControl::kAutoGain), 0);
+  EXPECT_EQ(rig.device.control(VideoControl::kAutoWhiteBalance), 0);
+}
+
+TEST(V4l2Exposure, GivenValuesAreSetAndTheRestMeasured) {
+  Rig rig("{sensor_exposure: 321}");
+  ExposureSettings settings;
+  settings.shutter_s = 0.02;
+  settings.white_balance_k = 5003;  // the camera has steps of 10
+  EXPECT_EQ(rig.lock(settings), R"({"exposure_100us":200,"gain":8,"white_balance_k":5000})");
+}
+
+TEST(V4l2Exposure, ResumedSessionIsSetAgainAndNotMeasured) {
+  Rig rig("{sensor_exposure: 999}");
+  const std::string earlier = R"({"exposure_100us":321,"gain":3,"white_balance_k":4700})";
+  EXPECT_EQ(rig.lock({}, earlier), earlier);
+  EXPECT_EQ(rig.measured, 0);
+}
+
+TEST(V4l2Exposure, ResumingWithAnotherKindOfCameraIsRefused) {
+  for (const std::string earlier : {R"({"iso":100})", "nonsense", "[1]"}) {
+    Rig rig;
+    EXPECT_THAT(exposure_fault_of([&] { rig.lock({}, earlier); }),
+                HasSubstr("no settings of a V4L2 camera; resume with the camera"));
+  }
+}
+
+TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
+  Rig rig("{controls: false}");
+  EXPECT_EQ(rig.lock({}), "");
+  EXPECT_EQ(rig.exposure.confirm(), "");
+  ExposureSettings settings;
+  settings.shutter_s = 0.02;
+  EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }),
+              HasSubstr("has no control for exposure_100us"));
+}
+
+TEST(V4l2Exposure, NothingIsLockedWithoutTheLock) {
+  Rig rig;
+  ExposureSettings settings;
+  settings.lock = false;
+  EXPECT_EQ(rig.lock(settings), "");
+  EXPECT_EQ(rig.device.control(VideoControl::kExposureMode), 3);
+  settings.bracket_ev = {-1.0, 0.0};
+  EXPECT_THROW(rig.lock(settings), UsageError);
+}
+
+TEST(V4l2Exposure, SaysWhatTheCameraCannotDo) {
+  Rig rig;
+  ExposureSettings settings;
+  settings.shutter_s = 2.0;
+  EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }),
+              HasSubstr("takes exposure_100us from 1 to 5000, not 20000"));
+  settings.shutter_s = 0.0;
+  settings.iso = 100;
+  EXPECT_THROW(rig.lock(settings), UsageError);
+  for (const std::string control : {"exposure_mode", "auto_gain", "gain", "white_balance_k"}) {
+    Rig stubborn("{refused_control: " + control + "}");
+    EXPECT_THAT(exposure_fault_of([&] { stubborn.lock({}); }), HasSubstr("refuses"));
+  }
+}
+
+TEST(V4l2Exposure, BracketMultipliesTheExposureTime) {
+  Rig rig("{sensor_exposure: 200}");
+  ExposureSettings settings;
+  settings.bracket_ev = {-2.0, 0.0, 1.5};
+  rig.lock(settings);
+  for (const auto& [ev, exposure] : {std::pair{-2.0, 50}, {1.5, 566}, {0.0, 200}}) {
+    rig.exposure.bracket(ev);
+    EXPECT_EQ(rig.device.control(VideoControl::kExposure), exposure);
+    EXPECT_THAT(rig.exposure.confirm(),
+                HasSubstr("\"exposure_100us\":" + std::to_string(exposure)));
+  }
+}
+
+TEST(V4l2Exposure, BracketBeyondTheCameraIsRefusedAtTheStart) {
+  for (const double ev : {-9.0, 5.0, 1e300}) {
+    Rig rig("{sensor_exposure: 200}");
+    ExposureSettings settings;
+    settings.bracket_ev = {0.0, ev};
+    EXPECT_THAT(exposure_fault_of([&] { rig.lock(settings); }), HasSubstr("cannot expose by"));
+  }
+}
+
+TEST(V4l2Exposure, AChangeBehindItsBackIsAFault) {
+  Rig rig;
+  rig.lock({});
+  rig.device.set_control(VideoControl::kGain, 55);
+  EXPECT_THAT(exposure_fault_of([&] { rig.exposure.confirm(); }),
+              HasSubstr("has gain at 55 and not at the 8"));
+  rig.device.set_control(VideoControl::kGain, 8);
+  rig.device.set_control(VideoControl::kAutoWhiteBalance, 1);
+  EXPECT_THAT(exposure_fault_of([&] { rig.exposure.confirm(); }),
+              HasSubstr("has auto_white_balance at 1"));
+}
+
+}  // namespace
+}  // namespace raywalk
