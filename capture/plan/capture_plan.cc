@@ -1,0 +1,247 @@
+#include "capture/plan/capture_plan.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <string_view>
+
+namespace raywalk {
+namespace {
+
+constexpr double kMostStations = 100000.0;
+// Steps count as whole within this share of one, so that a spacing may be given in six digits.
+constexpr double kWholeStep = 1e-3;
+constexpr double kSamePlace_m = 1e-3;
+constexpr double kMillimetresPerMetre = 1e3;
+
+// Equally spaced positions along an axis; `first` and `steps` tell them all.
+struct Run {
+  double first_m = 0.0;
+  double step_m = 0.0;
+  int steps = 0;
+
+  double at(int step) const { return first_m + step * step_m; }
+  double last_m() const { return at(steps); }
+};
+
+struct LinePlace {
+  std::string id;
+  LineAxis axis = LineAxis::kX;
+  double across_m = 0.0;
+  bool validation = false;
+  Run run;
+};
+
+// How many steps of `spacing_mm` fill a length exactly; none where the last one does not fit.
+std::optional<double> whole_steps(double length_m, double spacing_mm) {
+  const double steps = length_m * kMillimetresPerMetre / spacing_mm;
+  const double whole = std::round(steps);
+  if (whole < 1.0 || std::abs(steps - whole) > kWholeStep) return std::nullopt;
+  return whole;
+}
+
+// "; 25 or 33.3333 would": spacings next to the one given that do fill the length.
+std::string fitting_spacings(double length_m, double spacing_mm) {
+  const double length_mm = length_m * kMillimetresPerMetre;
+  const double steps = length_mm / spacing_mm;
+  const double fewer = std::max(1.0, std::floor(steps));
+  const double more = std::max(1.0, std::ceil(steps));
+  if (fewer == more) return fmt::format("; {:.6g} would", length_mm / more);
+  return fmt::format("; {:.6g} or {:.6g} would", length_mm / more, length_mm / fewer);
+}
+
+double steps_of_cell(const CaptureConfig& config) {
+  const CaptureGrid& grid = config.grid;
+  const std::optional<double> steps = whole_steps(grid.cell_side_m, grid.spacing_mm);
+  if (!steps) {
+    refuse_setting(
+        config, "grid.spacing_mm",
+        fmt::format("is {}, of which no whole steps fill a cell's side of {} m{}", grid.spacing_mm,
+                    grid.cell_side_m, fitting_spacings(grid.cell_side_m, grid.spacing_mm)));
+  }
+  return *steps;
+}
+
+// Before any is made: a spacing mistyped by a few zeros should not fill the memory.
+void require_few_stations(const CaptureConfig& config, std::string_view key, double spacing_mm,
+                          double stations) {
+  if (stations <= kMostStations) return;
+  refuse_setting(config, key,
+                 fmt::format("is {}, which brings the plan to {:.0f} stations; {:.0f} is the most",
+                             spacing_mm, stations, kMostStations));
+}
+
+std::vector<LinePlace> grid_lines(const CaptureConfig& config, double* overhang_m) {
+  const CaptureGrid& grid = config.grid;
+  const double cell_steps = steps_of_cell(config);
+  const double step_m = grid.cell_side_m / cell_steps;
+  const double wanted_m =
+      grid.overhang_mm < 0.0 ? overhang_needed_m(grid) : grid.overhang_mm / kMillimetresPerMetre;
+  const double overhang_steps = std::ceil(wanted_m / step_m - kWholeStep);
+  *overhang_m = overhang_steps * step_m;
+  const auto steps_along = [&](int cells) { return cells * cell_steps + 2.0 * overhang_steps; };
+  require_few_stations(config, "grid.spacing_mm", grid.spacing_mm,
+                       (grid.cells_z + 1) * (steps_along(grid.cells_x) + 1.0) +
+                           (grid.cells_x + 1) * (steps_along(grid.cells_z) + 1.0));
+  std::vector<LinePlace> lines;
+  const auto add_lines = [&](LineAxis axis, char letter, int cells_along, int cells_across) {
+    const Run run{-0.5 * cells_along * grid.cell_side_m - *overhang_m, step_m,
+                  static_cast<int>(steps_along(cells_along))};
+    for (int i = 0; i <= cells_across; ++i) {
+      lines.push_back({fmt::format("{}{}", letter, i), axis,
+                       (i - 0.5 * cells_across) * grid.cell_side_m, false, run});
+    }
+  };
+  add_lines(LineAxis::kX, 'x', grid.cells_x, grid.cells_z);
+  add_lines(LineAxis::kZ, 'z', grid.cells_z, grid.cells_x);
+  return lines;
+}
+
+double stations_of(const std::vector<LinePlace>& lines) {
+  double stations = 0.0;
+  for (const LinePlace& line : lines) stations += line.run.steps + 1.0;
+  return stations;
+}
+
+LinePlace validation_line(const CaptureConfig& config, std::size_t index, double stations_before) {
+  const ValidationLine& line = config.validation[index];
+  const std::string key = fmt::format("validation[{}].spacing_mm", index);
+  const double length_m = line.to_m - line.from_m;
+  const std::optional<double> steps = whole_steps(length_m, line.spacing_mm);
+  if (!steps) {
+    refuse_setting(
+        config, key,
+        fmt::format("is {}, of which no whole steps fill the {:.6g} m from from_m to "
+                    "to_m{}",
+                    line.spacing_mm, length_m, fitting_spacings(length_m, line.spacing_mm)));
+  }
+  require_few_stations(config, key, line.spacing_mm, stations_before + *steps + 1.0);
+  return {fmt::format("v{}", index),
+          line.axis == "x" ? LineAxis::kX : LineAxis::kZ,
+          line.across_m,
+          true,
+          {line.from_m, length_m / *steps, static_cast<int>(*steps)}};
+}
+
+bool share_a_stretch(const LinePlace& a, const LinePlace& b) {
+  return a.axis == b.axis && std::abs(a.across_m - b.across_m) < kSamePlace_m &&
+         a.run.first_m < b.run.last_m() + kSamePlace_m &&
+         b.run.first_m < a.run.last_m() + kSamePlace_m;
+}
+
+void add_validation_lines(const CaptureConfig& config, std::vector<LinePlace>* lines) {
+  for (std::size_t i = 0; i < config.validation.size(); ++i) {
+    const LinePlace line = validation_line(config, i, stations_of(*lines));
+    const auto other = std::find_if(lines->begin(), lines->end(), [&](const LinePlace& planned) {
+      return share_a_stretch(planned, line);
+    });
+    if (other != lines->end()) {
+      refuse_setting(config, fmt::format("validation[{}].across_m", i),
+                     fmt::format("is {}, where line {} already runs", line.across_m, other->id));
+    }
+    lines->push_back(line);
+  }
+}
+
+CaptureLine line_with_stations(const LinePlace& place, double first_station_mm) {
+  CaptureLine line{place.id, place.axis, place.across_m, place.validation, {}};
+  const std::size_t digits = std::max<std::size_t>(3, fmt::formatted_size("{}", place.run.steps));
+  for (int i = 0; i <= place.run.steps; ++i) {
+    const double along_m = place.run.at(i);
+    line.stations.push_back({fmt::format("{}_{:0{}}", place.id, i, digits),
+                             place.axis == LineAxis::kX ? PlanPoint{along_m, place.across_m}
+                                                        : PlanPoint{place.across_m, along_m},
+                             first_station_mm + i * place.run.step_m * kMillimetresPerMetre});
+  }
+  return line;
+}
+
+void require_within_limits(const CaptureConfig& config, const CaptureLine& line) {
+  const SliderConfig& slider = config.slider;
+  const CaptureStation& first = line.stations.front();
+  const CaptureStation& last = line.stations.back();
+  if (first.rail_mm < slider.low_limit_mm) {
+    refuse_setting(config, "slider.low_limit_mm",
+                   fmt::format("is {}, which excludes station {} at {:.3f} mm on the rail",
+                               slider.low_limit_mm, first.name, first.rail_mm));
+  }
+  if (last.rail_mm > slider.high_limit_mm) {
+    refuse_setting(config, "slider.high_limit_mm",
+                   fmt::format("is {}, which excludes station {} at {:.3f} mm on the rail; shorten "
+                               "the line or use a longer rail",
+                               slider.high_limit_mm, last.name, last.rail_mm));
+  }
+}
+
+// To 1 nm, in units of which there are `per_metre` in a metre; + 0.0 turns -0 into 0.
+double rounded(double length, double per_metre) {
+  const double nanometres_per_unit = 1e9 / per_metre;
+  return std::round(length * nanometres_per_unit) / nanometres_per_unit + 0.0;
+}
+double rounded_m(double length_m) { return rounded(length_m, 1.0); }
+double rounded_mm(double length_mm) { return rounded(length_mm, kMillimetresPerMetre); }
+
+nlohmann::json json_of(const CaptureLine& line) {
+  nlohmann::json stations = nlohmann::json::array();
+  for (const CaptureStation& station : line.stations) {
+    stations.push_back({{"name", station.name},
+                        {"x_m", rounded_m(station.position_m.x_m)},
+                        {"z_m", rounded_m(station.position_m.z_m)},
+                        {"rail_mm", rounded_mm(station.rail_mm)}});
+  }
+  return {{"id", line.id},
+          {"axis", line.axis == LineAxis::kX ? "x" : "z"},
+          {"across_m", rounded_m(line.across_m)},
+          {"validation", line.validation},
+          {"stations", stations}};
+}
+
+}  // namespace
+
+std::size_t CapturePlan::stations() const {
+  return std::accumulate(
+      lines.begin(), lines.end(), std::size_t{0},
+      [](std::size_t sum, const CaptureLine& line) { return sum + line.stations.size(); });
+}
+
+// A viewpoint in a cell sees the corner of two of its sides at the angle c = atan2(a, b) from the
+// normal of the one, where a and b are its distances to the other and to the one; the lines connect
+// at the cut clamp(c, 90 - k, k). At the angle g the other line is read where the ray has gone a
+// across: a / tan(g) along it, which is a / tan(g) - b beyond the corner. With the cut at k and
+// half of the blend below it, g = k - blend / 2, that is most at a = N, b = 0: on one side, at its
+// far end. (The mirrored case, clamped to 90 - k, is the same with the lines exchanged.) The other
+// half of the blend, and the blend of a cut that is not clamped, is narrowed where lines end.
+double overhang_needed_m(const CaptureGrid& grid) {
+  return grid.cell_side_m / std::tan(radians_from_degrees(grid.k_deg - 0.5 * grid.blend_deg));
+}
+
+// Where the overhang o is too short for k, views connect at atan2(a, b + o) instead: largest at
+// a = N, b = 0.
+double angle_reached_deg(const CaptureGrid& grid, double overhang_m) {
+  return std::max(grid.k_deg, degrees_from_radians(std::atan2(grid.cell_side_m, overhang_m)));
+}
+
+CapturePlan plan_capture(const CaptureConfig& config) {
+  CapturePlan plan;
+  std::vector<LinePlace> places = grid_lines(config, &plan.overhang_m);
+  add_validation_lines(config, &places);
+  for (const LinePlace& place : places) {
+    plan.lines.push_back(line_with_stations(place, config.slider.first_station_mm));
+    require_within_limits(config, plan.lines.back());
+  }
+  return plan;
+}
+
+std::string plan_json(const CapturePlan& plan, const CameraConfig& camera) {
+  nlohmann::json lines = nlohmann::json::array();
+  for (const CaptureLine& line : plan.lines) lines.push_back(json_of(line));
+  return nlohmann::json{
+      {"frames", camera.frames}, {"bracket_ev", camera.exposure.bracket_ev}, {"lines", lines}}
+      .dump();
+}
+
+}  // namespace raywalk

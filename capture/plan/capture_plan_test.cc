@@ -1,0 +1,286 @@
+#include "capture/plan/capture_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <string>
+
+#include "capture/plan/test_plan.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string error_of(const CaptureConfig& config) {
+  try {
+    plan_capture(config);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+const CaptureLine& line_of(const CapturePlan& plan, const std::string& id) {
+  for (const CaptureLine& line : plan.lines) {
+    if (line.id == id) return line;
+  }
+  throw Error("no line " + id);
+}
+
+TEST(CapturePlan, OneCellHasFourLinesThatReachBeyondItsCorners) {
+  const CapturePlan plan = plan_capture(one_cell_config());
+  ASSERT_EQ(plan.lines.size(), 4u);
+  // 1 / tan(76 - 2.5 deg) = 0.2962, rounded up to steps of 0.05.
+  EXPECT_NEAR(plan.overhang_m, 0.3, 1e-12);
+  EXPECT_EQ(plan.stations(), 4u * 33u);
+  const CaptureLine& back = line_of(plan, "x0");
+  EXPECT_EQ(back.axis, LineAxis::kX);
+  EXPECT_EQ(back.across_m, -0.5);
+  EXPECT_NEAR(back.stations.front().position_m.x_m, -0.8, 1e-12);
+  EXPECT_NEAR(back.stations.back().position_m.x_m, 0.8, 1e-12);
+  EXPECT_EQ(back.stations.front().position_m.z_m, -0.5);
+  const CaptureLine& right = line_of(plan, "z1");
+  EXPECT_EQ(right.axis, LineAxis::kZ);
+  EXPECT_EQ(right.across_m, 0.5);
+  EXPECT_NEAR(right.stations[6].position_m.z_m, -0.5, 1e-12);
+  EXPECT_EQ(right.stations[6].position_m.x_m, 0.5);
+}
+
+TEST(CapturePlan, StationsAreNamedAndPlacedOnTheRail) {
+  CaptureConfig config = one_cell_config();
+  config.slider.first_station_mm = 50.0;
+  const CaptureLine line = plan_capture(config).lines.front();
+  EXPECT_EQ(line.stations[0].name, "x0_000");
+  EXPECT_EQ(line.stations[0].rail_mm, 50.0);
+  EXPECT_EQ(line.stations[32].name, "x0_032");
+  EXPECT_NEAR(line.stations[32].rail_mm, 50.0 + 1600.0, 1e-9);
+}
+
+TEST(CapturePlan, NamesSortInTheOrderOfTheLine) {
+  CaptureConfig config = one_cell_config();
+  config.grid.spacing_mm = 0.5;
+  const CaptureLine line = plan_capture(config).lines.front();
+  EXPECT_EQ(line.stations[0].name, "x0_0000");
+  for (std::size_t i = 1; i < line.stations.size(); ++i) {
+    ASSERT_LT(line.stations[i - 1].name, line.stations[i].name);
+  }
+}
+
+TEST(CapturePlan, LinesAreInTheOrderOfTheGridAndCentred) {
+  CaptureConfig config = one_cell_config();
+  config.grid.cells_x = 2;
+  config.grid.overhang_mm = 0.0;
+  const CapturePlan plan = plan_capture(config);
+  std::string ids;
+  for (const CaptureLine& line : plan.lines) ids += line.id + " ";
+  EXPECT_EQ(ids, "x0 x1 z0 z1 z2 ");
+  EXPECT_EQ(line_of(plan, "x0").stations.size(), 41u);
+  EXPECT_EQ(line_of(plan, "z0").stations.size(), 21u);
+  EXPECT_EQ(line_of(plan, "z0").across_m, -1.0);
+  EXPECT_EQ(line_of(plan, "z1").across_m, 0.0);
+  EXPECT_EQ(plan.overhang_m, 0.0);
+}
+
+TEST(CapturePlan, OverhangIsRoundedUpToWholeSteps) {
+  CaptureConfig config = one_cell_config();
+  config.grid.overhang_mm = 101.0;
+  EXPECT_NEAR(plan_capture(config).overhang_m, 0.15, 1e-12);
+  config.grid.overhang_mm = 150.0;
+  EXPECT_NEAR(plan_capture(config).overhang_m, 0.15, 1e-12);
+}
+
+TEST(CapturePlan, ASpacingInSixDigitsFillsTheSide) {
+  CaptureConfig config = one_cell_config();
+  config.grid.spacing_mm = 33.3333;
+  const CaptureLine line = plan_capture(config).lines.front();
+  EXPECT_NEAR(line.stations[1].rail_mm - line.stations[0].rail_mm, 1000.0 / 30.0, 1e-9);
+}
+
+// What the grid promises to everyone after it: corners of cells are stations of both lines.
+TEST(CapturePlan, EveryCornerIsAStationOfBothItsLines) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 200; ++i) {
+    CaptureConfig config = one_cell_config();
+    const int steps = std::uniform_int_distribution(1, 40)(random);
+    config.grid.cells_x = std::uniform_int_distribution(1, 4)(random);
+    config.grid.cells_z = std::uniform_int_distribution(1, 4)(random);
+    config.grid.cell_side_m = std::exp(std::uniform_real_distribution(-4.0, 4.0)(random));
+    config.grid.spacing_mm = config.grid.cell_side_m * 1e3 / steps;
+    config.grid.k_deg = std::uniform_real_distribution(45.0, 90.0)(random);
+    config.slider.high_limit_mm = 1e9;
+    const CapturePlan plan = plan_capture(config);
+    EXPECT_GE(plan.overhang_m, overhang_needed_m(config.grid) * (1.0 - 1e-3));
+    const double tolerance_m = 1e-9 * config.grid.cell_side_m;
+    for (const CaptureLine& along : plan.lines) {
+      for (const CaptureLine& across : plan.lines) {
+        if (along.axis == across.axis) continue;
+        const bool has_corner =
+            std::any_of(along.stations.begin(), along.stations.end(), [&](const auto& station) {
+              const double along_m =
+                  along.axis == LineAxis::kX ? station.position_m.x_m : station.position_m.z_m;
+              return std::abs(along_m - across.across_m) <= tolerance_m;
+            });
+        ASSERT_TRUE(has_corner) << along.id << " " << across.id << " " << i;
+      }
+    }
+  }
+}
+
+// overhang_needed_m against the reading positions of viewpoints all over the cell.
+TEST(OverhangNeeded, IsTheFarthestThatAClampedConnectionReads) {
+  for (const double k_deg : {48.0, 60.0, 76.0, 85.0}) {
+    CaptureGrid grid;
+    grid.k_deg = k_deg;
+    const double k = radians_from_degrees(k_deg);
+    const double nearest = radians_from_degrees(k_deg - 2.5);
+    double farthest_m = 0.0;
+    for (int i = 0; i <= 100; ++i) {
+      for (int j = 0; j <= 100; ++j) {
+        const double a = i / 100.0, b = j / 100.0;
+        if (std::atan2(a, b) < k) continue;
+        farthest_m = std::max(farthest_m, a / std::tan(nearest) - b);
+      }
+    }
+    EXPECT_NEAR(overhang_needed_m(grid), farthest_m, 1e-12) << k_deg;
+  }
+  EXPECT_NEAR(overhang_needed_m(CaptureGrid{}), 0.296, 5e-4);
+}
+
+TEST(AngleReached, FallsFrom90ToKAsTheOverhangGrows) {
+  const CaptureGrid grid;
+  EXPECT_EQ(angle_reached_deg(grid, 0.0), 90.0);
+  EXPECT_NEAR(angle_reached_deg(grid, std::tan(radians_from_degrees(10.0))), 80.0, 1e-9);
+  EXPECT_EQ(angle_reached_deg(grid, overhang_needed_m(grid)), 76.0);
+}
+
+TEST(CapturePlan, ValidationLinesComeLastAndAreMarked) {
+  CaptureConfig config = one_cell_config();
+  config.validation = {{"x", 0.1, -0.4, 0.4, 200.0}, {"z", 0.0, -0.3, 0.3, 300.0}};
+  const CapturePlan plan = plan_capture(config);
+  ASSERT_EQ(plan.lines.size(), 6u);
+  EXPECT_FALSE(plan.lines[3].validation);
+  const CaptureLine& first = plan.lines[4];
+  EXPECT_EQ(first.id, "v0");
+  EXPECT_TRUE(first.validation);
+  ASSERT_EQ(first.stations.size(), 5u);
+  EXPECT_EQ(first.stations[0].name, "v0_000");
+  EXPECT_NEAR(first.stations[4].position_m.x_m, 0.4, 1e-12);
+  EXPECT_EQ(first.stations[4].position_m.z_m, 0.1);
+  EXPECT_EQ(first.stations[0].rail_mm, config.slider.first_station_mm);
+  EXPECT_EQ(plan.lines[5].axis, LineAxis::kZ);
+}
+
+TEST(CapturePlan, SpacingsThatDoNotFillALengthAreRefusedWithOnesThatDo) {
+  CaptureConfig config = one_cell_config();
+  config.grid.spacing_mm = 30.0;
+  EXPECT_EQ(
+      error_of(config),
+      "'grid.spacing_mm' is 30, of which no whole steps fill a cell's side of 1 m; 29.4118 or "
+      "30.303 would");
+  config.grid.spacing_mm = 29.4118;
+  EXPECT_EQ(error_of(config), "");
+  config.grid.spacing_mm = 1200.0;
+  EXPECT_THAT(error_of(config), HasSubstr("; 1000 would"));
+  config = one_cell_config();
+  config.validation = {{"x", 0.0, -0.4, 0.4, 300.0}};
+  EXPECT_THAT(error_of(config), AllOf(HasSubstr("'validation[0].spacing_mm' is 300"),
+                                      HasSubstr("; 266.667 or 400 would")));
+}
+
+TEST(CapturePlan, SoftLimitsThatExcludeAStationAreRefused) {
+  CaptureConfig config = one_cell_config();
+  config.slider.high_limit_mm = 1599.0;
+  EXPECT_THAT(error_of(config),
+              HasSubstr("'slider.high_limit_mm' is 1599, which excludes station x0_032 at 1600.000 "
+                        "mm on the rail"));
+  config.slider.high_limit_mm = 3000.0;
+  config.slider.low_limit_mm = 10.0;
+  EXPECT_THAT(error_of(config), HasSubstr("'slider.low_limit_mm' is 10, which excludes station "
+                                          "x0_000 at 0.000 mm on the rail"));
+  config = one_cell_config();
+  config.validation = {{"z", 0.0, -2.0, 2.0, 500.0}};
+  EXPECT_THAT(error_of(config), HasSubstr("excludes station v0_008"));
+}
+
+TEST(CapturePlan, TooManyStationsAreRefused) {
+  CaptureConfig config = one_cell_config();
+  config.slider.high_limit_mm = 1e6;
+  config.grid.overhang_mm = 0.0;
+  config.grid.spacing_mm = 0.04;
+  EXPECT_THAT(error_of(config),
+              HasSubstr("'grid.spacing_mm' is 0.04, which brings the plan to 100004 stations"));
+  config.grid.spacing_mm = 0.1;
+  config.grid.cell_side_m = 100.0;
+  EXPECT_THAT(error_of(config), HasSubstr("'grid.spacing_mm' is 0.1"));
+  config = one_cell_config();
+  for (int i = 0; i < 100; ++i) {
+    config.validation.push_back({"x", 0.01 * (i + 1) - 0.495, 0.0, 1.5, 1.0});
+  }
+  EXPECT_THAT(error_of(config), HasSubstr("'validation[66].spacing_mm' is 1, which brings"));
+  config.validation = {{"x", 0.0, -1000.0, 1000.0, 0.1}};
+  EXPECT_THAT(error_of(config), HasSubstr("to 20000133 stations; 100000 is the most"));
+}
+
+TEST(CapturePlan, ValidationLinesOnOtherLinesAreRefused) {
+  CaptureConfig config = one_cell_config();
+  config.validation = {{"x", 0.5, -0.4, 0.4, 100.0}};
+  EXPECT_EQ(error_of(config), "'validation[0].across_m' is 0.5, where line x1 already runs");
+  config.validation = {{"x", 0.0, -0.4, 0.4, 100.0}, {"x", 0.0, 0.4, 0.5, 100.0}};
+  EXPECT_EQ(error_of(config), "'validation[1].across_m' is 0, where line v0 already runs");
+  config.validation = {{"x", 0.0, -0.4, 0.4, 100.0},
+                       {"z", 0.0, -0.4, 0.4, 100.0},
+                       {"x", 0.0, 0.5, 0.7, 100.0},
+                       {"x", 0.5, 0.9, 1.2, 100.0}};
+  EXPECT_EQ(error_of(config), "");
+}
+
+TEST(PlanJson, IsStableAndRounded) {
+  CaptureConfig config = one_cell_config();
+  config.grid.spacing_mm = 1000.0 / 3.0;
+  config.grid.overhang_mm = 0.0;
+  const std::string json = plan_json(plan_capture(config), config.camera);
+  EXPECT_EQ(nlohmann::json::parse(json)["lines"][0]["stations"][1],
+            nlohmann::json::parse(
+                R"({"name": "x0_001", "x_m": -0.166666667, "z_m": -0.5, "rail_mm": 333.333333})"));
+  config.grid.spacing_mm = 333.33333;
+  EXPECT_EQ(plan_json(plan_capture(config), config.camera), json);
+  EXPECT_EQ(json.find("-0.0"), std::string::npos);
+}
+
+TEST(PlanJson, TellsPlansApartByWhatTheyCaptureAlone) {
+  const CaptureConfig config = one_cell_config();
+  const auto json = [](const CaptureConfig& c) { return plan_json(plan_capture(c), c.camera); };
+  std::set<std::string> different{json(config)};
+  CaptureConfig other = config;
+  other.grid.spacing_mm = 25.0;
+  different.insert(json(other));
+  other = config;
+  other.slider.first_station_mm = 1.0;
+  different.insert(json(other));
+  other = config;
+  other.camera.frames = "dual-fisheye";
+  different.insert(json(other));
+  other = config;
+  other.camera.exposure.bracket_ev = {0.0, -2.0};
+  different.insert(json(other));
+  other = config;
+  other.validation = {{"x", 0.0, -0.4, 0.4, 100.0}};
+  different.insert(json(other));
+  EXPECT_EQ(different.size(), 6u);
+  other = config;
+  other.slider.motion.settle_ms = 900.0;
+  other.camera.osc.url = "http://other";
+  other.run.shots = 9;
+  other.grid.k_deg = 75.9;
+  EXPECT_EQ(json(other), json(config));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,93 @@
+#include "capture/plan/capture_time.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raywalk {
+namespace {
+
+constexpr double kSecondsPerMillisecond = 1e-3;
+// From the command to a still that can be fetched, and its transfer over Wi-Fi. Cameras that speak
+// Open Spherical Camera develop and stitch for some seconds; they differ, hence run.picture_s.
+constexpr double kOscPicture_s = 5.0;
+// Exposure and writing of a camera that says when it is done.
+constexpr double kBusyCamera_s = 1.5;
+
+double one_shot_of_gpio_s(const TriggerConfig& trigger) {
+  const double pressed_s = (trigger.focus_ms + trigger.pulse_ms) * kSecondsPerMillisecond;
+  return pressed_s +
+         (trigger.busy_line < 0 ? trigger.hold_ms * kSecondsPerMillisecond : kBusyCamera_s);
+}
+
+double one_exposure_s(const CameraConfig& camera) {
+  if (camera.kind == "osc") return kOscPicture_s + camera.exposure.shutter_s;
+  if (camera.kind == "gpio") return one_shot_of_gpio_s(camera.trigger);
+  // A frame that was begun before the carriage settled is dropped; the next one is taken.
+  return 2.0 * camera.v4l2.exposure_ms * kSecondsPerMillisecond;
+}
+
+// Where the carriage goes before it meets the first station of a line.
+double approach_mm(const CaptureLine& line, const CaptureConfig& config) {
+  return std::max(config.slider.low_limit_mm,
+                  line.stations.front().rail_mm - config.run.approach_mm);
+}
+
+// One pass without a stop; the journal tells the stations in it.
+double film_s(const CaptureLine& line, const CaptureConfig& config) {
+  const MotionProfile pass{config.run.video_speed_mm_s,
+                           config.slider.motion.profile.acceleration_mm_s2};
+  return move_s(line.stations.back().rail_mm - approach_mm(line, config), pass);
+}
+
+double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
+  double seconds = 0.0;
+  double at_mm = approach_mm(line, config);
+  for (const CaptureStation& station : line.stations) {
+    seconds += move_s(station.rail_mm - at_mm, config.slider.motion.profile);
+    at_mm = station.rail_mm;
+  }
+  return seconds;
+}
+
+}  // namespace
+
+// Half of the distance is covered while speeding up, s = v^2 / (2 a), half while slowing down, if
+// the speed is not reached before: t = 2 sqrt(distance / a). Otherwise what lies between, distance
+// - v^2 / a, is covered at the speed v, and the two ramps take v / a each: t = distance / v + v /
+// a.
+double move_s(double distance_mm, const MotionProfile& profile) {
+  const double speed = profile.speed_mm_s;
+  const double acceleration = profile.acceleration_mm_s2;
+  if (distance_mm * acceleration < speed * speed)
+    return 2.0 * std::sqrt(distance_mm / acceleration);
+  return distance_mm / speed + speed / acceleration;
+}
+
+double picture_s(const CaptureConfig& config) {
+  const CameraConfig& camera = config.camera;
+  const auto exposures = static_cast<double>(camera.exposure.bracket_ev.size());
+  if (config.run.picture_s > 0.0) return exposures * config.run.picture_s;
+  const bool at_one_press = camera.kind == "gpio" && !camera.trigger.press_per_exposure;
+  return (at_one_press ? 1.0 : exposures) * one_exposure_s(camera);
+}
+
+CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) {
+  const SliderConfig& slider = config.slider;
+  const MotionRules& motion = slider.motion;
+  const bool film = config.run.mode == "video";
+  CaptureTime time;
+  time.motion_s = move_s(slider.high_limit_mm - slider.low_limit_mm, motion.profile);
+  double at_mm = slider.low_limit_mm;
+  for (const CaptureLine& line : plan.lines) {
+    time.motion_s += move_s(std::abs(at_mm - approach_mm(line, config)), motion.profile);
+    time.motion_s += film ? film_s(line, config) : station_moves_s(line, config);
+    const double stops = film ? 2.0 : static_cast<double>(line.stations.size()) + 1.0;
+    time.settling_s += stops * motion.settle_ms * kSecondsPerMillisecond;
+    at_mm = line.stations.back().rail_mm;
+  }
+  if (!film) time.pictures_s = static_cast<double>(plan.stations()) * picture_s(config);
+  time.placing_s = static_cast<double>(plan.lines.size()) * config.run.placing_s;
+  return time;
+}
+
+}  // namespace raywalk

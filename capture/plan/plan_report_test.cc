@@ -1,0 +1,134 @@
+#include "capture/plan/plan_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "capture/plan/test_plan.h"
+
+namespace raywalk {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+PlanReport report_on(const CaptureConfig& config) {
+  return report_of(plan_capture(config), config);
+}
+std::string text_on(const CaptureConfig& config) { return plan_report_text(report_on(config)); }
+
+CaptureConfig config_4096() {
+  CaptureConfig config = one_cell_config();
+  config.camera.width_px = 4096;
+  config.camera.height_px = 2048;
+  return config;
+}
+
+TEST(PlanReport, CountsLinesAndStationsWithValidationApart) {
+  CaptureConfig config = one_cell_config();
+  config.validation = {{"x", 0.0, -0.4, 0.4, 200.0}};
+  config.camera.exposure.bracket_ev = {0.0, -2.0};
+  const PlanReport report = report_on(config);
+  EXPECT_EQ(report.lines, 4);
+  EXPECT_EQ(report.stations, 132u);
+  EXPECT_EQ(report.validation_lines, 1);
+  EXPECT_EQ(report.validation_stations, 5u);
+  EXPECT_EQ(report.pictures(), 274u);
+  EXPECT_THAT(plan_report_text(report), AllOf(HasSubstr("4 lines, 132 stations, 50 mm apart\n"),
+                                              HasSubstr("1 line for validation, 5 stations\n")));
+  EXPECT_THAT(text_on(one_cell_config()), Not(HasSubstr("validation")));
+}
+
+TEST(PlanReport, TheRailIsThatOfTheLongestLine) {
+  CaptureConfig config = one_cell_config();
+  config.grid.cells_x = 2;
+  config.grid.overhang_mm = 0.0;
+  config.slider.first_station_mm = 40.0;
+  config.slider.high_limit_mm = 2100.0;
+  EXPECT_THAT(text_on(config),
+              HasSubstr("rail:      2000 mm, from 40 to 2040 mm within the limits 0 to 2100 mm\n"));
+}
+
+TEST(PlanReport, WarnsOfTooLittleOverhangAndSaysWhatItAllows) {
+  CaptureConfig config = one_cell_config();
+  EXPECT_THAT(text_on(config), AllOf(HasSubstr("overhang:  300 mm"), HasSubstr("needs 296.2 mm"),
+                                     Not(HasSubstr("warning"))));
+  config.grid.overhang_mm = 250.0;  // enough for k, not for all of the blend
+  EXPECT_THAT(text_on(config), Not(HasSubstr("warning")));
+  config.grid.overhang_mm = 100.0;
+  EXPECT_NEAR(report_on(config).angle_reached_deg, 84.29, 0.01);
+  EXPECT_THAT(text_on(config),
+              HasSubstr("warning: the overhang is too short for k = 76 degrees; "
+                        "at worst, views near a side of the grid connect at 84.3"));
+}
+
+TEST(PlanReport, StorageFollowsThePictureSize) {
+  EXPECT_THAT(text_on(one_cell_config()),
+              HasSubstr("storage:   132 pictures; give run.picture_mb"));
+  EXPECT_NEAR(*report_on(config_4096()).picture_mb, 4.194304, 1e-9);
+  EXPECT_THAT(text_on(config_4096()), HasSubstr("storage:   about 554 MB: 132 pictures of 4.2 MB"));
+  CaptureConfig config = config_4096();
+  config.run.picture_mb = 12.0;
+  EXPECT_THAT(text_on(config), HasSubstr("about 1.6 GB: 132 pictures of 12 MB"));
+}
+
+// 50 mm at 2 px of 4096: 2 atan(25 mm / d) = 2 px = 3.068 mrad, so d = 16.3 m.
+TEST(PlanReport, TheSpacingRuleIsThatOfTheGeometry) {
+  const PlanReport unknown = report_on(config_4096());
+  ASSERT_TRUE(unknown.spacing);
+  EXPECT_NEAR(unknown.spacing->nearest_resolved_m, 0.025 / std::tan(2.0 * M_PI / 4096.0), 1e-9);
+  EXPECT_FALSE(unknown.spacing->ghost_px);
+  EXPECT_THAT(plan_report_text(unknown),
+              AllOf(HasSubstr("resolves surfaces from 16.3 m on within 2 px of a panorama 4096 px"),
+                    HasSubstr("give scene.nearest_m"), Not(HasSubstr("warning"))));
+
+  CaptureConfig config = config_4096();
+  config.scene.nearest_m = 1.0;
+  const PlanReport coarse = report_on(config);
+  EXPECT_NEAR(*coarse.spacing->ghost_px, 2.0 * std::atan(0.025) * 4096.0 / (2.0 * M_PI), 1e-6);
+  EXPECT_NEAR(*coarse.spacing->needed_mm, 2e3 * std::tan(2.0 * M_PI / 4096.0), 1e-6);
+  EXPECT_TRUE(coarse.spacing->too_coarse());
+  EXPECT_THAT(plan_report_text(coarse), HasSubstr("warning: the spacing is too coarse"));
+
+  config.scene.nearest_m = 17.0;
+  EXPECT_FALSE(report_on(config).spacing->too_coarse());
+  EXPECT_THAT(text_on(config), Not(HasSubstr("warning")));
+}
+
+TEST(PlanReport, WithoutAWidthNothingIsSaidOfTheSpacing) {
+  EXPECT_FALSE(report_on(one_cell_config()).spacing);
+  EXPECT_THAT(text_on(one_cell_config()), HasSubstr("spacing:   give camera.width_px"));
+}
+
+TEST(PlanReport, TimeIsReadable) {
+  CaptureConfig config = one_cell_config();
+  config.run.picture_s = 4.0;
+  EXPECT_THAT(text_on(config), HasSubstr("pictures 9 min (4 s each), placing the rail 20 min\n"));
+  config.run.placing_s = 3600.0;
+  EXPECT_THAT(text_on(config), HasSubstr("placing the rail 4 h 00 min\n"));
+  config.run.mode = "video";
+  EXPECT_THAT(text_on(config), HasSubstr("filmed in passing"));
+}
+
+TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {
+  CaptureConfig config = config_4096();
+  config.validation = {{"x", 0.0, -0.4, 0.4, 200.0}};
+  const PlanReport report = report_on(config);
+  const nlohmann::json json = plan_report_json(report);
+  EXPECT_EQ(json["grid"]["stations"], 132);
+  EXPECT_EQ(json["validation"]["lines"], 1);
+  EXPECT_EQ(json["overhang"]["planned_mm"], report.overhang_mm);
+  EXPECT_EQ(json["time"]["total_s"], report.time.total_s());
+  EXPECT_EQ(json["storage"]["pictures"], 137);
+  EXPECT_EQ(json["spacing"]["panorama_width_px"], 4096);
+  EXPECT_TRUE(json["spacing"]["ghost_px"].is_null());
+  const nlohmann::json unknown = plan_report_json(report_on(one_cell_config()));
+  EXPECT_TRUE(unknown["spacing"].is_null());
+  EXPECT_TRUE(unknown["storage"]["picture_mb"].is_null());
+}
+
+}  // namespace
+}  // namespace raywalk
