@@ -1,0 +1,46 @@
+// The pictures of a session as files that are whole when they appear, survive power loss and are
+// never overwritten.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "capture/session/disk_layer.h"
+
+namespace raywalk {
+
+// The directory frames/ of a session. A file is written under a temporary name (".<name>.partial"),
+// synced, renamed without replacing, and its directory synced.
+class FrameFiles {
+ public:
+  // Makes no directory. `disk` has to outlive it.
+  FrameFiles(const std::filesystem::path& session_directory, DiskLayer* disk);
+
+  const std::filesystem::path& directory() const { return directory_; }
+  // Makes the directory where it is missing, safe against power loss. Throws Error.
+  void make_directory();
+  // Stores a file under a plain name and returns it relative to the session, "frames/<name>"; it is
+  // on the disk then. Throws Error naming it (disk full, name taken), leaving nothing behind.
+  std::string store(const std::string& name, std::span<const std::byte> bytes);
+  // Removes what a killed run has left under temporary names.
+  void remove_temporaries();
+
+ private:
+  void write_durably(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+  std::filesystem::path session_directory_;
+  std::filesystem::path directory_;
+  DiskLayer* disk_;
+};
+
+// Whether a file in frames/ is one that was not finished.
+bool is_temporary_frame(const std::filesystem::path& file);
+
+// Names of all files in frames/ of a session, relative to the session, sorted; temporary ones too.
+// Empty where the directory is missing. Throws Error where it cannot be read.
+std::vector<std::string> list_frames(const std::filesystem::path& session_directory);
+
+}  // namespace raywalk

@@ -1,0 +1,119 @@
+// For tests: a disk in memory that is full or loses power at any operation, and then keeps no more
+// than what fsync promises.
+#pragma once
+
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "capture/session/disk_layer.h"
+
+namespace raywalk {
+
+// Power is gone; no std::exception, so that nothing in the program tidies up after it.
+struct PowerLoss {};
+
+class LossyDisk final : public DiskLayer {
+ public:
+  // The operation (from 0) at which power is lost, or the disk is full; none: never.
+  int power_lost_at = -1;
+  int full_at = -1;
+
+  int operations() const { return operations_; }
+  // What a listing shows while the power is on.
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const auto& [path, inode] : now_) names.push_back(path.filename().string());
+    return names;
+  }
+
+  std::unique_ptr<DiskFile> create(const std::filesystem::path& file) override {
+    begin();
+    if (now_.contains(file)) fail(EEXIST);
+    return std::make_unique<File>(this, make_entry(file));
+  }
+  void rename_new(const std::filesystem::path& from, const std::filesystem::path& to) override {
+    begin();
+    if (now_.contains(to)) fail(EEXIST);
+    now_[to] = now_.at(from);
+    now_.erase(from);
+    steps_.push_back(now_);
+  }
+  void sync_directory(const std::filesystem::path& /*directory*/) override {
+    begin();
+    steps_ = {now_};
+  }
+  void remove(const std::filesystem::path& file) override {
+    begin();
+    now_.erase(file);
+    steps_.push_back(now_);
+  }
+
+  // What may be found after the power is back: of changes to the directory any number since it was
+  // last synced, of a file what was synced and any part of the rest, which may also be zeros.
+  // Writes it into the real file system.
+  void write_remains(std::mt19937* random) const {
+    for (const auto& [path, inode] : steps_[below(random, steps_.size())]) {
+      const std::size_t unsynced = inode->content.size() - inode->synced;
+      std::string content = inode->content.substr(0, inode->synced + below(random, unsynced + 1));
+      if (below(random, 2) == 0) std::fill(content.begin() + inode->synced, content.end(), '\0');
+      std::ofstream(path, std::ios::binary) << content;
+    }
+  }
+
+ private:
+  struct Inode {
+    std::string content;
+    std::ptrdiff_t synced = 0;  // bytes of it that are on the disk for certain
+  };
+  using Directory = std::map<std::filesystem::path, std::shared_ptr<Inode>>;
+
+  class File final : public DiskFile {
+   public:
+    File(LossyDisk* disk, std::shared_ptr<Inode> inode) : disk_(disk), inode_(std::move(inode)) {}
+    void write(std::span<const std::byte> bytes) override {
+      // Half of it is written before power or space ends.
+      const auto* text = reinterpret_cast<const char*>(bytes.data());
+      inode_->content.append(text, bytes.size() / 2);
+      disk_->begin();
+      inode_->content.append(text + bytes.size() / 2, bytes.size() - bytes.size() / 2);
+    }
+    void sync() override {
+      disk_->begin();
+      inode_->synced = static_cast<std::ptrdiff_t>(inode_->content.size());
+    }
+    void close() override { disk_->begin(); }
+
+   private:
+    LossyDisk* disk_;
+    std::shared_ptr<Inode> inode_;
+  };
+
+  static std::size_t below(std::mt19937* random, std::size_t end) { return (*random)() % end; }
+  [[noreturn]] static void fail(int error) {
+    throw std::system_error(error, std::generic_category(), "disk");
+  }
+  void begin() {
+    const int operation = operations_++;
+    if (power_lost_at >= 0 && operation >= power_lost_at) throw PowerLoss();
+    if (operation == full_at) fail(ENOSPC);
+  }
+  std::shared_ptr<Inode> make_entry(const std::filesystem::path& file) {
+    auto inode = std::make_shared<Inode>();
+    now_[file] = inode;
+    steps_.push_back(now_);
+    return inode;
+  }
+
+  int operations_ = 0;
+  Directory now_;
+  std::vector<Directory> steps_{Directory{}};  // as synced last, and after every change since
+};
+
+}  // namespace raywalk

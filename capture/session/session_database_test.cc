@@ -1,0 +1,180 @@
+#include "capture/session/session_database.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "capture/session/session_schema.h"
+#include "capture/session/test_session.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class SessionDatabaseTest : public testing::Test {
+ protected:
+  void make_session() {
+    SqliteConnection connection = open_session_to_write(directory_.path());
+    SqliteTransaction transaction(&connection);
+    create_session_tables(&connection);
+    write_plan(&connection, test_plan(true));
+    transaction.commit();
+  }
+  std::filesystem::path file() const { return session_database_path(directory_.path()); }
+  std::string error_of_reading() {
+    return error_of([&] { open_session_to_read(directory_.path()); });
+  }
+  std::string error_of_writing() {
+    return error_of([&] { open_session_to_write(directory_.path()); });
+  }
+  void expect_both(const testing::Matcher<std::string>& message) {
+    EXPECT_THAT(error_of_reading(), message);
+    EXPECT_THAT(error_of_writing(), message);
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(SessionDatabaseTest, SyncsEveryCommitAndEnforcesForeignKeys) {
+  make_session();
+  SqliteConnection connection = open_session_to_write(directory_.path());
+  EXPECT_EQ(connection.text("PRAGMA journal_mode"), "wal");
+  EXPECT_EQ(connection.integer("PRAGMA synchronous"), 2);  // FULL
+  EXPECT_THROW(connection.execute("INSERT INTO station VALUES (999, 999, 0, 'lost', 0, 0, 0)"),
+               Error);
+}
+
+TEST_F(SessionDatabaseTest, GivesThePlanBackAsItWasWritten) {
+  make_session();
+  SqliteConnection connection = open_session_to_read(directory_.path());
+  const CapturePlan plan = read_plan(&connection);
+  const CapturePlan expected = test_plan(true);
+  ASSERT_EQ(plan.lines.size(), expected.lines.size());
+  for (std::size_t i = 0; i < plan.lines.size(); ++i) {
+    EXPECT_EQ(plan.lines[i].id, expected.lines[i].id);
+    EXPECT_EQ(plan.lines[i].axis, expected.lines[i].axis);
+    EXPECT_EQ(plan.lines[i].across_m, expected.lines[i].across_m);
+    EXPECT_EQ(plan.lines[i].validation, expected.lines[i].validation);
+    ASSERT_EQ(plan.lines[i].stations.size(), expected.lines[i].stations.size());
+    for (std::size_t j = 0; j < plan.lines[i].stations.size(); ++j) {
+      const CaptureStation& there = plan.lines[i].stations[j];
+      const CaptureStation& here = expected.lines[i].stations[j];
+      EXPECT_EQ(there.name, here.name);
+      EXPECT_EQ(there.position_m.x_m, here.position_m.x_m);
+      EXPECT_EQ(there.position_m.z_m, here.position_m.z_m);
+      EXPECT_EQ(there.rail_mm, here.rail_mm);
+    }
+  }
+}
+
+TEST_F(SessionDatabaseTest, AnUncommittedTransactionNeverHappened) {
+  make_session();
+  SqliteConnection connection = open_session_to_write(directory_.path());
+  {
+    const SqliteTransaction transaction(&connection);
+    connection.execute("INSERT INTO event VALUES (1, 0, 'kind', 'text')");
+  }
+  EXPECT_EQ(connection.integer("SELECT count(*) FROM event"), 0);
+}
+
+TEST_F(SessionDatabaseTest, SaysThatTheDiskIsFull) {
+  make_session();
+  SqliteConnection connection = open_session_to_write(directory_.path());
+  connection.execute("PRAGMA max_page_count = 1");
+  SqliteStatement add(&connection, "INSERT INTO event (at_utc_us, kind, text) VALUES (0, '', ?1)");
+  EXPECT_THAT(error_of([&] { add.bind(std::string(1 << 20, 'x')).run(); }),
+              AllOf(HasSubstr("session.db"), HasSubstr("disk is full")));
+  connection.execute("PRAGMA max_page_count = 1000000");
+  EXPECT_NO_THROW(add.bind("fits").run());
+}
+
+TEST_F(SessionDatabaseTest, SaysThatItCannotBeWritten) {
+  make_session();
+  SqliteConnection connection = open_session_to_read(directory_.path());
+  EXPECT_THAT(error_of([&] { connection.execute("DELETE FROM station"); }),
+              AllOf(HasSubstr("session.db"), HasSubstr("cannot be written")));
+}
+
+TEST_F(SessionDatabaseTest, RefusesWhatIsNoDatabase) {
+  std::ofstream(file()) << std::string(5000, 'x');
+  expect_both(AllOf(HasSubstr("session.db"), HasSubstr("not an SQLite database")));
+}
+
+TEST_F(SessionDatabaseTest, RefusesADatabaseOfSomethingElse) {
+  SqliteConnection(file(), SqliteAccess::kReadWrite).execute("CREATE TABLE mine (a)");
+  expect_both(HasSubstr("not a session of raywalk-capture"));
+}
+
+TEST_F(SessionDatabaseTest, RefusesANewerFormat) {
+  make_session();
+  SqliteConnection(file(), SqliteAccess::kReadWrite)
+      .execute(fmt::format("PRAGMA user_version = {}", kSessionFormatVersion + 1));
+  expect_both(AllOf(HasSubstr("newer"), HasSubstr("format 2, this one knows up to 1")));
+}
+
+TEST_F(SessionDatabaseTest, FindsDamageBeforeAnythingIsCaptured) {
+  make_session();
+  {
+    // Everything behind the first page, which the file's header is in.
+    std::fstream damaged(file(), std::ios::in | std::ios::out | std::ios::binary);
+    damaged.seekp(4096);
+    damaged << std::string(std::filesystem::file_size(file()) - 4096, '\x5a');
+  }
+  EXPECT_THAT(error_of_writing(), AllOf(HasSubstr("session.db"), HasSubstr("damaged"),
+                                        HasSubstr("frames are untouched"), Not(HasSubstr("\n"))));
+}
+
+TEST_F(SessionDatabaseTest, FindsADatabaseCutShort) {
+  make_session();
+  std::filesystem::resize_file(file(), 3 * 4096);
+  EXPECT_THAT(error_of_writing(), HasSubstr("damaged"));
+}
+
+TEST_F(SessionDatabaseTest, SaysWhereNoSessionIs) {
+  EXPECT_THAT(error_of_reading(), HasSubstr("no session of raywalk-capture"));
+  std::ofstream(file()).close();
+  EXPECT_THAT(error_of_reading(), HasSubstr("no session of raywalk-capture"));
+}
+
+TEST_F(SessionDatabaseTest, IsReadWhileAnotherConnectionWrites) {
+  make_session();
+  SqliteConnection writer = open_session_to_write(directory_.path());
+  SqliteConnection reader = open_session_to_read(directory_.path());
+  const SqliteTransaction transaction(&writer);
+  writer.execute("INSERT INTO event VALUES (1, 0, 'kind', 'text')");
+  EXPECT_EQ(reader.integer("SELECT count(*) FROM event"), 0);
+}
+
+// A link to nowhere in the place of the log's index, which SQLite does not follow, makes it fail
+// for every user as a disk does that cannot be written.
+TEST_F(SessionDatabaseTest, IsReadWhereNothingCanBeWritten) {
+  make_session();
+  std::filesystem::create_symlink("nowhere", directory_ / "session.db-shm");
+  SqliteConnection reader = open_session_to_read(directory_.path());
+  EXPECT_EQ(reader.integer("SELECT count(*) FROM line"), 5);
+}
+
+TEST_F(SessionDatabaseTest, RefusesToHideEntriesThatOnlyTheLogHolds) {
+  make_session();
+  std::filesystem::create_symlink("nowhere", directory_ / "session.db-shm");
+  std::ofstream(directory_ / "session.db-wal") << "entries";
+  EXPECT_THAT(error_of_reading(),
+              AllOf(HasSubstr("session.db-wal"), HasSubstr("copy the session")));
+}
+
+TEST_F(SessionDatabaseTest, ANameMayHoldWhatUrisTakeForThemselves) {
+  const std::filesystem::path odd = directory_ / "100%?#";
+  std::filesystem::create_directory(odd);
+  SqliteConnection(session_database_path(odd), SqliteAccess::kReadWrite)
+      .execute("CREATE TABLE mine (a)");
+  SqliteConnection reader(session_database_path(odd), SqliteAccess::kImmutable);
+  EXPECT_EQ(reader.integer("SELECT count(*) FROM sqlite_master"), 1);
+}
+
+}  // namespace
+}  // namespace raywalk

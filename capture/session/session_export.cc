@@ -1,0 +1,117 @@
+#include "capture/session/session_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+void require_exposure(int exposure, const SessionFacts& facts, const std::string& directory) {
+  if (exposure >= 0 && exposure < facts.exposures) return;
+  throw UsageError(fmt::format("{}: has {} exposure(s) of every station; --exposure takes 0 to {}",
+                               directory, facts.exposures, facts.exposures - 1));
+}
+
+void require_panoramas(const std::vector<FrameRecord>& frames, const SessionFacts& facts,
+                       const std::string& directory) {
+  const bool halves = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& frame) {
+    return frame.lens != FrameLens::kBoth;
+  });
+  if (facts.frames == "panorama" && !halves) return;
+  throw Error(
+      fmt::format("{}: its frames are fisheye pictures, no panoramas yet; stitch them with "
+                  "raywalk-calibrate, or list them as they are with --unstitched",
+                  directory));
+}
+
+void require_finished(const std::vector<StationRecord>& stations, const std::string& directory) {
+  const StationRecord* first = nullptr;
+  std::size_t planned = 0, exposed = 0;
+  for (const StationRecord& station : stations) {
+    if (station.state == StationState::kCaptured) continue;
+    if (first == nullptr) first = &station;
+    ++(station.state == StationState::kExposed ? exposed : planned);
+  }
+  if (first == nullptr) return;
+  throw Error(
+      fmt::format("{}: {} of {} stations are not captured and the pictures of {} not "
+                  "imported, the first is {}; finish with run or import, or export what "
+                  "there is with --partial",
+                  directory, planned, stations.size(), exposed, first->name));
+}
+
+// A station may lack the one exposure that is asked for where others of it were imported.
+void require_every_station(std::size_t listed, std::size_t stations, int exposure,
+                           const std::string& directory) {
+  if (listed == stations) return;
+  throw Error(
+      fmt::format("{}: exposure {} is there of {} of {} stations only; choose another with "
+                  "--exposure, or export what there is with --partial",
+                  directory, exposure, listed, stations));
+}
+
+// Adding zero turns -0 into 0.
+std::string position_row(const FrameRecord& frame) {
+  return fmt::format("{},{:.9f},0.000000000,{:.9f}\n", frame.file, frame.position_m.x_m + 0.0,
+                     frame.position_m.z_m + 0.0);
+}
+
+// One of the two lists.
+struct FrameTable {
+  std::string text = "file,x,y,z\n";
+  std::set<std::string> lines{};
+  std::set<std::string> stations{};
+  std::size_t rows = 0;
+
+  void add(const FrameRecord& frame) {
+    text += position_row(frame);
+    lines.insert(frame.line);
+    stations.insert(frame.station);
+    ++rows;
+  }
+};
+
+}  // namespace
+
+std::string export_session(SessionReader* session, const ExportOptions& options) {
+  const std::string directory = session->directory().string();
+  const SessionFacts facts = session->facts();
+  require_exposure(options.exposure, facts, directory);
+  const std::vector<StationRecord> stations = session->stations();
+  if (!options.partial) require_finished(stations, directory);
+  const std::vector<FrameRecord> frames = session->frames();
+  if (!options.unstitched) require_panoramas(frames, facts, directory);
+  FrameTable grid, truth;
+  for (const FrameRecord& frame : frames) {
+    if (frame.exposure_index != options.exposure) continue;
+    (frame.validation ? truth : grid).add(frame);
+  }
+  if (!options.partial) {
+    require_every_station(grid.stations.size() + truth.stations.size(), stations.size(),
+                          options.exposure, directory);
+  }
+  if (grid.rows == 0) {
+    throw Error(
+        fmt::format("{}: no station of the grid is captured yet; there is nothing to "
+                    "export",
+                    directory));
+  }
+  const std::filesystem::path poses = session->directory() / "poses.csv";
+  write_file_atomically(poses, grid.text);
+  std::string told =
+      fmt::format("{}: {} frames on {} lines", poses.string(), grid.rows, grid.lines.size());
+  if (truth.rows > 0) {
+    const std::filesystem::path views = session->directory() / "gt.csv";
+    write_file_atomically(views, truth.text);
+    told += fmt::format("; {}: {} true views", views.string(), truth.rows);
+  }
+  return told;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,80 @@
+// A session as those see it who only look: status, verify, export, import.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/plan/capture_plan.h"
+#include "capture/session/session.h"
+#include "capture/session/sqlite_connection.h"
+
+namespace raywalk {
+
+// What holds for the whole session.
+struct SessionFacts {
+  WallTime created{};
+  std::string mode{};             // RunConfig::mode
+  std::string camera{};           // CameraConfig::kind
+  std::string frames{};           // CameraConfig::frames
+  int exposures = 1;              // of every station
+  std::string locked_exposure{};  // JSON; empty where nothing was locked
+  std::string config_text{};
+};
+
+enum class StationState {
+  kPlanned,   // not captured yet
+  kExposed,   // the pictures are still on the camera's card
+  kCaptured,  // the frames are in the session
+};
+
+// A station of the plan and the attempt that captured it.
+struct StationRecord {
+  std::string line{};
+  std::string name{};
+  double planned_mm = 0.0;
+  StationState state = StationState::kPlanned;
+  AttemptId attempt{};  // row 0 where it is planned only
+  std::optional<double> measured_mm{};
+  std::optional<WallTime> triggered_at{};
+  std::optional<WallTime> exposed_at{};
+};
+
+// A frame of a captured station, whole.
+struct FrameRecord {
+  std::string file{};  // relative to the session's directory
+  std::int64_t bytes = 0;
+  std::string sha256{};
+  std::string line{};
+  std::string station{};
+  bool validation = false;
+  int exposure_index = 0;
+  FrameLens lens = FrameLens::kBoth;
+  PlanPoint position_m{};  // where the feedback says it was captured; y = 0
+};
+
+// Reads also while a run writes, and from disks that cannot be written; changes nothing.
+class SessionReader {
+ public:
+  // Throws Error: no session there, damaged, of a newer version.
+  explicit SessionReader(std::filesystem::path directory);
+
+  const std::filesystem::path& directory() const { return directory_; }
+  SessionFacts facts();
+  CapturePlan plan();
+  std::vector<StationRecord> stations();  // in the order of the plan
+  // In the order of the plan, by exposure within a station.
+  std::vector<FrameRecord> frames();
+  std::vector<JournalSample> journal(const std::string& line);  // in the order of recording
+  // For questions of one caller alone; docs/session.md documents the tables.
+  SqliteConnection& database() { return database_; }
+
+ private:
+  std::filesystem::path directory_;
+  SqliteConnection database_;
+};
+
+}  // namespace raywalk

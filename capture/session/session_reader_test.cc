@@ -1,0 +1,84 @@
+#include "capture/session/session_reader.h"
+
+#include <gmock/gmock.h>
+
+#include "capture/session/session_database.h"
+#include "capture/session/test_session.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+
+class SessionReaderTest : public testing::Test {
+ protected:
+  TestDirectory directory_;
+  TestCapture capture_{.directory = directory_ / "session", .plan = test_plan(true)};
+};
+
+TEST_F(SessionReaderTest, SeesWhatARunCommitsWhileItRuns) {
+  const std::unique_ptr<Session> session = capture_.open();
+  SessionReader reader(capture_.directory);
+  EXPECT_TRUE(reader.frames().empty());
+  capture_.capture_missing(session.get(), 2);
+  EXPECT_EQ(reader.frames().size(), 2U);
+  EXPECT_EQ(reader.stations()[1].state, StationState::kCaptured);
+  EXPECT_EQ(reader.stations()[2].state, StationState::kPlanned);
+}
+
+TEST_F(SessionReaderTest, ListsStationsInTheOrderOfThePlan) {
+  capture_.open();
+  SessionReader reader(capture_.directory);
+  const std::vector<StationRecord> stations = reader.stations();
+  ASSERT_EQ(stations.size(), 15U);
+  EXPECT_EQ(stations.front().name, "x0_000");
+  EXPECT_EQ(stations.front().line, "x0");
+  EXPECT_EQ(stations.front().planned_mm, kTestFirst_mm);
+  EXPECT_EQ(stations.front().attempt.row, 0);
+  EXPECT_EQ(stations.back().name, "v0_002");
+}
+
+// Along the axis of its line a station is where the feedback says, across it where it was planned.
+TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
+  capture_.off_mm = -1.5;
+  capture_.capture_missing(capture_.open().get());
+  SessionReader reader(capture_.directory);
+  const std::vector<FrameRecord> frames = reader.frames();
+  std::size_t i = 0;
+  for (const CaptureLine& line : capture_.plan.lines) {
+    for (const CaptureStation& station : line.stations) {
+      const FrameRecord& frame = frames.at(i++);
+      const double dx_m = line.axis == LineAxis::kX ? -0.0015 : 0.0;
+      EXPECT_EQ(frame.station, station.name);
+      EXPECT_EQ(frame.validation, line.id == "v0");
+      EXPECT_NEAR(frame.position_m.x_m, station.position_m.x_m + dx_m, 1e-12);
+      EXPECT_NEAR(frame.position_m.z_m, station.position_m.z_m - 0.0015 - dx_m, 1e-12);
+    }
+  }
+}
+
+TEST_F(SessionReaderTest, KeepsTheConfigurationForTheRecord) {
+  capture_.config.camera.frames = "dual-fisheye";
+  capture_.config.camera.exposure.bracket_ev = {0.0, 2.0, -2.0};
+  capture_.open();
+  const SessionFacts facts = SessionReader(capture_.directory).facts();
+  EXPECT_EQ(facts.created, ManualClock().wall_now());
+  EXPECT_EQ(facts.mode, "stations");
+  EXPECT_EQ(facts.camera, "osc");
+  EXPECT_EQ(facts.frames, "dual-fisheye");
+  EXPECT_EQ(facts.exposures, 3);
+  EXPECT_EQ(facts.config_text, "camera:\n  kind: osc\n");
+}
+
+TEST_F(SessionReaderTest, RefusesFramesOutsideOfTheSession) {
+  capture_.capture_missing(capture_.open().get(), 1);
+  for (const std::string trap : {"/etc/passwd", "frames/../../secret"}) {
+    open_session_to_write(capture_.directory).execute("UPDATE frame SET file = '" + trap + "'");
+    SessionReader reader(capture_.directory);
+    EXPECT_THAT(error_of([&] { reader.frames(); }), HasSubstr("not in its directory")) << trap;
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,333 @@
+#include "capture/session/session.h"
+
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "capture/session/lossy_disk.h"
+#include "capture/session/session_database.h"
+#include "capture/session/session_reader.h"
+#include "capture/session/session_schema.h"
+#include "capture/session/session_times.h"
+#include "capture/session/session_verify.h"
+#include "capture/session/test_session.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+namespace fs = std::filesystem;
+
+class SessionTest : public testing::Test {
+ protected:
+  SqliteConnection rows() { return open_session_to_read(capture_.directory); }
+  std::int64_t count(const std::string& what) {
+    return rows().integer("SELECT count(*) FROM " + what);
+  }
+  std::string error_of_opening() {
+    return error_of([this] { capture_.open(); });
+  }
+
+  TestDirectory directory_;
+  TestCapture capture_{.directory = directory_ / "session", .plan = short_plan()};
+};
+
+TEST_F(SessionTest, RemembersWhatWasCapturedWhenItIsOpenedAgain) {
+  capture_.capture_missing(capture_.open().get(), 2);
+  const std::unique_ptr<Session> again = capture_.open();
+  EXPECT_TRUE(again->is_captured("x0_000"));
+  EXPECT_TRUE(again->is_captured("x0_001"));
+  EXPECT_FALSE(again->is_captured("x0_002"));
+  EXPECT_EQ(again->frame_size(), (PanoramaSize{64, 32}));
+}
+
+TEST_F(SessionTest, KeepsEveryNumberOfAStation) {
+  capture_.off_mm = 0.25;
+  capture_.capture_missing(capture_.open().get(), 1);
+  SqliteConnection connection = rows();
+  SqliteStatement row(&connection,
+                      "SELECT outcome, commanded_mm, measured_mm, moving_ms, settling_ms, "
+                      "triggered_utc_us, exposed_utc_us, exposing_ms, transfer_ms, own_ms, "
+                      "begun_utc_us, ended_utc_us FROM attempt");
+  ASSERT_TRUE(row.step());
+  EXPECT_EQ(row.text(0), "captured");
+  EXPECT_EQ(row.real(1), 50.0);
+  EXPECT_EQ(row.real(2), 50.25);
+  EXPECT_EQ(row.real(3), 1200.0);
+  EXPECT_EQ(row.real(4), 300.0);
+  constexpr std::int64_t kStart_us = 1767225600000000;  // 2026-01-01
+  EXPECT_EQ(row.integer(5), kStart_us + 2500000);
+  EXPECT_EQ(row.integer(6), kStart_us + 2500000);
+  EXPECT_EQ(row.real(7), 800.0);
+  EXPECT_EQ(row.real(8), 150.0);
+  EXPECT_EQ(row.real(9), 6.5);
+  EXPECT_EQ(row.integer(10), kStart_us);
+  EXPECT_EQ(row.integer(11), kStart_us + 2500000);
+}
+
+TEST_F(SessionTest, StoresTheFrameAsItsRowSays) {
+  capture_.capture_missing(capture_.open().get(), 1);
+  EXPECT_EQ(read_file(capture_.directory / "frames/x0_000.jpg"), test_picture("x0_000 0").bytes);
+  SessionReader reader(capture_.directory);
+  const std::vector<FrameRecord> frames = reader.frames();
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].file, "frames/x0_000.jpg");
+  EXPECT_EQ(frames[0].bytes, static_cast<std::int64_t>(test_picture("x0_000 0").bytes.size()));
+  EXPECT_TRUE(verify_session(&reader).is_whole());
+}
+
+TEST_F(SessionTest, TellsFramesOfABracketAndOfTwoLensesApart) {
+  capture_.config.camera.exposure.bracket_ev = {0.0, -2.0};
+  const std::unique_ptr<Session> session = capture_.open();
+  const AttemptId attempt = session->begin_attempt("x0_000", 50.0);
+  std::vector<StoredFrame> frames;
+  for (const int exposure : {0, 1}) {
+    for (const FrameLens lens : {FrameLens::kFront, FrameLens::kBack}) {
+      frames.push_back(session->store_frame(attempt, exposure, test_picture("any"), lens));
+    }
+  }
+  session->complete_attempt(attempt, settled_at(50.0, 50.0), capture_.shoot("x0_000"), frames, 1.0);
+  EXPECT_THAT(list_frames(capture_.directory),
+              ElementsAre("frames/x0_000_back.jpg", "frames/x0_000_e1_back.jpg",
+                          "frames/x0_000_e1_front.jpg", "frames/x0_000_front.jpg"));
+  EXPECT_EQ(count("frame WHERE exposure = 1 AND lens = 'back'"), 1);
+}
+
+TEST_F(SessionTest, AFailedAttemptIsKeptAndTheStationShotAgain) {
+  const std::unique_ptr<Session> session = capture_.open();
+  const AttemptId first = session->begin_attempt("x0_000", 50.0);
+  session->store_frame(first, 0, test_picture("first"));
+  session->fail_attempt(first, "bad-picture", "the second exposure was cut short");
+  EXPECT_FALSE(session->is_captured("x0_000"));
+  capture_.capture(session.get(), capture_.plan.lines[0].stations[0]);
+  EXPECT_TRUE(session->is_captured("x0_000"));
+  EXPECT_THAT(list_frames(capture_.directory),
+              ElementsAre("frames/x0_000.jpg", "frames/x0_000_a2.jpg"));
+  EXPECT_EQ(read_file(capture_.directory / "frames/x0_000.jpg"), test_picture("first").bytes);
+  EXPECT_EQ(count("attempt WHERE fault = 'bad-picture' AND outcome = 'failed'"), 1);
+}
+
+TEST_F(SessionTest, AnAttemptThatAKilledRunLeftIsMarkedAndItsFilesStay) {
+  {
+    const std::unique_ptr<Session> killed = capture_.open();
+    const AttemptId attempt = killed->begin_attempt("x0_000", 50.0);
+    killed->store_frame(attempt, 0, test_picture("killed"));
+    std::ofstream(capture_.directory / "frames/.x0_000_e1.jpg.partial") << "half";
+  }
+  const std::unique_ptr<Session> session = capture_.open();
+  EXPECT_EQ(count("attempt WHERE outcome = 'failed' AND fault = 'interrupted'"), 1);
+  capture_.capture_missing(session.get());
+  SessionReader reader(capture_.directory);
+  const SessionVerification verification = verify_session(&reader);
+  EXPECT_TRUE(verification.is_whole());
+  EXPECT_THAT(verification.leftover, ElementsAre("frames/x0_000.jpg"));
+  EXPECT_EQ(reader.frames().size(), 3U);
+}
+
+TEST_F(SessionTest, AStationIsCapturedOnceWhateverHappens) {
+  const std::unique_ptr<Session> session = capture_.open();
+  capture_.capture_missing(session.get(), 1);
+  const AttemptId again = session->begin_attempt("x0_000", 50.0);
+  const StoredFrame frame = session->store_frame(again, 0, test_picture("again"));
+  EXPECT_THROW(session->complete_attempt(again, settled_at(50.0, 50.0), capture_.shoot("x0_000"),
+                                         std::span(&frame, 1), 1.0),
+               Error);
+  EXPECT_EQ(count("frame"), 1);
+}
+
+TEST_F(SessionTest, AnAttemptEndsOnce) {
+  const std::unique_ptr<Session> session = capture_.open();
+  const AttemptId attempt = session->begin_attempt("x0_000", 50.0);
+  session->fail_attempt(attempt, "stall", "stood still");
+  EXPECT_THROW(session->fail_attempt(attempt, "stall", "stood still"), std::logic_error);
+  EXPECT_THROW(session->begin_attempt("x9_000", 0.0), std::logic_error);
+}
+
+TEST_F(SessionTest, PicturesOnTheCardAreAddedLater) {
+  capture_.config.camera.kind = "gpio";
+  capture_.capture_missing(capture_.open().get());
+  SessionReader reader(capture_.directory);
+  const StationRecord exposed = reader.stations()[1];
+  EXPECT_EQ(exposed.state, StationState::kExposed);
+  ASSERT_TRUE(exposed.exposed_at.has_value());
+
+  const std::unique_ptr<Session> session = Session::open(capture_.directory, &capture_.clock);
+  EXPECT_TRUE(session->is_captured("x0_001"));
+  const StoredFrame frame = session->store_frame(exposed.attempt, 0, test_picture("card"));
+  session->add_pictures(exposed.attempt, std::span(&frame, 1));
+  EXPECT_EQ(reader.stations()[1].state, StationState::kCaptured);
+  EXPECT_EQ(reader.frames().size(), 1U);
+  EXPECT_THROW(session->add_pictures(exposed.attempt, std::span(&frame, 1)), std::logic_error);
+}
+
+TEST_F(SessionTest, AFrameOfAFilmIsCapturedWhereTheCarriageWas) {
+  const std::unique_ptr<Session> session = capture_.open();
+  const std::vector<JournalSample> samples = {{capture_.clock.wall_now(), 50.0},
+                                              {capture_.clock.wall_now(), 60.0}};
+  EXPECT_FALSE(session->has_journal("x0"));
+  session->record_journal("x0", samples);
+  EXPECT_TRUE(session->has_journal("x0"));
+  const AttemptId attempt = session->begin_attempt("x0_000", 50.0);
+  const StoredFrame frame = session->store_frame(attempt, 0, test_picture("film"));
+  session->complete_from_film(attempt, 51.5, capture_.clock.wall_now(), std::span(&frame, 1));
+  SessionReader reader(capture_.directory);
+  EXPECT_EQ(reader.journal("x0").size(), 2U);
+  EXPECT_EQ(reader.journal("x0")[1].position_mm, 60.0);
+  EXPECT_NEAR(reader.frames().at(0).position_m.x_m, -0.25 + 0.0015, 1e-12);
+}
+
+TEST_F(SessionTest, ExposureAndEventsStay) {
+  {
+    const std::unique_ptr<Session> session = capture_.open();
+    EXPECT_EQ(session->exposure(), "");
+    session->set_exposure(R"({"iso": 200})");
+    session->record_event("line-placed", "x0");
+  }
+  EXPECT_EQ(capture_.open()->exposure(), R"({"iso": 200})");
+  EXPECT_EQ(count("event WHERE kind = 'line-placed' AND text = 'x0'"), 1);
+}
+
+TEST_F(SessionTest, RefusesAnotherPlanWithTheFirstDifference) {
+  capture_.open();
+  capture_.plan.lines[0].stations.pop_back();
+  EXPECT_THAT(error_of_opening(),
+              AllOf(HasSubstr("another plan"), HasSubstr("line x0 has 3 stations there, 2 here")));
+}
+
+TEST_F(SessionTest, RefusesAnotherKindOfFrames) {
+  capture_.open();
+  capture_.config.camera.frames = "dual-fisheye";
+  EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("another plan"), HasSubstr("frames"),
+                                        HasSubstr("panorama"), HasSubstr("dual-fisheye")));
+}
+
+TEST_F(SessionTest, RefusesANewerVersion) {
+  capture_.open();
+  SqliteConnection(session_database_path(capture_.directory), SqliteAccess::kReadWrite)
+      .execute("PRAGMA user_version = 99");
+  EXPECT_THAT(error_of_opening(), HasSubstr("newer"));
+}
+
+TEST_F(SessionTest, RefusesASecondWriter) {
+  const std::unique_ptr<Session> first = capture_.open();
+  EXPECT_THAT(error_of_opening(),
+              AllOf(HasSubstr(capture_.directory.string()), HasSubstr("another raywalk-capture")));
+}
+
+TEST_F(SessionTest, RefusesToBeginWithFramesWhoseDatabaseIsLost) {
+  capture_.capture_missing(capture_.open().get(), 1);
+  for (const fs::directory_entry& entry : fs::directory_iterator(capture_.directory)) {
+    if (entry.path().filename().string().starts_with("session.db")) fs::remove(entry.path());
+  }
+  EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("holds frames"), HasSubstr("session.db")));
+}
+
+TEST_F(SessionTest, RefusesToGoOnWithoutTheFramesItNames) {
+  capture_.capture_missing(capture_.open().get(), 2);
+  fs::rename(capture_.directory / "frames", capture_.directory / "away");
+  EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("frames is missing"), HasSubstr("2 frames")));
+  EXPECT_FALSE(fs::exists(capture_.directory / "frames"));
+}
+
+TEST_F(SessionTest, GoesOnWhereCreationWasKilledHalfWay) {
+  fs::create_directories(capture_.directory);
+  std::ofstream(session_database_path(capture_.directory)).close();
+  capture_.capture_missing(capture_.open().get());
+  SessionReader reader(capture_.directory);
+  EXPECT_EQ(reader.frames().size(), 3U);
+}
+
+TEST_F(SessionTest, RefusesAClockThatWentBack) {
+  const std::unique_ptr<Session> session = capture_.open();
+  capture_.capture_missing(session.get(), 1);
+  capture_.clock.shift_wall(std::chrono::hours(-24));
+  EXPECT_THAT(error_of([&] { session->begin_attempt("x0_001", 300.0); }),
+              AllOf(HasSubstr("2025-12-31 00:00:02 UTC"), HasSubstr("2026-01-01 00:00:02 UTC"),
+                    HasSubstr("set the clock")));
+  EXPECT_EQ(count("attempt"), 1);
+}
+
+TEST_F(SessionTest, RefusesAClockThatWentBackBetweenTwoRuns) {
+  capture_.capture_missing(capture_.open().get(), 1);
+  capture_.clock.shift_wall(std::chrono::hours(-1));
+  const std::unique_ptr<Session> session = capture_.open();
+  EXPECT_THROW(session->begin_attempt("x0_001", 300.0), Error);
+  capture_.clock.shift_wall(std::chrono::hours(1));
+  EXPECT_NO_THROW(session->begin_attempt("x0_001", 300.0));
+}
+
+TEST_F(SessionTest, TakesATimeServersCorrectionForWhatItIs) {
+  const std::unique_ptr<Session> session = capture_.open();
+  capture_.capture_missing(session.get(), 1);
+  capture_.clock.shift_wall(std::chrono::milliseconds(-300));
+  EXPECT_NO_THROW(session->begin_attempt("x0_001", 300.0));
+}
+
+TEST_F(SessionTest, ADiskFullInMidFrameLosesNothing) {
+  LossyDisk disk;
+  capture_.disk = &disk;
+  const std::unique_ptr<Session> session = capture_.open();
+  capture_.capture_missing(session.get(), 1);
+  disk.full_at = disk.operations() + 1;  // the write of the next frame
+  EXPECT_THAT(error_of([&] { capture_.capture_missing(session.get()); }),
+              AllOf(HasSubstr("x0_001.jpg"), HasSubstr("free some space")));
+  EXPECT_THAT(disk.names(), ElementsAre("x0_000.jpg"));
+  disk.full_at = -1;
+  capture_.capture_missing(session.get());
+  EXPECT_THAT(disk.names(), ElementsAre("x0_000.jpg", "x0_001_a2.jpg", "x0_002.jpg"));
+}
+
+TEST_F(SessionTest, OpeningOneThatIsNotThereMakesNothing) {
+  EXPECT_THAT(error_of([&] { Session::open(directory_ / "none", &capture_.clock); }),
+              HasSubstr("no session"));
+  EXPECT_FALSE(fs::exists(directory_ / "none"));
+}
+
+// Root may write anywhere: what another user meets can be tested as one only.
+class OrdinaryUser {
+ public:
+  OrdinaryUser() : was_root_(geteuid() == 0 && seteuid(kNobody) == 0) {}
+  ~OrdinaryUser() {
+    if (was_root_ && seteuid(0) != 0) std::abort();
+  }
+  OrdinaryUser(const OrdinaryUser&) = delete;
+  OrdinaryUser& operator=(const OrdinaryUser&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  bool was_root_;
+};
+
+TEST_F(SessionTest, OnADiskThatCannotBeWrittenIsReadButNotGoneOnWith) {
+  capture_.capture_missing(capture_.open().get());
+  chmod(directory_.path().c_str(), 0755);
+  chmod(capture_.directory.c_str(), 0555);
+  {
+    const OrdinaryUser user;
+    if (eaccess(capture_.directory.c_str(), W_OK) == 0) GTEST_SKIP() << "may write anywhere";
+    EXPECT_THAT(error_of_opening(),
+                AllOf(HasSubstr("cannot"), HasSubstr(capture_.directory.string())));
+    SessionReader reader(capture_.directory);
+    EXPECT_EQ(reader.frames().size(), 3U);
+    EXPECT_TRUE(verify_session(&reader).is_whole());
+  }
+  chmod(capture_.directory.c_str(), 0755);
+}
+
+TEST(SessionTimesTest, KeepMicrosecondsAndReadAsUtc) {
+  const std::int64_t utc_us = 1767225609123456;
+  EXPECT_EQ(utc_us_from(wall_time_from(utc_us)), utc_us);
+  EXPECT_EQ(utc_text(utc_us), "2026-01-01 00:00:09 UTC");
+  EXPECT_EQ(utc_text(-1), "1969-12-31 23:59:59 UTC");
+}
+
+}  // namespace
+}  // namespace raywalk

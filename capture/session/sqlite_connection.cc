@@ -1,0 +1,176 @@
+#include "capture/session/sqlite_connection.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kBusyTimeout_ms = 10000;
+
+// A file name as SQLite's URIs take it (sqlite.org/uri.html): '%', '?' and '#' escaped.
+std::string uri_of(const std::filesystem::path& file, std::string_view query) {
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(file).string()) {
+    if (c == '%' || c == '?' || c == '#') {
+      uri += fmt::format("%{:02x}", static_cast<unsigned char>(c));
+    } else {
+      uri += c;
+    }
+  }
+  return uri.append("?").append(query);
+}
+
+sqlite3* open_handle(const std::filesystem::path& file, SqliteAccess access, int* result) {
+  sqlite3* handle = nullptr;
+  switch (access) {
+    case SqliteAccess::kReadWrite:
+      *result = sqlite3_open_v2(file.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE,
+                                nullptr);
+      break;
+    case SqliteAccess::kReadOnly:
+      *result = sqlite3_open_v2(file.c_str(), &handle, SQLITE_OPEN_READONLY, nullptr);
+      break;
+    case SqliteAccess::kImmutable:
+      *result = sqlite3_open_v2(uri_of(file, "immutable=1").c_str(), &handle,
+                                SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+      break;
+  }
+  return handle;
+}
+
+// What failed and what to do about it, for the primary result codes of sqlite.org/rescode.html
+// that the world outside of the program causes.
+std::string explanation(sqlite3* handle) {
+  switch (sqlite3_errcode(handle) & 0xFF) {
+    case SQLITE_FULL:
+      return "the disk is full; free some space (everything captured so far is safe)";
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return "it cannot be written; check the permissions of the session's directory and files";
+    case SQLITE_CORRUPT:
+      return fmt::format(
+          "damaged ({}); the frames are untouched: restore this file from a copy, or recover its "
+          "rows with 'sqlite3 session.db .recover'",
+          sqlite3_errmsg(handle));
+    case SQLITE_NOTADB:
+      return "not an SQLite database, or damaged; restore it from a copy (the frames are "
+             "untouched)";
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "another program keeps it locked; close that one first";
+    case SQLITE_CANTOPEN:
+      return fmt::format("it cannot be opened ({}); check that it is there and may be read",
+                         std::generic_category().message(sqlite3_system_errno(handle)));
+    case SQLITE_IOERR:
+      return fmt::format("reading or writing failed ({}); check the disk",
+                         std::generic_category().message(sqlite3_system_errno(handle)));
+    default:
+      return sqlite3_errmsg(handle);
+  }
+}
+
+}  // namespace
+
+SqliteConnection::SqliteConnection(const std::filesystem::path& file, SqliteAccess access)
+    : file_(file) {
+  int result = SQLITE_OK;
+  handle_.reset(open_handle(file, access, &result));
+  if (result != SQLITE_OK) fail();
+  sqlite3_extended_result_codes(handle_.get(), 1);
+  sqlite3_busy_timeout(handle_.get(), kBusyTimeout_ms);
+}
+
+void SqliteConnection::fail() const {
+  throw Error(one_line(fmt::format("{}: {}", file_.string(), explanation(handle_.get()))));
+}
+
+void SqliteConnection::execute(const std::string& sql) {
+  if (sqlite3_exec(handle_.get(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
+}
+
+std::int64_t SqliteConnection::integer(const std::string& sql) {
+  SqliteStatement statement(this, sql);
+  return statement.step() ? statement.integer(0) : 0;
+}
+
+std::string SqliteConnection::text(const std::string& sql) {
+  SqliteStatement statement(this, sql);
+  return statement.step() ? statement.text(0) : std::string();
+}
+
+SqliteStatement::SqliteStatement(SqliteConnection* connection, std::string_view sql)
+    : connection_(connection) {
+  sqlite3_stmt* handle = nullptr;
+  if (sqlite3_prepare_v2(connection_->handle(), sql.data(), static_cast<int>(sql.size()), &handle,
+                         nullptr) != SQLITE_OK) {
+    connection_->fail();
+  }
+  handle_.reset(handle);
+}
+
+bool SqliteStatement::step() {
+  const int result = sqlite3_step(handle_.get());
+  if (result != SQLITE_ROW && result != SQLITE_DONE) connection_->fail();
+  return result == SQLITE_ROW;
+}
+
+bool SqliteStatement::is_null(int column) const {
+  return sqlite3_column_type(handle_.get(), column) == SQLITE_NULL;
+}
+
+std::string SqliteStatement::text(int column) const {
+  // The text has to be asked for before its length (sqlite.org/c3ref/column_blob.html).
+  const auto* characters =
+      reinterpret_cast<const char*>(sqlite3_column_text(handle_.get(), column));
+  const int bytes = sqlite3_column_bytes(handle_.get(), column);
+  return characters == nullptr ? std::string()
+                               : std::string(characters, static_cast<std::size_t>(bytes));
+}
+
+std::optional<double> SqliteStatement::optional_real(int column) const {
+  return is_null(column) ? std::nullopt : std::optional(real(column));
+}
+
+std::optional<std::int64_t> SqliteStatement::optional_integer(int column) const {
+  return is_null(column) ? std::nullopt : std::optional(integer(column));
+}
+
+void SqliteStatement::bind_null(int parameter) {
+  if (sqlite3_bind_null(handle_.get(), parameter) != SQLITE_OK) connection_->fail();
+}
+
+void SqliteStatement::bind_integer(int parameter, std::int64_t value) {
+  if (sqlite3_bind_int64(handle_.get(), parameter, value) != SQLITE_OK) connection_->fail();
+}
+
+void SqliteStatement::bind_real(int parameter, double value) {
+  if (sqlite3_bind_double(handle_.get(), parameter, value) != SQLITE_OK) connection_->fail();
+}
+
+void SqliteStatement::bind_text(int parameter, std::string_view value) {
+  // An empty view may have no address, which SQLite would take for NULL.
+  const char* characters = value.empty() ? "" : value.data();
+  if (sqlite3_bind_text(handle_.get(), parameter, characters, static_cast<int>(value.size()),
+                        SQLITE_TRANSIENT) != SQLITE_OK) {
+    connection_->fail();
+  }
+}
+
+SqliteTransaction::SqliteTransaction(SqliteConnection* connection) : connection_(connection) {
+  connection_->execute("BEGIN IMMEDIATE");
+}
+
+SqliteTransaction::~SqliteTransaction() {
+  // Some failures, a full disk among them, have rolled back already.
+  if (connection_->in_transaction()) {
+    sqlite3_exec(connection_->handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+}
+
+void SqliteTransaction::commit() { connection_->execute("COMMIT"); }
+
+}  // namespace raywalk

@@ -1,0 +1,124 @@
+// The part of SQLite that sessions use: handles that close themselves, failures that throw Error
+// with the file and what to do.
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace raywalk {
+
+enum class SqliteAccess {
+  kReadWrite,  // makes the file where it is missing
+  kReadOnly,   // also while another process writes
+  kImmutable   // a file nobody writes, on a disk that cannot be written: no locks, no log
+};
+
+// An open database. Used by one thread at a time. Every failure throws Error of one line: disk
+// full, read-only, damaged, not a database, locked by another program for over 10 s.
+class SqliteConnection {
+ public:
+  SqliteConnection(const std::filesystem::path& file, SqliteAccess access);
+
+  // Runs one or several statements that return nothing.
+  void execute(const std::string& sql);
+  // The first value of the first row, as "PRAGMA user_version" gives it.
+  std::int64_t integer(const std::string& sql);
+  std::string text(const std::string& sql);
+  // Rows changed by the last statement.
+  int changes() const { return sqlite3_changes(handle_.get()); }
+  std::int64_t last_row() const { return sqlite3_last_insert_rowid(handle_.get()); }
+  bool in_transaction() const { return sqlite3_get_autocommit(handle_.get()) == 0; }
+  bool is_read_only() const { return sqlite3_db_readonly(handle_.get(), "main") == 1; }
+
+  sqlite3* handle() const { return handle_.get(); }
+  // Throws Error for what the last call on this connection failed with.
+  [[noreturn]] void fail() const;
+
+ private:
+  struct Closer {
+    void operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
+  };
+
+  std::filesystem::path file_;
+  std::unique_ptr<sqlite3, Closer> handle_;
+};
+
+// A prepared statement: bind, then step through its rows. Columns are counted from 0.
+class SqliteStatement {
+ public:
+  // `connection` has to outlive it.
+  SqliteStatement(SqliteConnection* connection, std::string_view sql);
+
+  // Sets ?1, ?2, ... and makes the statement ready to run, once more if it has run before. Takes
+  // integers, double, text, and optionals of these (none: NULL).
+  template <typename... Values>
+  SqliteStatement& bind(const Values&... values) {
+    sqlite3_reset(handle_.get());
+    int parameter = 0;
+    (bind_one(++parameter, values), ...);
+    return *this;
+  }
+  // Whether there is a (next) row.
+  bool step();
+  // For a statement that returns no rows.
+  void run() { step(); }
+
+  bool is_null(int column) const;
+  std::int64_t integer(int column) const { return sqlite3_column_int64(handle_.get(), column); }
+  double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
+  std::string text(int column) const;
+  std::optional<double> optional_real(int column) const;
+  std::optional<std::int64_t> optional_integer(int column) const;
+
+ private:
+  struct Finalizer {
+    void operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
+  };
+
+  void bind_null(int parameter);
+  void bind_integer(int parameter, std::int64_t value);
+  void bind_real(int parameter, double value);
+  void bind_text(int parameter, std::string_view value);
+
+  template <typename Value>
+  void bind_one(int parameter, const std::optional<Value>& value) {
+    value ? bind_one(parameter, *value) : bind_null(parameter);
+  }
+  template <typename Value>
+  void bind_one(int parameter, const Value& value) {
+    if constexpr (std::is_integral_v<Value>) {
+      bind_integer(parameter, value);
+    } else if constexpr (std::is_floating_point_v<Value>) {
+      bind_real(parameter, value);
+    } else {
+      bind_text(parameter, value);
+    }
+  }
+
+  SqliteConnection* connection_;
+  std::unique_ptr<sqlite3_stmt, Finalizer> handle_;
+};
+
+// Everything up to commit() happens or nothing does: without it the destructor rolls back.
+class SqliteTransaction {
+ public:
+  explicit SqliteTransaction(SqliteConnection* connection);
+  ~SqliteTransaction();
+  SqliteTransaction(const SqliteTransaction&) = delete;
+  SqliteTransaction& operator=(const SqliteTransaction&) = delete;
+
+  // On disk when it returns.
+  void commit();
+
+ private:
+  SqliteConnection* connection_;
+};
+
+}  // namespace raywalk
