@@ -1,0 +1,174 @@
+#include "capture/run/capture_sequence.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "capture/base/device_fault.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kBytesOfMegabyte = 1e6;
+
+// The stations of a line that are still to be captured, in order.
+std::vector<const CaptureStation*> missing_stations(const CaptureLine& line,
+                                                    const Session& session) {
+  std::vector<const CaptureStation*> missing;
+  for (const CaptureStation& station : line.stations) {
+    if (!session.is_captured(station.name)) missing.push_back(&station);
+  }
+  return missing;
+}
+
+std::size_t count_missing(const CapturePlan& plan, const Session& session) {
+  std::size_t count = 0;
+  for (const CaptureLine& line : plan.lines) count += missing_stations(line, session).size();
+  return count;
+}
+
+}  // namespace
+
+void CaptureSequence::run(const CapturePlan& plan) {
+  const Session& session = *parts_.session;
+  state_.done = [&] {
+    return fmt::format("{} of {} stations captured", plan.stations() - count_missing(plan, session),
+                       plan.stations());
+  };
+  in_good_order(parts_.session, state_, [&] { capture_lines(plan); });
+  parts_.session->record_event("finished", state_.done());
+}
+
+void CaptureSequence::capture_lines(const CapturePlan& plan) {
+  Progress progress("capture", static_cast<std::int64_t>(count_missing(plan, *parts_.session)),
+                    "stations");
+  const int count = static_cast<int>(plan.lines.size());
+  for (int i = 0; i < count; ++i) {
+    const CaptureLine& line = plan.lines[i];
+    const auto missing = missing_stations(line, *parts_.session);
+    if (missing.empty()) continue;
+    state_.place = "line " + line.id;
+    parts_.placer->place(line, i + 1, count);
+    begin_line(line, *missing.front());
+    for (const CaptureStation* station : missing) {
+      state_.place = "station " + station->name;
+      capture_station(*station);
+      progress.advance();
+    }
+  }
+}
+
+void CaptureSequence::begin_line(const CaptureLine& line, const CaptureStation& first) {
+  parts_.session->record_event("line-placed", line.id);
+  const SoftLimits& limits = parts_.carriage->limits();
+  const double start_mm = std::max(limits.low_mm(), first.rail_mm - rules_.approach_mm);
+  parts_.carriage->move_to(limits.require(start_mm, "start of line " + line.id));
+  accounted_until_ = parts_.clock->now();
+}
+
+void CaptureSequence::capture_station(const CaptureStation& station) {
+  for (int shot = 1;; ++shot) {
+    try {
+      try_station(station);
+      return;
+    } catch (const DeviceFault& fault) {
+      if (!fault.worth_another_shot() || shot >= rules_.shots) throw;
+      spdlog::warn("station {}: {}; shooting it again ({} of {})", station.name, fault.what(),
+                   shot + 1, rules_.shots);
+    }
+  }
+}
+
+void CaptureSequence::try_station(const CaptureStation& station) {
+  throw_if_interrupted();
+  require_space();
+  const SafePosition target = parts_.carriage->limits().require(station.rail_mm, "its place");
+  const AttemptId attempt = parts_.session->begin_attempt(station.name, target.mm());
+  try {
+    shoot_station(attempt, target);
+  } catch (const DeviceFault& fault) {
+    note_failure(attempt, name_of(fault.kind()), fault.what());
+    throw;
+  } catch (const Interrupted& interrupted) {
+    note_failure(attempt, "interrupted", interrupted.what());
+    throw;
+  } catch (const Error& error) {
+    note_failure(attempt, "session", error.what());
+    throw;
+  }
+}
+
+void CaptureSequence::shoot_station(const AttemptId& attempt, SafePosition target) {
+  const SettledPosition settled = parts_.carriage->move_to(target);
+  const Shot shot = parts_.camera->shoot(settled.settled_at);
+  require_pictures(shot);
+  const std::vector<StoredFrame> frames = store_pictures(attempt, shot);
+  parts_.session->complete_attempt(attempt, settled, shot, frames,
+                                   own_ms_since_last(settled, shot));
+}
+
+std::vector<StoredFrame> CaptureSequence::store_pictures(const AttemptId& attempt,
+                                                         const Shot& shot) {
+  std::vector<StoredFrame> frames;
+  for (const Picture& picture : shot.pictures) {
+    const int exposure = static_cast<int>(frames.size());
+    frames.push_back(parts_.session->store_frame(attempt, exposure, picture));
+  }
+  return frames;
+}
+
+void CaptureSequence::require_pictures(const Shot& shot) const {
+  if (parts_.camera->keeps_pictures()) return;
+  if (static_cast<int>(shot.pictures.size()) != rules_.exposures) {
+    throw DeviceFault(FaultKind::kMissingPicture,
+                      fmt::format("the camera gave {} pictures where {} were asked for; see its "
+                                  "card and settings",
+                                  shot.pictures.size(), rules_.exposures));
+  }
+  const PanoramaSize expected = parts_.session->frame_size().value_or(shot.pictures[0].size);
+  for (const Picture& picture : shot.pictures) {
+    if (picture.size == expected) continue;
+    throw DeviceFault(
+        FaultKind::kBadPicture,
+        fmt::format("a picture of {} x {} among pictures of {} x {}; set the camera back to the "
+                    "size it had",
+                    picture.size.width, picture.size.height, expected.width, expected.height));
+  }
+}
+
+void CaptureSequence::require_space() const {
+  const std::filesystem::path& directory = parts_.session->directory();
+  const auto free_bytes = static_cast<double>(std::filesystem::space(directory).available);
+  if (free_bytes >= rules_.least_free_bytes) return;
+  throw Error(
+      fmt::format("{}: {:.0f} MB are free on its disk, less than the {:.0f} MB of "
+                  "run.least_free_mb; free some",
+                  directory.string(), free_bytes / kBytesOfMegabyte,
+                  rules_.least_free_bytes / kBytesOfMegabyte));
+}
+
+// What passed since the last station was accounted for and was neither motion, settling, exposure
+// nor transfer: this station's own share, with the commit of the one before.
+double CaptureSequence::own_ms_since_last(const SettledPosition& settled, const Shot& shot) {
+  const SteadyTime now = parts_.clock->now();
+  const double passed_ms = ms_from_duration(now - accounted_until_);
+  accounted_until_ = now;
+  return passed_ms - settled.moving_ms - settled.settling_ms - shot.exposing_ms - shot.transfer_ms;
+}
+
+// The failure that is being noted is what the user has to see, also where the session cannot be
+// written any more: an attempt without an end says as much when the session is opened again.
+void CaptureSequence::note_failure(const AttemptId& attempt, std::string_view fault,
+                                   const std::string& message) {
+  try {
+    parts_.session->fail_attempt(attempt, fault, message);
+  } catch (const Error& error) {
+    spdlog::warn("{}", error.what());
+  }
+}
+
+}  // namespace raywalk

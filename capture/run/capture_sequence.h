@@ -1,0 +1,64 @@
+// The capture itself: line by line, station by station: move, settle, trigger, store, commit.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/base/clock.h"
+#include "capture/camera/camera.h"
+#include "capture/plan/capture_plan.h"
+#include "capture/run/good_order.h"
+#include "capture/run/rail_placer.h"
+#include "capture/session/session.h"
+#include "capture/slider/carriage.h"
+
+namespace raywalk {
+
+// What a capture works with. All have to outlive it.
+struct CaptureParts {
+  Carriage* carriage = nullptr;
+  Camera* camera = nullptr;
+  Session* session = nullptr;
+  RailPlacer* placer = nullptr;
+  Clock* clock = nullptr;
+};
+
+struct CaptureRules {
+  int shots = 3;      // of a station whose picture does not arrive whole
+  int exposures = 1;  // pictures of one station
+  // How far below the first station a line begins: all stations are then reached in the same
+  // direction, and play in the drive lies on the same side at all of them.
+  double approach_mm = 5.0;
+  double least_free_bytes = 0;  // on the session's disk, before every station
+};
+
+// Captures every station of the plan that the session does not hold yet; the carriage is homed.
+// Throws Paused, naming station, fault and next step, where a device fails or the disk is full; and
+// Interrupted. In either case the session holds everything captured so far.
+class CaptureSequence {
+ public:
+  CaptureSequence(const CaptureParts& parts, const CaptureRules& rules)
+      : parts_(parts), rules_(rules) {}
+
+  void run(const CapturePlan& plan);
+
+ private:
+  void capture_lines(const CapturePlan& plan);
+  void begin_line(const CaptureLine& line, const CaptureStation& first);
+  void capture_station(const CaptureStation& station);
+  void try_station(const CaptureStation& station);
+  void shoot_station(const AttemptId& attempt, SafePosition target);
+  std::vector<StoredFrame> store_pictures(const AttemptId& attempt, const Shot& shot);
+  void require_pictures(const Shot& shot) const;
+  void require_space() const;
+  double own_ms_since_last(const SettledPosition& settled, const Shot& shot);
+  void note_failure(const AttemptId& attempt, std::string_view fault, const std::string& message);
+
+  CaptureParts parts_;
+  CaptureRules rules_;
+  WorkState state_;
+  SteadyTime accounted_until_{};  // start of the time not yet counted anywhere
+};
+
+}  // namespace raywalk

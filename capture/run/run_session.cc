@@ -1,0 +1,113 @@
+#include "capture/run/run_session.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "capture/run/capture_sequence.h"
+#include "capture/run/check_devices.h"
+#include "capture/run/film_lines.h"
+#include "capture/run/open_devices.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kBytesOfMegabyte = 1e6;
+
+std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPlacer* placer) {
+  SystemClock clock;
+  const auto slider = open_slider(config.slider, &clock);
+  Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
+  carriage.home();
+  Progress progress("dry run", static_cast<std::int64_t>(plan.stations()), "stations");
+  const int count = static_cast<int>(plan.lines.size());
+  for (int i = 0; i < count; ++i) {
+    placer->place(plan.lines[i], i + 1, count);
+    for (const CaptureStation& station : plan.lines[i].stations) {
+      carriage.move_to(carriage.limits().require(station.rail_mm, "station " + station.name));
+      progress.advance();
+    }
+  }
+  return fmt::format("dry run: the slider settled at all {} stations; no picture was taken",
+                     plan.stations());
+}
+
+std::size_t pictures_missing(const CapturePlan& plan, const Session& session,
+                             std::size_t exposures) {
+  std::size_t stations = 0;
+  for (const CaptureLine& line : plan.lines) {
+    for (const CaptureStation& station : line.stations) {
+      stations += session.is_captured(station.name) ? 0 : 1;
+    }
+  }
+  return stations * exposures;
+}
+
+void capture(const CapturePlan& plan, const CaptureConfig& config, const CaptureParts& parts) {
+  if (config.run.mode == "video") {
+    film_lines(
+        plan, parts,
+        {.profile = {config.run.video_speed_mm_s, config.slider.motion.profile.acceleration_mm_s2},
+         .approach_mm = config.run.approach_mm});
+    return;
+  }
+  CaptureSequence(parts, {.shots = config.run.shots,
+                          .exposures = static_cast<int>(config.camera.exposure.bracket_ev.size()),
+                          .approach_mm = config.run.approach_mm,
+                          .least_free_bytes = config.run.least_free_mb * kBytesOfMegabyte})
+      .run(plan);
+}
+
+// What there is after a run to the end, and what to do with it.
+std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
+                         const std::filesystem::path& session) {
+  const std::string where = session.string();
+  const std::size_t lines = plan.lines.size();
+  if (config.run.mode == "video") {
+    return fmt::format("{}: all {} lines are filmed; next: raywalk-capture import {} --video FILE",
+                       where, lines, where);
+  }
+  if (config.camera.kind == "gpio") {
+    return fmt::format(
+        "{}: all {} stations of {} lines are on the camera's card; next: "
+        "raywalk-capture import {} CARD",
+        where, plan.stations(), lines, where);
+  }
+  return fmt::format(
+      "{}: all {} stations of {} lines are captured; next: raywalk-capture export {}", where,
+      plan.stations(), lines, where);
+}
+
+}  // namespace
+
+std::string run_session(const CaptureConfig& config, const RunOptions& options) {
+  const StopSignalsOnlyAsk protection;
+  const CapturePlan plan = plan_capture(config);
+  const auto placer = make_rail_placer(config.run, options.yes);
+  if (options.dry_run) return dry_run(plan, config, placer.get());
+
+  SystemClock clock;
+  const auto session =
+      Session::open_or_create(options.session, plan, config, read_file(config.file), &clock);
+  const std::size_t pictures =
+      pictures_missing(plan, *session, config.camera.exposure.bracket_ev.size());
+  if (pictures == 0) return outcome_text(plan, config, options.session);
+
+  const auto camera = open_camera(config.camera, &clock);
+  const auto slider = open_slider(config.slider, &clock);
+  session->record_event("run-started", slider->description() + ", " + camera->description());
+  require_room_on_card(camera->report(), pictures);
+  if (!camera->keeps_pictures()) {
+    require_room_on_disk(session->directory(), pictures, plan, config);
+  }
+  Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
+  carriage.home();
+  session->set_exposure(camera->prepare(config.camera.exposure, session->exposure()));
+  capture(plan, config, {&carriage, camera.get(), session.get(), placer.get(), &clock});
+  return outcome_text(plan, config, options.session);
+}
+
+}  // namespace raywalk
