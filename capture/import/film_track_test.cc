@@ -1,0 +1,86 @@
+#include "capture/import/film_track.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+
+#include "capture/import/test_film.h"
+#include "capture/import/video_reader.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+class FilmTrackTest : public testing::Test {
+ protected:
+  TestDirectory directory_;
+  const std::filesystem::path film_ = directory_ / "film.avi";
+};
+
+TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
+  shoot_test_film(film_, {.rate_hz = 20.0, .length_s = 2.0}, [](double) { return 0.0; });
+  VideoReader reader(film_);
+  VideoFrame frame;
+  std::size_t frames = 0;
+  while (reader.next(&frame)) {
+    EXPECT_EQ(frame.number, frames);
+    EXPECT_NEAR(frame.time_s, 0.05 * static_cast<double>(frames), 1e-3);
+    EXPECT_EQ(frame.picture.size(), cv::Size(160, 80));
+    ++frames;
+  }
+  EXPECT_EQ(frames, 40U);
+}
+
+TEST_F(FilmTrackTest, MotionShowsAsActivityAndRestAsLittle) {
+  const TestPass pass{.start_s = 1.0, .to_mm = 40.0};
+  shoot_test_film(film_, {.length_s = pass.end_s() + 1.0},
+                  [&](double time_s) { return pass.position_mm(time_s); });
+  const FilmTrack track = track_film(film_);
+  const double at_rest = track.frames[10].activity;
+  const double moving = track.frames[25 + 18].activity;
+  EXPECT_GT(moving, 3.0 * at_rest);
+}
+
+TEST_F(FilmTrackTest, ABlurredFrameStandsOutAmongItsNeighbours) {
+  shoot_test_film(film_,
+                  {.length_s = 3.0, .blurred = [](std::size_t frame) { return frame % 30 == 20; }},
+                  [](double time_s) { return 40.0 * time_s; });
+  const std::vector<bool> blurred = blurred_frames(track_film(film_));
+  ASSERT_EQ(blurred.size(), 75U);
+  for (std::size_t i = 0; i < blurred.size(); ++i) EXPECT_EQ(blurred[i], i % 30 == 20) << i;
+}
+
+TEST_F(FilmTrackTest, ASmoothSceneIsNotBlurred) {
+  FilmTrack track;
+  for (int i = 0; i < 100; ++i) {
+    track.frames.push_back({0.04 * i, 1.0, 100.0 * std::exp(-0.03 * i)});  // ever less texture
+  }
+  EXPECT_THAT(blurred_frames(track), testing::Each(false));
+}
+
+TEST_F(FilmTrackTest, WhatIsNoFilmIsNamed) {
+  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("no such file")));
+  std::ofstream(film_) << "<!DOCTYPE html>";
+  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("is no film")));
+  std::ofstream(film_, std::ios::trunc).close();
+  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("film.avi")));
+}
+
+TEST_F(FilmTrackTest, AFilmCutShortGivesTheFramesItHas) {
+  shoot_test_film(film_, {.length_s = 2.0}, [](double) { return 0.0; });
+  const std::string whole = read_file(film_);
+  std::ofstream(film_, std::ios::binary | std::ios::trunc) << whole.substr(0, whole.size() / 2);
+  const FilmTrack track = track_film(film_);
+  EXPECT_GT(track.frames.size(), 10U);
+  EXPECT_LT(track.frames.size(), 40U);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,247 @@
+#include "capture/import/import_film.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+#include "capture/import/film_stations.h"
+#include "capture/import/video_reader.h"
+#include "capture/session/session.h"
+#include "capture/session/session_reader.h"
+#include "capture/session/session_times.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNames = 8;  // in one line
+
+void require_valid(const FilmImportOptions& options) {
+  if (options.format != "jpg" && options.format != "png") {
+    throw UsageError(
+        fmt::format("frames of a film are written as jpg or png, not {}", options.format));
+  }
+  if (options.jpeg_quality < 1 || options.jpeg_quality > 100) {
+    throw UsageError(fmt::format("JPEG quality {} is not in 1 to 100", options.jpeg_quality));
+  }
+}
+
+std::vector<std::string> line_names(const std::vector<StationRecord>& stations) {
+  std::vector<std::string> names;
+  for (const StationRecord& station : stations) {
+    if (names.empty() || names.back() != station.line) names.push_back(station.line);
+  }
+  return names;
+}
+
+// All passes of the lines in question.
+std::vector<Travel> read_travels(SessionReader* reader, const std::vector<std::string>& lines,
+                                 const std::string& only_line, WallTime start) {
+  if (!only_line.empty() && std::find(lines.begin(), lines.end(), only_line) == lines.end()) {
+    throw UsageError(fmt::format("{} has no line {}; its lines are {}",
+                                 reader->directory().string(), only_line, fmt::join(lines, ", ")));
+  }
+  std::vector<Travel> travels;
+  for (const std::string& line : lines) {
+    if (!only_line.empty() && line != only_line) continue;
+    for (Travel& travel : travels_of(line, reader->journal(line), start)) {
+      travels.push_back(std::move(travel));
+    }
+  }
+  if (travels.empty()) {
+    throw Error(fmt::format(
+        "{}: no journal of {}, so nothing says where the carriage was when; run the session with "
+        "run.mode: video, or capture it station by station",
+        reader->directory().string(), only_line.empty() ? "any line" : "line " + only_line));
+  }
+  return travels;
+}
+
+void require_size(const FilmTrack& track, const SessionFacts& facts, const Session& session,
+                  const fs::path& film) {
+  const PanoramaSize size{track.size.width, track.size.height};
+  if (facts.frames == "panorama" && size.width != 2 * size.height) {
+    throw Error(
+        fmt::format("{}: is {} x {} pixels, but a panorama is twice as wide as high; "
+                    "stitch the film first",
+                    film.string(), size.width, size.height));
+  }
+  const auto others = session.frame_size();
+  if (others && *others != size) {
+    throw Error(fmt::format("{}: is {} x {} pixels, but the session's frames are {} x {}",
+                            film.string(), size.width, size.height, others->width, others->height));
+  }
+}
+
+double smallest_spacing(const std::vector<StationRecord>& stations) {
+  double smallest_mm = HUGE_VAL;
+  for (std::size_t i = 1; i < stations.size(); ++i) {
+    if (stations[i].line != stations[i - 1].line) continue;
+    smallest_mm =
+        std::min(smallest_mm, std::abs(stations[i].planned_mm - stations[i - 1].planned_mm));
+  }
+  return smallest_mm;
+}
+
+double fastest_mm_s(const std::vector<Travel>& travels) {
+  constexpr double kOver_s = 0.2;
+  double fastest = 0.0;
+  for (const Travel& travel : travels) {
+    for (double time_s = travel.begin_s(); time_s + kOver_s < travel.end_s(); time_s += kOver_s) {
+      fastest = std::max(fastest, travel.speed_mm_s(time_s, time_s + kOver_s));
+    }
+  }
+  return fastest;
+}
+
+// A frame given to the wrong station would be worse than none.
+void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
+                     const std::vector<StationRecord>& stations, const fs::path& film) {
+  const double uncertainty_mm = clock.uncertainty_s * fastest_mm_s(travels);
+  const double spacing_mm = smallest_spacing(stations);
+  if (uncertainty_mm < 0.5 * spacing_mm) return;
+  throw Error(fmt::format(
+      "{}: its clock is known to {:.2f} s only, which is {:.1f} mm of travel, and stations are "
+      "{:.1f} mm apart; film more slowly, with some seconds at rest before and after each line",
+      film.string(), clock.uncertainty_s, uncertainty_mm, spacing_mm));
+}
+
+std::string names_of(const std::vector<std::size_t>& indices,
+                     const std::vector<StationRecord>& stations) {
+  std::string names;
+  for (std::size_t i = 0; i < std::min(indices.size(), kMostNames); ++i) {
+    names += (i == 0 ? "" : ", ") + stations[indices[i]].name;
+  }
+  if (indices.size() > kMostNames)
+    names += fmt::format(" and {} more", indices.size() - kMostNames);
+  return names;
+}
+
+// Which stations lack a frame and why; empty where none does.
+std::string account_of(const FilmStations& film, const std::vector<StationRecord>& stations) {
+  std::string account;
+  if (!film.without.empty()) {
+    account = fmt::format("{} stations that the film does not show: {}", film.without.size(),
+                          names_of(film.without, stations));
+  }
+  if (!film.only_blurred.empty()) {
+    account +=
+        fmt::format("{}{} stations with blurred frames only: {}", account.empty() ? "" : "; ",
+                    film.only_blurred.size(), names_of(film.only_blurred, stations));
+  }
+  return account;
+}
+
+void drop_captured(const std::vector<StationRecord>& stations, FilmStations* film) {
+  const auto captured = [&](std::size_t station) {
+    return stations[station].state == StationState::kCaptured;
+  };
+  std::erase_if(film->found, [&](const StationFrame& each) { return captured(each.station); });
+  std::erase_if(film->without, captured);
+  std::erase_if(film->only_blurred, captured);
+}
+
+Picture encode(const VideoFrame& frame, const fs::path& film, const FilmImportOptions& options) {
+  std::vector<unsigned char> bytes;
+  std::vector<int> parameters;
+  if (options.format == "jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality};
+  cv::imencode("." + options.format, frame.picture, bytes, parameters);
+  Picture picture;
+  picture.bytes.assign(bytes.begin(), bytes.end());
+  picture.extension = options.format;
+  picture.camera_name = fmt::format("{} frame {}", film.filename().string(), frame.number);
+  picture.size = {frame.picture.cols, frame.picture.rows};
+  return picture;
+}
+
+// Reads the film once more and stores the frames that were chosen; `chosen` in order of frames.
+void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
+                  const std::vector<StationFrame>& chosen,
+                  const std::vector<StationRecord>& stations, WallTime start) {
+  VideoReader reader(film);
+  VideoFrame frame;
+  Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
+  auto next = chosen.begin();
+  while (next != chosen.end()) {
+    throw_if_interrupted();
+    if (!reader.next(&frame)) {
+      throw Error(fmt::format("{}: ended before frame {}, which it had before; was it changed?",
+                              film.string(), next->frame));
+    }
+    if (frame.number != next->frame) continue;
+    const StationRecord& station = stations[next->station];
+    const AttemptId attempt = session->begin_attempt(station.name, station.planned_mm);
+    const StoredFrame stored = session->store_frame(attempt, 0, encode(frame, film, options));
+    const Duration since_start =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double>(next->time_s));
+    session->complete_from_film(attempt, next->position_mm,
+                                start + std::chrono::duration_cast<WallTime::duration>(since_start),
+                                {&stored, 1});
+    progress.advance();
+    ++next;
+  }
+}
+
+double farthest_mm(const std::vector<StationFrame>& chosen,
+                   const std::vector<StationRecord>& stations) {
+  double farthest = 0.0;
+  for (const StationFrame& each : chosen) {
+    farthest = std::max(farthest, std::abs(each.position_mm - stations[each.station].planned_mm));
+  }
+  return farthest;
+}
+
+}  // namespace
+
+FilmImport import_film(const fs::path& session_directory, const fs::path& film,
+                       const FilmImportOptions& options, Clock* clock) {
+  require_valid(options);
+  const std::unique_ptr<Session> session = Session::open(session_directory, clock);
+  SessionReader reader(session_directory);
+  const SessionFacts facts = reader.facts();
+  const std::vector<StationRecord> stations = reader.stations();
+  const std::vector<Travel> travels =
+      read_travels(&reader, line_names(stations), options.line, facts.created);
+
+  const FilmTrack track = track_film(film);
+  require_size(track, facts, *session, film);
+  const FilmClock film_clock = match_film_clock(track, travels, film.string());
+  require_certain(film_clock, travels, stations, film);
+  FilmStations frames = find_station_frames(stations, track, travels, film_clock);
+  const std::size_t shown = frames.found.size();
+  drop_captured(stations, &frames);
+  const std::string account = account_of(frames, stations);
+  if (!account.empty() && !options.allow_missing) {
+    throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
+                            film.string(), account));
+  }
+  store_frames(session.get(), film, options, frames.found, stations, facts.created);
+
+  FilmImport result;
+  result.imported = frames.found.size();
+  result.already_there = shown - frames.found.size();
+  const WallTime film_start =
+      facts.created + std::chrono::duration_cast<WallTime::duration>(
+                          std::chrono::duration<double>(film_clock.offset_s));
+  result.summary = fmt::format(
+      "{} stations imported, {} were there before; the film starts at {} by the session's clock, "
+      "certain to {:.3f} s or {:.2f} mm (the motion explains {:.0f} % of it, elsewhere at best "
+      "{:.0f} %); frames are at most {:.2f} mm from their stations, blurred ones passed over: "
+      "{}{}{}",
+      result.imported, result.already_there, utc_text(utc_us_from(film_start)),
+      film_clock.uncertainty_s, film_clock.uncertainty_s * fastest_mm_s(travels),
+      100.0 * film_clock.explained, 100.0 * film_clock.next_best,
+      farthest_mm(frames.found, stations), frames.blurred_passed, account.empty() ? "" : "; ",
+      account);
+  session->record_event("film-imported", result.summary);
+  return result;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,178 @@
+#include "capture/import/import_film.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/import/test_film.h"
+#include "capture/session/session_reader.h"
+#include "capture/session/test_session.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr double kApproach_mm = 5.0;
+
+// A filmed session of one line, eleven stations 40 mm apart. Its film starts some time before the
+// carriage does, which no clock tells.
+class ImportFilmTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    capture_.directory = directory_ / "session";
+    capture_.config.run.mode = "video";
+    capture_.plan.lines = {test_line("x0", LineAxis::kX, 0.5, -0.2, 0.04, 11)};
+  }
+
+  TestPass pass_over(const CaptureLine& line, double start_s) const {
+    return {.start_s = start_s,
+            .from_mm = line.stations.front().rail_mm - kApproach_mm,
+            .to_mm = line.stations.back().rail_mm + kApproach_mm};
+  }
+  void record(const std::string& line, const TestPass& pass) {
+    const auto session = capture_.open();
+    session->record_journal(line, pass.journal(capture_.clock.wall_now()));
+  }
+  // The usual: one line, from two seconds before its pass until two after.
+  void film_line() {
+    pass_ = pass_over(capture_.plan.lines[0], 30.0);
+    record("x0", pass_);
+    shoot({.start_s = kFilmStart_s, .length_s = pass_.end_s() - kFilmStart_s + 2.0});
+  }
+  void shoot(const TestFilm& film) {
+    shoot_test_film(film_, film, [&](double time_s) { return pass_.position_mm(time_s); });
+  }
+  FilmImport import(const FilmImportOptions& options = {}) {
+    return import_film(capture_.directory, film_, options, &capture_.clock);
+  }
+  std::string error_of_import(const FilmImportOptions& options = {}) {
+    return error_of([&] { import(options); });
+  }
+  std::vector<FrameRecord> frames() { return SessionReader(capture_.directory).frames(); }
+
+  static constexpr double kFilmStart_s = 27.813;
+  TestDirectory directory_;
+  TestCapture capture_;
+  const fs::path film_ = directory_ / "film.avi";
+  TestPass pass_;
+};
+
+TEST_F(ImportFilmTest, EveryStationGetsAFrameAndTheTruePositionOfIt) {
+  film_line();
+  const FilmImport result = import();
+  EXPECT_EQ(result.imported, 11U);
+  EXPECT_THAT(result.summary, AllOf(HasSubstr("11 stations imported"), HasSubstr("certain to")));
+  SessionReader reader(capture_.directory);
+  for (const StationRecord& station : reader.stations()) {
+    EXPECT_EQ(station.state, StationState::kCaptured) << station.name;
+    // 40 mm/s at 25 frames per second is 1.6 mm from frame to frame.
+    EXPECT_NEAR(station.measured_mm.value(), station.planned_mm, 0.8 + 0.1) << station.name;
+    const double exposed_s =
+        std::chrono::duration<double>(*station.exposed_at - reader.facts().created).count();
+    EXPECT_NEAR(pass_.position_mm(exposed_s), *station.measured_mm, 0.4) << station.name;
+  }
+}
+
+TEST_F(ImportFilmTest, TheFrameStoredIsTheOneOfThatPosition) {
+  film_line();
+  import({.format = "png"});
+  TestScene scene({160, 80});
+  SessionReader reader(capture_.directory);
+  const auto stations = reader.stations();
+  const auto stored = frames();
+  ASSERT_EQ(stored.size(), stations.size());
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    EXPECT_TRUE(stored[i].file.ends_with(".png"));
+    const cv::Mat frame = cv::imread((capture_.directory / stored[i].file).string());
+    const auto difference = [&](double off_mm) {
+      return cv::norm(frame, scene.picture(*stations[i].measured_mm + off_mm), cv::NORM_L1);
+    };
+    EXPECT_LT(difference(0.0), difference(1.6)) << stations[i].name;
+    EXPECT_LT(difference(0.0), difference(-1.6)) << stations[i].name;
+  }
+}
+
+TEST_F(ImportFilmTest, BlurredFramesArePassedOver) {
+  pass_ = pass_over(capture_.plan.lines[0], 30.0);
+  record("x0", pass_);
+  TestFilm film{.start_s = kFilmStart_s, .length_s = pass_.end_s() - kFilmStart_s + 2.0};
+  const auto position_of = [&](std::size_t frame) {
+    return pass_.position_mm(film.start_s + static_cast<double>(frame) / film.rate_hz);
+  };
+  const double station_mm = capture_.plan.lines[0].stations[5].rail_mm;
+  film.blurred = [&](std::size_t frame) { return std::abs(position_of(frame) - station_mm) < 2.5; };
+  shoot(film);
+  const FilmImport result = import();
+  EXPECT_EQ(result.imported, 11U);
+  EXPECT_THAT(result.summary, HasSubstr("blurred ones passed over: 1"));
+  const auto stations = SessionReader(capture_.directory).stations();
+  const double off_mm = std::abs(stations[5].measured_mm.value() - station_mm);
+  EXPECT_GT(off_mm, 2.2);
+  EXPECT_LT(off_mm, 4.5);
+}
+
+TEST_F(ImportFilmTest, AFilmShorterThanThePassNamesTheStationsItDoesNotShow) {
+  pass_ = pass_over(capture_.plan.lines[0], 30.0);
+  record("x0", pass_);
+  shoot({.start_s = kFilmStart_s, .length_s = 8.5});
+  EXPECT_THAT(error_of_import(),
+              AllOf(HasSubstr("does not show"), HasSubstr("x0_010"), HasSubstr("--allow-missing")));
+  EXPECT_TRUE(frames().empty());
+  const FilmImport result = import({.allow_missing = true});
+  EXPECT_GT(result.imported, 3U);
+  EXPECT_LT(result.imported, 11U);
+  EXPECT_THAT(result.summary, HasSubstr("x0_010"));
+}
+
+TEST_F(ImportFilmTest, ASecondImportLeavesWhatIsThere) {
+  film_line();
+  import();
+  const FilmImport again = import();
+  EXPECT_EQ(again.imported, 0U);
+  EXPECT_EQ(again.already_there, 11U);
+  EXPECT_EQ(frames().size(), 11U);
+}
+
+TEST_F(ImportFilmTest, OneOfTwoEqualLinesHasToBeNamed) {
+  capture_.plan.lines.push_back(test_line("x1", LineAxis::kX, -0.5, -0.2, 0.04, 11));
+  film_line();
+  record("x1", pass_over(capture_.plan.lines[1], 90.0));
+  EXPECT_THAT(error_of_import(), HasSubstr("--line"));
+  EXPECT_EQ(import({.line = "x0"}).imported, 11U);
+  for (const FrameRecord& frame : frames()) EXPECT_EQ(frame.line, "x0");
+}
+
+TEST_F(ImportFilmTest, WithoutAJournalNothingCanBeTold) {
+  { const auto session = capture_.open(); }
+  pass_ = pass_over(capture_.plan.lines[0], 30.0);
+  shoot({.length_s = 1.0});
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("no journal"), HasSubstr("run.mode: video")));
+}
+
+TEST_F(ImportFilmTest, AFilmAtRestIsRefused) {
+  film_line();
+  shoot({.start_s = 0.0, .length_s = 10.0});
+  EXPECT_THAT(error_of_import(), HasSubstr("no start or stop of motion"));
+}
+
+TEST_F(ImportFilmTest, AFilmThatIsNoPanoramaIsRefused) {
+  film_line();
+  shoot({.start_s = kFilmStart_s, .length_s = 14.0, .size = {160, 96}});
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));
+}
+
+TEST_F(ImportFilmTest, WrongOptionsAreNamed) {
+  film_line();
+  EXPECT_THAT(error_of_import({.line = "x7"}), AllOf(HasSubstr("no line x7"), HasSubstr("x0")));
+  EXPECT_THAT(error_of_import({.format = "bmp"}), HasSubstr("bmp"));
+  EXPECT_THAT(error_of_import({.jpeg_quality = 0}), HasSubstr("quality 0"));
+}
+
+}  // namespace
+}  // namespace raywalk

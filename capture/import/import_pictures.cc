@@ -1,0 +1,160 @@
+#include "capture/import/import_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "capture/camera/check_picture.h"
+#include "capture/import/card_pictures.h"
+#include "capture/import/match_pictures.h"
+#include "capture/import/session_shots.h"
+#include "capture/import/unnamed_frames.h"
+#include "capture/session/session.h"
+#include "capture/session/session_reader.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+Picture read_picture(const fs::path& file, PanoramaSize size) {
+  Picture picture;
+  picture.bytes = read_file(file);
+  const CheckedPicture checked = check_picture(picture.bytes, size, file.string());
+  picture.extension = checked.extension;
+  picture.size = checked.size;
+  picture.camera_name = file.filename().string();
+  return picture;
+}
+
+// Copies pictures station by station.
+class PictureCopier {
+ public:
+  PictureCopier(Session* session, const CardPictures* card, UnnamedFrames stored_before)
+      : session_(session),
+        card_(card),
+        stored_before_(std::move(stored_before)),
+        size_(session->frame_size().value_or(PanoramaSize{})) {}
+
+  // All pictures of a station, then the rows that name them.
+  void copy(const AttemptId& attempt, const std::vector<std::size_t>& shots) {
+    std::vector<StoredFrame> frames;
+    for (std::size_t exposure = 0; exposure < shots.size(); ++exposure) {
+      for (const CardFile& file : card_->shots[shots[exposure]].files) {
+        const Picture picture = read_picture(file.file, size_);
+        size_ = picture.size;  // the first sets it for all
+        frames.push_back(store(attempt, static_cast<int>(exposure), picture, file.lens));
+      }
+    }
+    session_->add_pictures(attempt, frames);
+  }
+
+ private:
+  StoredFrame store(const AttemptId& attempt, int exposure, const Picture& picture,
+                    FrameLens lens) {
+    const auto before = stored_before_.find(attempt.station, picture.bytes);
+    if (!before) return session_->store_frame(attempt, exposure, picture, lens);
+    return {.file = *before,
+            .bytes = static_cast<std::int64_t>(picture.bytes.size()),
+            .sha256 = sha256_hex(std::as_bytes(std::span(picture.bytes))),
+            .exposure_index = exposure,
+            .lens = lens,
+            .size = picture.size,
+            .camera_name = picture.camera_name};
+  }
+
+  Session* session_;
+  const CardPictures* card_;
+  UnnamedFrames stored_before_;
+  PanoramaSize size_;
+};
+
+// The checksums of the frames that each station has.
+std::map<std::string, std::set<std::string>> checksums_by_station(SessionReader* reader) {
+  std::map<std::string, std::set<std::string>> checksums;
+  for (const FrameRecord& frame : reader->frames()) {
+    checksums[frame.station].insert(frame.sha256);
+  }
+  return checksums;
+}
+
+// A second import may bring the same pictures again, never others for the same station.
+void require_same(const std::string& station, const std::set<std::string>& checksums,
+                  const CardPictures& card, const std::vector<std::size_t>& shots) {
+  for (const std::size_t shot : shots) {
+    for (const CardFile& file : card.shots[shot].files) {
+      const std::string bytes = read_file(file.file);
+      if (checksums.contains(sha256_hex(std::as_bytes(std::span(bytes))))) continue;
+      throw Error(fmt::format(
+          "{}: by its time it is a picture of {}, which already has another one; was the card "
+          "changed, or is this another session's?",
+          file.file.string(), station));
+    }
+  }
+}
+
+void require_whole(const PictureMatch& match, const SessionShots& shots, const CardPictures& card) {
+  if (is_whole(match, card)) return;
+  throw Error(fmt::format("{} (nothing was imported; --allow-missing imports what does match)",
+                          account_of(match, shots, card)));
+}
+
+std::string summary_of(const PictureImport& result, const PictureMatch& match,
+                       const SessionShots& shots, const CardPictures& card) {
+  std::string summary = fmt::format(
+      "{} stations imported, {} were there before; the camera's clock ({}) is {:+.1f} s off, "
+      "within {:.1f} s, drifting by {:+.0f} ppm",
+      result.imported, result.already_there, name_of(card.source), match.clock_offset_s,
+      std::max(match.rms_s, 0.5 * card.resolution_s), 1e6 * match.clock_drift);
+  if (!match.of_abandoned.empty()) {
+    summary += fmt::format("; pictures of failed tries left out: {}", match.of_abandoned.size());
+  }
+  if (!is_whole(match, card)) summary += "; " + account_of(match, shots, card);
+  return summary;
+}
+
+}  // namespace
+
+PictureImport import_pictures(const fs::path& session_directory,
+                              std::span<const fs::path> files_and_directories, bool allow_missing,
+                              Clock* clock) {
+  const std::unique_ptr<Session> session = Session::open(session_directory, clock);
+  SessionReader reader(session_directory);
+  const SessionShots shots = read_session_shots(&reader);
+  const CardPictures card = read_card(files_and_directories);
+  const PictureMatch match = match_pictures(shots, card);
+  if (!allow_missing) require_whole(match, shots, card);
+
+  const auto checksums = checksums_by_station(&reader);
+  PictureCopier copier(session.get(), &card, UnnamedFrames(&reader));
+  Progress progress("Importing pictures", static_cast<std::int64_t>(match.complete.size()),
+                    "stations");
+  PictureImport result;
+  for (const StationPictures& pictures : match.complete) {
+    throw_if_interrupted();
+    const ExposedStation& station = shots.stations[pictures.station];
+    if (station.imported) {
+      require_same(station.attempt.station, checksums.at(station.attempt.station), card,
+                   pictures.shots);
+      ++result.already_there;
+    } else {
+      copier.copy(station.attempt, pictures.shots);
+      ++result.imported;
+    }
+    progress.advance();
+  }
+  result.summary = summary_of(result, match, shots, card);
+  session->record_event("pictures-imported", result.summary);
+  return result;
+}
+
+}  // namespace raywalk

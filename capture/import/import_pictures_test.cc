@@ -1,0 +1,184 @@
+#include "capture/import/import_pictures.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "capture/import/test_pictures.h"
+#include "capture/session/session_reader.h"
+#include "capture/session/test_session.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+// Four lines of five stations, captured with a camera that keeps its pictures, whose clock is two
+// hours and a bit ahead.
+class ImportPicturesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    capture_.directory = directory_ / "session";
+    capture_.plan.lines.clear();
+    for (const std::string id : {"x0", "x1", "z0", "z1"}) {
+      const LineAxis axis = id[0] == 'x' ? LineAxis::kX : LineAxis::kZ;
+      capture_.plan.lines.push_back(test_line(id, axis, id[1] - '0' - 0.5, -1.0, 0.5, 5));
+    }
+    capture_.config.camera.kind = "gpio";
+    const auto session = capture_.open();
+    for (const CaptureLine& line : capture_.plan.lines) {
+      capture_.clock.sleep(120s);
+      for (const CaptureStation& station : line.stations) {
+        capture_.capture(session.get(), station);
+        taken_.emplace_back(station.name, capture_.clock.wall_now());
+      }
+    }
+    fs::create_directories(card_);
+  }
+
+  // Whatever is on the card by default: one picture per station.
+  void fill_card() {
+    for (const auto& [station, time] : taken_) write_picture("R_" + station + ".JPG", time);
+  }
+  void write_picture(const std::string& name, WallTime time, int width = 64) {
+    write_test_picture(card_ / name, width, width / 2, 40 + next_level_++);
+    const auto shown = std::chrono::floor<std::chrono::seconds>(time + 7203s);
+    write_test_exif(card_ / name, {{0x9003, fmt::format("{:%Y:%m:%d %H:%M:%S}", shown)}});
+  }
+  PictureImport import(bool allow_missing = false) {
+    const std::vector<fs::path> given{card_};
+    return import_pictures(capture_.directory, given, allow_missing, &capture_.clock);
+  }
+  std::string error_of_import() {
+    return error_of([&] { import(); });
+  }
+  std::size_t captured() { return SessionReader(capture_.directory).frames().size(); }
+
+  TestDirectory directory_;
+  TestCapture capture_;
+  fs::path card_ = directory_ / "card";
+  std::vector<std::pair<std::string, WallTime>> taken_;
+  int next_level_ = 0;
+};
+
+TEST_F(ImportPicturesTest, EveryStationGetsItsOwnPictureWithItsChecksum) {
+  fill_card();
+  const PictureImport result = import();
+  EXPECT_EQ(result.imported, 20U);
+  EXPECT_THAT(result.summary, AllOf(HasSubstr("20 stations imported"), HasSubstr("+7203.")));
+  const auto frames = SessionReader(capture_.directory).frames();
+  ASSERT_EQ(frames.size(), 20U);
+  for (const FrameRecord& frame : frames) {
+    const std::string bytes = read_file(capture_.directory / frame.file);
+    EXPECT_EQ(bytes, read_file(card_ / ("R_" + frame.station + ".JPG")));
+    EXPECT_EQ(frame.sha256, sha256_hex(std::as_bytes(std::span(bytes))));
+  }
+}
+
+TEST_F(ImportPicturesTest, ASecondImportChangesNothing) {
+  fill_card();
+  import();
+  const PictureImport again = import();
+  EXPECT_EQ(again.imported, 0U);
+  EXPECT_EQ(again.already_there, 20U);
+  EXPECT_EQ(captured(), 20U);
+}
+
+TEST_F(ImportPicturesTest, AnImportCutShortBetweenFileAndRowGoesOn) {
+  fill_card();
+  fs::copy(card_ / "R_x0_000.JPG", capture_.directory / "frames" / "x0_000.jpg");
+  EXPECT_EQ(import().imported, 20U);
+  EXPECT_EQ(captured(), 20U);
+}
+
+TEST_F(ImportPicturesTest, AMissingPictureIsRefusedAndNamedUntilAllowed) {
+  fill_card();
+  fs::remove(card_ / "R_x1_004.JPG");
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("1 of 20 stations lack pictures: x1_004"),
+                                       HasSubstr("--allow-missing")));
+  EXPECT_EQ(captured(), 0U);
+  const PictureImport result = import(true);
+  EXPECT_EQ(result.imported, 19U);
+  EXPECT_THAT(result.summary, HasSubstr("x1_004"));
+  write_picture("R_x1_004.JPG", taken_[9].second);
+  EXPECT_EQ(taken_[9].first, "x1_004");
+  EXPECT_EQ(import().imported, 1U);
+}
+
+TEST_F(ImportPicturesTest, APictureOfAnInterruptedTryIsLeftOut) {
+  fill_card();
+  {
+    const auto session = capture_.open();
+    capture_.clock.sleep(60s);
+    EXPECT_TRUE(session->is_captured("x0_000"));
+    session->fail_attempt(session->begin_attempt("x0_000", 50.0), "interrupted", "Ctrl-C");
+  }
+  write_picture("TRY.JPG", capture_.clock.wall_now());
+  const PictureImport result = import();
+  EXPECT_EQ(result.imported, 20U);
+  EXPECT_THAT(result.summary, HasSubstr("pictures of failed tries left out: 1"));
+}
+
+TEST_F(ImportPicturesTest, FrontAndBackBecomeTwoFramesOfAStation) {
+  for (const auto& [station, time] : taken_) {
+    write_picture("GPFR_" + station + ".JPG", time);
+    write_picture("GPBK_" + station + ".JPG", time);
+  }
+  EXPECT_EQ(import().imported, 20U);
+  const auto frames = SessionReader(capture_.directory).frames();
+  ASSERT_EQ(frames.size(), 40U);
+  EXPECT_NE(frames[0].lens, frames[1].lens);
+  EXPECT_EQ(frames[0].station, frames[1].station);
+  const bool front = frames[0].lens == FrameLens::kFront;
+  EXPECT_EQ(read_file(capture_.directory / frames[0].file),
+            read_file(card_ / ((front ? "GPFR_" : "GPBK_") + frames[0].station + ".JPG")));
+}
+
+TEST_F(ImportPicturesTest, WhatIsNoWholePictureIsNamedAndTheRestGoesOnLater) {
+  fill_card();
+  const std::string name = "R_x0_003.JPG";
+  const std::string whole = read_file(card_ / name);
+  std::ofstream(card_ / name, std::ios::binary) << whole.substr(0, whole.size() - 20);
+  EXPECT_THAT(error_of_import(), HasSubstr(name));
+  EXPECT_EQ(captured(), 3U);
+  std::ofstream(card_ / name, std::ios::binary) << whole;
+  EXPECT_EQ(import().imported, 17U);
+}
+
+TEST_F(ImportPicturesTest, APictureOfAnotherSizeIsNamed) {
+  fill_card();
+  write_picture("R_x1_000.JPG", taken_[5].second, 128);
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("R_x1_000.JPG"), HasSubstr("128")));
+}
+
+TEST_F(ImportPicturesTest, AnotherPictureForAStationThatHasOneIsRefused) {
+  fill_card();
+  import();
+  write_picture("R_x1_000.JPG", taken_[5].second);
+  EXPECT_THAT(error_of_import(), AllOf(HasSubstr("R_x1_000.JPG"), HasSubstr("x1_000")));
+}
+
+TEST_F(ImportPicturesTest, OnlySessionsOfCamerasThatKeepPicturesTakeThem) {
+  fill_card();
+  TestCapture other;
+  other.directory = directory_ / "other";
+  other.plan = short_plan();
+  { const auto session = other.open(); }
+  const std::vector<fs::path> given{card_};
+  EXPECT_THAT(error_of([&] { import_pictures(other.directory, given, false, &other.clock); }),
+              HasSubstr("osc camera gave every picture during the run"));
+  EXPECT_THAT(error_of([&] { import_pictures(directory_ / "none", given, false, &other.clock); }),
+              HasSubstr("none"));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,167 @@
+#include "capture/import/match_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/import/align_times.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+constexpr std::size_t kMostNames = 8;  // in one line
+
+double seconds_of(WallTime time) {
+  return std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+
+// Every station has as many slots as exposures, one after the other.
+std::vector<ShotSlot> slots_of(const SessionShots& session) {
+  std::vector<ShotSlot> slots;
+  for (const ExposedStation& station : session.stations) {
+    const ShotSlot slot{seconds_of(station.from), seconds_of(station.to)};
+    slots.insert(slots.end(), static_cast<std::size_t>(session.exposures), slot);
+  }
+  return slots;
+}
+
+std::vector<double> times_of(const CardPictures& card) {
+  std::vector<double> times_s;
+  for (const CardShot& shot : card.shots) times_s.push_back(seconds_of(shot.time));
+  return times_s;
+}
+
+std::string shot_name(const CardShot& shot) { return shot.files.front().file.filename().string(); }
+
+// "a, b, c and 7 more".
+std::string list_of(const std::vector<std::string>& names) {
+  const std::size_t shown = std::min(names.size(), kMostNames);
+  std::string list = fmt::format("{}", fmt::join(names.begin(), names.begin() + shown, ", "));
+  if (names.size() > shown) list += fmt::format(" and {} more", names.size() - shown);
+  return list;
+}
+
+// The first picture that the two alignments give to different slots, or to one only.
+[[noreturn]] void throw_ambiguous(const SessionShots& session, const CardPictures& card,
+                                  const TimeAlignment& best, const TimeAlignment& rival) {
+  const auto per_station = static_cast<std::size_t>(session.exposures);
+  for (std::size_t slot = 0; slot < best.picture_of_slot.size(); ++slot) {
+    const auto& one = best.picture_of_slot[slot];
+    const auto& other = rival.picture_of_slot[slot];
+    if (one == other) continue;
+    const std::string station = session.stations[slot / per_station].attempt.station;
+    const auto name = [&](const std::optional<std::size_t>& picture) {
+      return picture ? shot_name(card.shots[*picture]) : std::string("none");
+    };
+    throw Error(fmt::format(
+        "{} pictures for {}: the times leave open which is which ({} could have {} or {}); add the "
+        "missing pictures, take away those of no station, or shoot the stations again",
+        card.shots.size(), best.picture_of_slot.size(), station, name(one), name(other)));
+  }
+  throw Error("the times leave open which picture belongs to which station");
+}
+
+void require_same_session(const SessionShots& session, const CardPictures& card,
+                          const TimeAlignment& alignment) {
+  const std::size_t slots = alignment.picture_of_slot.size();
+  const std::size_t fewer = std::min(slots, card.shots.size());
+  if (2 * alignment.matched >= fewer && alignment.matched > 0) return;
+  throw Error(fmt::format(
+      "only {} of {} pictures fit the {} that {} stations ask for, in their order and times ({}); "
+      "are they of another session?",
+      alignment.matched, card.shots.size(), slots, session.stations.size(), name_of(card.source)));
+}
+
+// Where in the session's time a picture was taken, if the camera's clock is off as fitted.
+double session_time(const CardShot& shot, const TimeAlignment& alignment, double first_slot_s) {
+  const double apart_s = seconds_of(shot.time) - alignment.offset_s - first_slot_s;
+  return first_slot_s + apart_s / (1.0 + alignment.drift);
+}
+
+bool is_of_abandoned(const SessionShots& session, double time_s, double tolerance_s) {
+  return std::any_of(session.abandoned.begin(), session.abandoned.end(),
+                     [&](const AbandonedAttempt& attempt) {
+                       return time_s >= seconds_of(attempt.from) - tolerance_s &&
+                              time_s <= seconds_of(attempt.to) + tolerance_s;
+                     });
+}
+
+void sort_out_stations(const SessionShots& session, const TimeAlignment& alignment,
+                       PictureMatch* match, std::vector<bool>* used) {
+  const auto per_station = static_cast<std::size_t>(session.exposures);
+  for (std::size_t station = 0; station < session.stations.size(); ++station) {
+    StationPictures pictures{station, {}};
+    for (std::size_t i = 0; i < per_station; ++i) {
+      const auto& shot = alignment.picture_of_slot[station * per_station + i];
+      if (!shot) continue;
+      pictures.shots.push_back(*shot);
+      (*used)[*shot] = true;
+    }
+    if (pictures.shots.size() == per_station) {
+      match->complete.push_back(std::move(pictures));
+    } else if (!session.stations[station].imported) {
+      match->incomplete.push_back(std::move(pictures));
+    }
+  }
+}
+
+}  // namespace
+
+PictureMatch match_pictures(const SessionShots& session, const CardPictures& card) {
+  const std::vector<ShotSlot> slots = slots_of(session);
+  const AlignmentResult result = align_times(slots, times_of(card), card.resolution_s);
+  require_same_session(session, card, result.best);
+  if (result.rival) throw_ambiguous(session, card, result.best, *result.rival);
+
+  PictureMatch match;
+  // A time is the lower end of a step of the clock; the middle is the better guess.
+  match.clock_offset_s = result.best.offset_s + 0.5 * card.resolution_s;
+  match.clock_drift = result.best.drift;
+  match.rms_s = result.best.rms_s;
+  std::vector<bool> used(card.shots.size(), false);
+  sort_out_stations(session, result.best, &match, &used);
+  for (std::size_t shot = 0; shot < card.shots.size(); ++shot) {
+    if (used[shot]) continue;
+    const double time_s = session_time(card.shots[shot], result.best, slots.front().from_s);
+    const bool abandoned = is_of_abandoned(session, time_s, card.resolution_s);
+    (abandoned ? match.of_abandoned : match.of_none).push_back(shot);
+  }
+  return match;
+}
+
+bool is_whole(const PictureMatch& match, const CardPictures& card) {
+  return match.incomplete.empty() && match.of_none.empty() && card.without_partner.empty();
+}
+
+std::string account_of(const PictureMatch& match, const SessionShots& session,
+                       const CardPictures& card) {
+  std::vector<std::string> lacking;
+  for (const StationPictures& each : match.incomplete) {
+    const std::string& name = session.stations[each.station].attempt.station;
+    const std::size_t found = each.shots.size();
+    lacking.push_back(found == 0 ? name
+                                 : fmt::format("{} ({} of {})", name, found, session.exposures));
+  }
+  std::vector<std::string> surplus;
+  for (const std::size_t shot : match.of_none) surplus.push_back(shot_name(card.shots[shot]));
+  std::vector<std::string> single;
+  for (const auto& file : card.without_partner) single.push_back(file.filename().string());
+
+  std::vector<std::string> parts;
+  if (!lacking.empty()) {
+    parts.push_back(fmt::format("{} of {} stations lack pictures: {}", lacking.size(),
+                                session.stations.size(), list_of(lacking)));
+  }
+  if (!surplus.empty()) {
+    parts.push_back(fmt::format("{} of {} pictures belong to no station: {}", surplus.size(),
+                                card.shots.size(), list_of(surplus)));
+  }
+  if (!single.empty()) {
+    parts.push_back(fmt::format("front without back or back without front: {}", list_of(single)));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+}  // namespace raywalk

@@ -1,0 +1,82 @@
+#include "capture/import/session_shots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "capture/session/session_times.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+// The camera starts to expose at exposed_utc_us; how the exposures of a bracket lie between then
+// and the end of exposing, the session does not know.
+constexpr char kExposedStations[] =
+    "SELECT attempt.id, station.name, attempt.number, attempt.outcome = 'captured',"
+    " coalesce(attempt.exposed_utc_us, attempt.triggered_utc_us),"
+    " coalesce(attempt.triggered_utc_us, attempt.exposed_utc_us)"
+    " + cast(coalesce(attempt.exposing_ms, 0) * 1000 AS INTEGER) "
+    "FROM attempt JOIN station ON station.id = attempt.station_id "
+    "WHERE attempt.outcome IN ('exposed', 'captured')"
+    " AND coalesce(attempt.exposed_utc_us, attempt.triggered_utc_us) IS NOT NULL "
+    "ORDER BY 5, attempt.id";
+
+// One cut short may not have been ended before the program's next start: its pictures were taken
+// before the next attempt began.
+constexpr char kAbandonedAttempts[] =
+    "SELECT begun_utc_us, coalesce(ended_utc_us, (SELECT min(next.begun_utc_us) FROM attempt AS "
+    "next WHERE next.id > attempt.id), begun_utc_us + 60000000) "
+    "FROM attempt WHERE outcome = 'failed' OR outcome IS NULL ORDER BY begun_utc_us";
+
+std::vector<ExposedStation> exposed_stations(SqliteConnection* database, int exposures) {
+  std::vector<ExposedStation> stations;
+  SqliteStatement rows(database, kExposedStations);
+  while (rows.step()) {
+    ExposedStation station;
+    station.attempt = {rows.integer(0), rows.text(1), static_cast<int>(rows.integer(2))};
+    station.imported = rows.integer(3) != 0;
+    station.from = wall_time_from(rows.integer(4));
+    station.to = station.from;
+    if (exposures > 1) station.to = std::max(station.from, wall_time_from(rows.integer(5)));
+    stations.push_back(std::move(station));
+  }
+  return stations;
+}
+
+std::vector<AbandonedAttempt> abandoned_attempts(SqliteConnection* database) {
+  std::vector<AbandonedAttempt> attempts;
+  SqliteStatement rows(database, kAbandonedAttempts);
+  while (rows.step()) {
+    attempts.push_back({wall_time_from(rows.integer(0)), wall_time_from(rows.integer(1))});
+  }
+  return attempts;
+}
+
+}  // namespace
+
+SessionShots read_session_shots(SessionReader* reader) {
+  const SessionFacts facts = reader->facts();
+  const std::string directory = reader->directory().string();
+  if (facts.camera != "gpio") {
+    throw UsageError(fmt::format(
+        "{}: its {} camera gave every picture during the run; there is nothing to import from a "
+        "card",
+        directory, facts.camera));
+  }
+  if (facts.mode == "video") {
+    throw UsageError(
+        fmt::format("{}: this session was filmed; import its film with --video", directory));
+  }
+  SessionShots shots;
+  shots.exposures = facts.exposures;
+  shots.stations = exposed_stations(&reader->database(), facts.exposures);
+  shots.abandoned = abandoned_attempts(&reader->database());
+  if (shots.stations.empty()) {
+    throw Error(
+        fmt::format("{}: no station has been captured yet; run the session first", directory));
+  }
+  return shots;
+}
+
+}  // namespace raywalk

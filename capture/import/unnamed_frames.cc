@@ -1,0 +1,54 @@
+#include "capture/import/unnamed_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <system_error>
+
+#include "capture/session/disk_layer.h"
+#include "capture/session/frame_files.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Frames are called after their station: "x0_007.jpg", "x0_007_e1_front.jpg".
+bool is_of_station(const fs::path& file, const std::string& station) {
+  const std::string name = file.filename().string();
+  return name.starts_with(station + ".") || name.starts_with(station + "_");
+}
+
+}  // namespace
+
+UnnamedFrames::UnnamedFrames(SessionReader* reader) : session_directory_(reader->directory()) {
+  std::set<std::string> named;
+  for (const FrameRecord& frame : reader->frames()) named.insert(frame.file);
+  files_ = list_frames(session_directory_);
+  std::erase_if(files_, [&](const std::string& file) {
+    const fs::file_status status = fs::symlink_status(session_directory_ / file);
+    return named.contains(file) || is_temporary_frame(file) || !fs::is_regular_file(status);
+  });
+}
+
+std::optional<std::string> UnnamedFrames::find(const std::string& station,
+                                               const std::string& bytes) const {
+  for (const std::string& file : files_) {
+    const fs::path path = session_directory_ / file;
+    if (!is_of_station(path, station) || read_file(path) != bytes) continue;
+    try {
+      // The file was synced before it got its name; its directory perhaps was not.
+      system_disk().sync_directory(path.parent_path());
+    } catch (const std::system_error& error) {
+      throw Error(fmt::format("cannot sync {}: {}; check the disk", path.parent_path().string(),
+                              error.code().message()));
+    }
+    return file;
+  }
+  return std::nullopt;
+}
+
+}  // namespace raywalk
