@@ -1,0 +1,22 @@
+// The Exif data that a camera writes into its pictures.
+#pragma once
+
+#include <string>
+
+#include "capture/base/clock.h"
+
+namespace raywalk {
+
+struct PictureExif {
+  std::string model;
+  WallTime taken_at{};     // by the camera's clock, written as UTC with milliseconds
+  double shutter_s = 0.0;  // more than 0
+  int iso = 0;             // 1 to 65535
+  bool automatic = false;  // exposure program and white balance
+};
+
+// The JPEG file with an Exif segment (Exif 2.32, CIPA DC-008) in front; anything that is not a JPEG
+// is returned as it is.
+std::string with_exif(const std::string& jpeg, const PictureExif& exif);
+
+}  // namespace raywalk

@@ -1,0 +1,75 @@
+// Where the simulated rail truly lies, and so where the camera on its carriage is: not quite where
+// the plan has it.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "capture/base/clock.h"
+#include "capture/plan/capture_plan.h"
+#include "capture/simulated/virtual_room/camera_pose.h"
+
+namespace raywalk {
+
+// Spreads are standard deviations; every placing draws its own values from the seed and the line's
+// id, so a line is placed alike however often.
+struct RailSettings {
+  int seed = 1;
+  double placing_spread_mm = 2.0;     // across the line, along it and in height, each
+  double direction_spread_deg = 0.2;  // of the rail in the plan, around the line's middle
+  double tilt_spread_deg = 0.1;       // of its far end, upwards
+  double sag_mm = 0.5;                // at mid-span, downwards
+  double bow_mm = 0.3;                // at mid-span, to the left as seen along the line
+  double attitude_spread_deg = 0.2;   // yaw, pitch and roll of the camera on the carriage, each
+  double vibration_mm = 0.5;          // amplitude while moving and at the moment of stopping
+  double vibration_hz = 7.0;
+  double vibration_decay_ms = 150.0;  // until it has fallen to 1/e
+};
+
+// The part of the rail between its two supports, rail positions in millimetres.
+struct RailSpan {
+  double low_mm = 0.0;
+  double high_mm = 2000.0;
+};
+
+class Rail {
+ public:
+  // Throws Error for a span that is not positive.
+  Rail(const RailSettings& settings, const CapturePlan& plan, const RailSpan& span);
+
+  bool has_line(const std::string& line_id) const { return placings_.contains(line_id); }
+
+  // The camera's pose with the rail placed at a line, the carriage at a rail position (millimetres
+  // from home), `still_for` after it stopped (none: while it moves). World frame, metres. Throws
+  // Error for a line that the plan does not have.
+  //
+  // With u from -1 to 1 along the span, a rail held at its ends sags by sag (1 - u^2), the parabola
+  // of a beam under an even load to within 2 % of its sag, and bows likewise. The camera turns with
+  // the rail's slope. Vibration moves it up and down and along the line by
+  //   A exp(-t / decay) cos(2 pi f t + phase),
+  // the phase being that of the position.
+  CameraPose carriage_pose(const std::string& line_id, double carriage_mm,
+                           std::optional<Duration> still_for) const;
+
+ private:
+  // A line with its errors.
+  struct Placing {
+    LineAxis axis = LineAxis::kX;
+    Eigen::Vector3d middle_m{0, 0, 0};  // true place of the line's middle
+    double middle_mm = 0.0;             // its rail position
+    double direction_rad = 0.0;         // error, as a yaw
+    double tilt_rad = 0.0;
+    Attitude camera{};  // errors of the camera on the carriage
+  };
+
+  Placing placed(const CaptureLine& line) const;
+  double vibration_mm(double carriage_mm, std::optional<Duration> still_for,
+                      std::uint64_t direction) const;
+
+  RailSettings settings_;
+  RailSpan span_;
+  std::map<std::string, Placing> placings_;
+};
+
+}  // namespace raywalk

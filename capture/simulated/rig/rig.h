@@ -1,0 +1,90 @@
+// The whole simulated rig: a slider that answers Modbus, a rail that lies not quite where it
+// should, and a camera that answers the Open Spherical Camera API with pictures of a virtual room.
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "capture/simulated/rig/drive_registers.h"
+#include "capture/simulated/rig/modbus_server.h"
+#include "capture/simulated/rig/osc_server.h"
+#include "capture/simulated/rig/rail.h"
+#include "capture/simulated/rig/rig_config.h"
+#include "capture/simulated/rig/rig_faults.h"
+#include "capture/simulated/rig/truth_recorder.h"
+#include "capture/simulated/virtual_room/virtual_room.h"
+
+namespace raywalk {
+
+// Works from its construction to its destruction. In its directory:
+//   slider   link to the pseudo-terminal of Modbus RTU
+//   card/    the camera's card
+//   truth/   see TruthRecorder
+// The rail lies at the plan's first line until it is placed elsewhere.
+//
+// Beside the camera's API its HTTP server answers, in JSON:
+//   POST /rig/place {"line": "x0"}   places the rail at that line; other keys are passed over, as
+//                                    the capture's run.place_url sends more
+//   POST /rig/fault {"kind": "stall", "for_ms": 2000, "after_ms": 0, "amount": 0, "requests": 1}
+//                                    has a fault happen; all but kind may be left out
+//   POST /rig/mend                   ends all faults
+//   GET  /rig/state                  state(); the first three answer with it as well
+class Rig {
+ public:
+  // Makes the directory where it is missing, furnishes the room and writes the true views, which
+  // takes seconds. The clock is that of slider and camera and has to outlive the rig; the link's
+  // faults and the network run on the machine's. Throws UsageError for a configuration that cannot
+  // be (see read_capture_config, plan_capture, read_register_map, VirtualRoom), Error for a port or
+  // directory that cannot be used.
+  Rig(const RigConfig& config, const std::filesystem::path& directory, Clock* clock);
+  ~Rig();
+  Rig(const Rig&) = delete;
+  Rig& operator=(const Rig&) = delete;
+
+  const CapturePlan& plan() const { return plan_; }
+  std::filesystem::path slider_device() const { return directory_ / "slider"; }
+  int modbus_port() const { return modbus_->tcp_port(); }
+  std::string camera_url() const { return osc_.url(); }
+
+  SimulatedDrive& drive() { return drive_; }
+  LinkFaults& link() { return link_; }
+  SimulatedCamera& camera() { return camera_; }
+  RigFaults& faults() { return faults_; }
+
+  // Throws Error for a line that the plan does not have, or while the carriage moves.
+  void place(const std::string& line_id);
+  std::string line() const;
+
+  // {"line", "carriage_mm" (true), "moving", "homed", "alarm_code",
+  //  "commanded_mm": [lowest, highest] or null, "visited_mm": [lowest, highest] since homing,
+  //  "moves", "requests" (Modbus), "link_faults", "pictures", "camera_faults"}
+  nlohmann::json state();
+
+ private:
+  Rig(const RigConfig& config, const CaptureConfig& capture, const std::filesystem::path& directory,
+      Clock* clock);
+  std::string take_picture(const ExposureNow& exposure);
+  void answer_http();
+
+  const RigConfig config_;
+  const std::filesystem::path directory_;
+  const CapturePlan plan_;
+  const PanoramaSize frame_;
+  const VirtualRoom room_;
+  const Rail rail_;
+  TruthRecorder truth_;
+  mutable std::mutex mutex_;
+  std::string line_;
+  SimulatedDrive drive_;
+  LinkFaults link_;
+  SimulatedCamera camera_;
+  RigFaults faults_;
+  DriveRegisters registers_;
+  OscServer osc_;
+  std::optional<ModbusServer> modbus_;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,56 @@
+// What a user asks of the simulated rig. configs/simulated-rig.yaml explains every key and holds
+// the defaults.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/simulated/rig/link_faults.h"
+#include "capture/simulated/rig/rail.h"
+#include "capture/simulated/rig/rig_faults.h"
+#include "capture/simulated/rig/simulated_drive.h"
+#include "capture/simulated/virtual_room/room_settings.h"
+#include "core/files/settings.h"
+
+namespace raywalk {
+
+struct RigCameraSettings {
+  int port = 0;                     // 0: one that is free
+  std::string layout = "panorama";  // or "dual-fisheye"
+  int width_px = 1024;              // of a frame, a multiple of 4; it is half as high
+  int jpeg_quality = 95;
+  double exposure_ms = 200.0;
+  double clock_offset_s = 0.0;
+  double card_mb = 32000.0;
+  double automatic_wander_ev = 0.3;
+  SensorSettings sensor{};
+};
+
+struct RigTruthSettings {
+  int distance_every = 0;  // every so many-th picture has a distance map; 0: none
+  int views = 0;           // true views from inside of the cells
+};
+
+struct RigConfig {
+  std::filesystem::path capture_config{};  // tells the lines and the drive's registers
+  VirtualRoomSettings scene{};             // its grid is that of the plan
+  DriveSettings slider{};
+  int tcp_port = 0;  // of Modbus TCP; 0: one that is free
+  RailSettings rail{};
+  LinkFaultRates link{};
+  RigCameraSettings camera{};
+  std::vector<ScheduledFault> faults{};
+  RigTruthSettings truth{};
+};
+
+// Every key, bound to `config`, which has to outlive the schema. Faults of a file are added to
+// those that `config` holds.
+SettingsSchema rig_schema(RigConfig* config);
+
+// Reads the file; `capture_config` becomes relative to the current directory. Throws UsageError:
+// what SettingsSchema refuses, no capture_config, values that do not go together.
+RigConfig read_rig_config(const std::filesystem::path& file);
+
+}  // namespace raywalk

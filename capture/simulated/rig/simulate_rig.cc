@@ -1,0 +1,61 @@
+#include "capture/simulated/rig/simulate_rig.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "capture/base/clock.h"
+#include "capture/simulated/rig/rig.h"
+#include "core/base/interrupt.h"
+#include "core/files/atomic_output.h"
+#include "core/files/file_lock.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file that says where the rig is; one that a killed rig left is removed first, so that it is
+// never true of another rig.
+class RigNotice {
+ public:
+  explicit RigNotice(fs::path file) : file_(std::move(file)) { remove(); }
+  ~RigNotice() { remove(); }
+  RigNotice(const RigNotice&) = delete;
+  RigNotice& operator=(const RigNotice&) = delete;
+
+  void write(const Rig& rig) const {
+    const nlohmann::json notice = {{"slider", fs::absolute(rig.slider_device()).string()},
+                                   {"modbus_port", rig.modbus_port()},
+                                   {"camera_url", rig.camera_url()},
+                                   {"pid", getpid()}};
+    write_file_atomically(file_, notice.dump(2) + "\n");
+  }
+
+ private:
+  void remove() const {
+    std::error_code ignored;
+    fs::remove(file_, ignored);
+  }
+
+  fs::path file_;
+};
+
+}  // namespace
+
+void simulate_rig(const RigConfig& config, const fs::path& out) {
+  make_directories(out);
+  const FileLock lock(out / "rig.lock", "another simulated rig works in it");
+  const RigNotice notice(out / "rig.json");
+  SystemClock clock;
+  const Rig rig(config, out, &clock);
+  notice.write(rig);
+  fmt::print("{}\n", (out / "rig.json").string());
+  std::fflush(stdout);
+  while (!interrupt_requested()) clock.sleep(duration_from_ms(100.0));
+}
+
+}  // namespace raywalk

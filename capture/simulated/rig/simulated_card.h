@@ -1,0 +1,48 @@
+// The memory card in the rig's camera: a directory with a capacity.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace raywalk {
+
+struct CardFile {
+  std::string name;  // "R0010001.JPG"
+  std::int64_t bytes = 0;
+};
+
+// Safe to use from several threads. Files that are in the directory already count, and names go on
+// after them, as with a card that was not emptied.
+class SimulatedCard {
+ public:
+  // Makes the directory where it is missing. Throws Error if that fails.
+  SimulatedCard(std::filesystem::path directory, std::int64_t capacity_bytes);
+
+  // The name after the last one used: "R0010001.JPG", "R0010002.JPG", ... Every call gives another.
+  std::string next_name();
+  // Throws Error if the disk below is full.
+  void write(const std::string& name, const std::string& bytes);
+  // By name, which is also by age.
+  std::vector<CardFile> files() const;
+  bool has(const std::string& name) const;
+  // Throws Error naming a file that is not on the card.
+  std::string read(const std::string& name) const;
+  void erase(const std::string& name);
+
+  std::int64_t capacity_bytes() const { return capacity_bytes_; }
+  std::int64_t free_bytes() const;  // 0 or more
+
+ private:
+  std::filesystem::path directory_;
+  std::int64_t capacity_bytes_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::int64_t> files_;
+  std::int64_t used_bytes_ = 0;
+  int last_number_ = 0;
+};
+
+}  // namespace raywalk
