@@ -1,78 +1,30 @@
-// raywalk-capture: captures grids of panoramas; so far of rooms that exist only in the computer.
-#include <fmt/format.h>
-
+// raywalk-capture: drives slider and camera along the lines of a grid, or does so in a room that
+// exists only in the computer.
 #include <CLI/CLI.hpp>
-#include <optional>
 #include <string>
 
-#include "capture/simulated/write_capture.h"
-#include "core/base/parallel.h"
+#include "capture/commands/commands.h"
 #include "core/base/program.h"
-
-namespace raywalk {
-namespace {
-
-struct Arguments {
-  std::string config{};
-  std::optional<int> seed{};
-  std::optional<int> width{};
-  CaptureOptions capture{};
-  int threads = 0;
-};
-
-VirtualRoomSettings settings_of(const Arguments& arguments) {
-  VirtualRoomSettings settings = read_virtual_room_settings(arguments.config);
-  if (arguments.seed) settings.seed = *arguments.seed;
-  if (arguments.width) settings.output.width_px = *arguments.width;
-  require_valid(settings, "--width");
-  return settings;
-}
-
-void add_virtual_room(CLI::App* app, Arguments* arguments) {
-  CLI::App* command = app->add_subcommand(
-      "virtual-room", "Capture a virtual room with its ground truth: frames, views and distances");
-  command->add_option("config", arguments->config, "Settings, as in configs/virtual-room.yaml")
-      ->required();
-  command->add_option("--out", arguments->capture.out, "Directory to make")->required();
-  command->add_option("--seed", arguments->seed, "Instead of the seed in the settings")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--width", arguments->width,
-                   "Width of the panoramas in pixels, a multiple of 4, instead of the settings'")
-      ->check(CLI::Range(kLeastWidth_px, kLargestWidth_px));
-  CLI::Option* views = command->add_option(
-      "--views", arguments->capture.views,
-      "True views to write: a table with columns name,x,z and optionally y (metres)");
-  command
-      ->add_option("--truth-views", arguments->capture.truth_views,
-                   "How many true views to spread over the cells (default 12)")
-      ->check(CLI::Range(0, 10000))
-      ->excludes(views);
-  command
-      ->add_option("--every-distance", arguments->capture.distance_every,
-                   "Write the distance map of every so many-th station (default 8; 0: of none)")
-      ->check(CLI::Range(0, 1000000));
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
-  command->footer(
-      "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"
-      "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");
-  command->callback([arguments] {
-    set_thread_count(arguments->threads);
-    const VirtualRoom room(settings_of(*arguments));
-    fmt::print("{}\n", write_capture(room, arguments->capture));
-  });
-}
-
-}  // namespace
-}  // namespace raywalk
 
 int main(int argc, char** argv) {
   CLI::App app("Captures grids of 360-degree panoramas", "raywalk-capture");
   app.set_version_flag("--version", std::string("raywalk-capture " RAYWALK_VERSION));
   app.require_subcommand(1);
-  app.footer("Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room");
-  raywalk::Arguments arguments;
-  raywalk::add_virtual_room(&app, &arguments);
+  app.footer(
+      "Example:\n  raywalk-capture plan capture.yaml\n"
+      "  raywalk-capture run capture.yaml --session hall\n"
+      "  raywalk-capture export hall");
+  raywalk::add_plan(&app);
+  raywalk::add_check(&app);
+  raywalk::add_home(&app);
+  raywalk::add_jog(&app);
+  raywalk::add_stop(&app);
+  raywalk::add_run(&app);
+  raywalk::add_status(&app);
+  raywalk::add_verify(&app);
+  raywalk::add_import(&app);
+  raywalk::add_export(&app);
+  raywalk::add_simulate(&app);
+  raywalk::add_virtual_room(&app);
   return raywalk::run_program(app, argc, argv);
 }

@@ -1,0 +1,21 @@
+#include "capture/commands/config_arguments.h"
+
+#include "capture/config/rig_addresses.h"
+
+namespace raywalk {
+
+void add_config(CLI::App* command, ConfigArguments* arguments) {
+  command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
+      ->required();
+  command->add_option("--rig", arguments->rig,
+                      "Use the simulated rig that works in this directory, not the devices of the "
+                      "settings");
+}
+
+CaptureConfig config_of(const ConfigArguments& arguments) {
+  CaptureConfig config = read_capture_config(arguments.config);
+  if (!arguments.rig.empty()) use_rig_addresses(&config, arguments.rig);
+  return config;
+}
+
+}  // namespace raywalk

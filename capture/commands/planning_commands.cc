@@ -1,0 +1,76 @@
+// plan, check: before anything moves.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "capture/commands/commands.h"
+#include "capture/commands/config_arguments.h"
+#include "capture/plan/plan_picture.h"
+#include "capture/plan/plan_report.h"
+#include "capture/run/check_devices.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+struct PlanArguments {
+  std::string config{};
+  std::string picture{};
+  bool json = false;
+};
+
+struct CheckArguments {
+  ConfigArguments config{};
+  std::string disk = ".";
+};
+
+void plan(const PlanArguments& arguments) {
+  const CaptureConfig config = read_capture_config(arguments.config);
+  const CapturePlan plan = plan_capture(config);
+  const PlanReport report = report_of(plan, config);
+  const std::string picture =
+      arguments.picture.empty()
+          ? std::filesystem::path(arguments.config).stem().string() + "-plan.svg"
+          : arguments.picture;
+  write_file_atomically(picture, plan_picture_svg(plan));
+  if (arguments.json) {
+    fmt::print("{}\n", plan_report_json(report).dump(2));
+  } else {
+    fmt::print("{}picture:   {}\n", plan_report_text(report), picture);
+  }
+}
+
+void check(const CheckArguments& arguments) {
+  const auto checks = check_devices(config_of(arguments.config), arguments.disk);
+  fmt::print("{}", text_of(checks));
+  if (!all_usable(checks)) throw Error("a run cannot begin; see the lines that say FAILS");
+}
+
+}  // namespace
+
+void add_plan(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "plan", "Tell what a session will be: stations, time, storage, what it can resolve");
+  auto arguments = std::make_shared<PlanArguments>();
+  command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
+      ->required();
+  command->add_option("--picture", arguments->picture,
+                      "The plan as an SVG file (default: <config>-plan.svg here)");
+  command->add_flag("--json", arguments->json, "For programs");
+  command->footer("Example:\n  raywalk-capture plan capture.yaml");
+  command->callback([arguments] { plan(*arguments); });
+}
+
+void add_check(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("check", "Talk to slider, camera and disk; nothing moves");
+  auto arguments = std::make_shared<CheckArguments>();
+  add_config(command, &arguments->config);
+  command->add_option("--disk", arguments->disk, "Directory that sessions go to (default: here)");
+  command->footer("Example:\n  raywalk-capture check capture.yaml");
+  command->callback([arguments] { check(*arguments); });
+}
+
+}  // namespace raywalk

@@ -1,0 +1,81 @@
+// run, home, jog, stop: the commands that move.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "capture/commands/commands.h"
+#include "capture/commands/config_arguments.h"
+#include "capture/run/run_session.h"
+#include "capture/run/set_up_moves.h"
+
+namespace raywalk {
+namespace {
+
+struct JogArguments {
+  ConfigArguments config{};
+  double mm = 0.0;
+};
+
+struct RunArguments {
+  ConfigArguments config{};
+  RunOptions options{};
+};
+
+}  // namespace
+
+void add_run(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("run", "Capture a session, or go on with one");
+  auto arguments = std::make_shared<RunArguments>();
+  RunOptions* options = &arguments->options;
+  add_config(command, &arguments->config);
+  CLI::Option* session = command->add_option(
+      "--session", options->session, "Session directory: made, or gone on with if it is there");
+  CLI::Option* dry_run =
+      command->add_flag("--dry-run", options->dry_run, "Move to every station and take no picture");
+  dry_run->excludes(session);
+  command->add_flag("--yes", options->yes,
+                    "Ask nobody to place the rail: for rigs that need no hands");
+  command->footer(
+      "Example:\n  raywalk-capture run capture.yaml --session hall\n"
+      "Ctrl-C stops the slider and keeps what is captured; the same command goes on.\n"
+      "Exit code 3: paused, something has to be put right first.");
+  command->callback([arguments] {
+    if (!arguments->options.dry_run && arguments->options.session.empty()) {
+      throw CLI::RequiredError("--session (or --dry-run)");
+    }
+    fmt::print("{}\n", run_session(config_of(arguments->config), arguments->options));
+  });
+}
+
+void add_home(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("home", "Move the slider to its home switch, which becomes 0 mm");
+  auto arguments = std::make_shared<ConfigArguments>();
+  add_config(command, arguments.get());
+  command->footer("Example:\n  raywalk-capture home capture.yaml");
+  command->callback([arguments] { fmt::print("{}\n", home_slider(config_of(*arguments).slider)); });
+}
+
+void add_jog(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("jog", "Move the slider by some millimetres, inside its soft limits");
+  auto arguments = std::make_shared<JogArguments>();
+  add_config(command, &arguments->config);
+  command->add_option("--mm", arguments->mm, "How far; negative towards home")->required();
+  command->footer("Example:\n  raywalk-capture jog capture.yaml --mm -25");
+  command->callback([arguments] {
+    fmt::print("{}\n", jog_slider(config_of(arguments->config).slider, arguments->mm));
+  });
+}
+
+void add_stop(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("stop", "Stop the slider");
+  auto arguments = std::make_shared<ConfigArguments>();
+  add_config(command, arguments.get());
+  command->footer(
+      "Example:\n  raywalk-capture stop capture.yaml\n"
+      "While a run holds the port, stop it with Ctrl-C there.");
+  command->callback([arguments] { fmt::print("{}\n", stop_slider(config_of(*arguments).slider)); });
+}
+
+}  // namespace raywalk

@@ -1,0 +1,129 @@
+// status, verify, import, export: what is done with a session.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/commands/commands.h"
+#include "capture/import/import_film.h"
+#include "capture/import/import_pictures.h"
+#include "capture/session/session_export.h"
+#include "capture/session/session_status.h"
+#include "capture/session/session_verify.h"
+
+namespace raywalk {
+namespace {
+
+struct SessionArguments {
+  std::string directory{};
+  bool json = false;
+  ExportOptions exported{};
+};
+
+struct ImportArguments {
+  std::string session{};
+  std::vector<std::filesystem::path> files{};
+  std::string video{};
+  FilmImportOptions film{};
+};
+
+std::shared_ptr<SessionArguments> add_session(CLI::App* command) {
+  auto arguments = std::make_shared<SessionArguments>();
+  command->add_option("session", arguments->directory, "Session directory")->required();
+  return arguments;
+}
+
+void bring_in(const ImportArguments& arguments) {
+  SystemClock clock;
+  if (!arguments.video.empty()) {
+    const FilmImport result =
+        import_film(arguments.session, arguments.video, arguments.film, &clock);
+    fmt::print("{}\n", result.summary);
+    return;
+  }
+  if (arguments.files.empty()) throw CLI::RequiredError("pictures, or --video");
+  const PictureImport result =
+      import_pictures(arguments.session, arguments.files, arguments.film.allow_missing, &clock);
+  fmt::print("{}\n", result.summary);
+}
+
+}  // namespace
+
+void add_status(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("status", "Tell how far a session is, and what is next");
+  auto arguments = add_session(command);
+  command->add_flag("--json", arguments->json, "For programs; docs/session.md lists the fields");
+  command->footer("Example:\n  raywalk-capture status hall");
+  command->callback([arguments] {
+    SessionReader session(arguments->directory);
+    const SessionStatus status = status_of(&session);
+    if (arguments->json) {
+      fmt::print("{}\n", status_json(status).dump(2));
+    } else {
+      fmt::print("{}", status_text(status));
+    }
+  });
+}
+
+void add_verify(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("verify", "Compare every frame of a session with its checksum");
+  auto arguments = add_session(command);
+  command->footer("Example:\n  raywalk-capture verify hall");
+  command->callback([arguments] {
+    SessionReader session(arguments->directory);
+    const SessionVerification verification = verify_session(&session);
+    fmt::print("{}", verification_text(verification));
+    require_whole(verification, session);
+  });
+}
+
+void add_import(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "import", "Bring pictures from the camera's card, or a film, into a session");
+  auto arguments = std::make_shared<ImportArguments>();
+  command->add_option("session", arguments->session, "Session directory")->required();
+  CLI::Option* files =
+      command->add_option("files", arguments->files, "Pictures, or directories that hold them");
+  command->add_flag("--allow-missing", arguments->film.allow_missing,
+                    "Import what was matched where some stations or pictures have no counterpart");
+  CLI::Option* video =
+      command->add_option("--video", arguments->video, "A film shot while the slider moved slowly")
+          ->excludes(files);
+  command
+      ->add_option("--line", arguments->film.line, "Which line the film shows (default: find out)")
+      ->needs(video);
+  command->add_option("--format", arguments->film.format, "Of frames taken from a film: jpg or png")
+      ->check(CLI::IsMember({"jpg", "png"}))
+      ->needs(video);
+  command->footer(
+      "Example:\n  raywalk-capture import hall /media/card/DCIM\n"
+      "  raywalk-capture import hall --video x0.mp4 --line x0\n"
+      "Files are only read; an import that was stopped is gone on with by the same command.");
+  command->callback([arguments] { bring_in(*arguments); });
+}
+
+void add_export(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "export", "Write poses.csv, and gt.csv of validation lines, into a session");
+  auto arguments = add_session(command);
+  command
+      ->add_option("--exposure", arguments->exported.exposure,
+                   "Which one of bracketed exposures, from 0")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--partial", arguments->exported.partial,
+                    "What there is of a session that is not finished");
+  command->add_flag("--unstitched", arguments->exported.unstitched,
+                    "Also fisheye frames, which are no panoramas yet");
+  command->footer(
+      "Example:\n  raywalk-capture export hall\n"
+      "  raywalk-build-lf pack --frames hall/poses.csv --out hall.lf");
+  command->callback([arguments] {
+    SessionReader session(arguments->directory);
+    fmt::print("{}\n", export_session(&session, arguments->exported));
+  });
+}
+
+}  // namespace raywalk

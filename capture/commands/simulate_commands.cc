@@ -1,0 +1,98 @@
+// simulate, virtual-room: captures without hardware.
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "capture/commands/commands.h"
+#include "capture/simulated/rig/simulate_rig.h"
+#include "capture/simulated/write_capture.h"
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+struct SimulateArguments {
+  std::string config{};
+  std::string out{};
+  int threads = 0;
+};
+
+struct RoomArguments {
+  std::string config{};
+  std::optional<int> seed{};
+  std::optional<int> width{};
+  CaptureOptions capture{};
+  int threads = 0;
+};
+
+VirtualRoomSettings settings_of(const RoomArguments& arguments) {
+  VirtualRoomSettings settings = read_virtual_room_settings(arguments.config);
+  if (arguments.seed) settings.seed = *arguments.seed;
+  if (arguments.width) settings.output.width_px = *arguments.width;
+  require_valid(settings, "--width");
+  return settings;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "simulate", "Be a rig without hardware: a slider on a serial port, a camera on HTTP");
+  auto arguments = std::make_shared<SimulateArguments>();
+  command->add_option("config", arguments->config, "Settings, as in configs/simulated-rig.yaml")
+      ->required();
+  command
+      ->add_option("--out", arguments->out,
+                   "Directory for the port's link, the camera's card and the truth")
+      ->required();
+  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+  command->footer(
+      "Example:\n  raywalk-capture simulate configs/simulated-rig.yaml --out rig &\n"
+      "  raywalk-capture run configs/capture-osc.yaml --rig rig --session hall\n"
+      "Works until Ctrl-C.");
+  command->callback([arguments] {
+    set_thread_count(arguments->threads);
+    simulate_rig(read_rig_config(arguments->config), arguments->out);
+  });
+}
+
+void add_virtual_room(CLI::App* app) {
+  auto arguments = std::make_shared<RoomArguments>();
+  CLI::App* command = app->add_subcommand(
+      "virtual-room", "Capture a virtual room with its ground truth: frames, views and distances");
+  command->add_option("config", arguments->config, "Settings, as in configs/virtual-room.yaml")
+      ->required();
+  command->add_option("--out", arguments->capture.out, "Directory to make")->required();
+  command->add_option("--seed", arguments->seed, "Instead of the seed in the settings")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--width", arguments->width,
+                   "Width of the panoramas in pixels, a multiple of 4, instead of the settings'")
+      ->check(CLI::Range(kLeastWidth_px, kLargestWidth_px));
+  CLI::Option* views = command->add_option(
+      "--views", arguments->capture.views,
+      "True views to write: a table with columns name,x,z and optionally y (metres)");
+  command
+      ->add_option("--truth-views", arguments->capture.truth_views,
+                   "How many true views to spread over the cells (default 12)")
+      ->check(CLI::Range(0, 10000))
+      ->excludes(views);
+  command
+      ->add_option("--every-distance", arguments->capture.distance_every,
+                   "Write the distance map of every so many-th station (default 8; 0: of none)")
+      ->check(CLI::Range(0, 1000000));
+  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+  command->footer(
+      "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"
+      "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");
+  command->callback([arguments] {
+    set_thread_count(arguments->threads);
+    const VirtualRoom room(settings_of(*arguments));
+    fmt::print("{}\n", write_capture(room, arguments->capture));
+  });
+}
+
+}  // namespace raywalk
