@@ -131,11 +131,9 @@ TEST_F(VirtualRoomTest, JpegKeepsColorInFullResolution) {
 }
 
 TEST_F(VirtualRoomTest, HelpGivesAnExample) {
-  for (const char* arguments : {"--help", "virtual-room --help"}) {
-    const CommandResult help = run_command(fmt::format("{} {}", RAYWALK_CAPTURE, arguments));
-    EXPECT_EQ(help.exit_code, 0);
-    EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-capture virtual-room"));
-  }
+  const CommandResult help = run_command(std::string(RAYWALK_CAPTURE) + " virtual-room --help");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-capture virtual-room"));
   EXPECT_THAT(run_command(std::string(RAYWALK_CAPTURE) + " --version").output,
               HasSubstr("raywalk-capture "));
 }
@@ -194,6 +192,7 @@ TEST_F(VirtualRoomTest, InterruptLeavesNothing) {
   }
   kill(child, SIGINT);
   waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status)) << status;
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_EQ(directory_.entries(), 1U);
 }

@@ -1,0 +1,378 @@
+// raywalk-capture as a user runs it, against the simulated rig as a process of its own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <sqlite3.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+
+#include "core/files/csv.h"
+#include "core/files/sha256.h"
+#include "core/files/test_directory.h"
+#include "tests/end_to_end/run_command.h"
+#include "tests/end_to_end/simulated_rig_process.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// The default plan: 4 lines of 3 stations, 500 mm apart.
+constexpr std::size_t kStations = 12;
+
+class CaptureCommandTest : public ::testing::Test {
+ protected:
+  CaptureCommandTest() { files_.directory = directory_.path(); }
+
+  void start_rig() {
+    files_.write();
+    rig_.emplace(files_);
+    url_ = json::parse(read_file(rig_->directory() / "rig.json"))["camera_url"].get<std::string>();
+  }
+  std::string session() const { return (directory_ / "session").string(); }
+  std::string with_rig() const {
+    return files_.capture().string() + " --rig " + rig_->directory().string();
+  }
+  CommandResult capture(const std::string& arguments) const {
+    return run_command(std::string(RAYWALK_CAPTURE) + " " + arguments);
+  }
+  CommandResult run() const { return capture("run " + with_rig() + " --session " + session()); }
+  std::unique_ptr<BackgroundProcess> run_in_background() const {
+    return std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{RAYWALK_CAPTURE, "run", files_.capture().string(), "--rig",
+                                 rig_->directory().string(), "--session", session()},
+        directory_ / "run.log");
+  }
+  std::string run_log() const { return read_file(directory_ / "run.log"); }
+  json rig_state() const { return json::parse(httplib::Client(url_).Get("/rig/state")->body); }
+  void rig_fault(const json& fault) const {
+    const auto reply = httplib::Client(url_).Post("/rig/fault", fault.dump(), "application/json");
+    ASSERT_EQ(reply->status, 200) << reply->body;
+  }
+  bool is_rig_reachable() const {
+    return fs::exists(rig_->directory() / "slider") && httplib::Client(url_).Get("/rig/state");
+  }
+  void mend_rig() const { httplib::Client(url_).Post("/rig/mend", "", "application/json"); }
+  json status() const { return json::parse(capture("status --json " + session()).output); }
+
+  // Everything that has to hold of a finished session.
+  void expect_finished_session() const {
+    const CommandResult verified = capture("verify " + session());
+    EXPECT_EQ(verified.exit_code, 0) << verified.output << verified.errors;
+    const CommandResult exported = capture("export " + session());
+    ASSERT_EQ(exported.exit_code, 0) << exported.errors;
+    const CsvTable poses =
+        CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
+    std::set<std::string> frames;
+    for (std::size_t row = 0; row < poses.rows(); ++row) frames.insert(poses.text(row, "file"));
+    EXPECT_EQ(poses.rows(), kStations);
+    EXPECT_EQ(frames.size(), kStations);
+    EXPECT_EQ(integrity(), "ok");
+  }
+  std::string integrity() const {
+    sqlite3* database = nullptr;
+    std::string answer;
+    sqlite3_open((session() + "/session.db").c_str(), &database);
+    sqlite3_exec(
+        database, "PRAGMA integrity_check",
+        [](void* out, int, char** values, char**) {
+          *static_cast<std::string*>(out) = values[0];
+          return 0;
+        },
+        &answer, nullptr);
+    sqlite3_close(database);
+    return answer;
+  }
+  // Checksum of every file that a run has put in its place.
+  std::map<std::string, std::string> frame_sums() const {
+    std::map<std::string, std::string> sums;
+    const fs::path frames = fs::path(session()) / "frames";
+    if (!fs::exists(frames)) return sums;
+    for (const auto& entry : fs::directory_iterator(frames)) {
+      if (entry.path().extension() != ".jpg" || entry.path().filename().string()[0] == '.')
+        continue;
+      const std::string bytes = read_file(entry.path());
+      sums[entry.path().filename()] = sha256_hex(std::as_bytes(std::span(bytes)));
+    }
+    return sums;
+  }
+
+  TestDirectory directory_;
+  RehearsalFiles files_;
+  std::optional<SimulatedRigProcess> rig_;
+  std::string url_;
+};
+
+TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
+  files_.more_rig = "rail:\n  placing_spread_mm: 2\n";
+  start_rig();
+  const CommandResult checked = capture("check " + with_rig());
+  EXPECT_EQ(checked.exit_code, 0) << checked.output;
+  EXPECT_THAT(checked.output, AllOf(HasSubstr("slider  ok"), HasSubstr("camera  ok"),
+                                    HasSubstr("disk    ok"), HasSubstr("leadshine-pr0")));
+  const CommandResult captured = run();
+  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  EXPECT_THAT(captured.output, HasSubstr("all 12 stations of 4 lines are captured"));
+  expect_finished_session();
+  EXPECT_THAT(capture("status " + session()).output, HasSubstr("12 of 12 stations captured"));
+
+  // Where the rig's own record says the camera was: off by what the rail is off.
+  const CsvTable truth =
+      CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
+                     {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
+  const CsvTable poses =
+      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
+  ASSERT_GE(truth.rows(), poses.rows());
+  const std::size_t first = truth.rows() - poses.rows();  // before it: metering
+  for (std::size_t i = 0; i < poses.rows(); ++i) {
+    for (const char* axis : {"x", "y", "z"}) {
+      EXPECT_NEAR(poses.number(i, axis), truth.number(first + i, axis), 0.02);
+    }
+  }
+}
+
+TEST_F(CaptureCommandTest, KilledAtRandomMomentsItLosesAndOverwritesNothing) {
+  start_rig();
+  const char* asked = std::getenv("RAYWALK_KILLS");
+  const int kills = asked != nullptr ? std::atoi(asked) : 20;
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> moment_ms(0, 900);
+  int killed_in_work = 0;
+  for (int i = 0; i < kills; ++i) {
+    if (frame_sums().size() >= kStations) {  // near its end: see that it is whole, begin another
+      ASSERT_EQ(run().exit_code, 0);
+      expect_finished_session();
+      fs::remove_all(session());
+    }
+    const auto before = frame_sums();
+    auto process = run_in_background();
+    std::this_thread::sleep_for(std::chrono::milliseconds(moment_ms(random)));
+    process->signal(SIGKILL);
+    if (process->wait() == 128 + SIGKILL) ++killed_in_work;
+    const auto after = frame_sums();
+    for (const auto& [file, sum] : before) {
+      ASSERT_TRUE(after.contains(file)) << file << " is gone";
+      ASSERT_EQ(after.at(file), sum) << file << " was overwritten";
+    }
+    if (fs::exists(fs::path(session()) / "session.db")) {
+      ASSERT_EQ(integrity(), "ok");
+    }
+  }
+  EXPECT_GT(killed_in_work, kills / 4);
+  const CommandResult finished = run();
+  ASSERT_EQ(finished.exit_code, 0) << finished.errors;
+  expect_finished_session();
+  EXPECT_GE(rig_state()["visited_mm"][0].get<double>(), -1.0);
+  EXPECT_LE(rig_state()["visited_mm"][1].get<double>(), 2100.0);
+}
+
+TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionGoesOnLater) {
+  files_.speed_mm_s = 600.0;
+  start_rig();
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    auto process = run_in_background();
+    const auto moves = rig_state()["moves"].get<int>();
+    while (rig_state()["moves"].get<int>() < moves + 3) {
+      ASSERT_FALSE(process->has_ended()) << run_log();
+    }
+    process->signal(number);
+    process->signal(number);  // an impatient user: the slider has to be stopped all the same
+    EXPECT_EQ(process->wait(), 130);
+    EXPECT_FALSE(rig_state()["moving"].get<bool>());
+    EXPECT_THAT(run_log(), HasSubstr("the same command goes on"));
+  }
+  EXPECT_EQ(run().exit_code, 0);
+  expect_finished_session();
+}
+
+struct FaultCase {
+  const char* name;
+  json fault;
+  std::vector<const char*> says;  // in the line that the user sees
+};
+
+class CaptureFaultTest : public CaptureCommandTest,
+                         public ::testing::WithParamInterface<FaultCase> {};
+
+TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended) {
+  files_.speed_mm_s = 2000.0;
+  files_.more_capture = "  shots: 2\n";
+  start_rig();
+  auto process = run_in_background();
+  const auto moves = rig_state()["moves"].get<int>();
+  while (rig_state()["moves"].get<int>() < moves + 3) {
+    ASSERT_FALSE(process->has_ended()) << run_log();
+  }
+  rig_fault(GetParam().fault);
+  EXPECT_EQ(process->wait(), 3) << run_log();
+  const std::string log = run_log();
+  const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
+  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"),
+                          HasSubstr("the same command goes on afterwards")));
+  for (const char* text : GetParam().says) EXPECT_THAT(line, HasSubstr(text));
+  EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
+  mend_rig();
+  // A cut line and a camera that was down are back within a moment; a blocked drive is set right by
+  // homing it.
+  for (int i = 0; i < 1000 && !is_rig_reachable(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const CommandResult resumed = run();
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  expect_finished_session();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Faults, CaptureFaultTest,
+    ::testing::Values(FaultCase{"Stall", {{"kind", "stall"}}, {"does not move"}},
+                      FaultCase{"LimitSwitch", {{"kind", "high-limit"}}, {"does not move"}},
+                      FaultCase{"Cut", {{"kind", "cut"}}, {"stop"}},
+                      FaultCase{
+                          "FeedbackJump", {{"kind", "feedback-jump"}, {"amount", 30.0}}, {"mm"}},
+                      FaultCase{"Busy", {{"kind", "busy"}}, {"camera", "busy"}},
+                      FaultCase{"CardFull", {{"kind", "card-full"}, {"for_ms", 60000}}, {"card"}},
+                      FaultCase{"WebPage", {{"kind", "web-page"}, {"for_ms", 60000}}, {"web page"}},
+                      FaultCase{"CameraDown", {{"kind", "down"}, {"for_ms", 3000}}, {"127.0.0.1"}}),
+    [](const ::testing::TestParamInfo<FaultCase>& param) { return param.param.name; });
+
+TEST_F(CaptureCommandTest, AnAlarmIsNamedAndHasToBeClearedByAPerson) {
+  files_.speed_mm_s = 2000.0;
+  start_rig();
+  auto process = run_in_background();
+  while (rig_state()["moves"].get<int>() < 3) ASSERT_FALSE(process->has_ended()) << run_log();
+  rig_fault({{"kind", "alarm"}, {"amount", 33}});
+  EXPECT_EQ(process->wait(), 3);
+  EXPECT_THAT(run_log(), AllOf(HasSubstr("alarm"), HasSubstr("33")));
+  EXPECT_NE(capture("check " + with_rig()).exit_code, 0);
+}
+
+TEST_F(CaptureCommandTest, DamagedPicturesAreShotAgain) {
+  files_.more_rig =
+      "faults:\n  - kind: truncated-picture\n    at_picture: 3\n"
+      "  - kind: empty-picture\n    at_picture: 6\n"
+      "  - kind: missing-picture\n    at_picture: 9\n";
+  start_rig();
+  const CommandResult captured = run();
+  ASSERT_EQ(captured.exit_code, 0) << captured.errors;
+  EXPECT_THAT(captured.errors, HasSubstr("shooting it again"));
+  expect_finished_session();
+  EXPECT_EQ(status()["faults"]["bad-picture"], 2);
+}
+
+TEST_F(CaptureCommandTest, TheOperatorIsAskedWhereNobodyElsePlacesTheRail) {
+  start_rig();
+  // A copy of the configuration that names the rig's devices, but not its way to place the rail.
+  const json rig = json::parse(read_file(rig_->directory() / "rig.json"));
+  std::string yaml = read_file(files_.capture());
+  yaml.replace(yaml.find("none"), 4, rig["slider"].get<std::string>());
+  yaml.replace(yaml.find("http://127.0.0.1"), 16, rig["camera_url"].get<std::string>());
+  const fs::path config = directory_ / "by-hand.yaml";
+  std::ofstream(config) << yaml;
+  const std::string command =
+      std::string(RAYWALK_CAPTURE) + " run " + config.string() + " --session " + session();
+  const CommandResult unattended = run_command(command);
+  EXPECT_EQ(unattended.exit_code, 3);
+  EXPECT_THAT(unattended.errors, AllOf(HasSubstr("line x0"), HasSubstr("--yes")));
+  const CommandResult asked = run_command("printf '\\n\\n\\n\\n' | " + command);
+  EXPECT_EQ(asked.exit_code, 0) << asked.errors;
+  EXPECT_THAT(asked.output, AllOf(HasSubstr("Line z1 (4 of 4)"), HasSubstr("press Enter")));
+}
+
+TEST_F(CaptureCommandTest, ADryRunMovesAndTakesNoPicture) {
+  start_rig();
+  const CommandResult moved = capture("run " + with_rig() + " --dry-run");
+  EXPECT_EQ(moved.exit_code, 0) << moved.errors;
+  EXPECT_THAT(moved.output, HasSubstr("settled at all 12 stations"));
+  EXPECT_EQ(rig_state()["pictures"], 0);
+  EXPECT_FALSE(fs::exists(session()));
+}
+
+TEST_F(CaptureCommandTest, SettingUpMovesInsideTheSoftLimitsOnly) {
+  start_rig();
+  EXPECT_THAT(capture("jog " + with_rig() + " --mm 10").errors, HasSubstr("raywalk-capture home"));
+  EXPECT_EQ(capture("home " + with_rig()).exit_code, 0);
+  EXPECT_THAT(capture("jog " + with_rig() + " --mm 150.5").output, HasSubstr("at 150.5"));
+  for (const char* mm : {"-151", "2000", "nan", "1e300"}) {
+    const CommandResult refused = capture("jog " + with_rig() + " --mm " + mm);
+    EXPECT_NE(refused.exit_code, 0) << mm;
+  }
+  EXPECT_NEAR(rig_state()["carriage_mm"].get<double>(), 150.5, 0.1);
+  EXPECT_EQ(capture("stop " + with_rig()).exit_code, 0);
+}
+
+TEST_F(CaptureCommandTest, ASecondProgramIsKeptFromSliderAndSession) {
+  files_.speed_mm_s = 600.0;
+  start_rig();
+  auto process = run_in_background();
+  while (rig_state()["moves"].get<int>() < 2) ASSERT_FALSE(process->has_ended()) << run_log();
+  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture works on this session"));
+  EXPECT_THAT(capture("jog " + with_rig() + " --mm 5").errors, HasSubstr("another program"));
+  EXPECT_EQ(capture("status " + session()).exit_code, 0);
+  process->signal(SIGINT);
+  EXPECT_EQ(process->wait(), 130);
+}
+
+TEST_F(CaptureCommandTest, ASessionOfAnotherPlanIsLeftAlone) {
+  start_rig();
+  ASSERT_EQ(run().exit_code, 0);
+  files_.spacing_mm = 250.0;
+  files_.write();
+  const CommandResult refused = run();
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("line x0"));
+}
+
+TEST_F(CaptureCommandTest, DevicesThatAreNotThereAreNamedOneByOne) {
+  files_.write();
+  const CommandResult checked = capture("check " + files_.capture().string());
+  EXPECT_EQ(checked.exit_code, 1);
+  EXPECT_THAT(checked.output, AllOf(HasSubstr("slider  FAILS"), HasSubstr("camera  FAILS"),
+                                    HasSubstr("disk    ok")));
+  EXPECT_THAT(capture("check " + files_.capture().string() + " --rig nowhere").errors,
+              HasSubstr("raywalk-capture simulate"));
+}
+
+TEST_F(CaptureCommandTest, AWrongRegisterMapIsNotMovedWith) {
+  start_rig();
+  files_.register_map = "generic.yaml";
+  files_.write();
+  const CommandResult refused = run();
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_EQ(rig_state()["moves"], 0);
+  EXPECT_EQ(rig_state()["pictures"], 0);
+}
+
+TEST_F(CaptureCommandTest, PlanWritesAPictureAndRefusesWhatCannotBe) {
+  files_.write();
+  const std::string picture = (directory_ / "plan.svg").string();
+  const CommandResult planned =
+      capture("plan " + files_.capture().string() + " --picture " + picture);
+  EXPECT_EQ(planned.exit_code, 0) << planned.errors;
+  EXPECT_THAT(planned.output, AllOf(HasSubstr("4 lines, 12 stations"), HasSubstr(picture)));
+  EXPECT_THAT(read_file(picture), HasSubstr("<svg"));
+  files_.spacing_mm = 300.0;
+  files_.write();
+  const CommandResult refused = capture("plan " + files_.capture().string());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr("capture.yaml:2"), HasSubstr("spacing_mm")));
+}
+
+TEST_F(CaptureCommandTest, EveryCommandHasAnExample) {
+  for (const char* command : {"plan", "check", "run", "status", "verify", "import", "export",
+                              "home", "jog", "stop", "simulate"}) {
+    const CommandResult help = capture(std::string(command) + " --help");
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.output, HasSubstr(std::string("Example:\n  raywalk-capture ") + command));
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,128 @@
+// For tests: raywalk-capture simulate as a process of its own, and the configurations for it.
+#pragma once
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+
+// A program running beside the test; killed with the object if it still runs.
+class BackgroundProcess {
+ public:
+  BackgroundProcess(std::vector<std::string> arguments, const std::filesystem::path& log) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    posix_spawn_file_actions_adddup2(&actions, 1, 2);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const int error = posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0) throw std::runtime_error("cannot start " + arguments[0]);
+  }
+  ~BackgroundProcess() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+  }
+  BackgroundProcess(const BackgroundProcess&) = delete;
+  BackgroundProcess& operator=(const BackgroundProcess&) = delete;
+
+  void signal(int number) const { kill(pid_, number); }
+  // Waits for its end: the exit code, or 128 + signal.
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  bool has_ended() {
+    int status = 0;
+    if (pid_ > 0 && waitpid(pid_, &status, WNOHANG) != pid_) return false;
+    pid_ = -1;
+    return true;
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+// What a session of a few fast stations in a small room needs, in a directory.
+struct RehearsalFiles {
+  std::filesystem::path directory;
+  std::string register_map = "leadshine-pr0.yaml";
+  double spacing_mm = 500.0;
+  double settle_ms = 20.0;
+  double speed_mm_s = 4000.0;
+  std::string more_capture{};  // further keys of either file
+  std::string more_rig{};
+
+  std::filesystem::path capture() const { return directory / "capture.yaml"; }
+  std::filesystem::path rig() const { return directory / "rig.yaml"; }
+
+  void write() const {
+    std::ofstream(capture()) << fmt::format(
+        "grid:\n  spacing_mm: {}\n  overhang_mm: 0\n"
+        "slider:\n  device: none\n  register_map: {}/sliders/{}\n"
+        "  response_timeout_ms: 200\n  byte_timeout_ms: 50\n"
+        "  high_limit_mm: 2100\n  first_station_mm: 20\n"
+        "  motion:\n    speed_mm_s: {}\n    acceleration_mm_s2: 40000\n    settle_ms: {}\n"
+        "    poll_ms: 5\n    settle_timeout_ms: 2000\n"
+        "camera:\n  width_px: 64\n  height_px: 32\n"
+        "  osc:\n    url: http://127.0.0.1\n    poll_ms: 5\n    picture_timeout_ms: 3000\n"
+        "    connect_timeout_ms: 2000\n"
+        "run:\n  least_free_mb: 1\n{}",
+        spacing_mm, RAYWALK_CONFIGS, register_map, speed_mm_s, settle_ms, more_capture);
+    std::ofstream(rig()) << fmt::format(
+        "capture_config: capture.yaml\n"
+        "slider:\n  max_speed_mm_s: 5000\n  max_acceleration_mm_s2: 50000\n"
+        "  homing_speed_mm_s: 2000\n  high_switch_mm: 2200\n"
+        "camera:\n  width_px: 64\n  exposure_ms: 5\n{}",
+        more_rig);
+  }
+};
+
+// A simulated rig that works until the object goes.
+class SimulatedRigProcess {
+ public:
+  explicit SimulatedRigProcess(const RehearsalFiles& files)
+      : directory_(files.directory / "rig"),
+        process_({RAYWALK_CAPTURE, "simulate", files.rig().string(), "--out", directory_.string()},
+                 files.directory / "rig.log") {
+    while (!std::filesystem::exists(directory_ / "rig.json")) {
+      if (process_.has_ended()) {
+        throw std::runtime_error(read_file(files.directory / "rig.log"));
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+  ~SimulatedRigProcess() {
+    process_.signal(SIGTERM);
+    process_.wait();
+  }
+
+  const std::filesystem::path& directory() const { return directory_; }
+
+ private:
+  std::filesystem::path directory_;
+  BackgroundProcess process_;
+};
+
+}  // namespace raywalk

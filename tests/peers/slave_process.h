@@ -1,0 +1,62 @@
+// The pymodbus slave as a process of its own, for tests that kill it.
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+namespace raywalk {
+
+class SlaveProcess {
+ public:
+  // Returns once it serves. Throws std::runtime_error where it does not come up.
+  SlaveProcess(const std::string& map, const std::string& line) {
+    std::array<int, 2> pipe_ends{};
+    if (pipe(pipe_ends.data()) != 0) throw std::runtime_error("no pipe");
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(pipe_ends[1], STDOUT_FILENO);
+      close(pipe_ends[0]);
+      close(pipe_ends[1]);
+      // Debian's own interpreter: the packages are installed for no other.
+      execl("/usr/bin/python3", "python3", RAYWALK_PYMODBUS_SLAVE, "--map", map.c_str(), "--line",
+            line.c_str(), nullptr);
+      _exit(127);
+    }
+    close(pipe_ends[1]);
+    output_ = fdopen(pipe_ends[0], "r");
+    std::array<char, 256> where{};
+    if (fscanf(output_, "ready %255s", where.data()) != 1) {
+      end();
+      throw std::runtime_error(
+          "the pymodbus slave does not start; scripts/install-packages test installs what it "
+          "needs");
+    }
+    where_ = where.data();
+  }
+  ~SlaveProcess() { end(); }
+  SlaveProcess(const SlaveProcess&) = delete;
+  SlaveProcess& operator=(const SlaveProcess&) = delete;
+
+  // The device of its pseudo-terminal, or its TCP port.
+  const std::string& where() const { return where_; }
+  void send(int signal) const { kill(pid_, signal); }
+
+ private:
+  void end() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    fclose(output_);
+  }
+
+  pid_t pid_ = -1;
+  FILE* output_ = nullptr;
+  std::string where_;
+};
+
+}  // namespace raywalk
