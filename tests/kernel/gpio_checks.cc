@@ -1,0 +1,149 @@
+#include "tests/kernel/gpio_checks.h"
+
+#include <memory>
+
+#include "capture/camera/gpio_camera.h"
+#include "capture/trigger/shutter.h"
+#include "tests/kernel/gpio_sim.h"
+
+namespace raywalk {
+namespace {
+
+TriggerConfig wired(const GpioSim& lines) {
+  TriggerConfig config;
+  config.chip = lines.chip();
+  config.focus_line = kFocusLine;
+  config.shutter_line = kShutterLine;
+  config.busy_line = kBusyLine;
+  config.focus_ms = 200.0;
+  config.pulse_ms = 100.0;
+  return config;
+}
+
+void require_released(const GpioSim& lines) {
+  require(!lines.level(kShutterLine), "the shutter line stays active");
+  require(!lines.level(kFocusLine), "the focus line stays active");
+}
+
+// The camera looks every half millisecond or so: a span may seem shorter by what it was late.
+bool lasts(SteadyTime from, SteadyTime to, double ms) {
+  return from != SteadyTime{} && ms_from_duration(to - from) > 0.8 * ms;
+}
+
+void require_press(const SeenPress& press, const TriggerConfig& config) {
+  require(lasts(press.focused, press.pressed, config.focus_ms), "half-press missing or too short");
+  require(lasts(press.pressed, press.released, config.pulse_ms), "shutter pulse too short");
+  require(press.let_go >= press.released, "focus let go before the shutter");
+}
+
+void check_three_presses(const GpioSim& lines) {
+  SystemClock clock;
+  SimulatedCamera far_side(lines, false);
+  const TriggerConfig config = wired(lines);
+  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
+  ExposureSettings bracket;
+  bracket.bracket_ev = {-1.0, 0.0, 1.0};
+  camera.prepare(bracket, "");
+  require(camera.report().state == "idle", "not idle at first: " + camera.report().state);
+  camera.shoot(clock.now());
+  const std::vector<SeenPress> presses = far_side.presses();
+  require_near(static_cast<double>(presses.size()), 3.0, 0.0, "number of presses");
+  for (const SeenPress& press : presses) require_press(press, config);
+  for (std::size_t i = 1; i < presses.size(); ++i) {
+    require(presses[i].focused >= presses[i - 1].busy_until, "pressed while the camera was busy");
+  }
+  require_released(lines);
+}
+
+void check_times(const GpioSim& lines) {
+  SystemClock clock;
+  SimulatedCamera far_side(lines, false);
+  const TriggerConfig config = wired(lines);
+  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
+  const ShutterTimes times = shutter.take_picture();
+  const std::vector<SeenPress> presses = far_side.presses();
+  require(presses.size() == 1, "not one press");
+  require(times.pressed <= presses[0].pressed, "pressed later than the line rose");
+  require(times.exposed >= presses[0].busy_from && times.exposed <= presses[0].busy_until,
+          "the kernel's stamp of the busy edge is not of this clock");
+  require(times.done >= presses[0].busy_until, "done before the camera was");
+}
+
+void check_active_low(const GpioSim& lines) {
+  SystemClock clock;
+  TriggerConfig config = wired(lines);
+  config.active_low = true;
+  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
+  require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high at rest");
+  SimulatedCamera far_side(lines, true);
+  shutter.take_picture();
+  require(far_side.presses().size() == 1, "not one press");
+  require_press(far_side.presses()[0], config);
+  require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high afterwards");
+}
+
+void check_silent_camera(const GpioSim& lines) {
+  SystemClock clock;
+  TriggerConfig config = wired(lines);
+  config.busy_start_timeout_ms = 300.0;
+  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
+  require_fault(FaultKind::kMissingPicture, "did not become busy", [&] { shutter.take_picture(); });
+  require_released(lines);
+}
+
+void check_busy_camera(const GpioSim& lines) {
+  SystemClock clock;
+  TriggerConfig config = wired(lines);
+  config.busy_end_timeout_ms = 300.0;
+  lines.pull(kBusyLine, true);
+  GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
+  require(camera.report().state == "busy", "not reported busy");
+  require_fault(FaultKind::kBusy, "stayed busy", [&] { camera.shoot(clock.now()); });
+  lines.pull(kBusyLine, false);
+  require(camera.report().state == "idle", "not reported idle again");
+  require_released(lines);
+}
+
+void check_second_owner(const GpioSim& lines) {
+  SystemClock clock;
+  const TriggerConfig config = wired(lines);
+  const Shutter owner(config, open_gpio_chip(config.chip), &clock);
+  require_fault(FaultKind::kNoContact, "in use by 'raywalk-capture'",
+                [&] { const Shutter other(config, open_gpio_chip(config.chip), &clock); });
+}
+
+void check_wrong_lines(const GpioSim& lines) {
+  SystemClock clock;
+  TriggerConfig config = wired(lines);
+  config.shutter_line = 8;
+  require_fault(FaultKind::kWrongDevice, "there is no line 8",
+                [&] { const Shutter shutter(config, open_gpio_chip(config.chip), &clock); });
+  require_fault(FaultKind::kNoContact, "no GPIO chip", [] { open_gpio_chip("gpiochip99"); });
+  require_fault(FaultKind::kWrongDevice, "is not a GPIO chip", [] { open_gpio_chip("/dev/null"); });
+}
+
+void check_unplugged_chip(const GpioSim& lines) {
+  SystemClock clock;
+  const TriggerConfig config = wired(lines);
+  Shutter shutter(config, open_gpio_chip(config.chip), &clock);
+  lines.unplug();
+  require_fault(FaultKind::kNoContact, "no longer answers", [&] { shutter.take_picture(); });
+}
+
+}  // namespace
+
+void check_gpio(CheckReport* report) {
+  const GpioSim lines;
+  report->run("gpio: three presses, each half-press, press, release, and wait while busy",
+              [&] { check_three_presses(lines); });
+  report->run("gpio: exposure time is the kernel's stamp of the busy edge",
+              [&] { check_times(lines); });
+  report->run("gpio: active-low outputs", [&] { check_active_low(lines); });
+  report->run("gpio: camera that does not react", [&] { check_silent_camera(lines); });
+  report->run("gpio: camera that stays busy", [&] { check_busy_camera(lines); });
+  report->run("gpio: lines that another program holds", [&] { check_second_owner(lines); });
+  report->run("gpio: lines and chips that do not exist", [&] { check_wrong_lines(lines); });
+  report->run("gpio: chip unplugged while in use", [&] { check_unplugged_chip(lines); });
+}
+
+}  // namespace raywalk

@@ -1,0 +1,50 @@
+#include "tests/kernel/host_channel.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "tests/kernel/check_report.h"
+
+namespace raywalk {
+namespace {
+
+// A slave that starts has to load Python's libraries, perhaps on a busy machine.
+constexpr int kPatience_ms = 60000;
+
+}  // namespace
+
+HostChannel::HostChannel(const std::string& device)
+    : fd_(open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+  require(fd_ >= 0, "cannot open " + device);
+  termios settings{};
+  tcgetattr(fd_, &settings);
+  cfmakeraw(&settings);
+  tcsetattr(fd_, TCSANOW, &settings);
+}
+
+HostChannel::~HostChannel() { close(fd_); }
+
+int HostChannel::ask(const std::string& order) {
+  const std::string line = order + "\n";
+  require(write(fd_, line.data(), line.size()) == static_cast<ssize_t>(line.size()),
+          "the host's port takes no orders");
+  const std::string answer = read_line();
+  require(answer.starts_with("done "), "the host does not '" + order + "': " + answer);
+  return std::stoi(answer.substr(5));
+}
+
+std::string HostChannel::read_line() {
+  std::string line;
+  for (;;) {
+    pollfd input{.fd = fd_, .events = POLLIN, .revents = 0};
+    require(poll(&input, 1, kPatience_ms) > 0, "the host does not answer");
+    char letter = 0;
+    require(read(fd_, &letter, 1) == 1, "the host's port is gone");
+    if (letter == '\n') return line;
+    line += letter;
+  }
+}
+
+}  // namespace raywalk
