@@ -248,9 +248,7 @@ TEST(ModbusTcpLinkTest, ClosedConnectionIsOpenedAgainBeforeAWrite) {
   ModbusLink link(config_for(peer, kLongTimeout_ms), &clock);
   link.read(RegisterKind::kHolding, 0, 1);
   peer.hang_up();
-  for (int i = 0; i < 200 && link.openings() == 1; ++i) {
-    EXPECT_TRUE(link.write(1, std::array<std::uint16_t, 1>{5}));
-  }
+  EXPECT_TRUE(link.write(1, std::array<std::uint16_t, 1>{5}));
   EXPECT_EQ(link.openings(), 2);
   EXPECT_EQ(peer.connections(), 2);
 }

@@ -16,11 +16,14 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "capture/slider/terminal_reservation.h"
 
 namespace raywalk {
 
@@ -69,7 +72,11 @@ class TestModbusPeer {
     const std::lock_guard lock(mutex_);
     registers_[address] = value;
   }
-  void hang_up() { hang_up_ = true; }
+  // Closes the line; it is closed when this returns.
+  void hang_up() {
+    hang_up_ = true;
+    while (hang_up_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 
   // A frame as it goes over this line, from unit, function and data.
   Bytes framed(Bytes body, const Bytes& request) const {
@@ -103,6 +110,7 @@ class TestModbusPeer {
       throw std::runtime_error("no pseudo-terminal");
     }
     device_ = ptsname(terminal_);
+    reservation_.emplace(device_);
   }
   void open_listener() {
     listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -126,7 +134,10 @@ class TestModbusPeer {
 
   void serve() {
     while (!over_) {
-      if (hang_up_.exchange(false)) drop_line();
+      if (hang_up_) {
+        drop_line();
+        hang_up_ = false;
+      }
       if (listener_ >= 0 && readable(listener_)) accept_connection();
       send_due();
       if (stream() >= 0 && readable(stream())) take_bytes();
@@ -209,6 +220,7 @@ class TestModbusPeer {
   int listener_ = -1;
   int connection_ = -1;
   std::string device_;
+  std::optional<TerminalReservation> reservation_;
   int port_ = 0;
   std::mutex mutex_;
   std::map<int, std::uint16_t> registers_;

@@ -7,8 +7,11 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <string>
+
+#include "capture/slider/terminal_reservation.h"
 
 namespace raywalk {
 
@@ -38,6 +41,7 @@ class SlaveProcess {
           "needs");
     }
     where_ = where.data();
+    if (where_.starts_with("/dev/")) reservation_.emplace(where_);
   }
   ~SlaveProcess() { end(); }
   SlaveProcess(const SlaveProcess&) = delete;
@@ -57,6 +61,7 @@ class SlaveProcess {
   pid_t pid_ = -1;
   FILE* output_ = nullptr;
   std::string where_;
+  std::optional<TerminalReservation> reservation_;
 };
 
 }  // namespace raywalk
