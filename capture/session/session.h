@@ -24,7 +24,7 @@
 
 namespace raywalk {
 
-class SqliteConnection;  // capture/session/sqlite_connection.h
+class SqliteConnection;  // core/files/sqlite_connection.h
 
 // One try at one station, by the number of its row.
 struct AttemptId {

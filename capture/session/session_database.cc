@@ -57,38 +57,6 @@ void use_wal(SqliteConnection* connection, const fs::path& directory) {
                   directory.string()));
 }
 
-// SQLite reads a log on a disk that it cannot write only where its index is there too; without the
-// log's entries the latest stations would silently be missing.
-SqliteConnection open_immutable(const fs::path& directory) {
-  fs::path log = session_database_path(directory);
-  log += "-wal";
-  std::error_code none;
-  const auto log_bytes = fs::file_size(log, none);
-  if (!none && log_bytes > 0) {
-    throw Error(
-        fmt::format("{}: its latest entries are in {}, which cannot be read on a disk that "
-                    "cannot be written; copy the session to another disk first",
-                    directory.string(), log.filename().string()));
-  }
-  return {session_database_path(directory), SqliteAccess::kImmutable};
-}
-
-bool can_be_read(SqliteConnection* connection) {
-  try {
-    connection->integer("PRAGMA user_version");
-    return true;
-  } catch (const Error&) {
-    const int code = sqlite3_errcode(connection->handle()) & 0xFF;
-    if (code != SQLITE_CANTOPEN && code != SQLITE_READONLY) throw;
-    return false;
-  }
-}
-
-SqliteConnection open_read_only(const fs::path& directory) {
-  SqliteConnection connection(session_database_path(directory), SqliteAccess::kReadOnly);
-  return can_be_read(&connection) ? std::move(connection) : open_immutable(directory);
-}
-
 }  // namespace
 
 fs::path session_database_path(const fs::path& directory) { return directory / "session.db"; }
@@ -108,7 +76,7 @@ SqliteConnection open_session_to_write(const fs::path& directory) {
 
 SqliteConnection open_session_to_read(const fs::path& directory) {
   if (!fs::exists(session_database_path(directory))) throw_no_session(directory);
-  SqliteConnection connection = open_read_only(directory);
+  SqliteConnection connection = open_sqlite_to_look(session_database_path(directory));
   require_readable_format(&connection, directory);
   if (is_empty(&connection)) throw_no_session(directory);
   return connection;

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "capture/plan/capture_plan.h"
-#include "capture/session/sqlite_connection.h"
+#include "core/files/sqlite_connection.h"
 
 namespace raywalk {
 

@@ -164,7 +164,7 @@ TEST_F(SessionDatabaseTest, RefusesToHideEntriesThatOnlyTheLogHolds) {
   std::filesystem::create_symlink("nowhere", directory_ / "session.db-shm");
   std::ofstream(directory_ / "session.db-wal") << "entries";
   EXPECT_THAT(error_of_reading(),
-              AllOf(HasSubstr("session.db-wal"), HasSubstr("copy the session")));
+              AllOf(HasSubstr("session.db-wal"), HasSubstr("copy the directory")));
 }
 
 TEST_F(SessionDatabaseTest, ANameMayHoldWhatUrisTakeForThemselves) {

@@ -10,7 +10,7 @@
 
 #include "capture/plan/capture_plan.h"
 #include "capture/session/session.h"
-#include "capture/session/sqlite_connection.h"
+#include "core/files/sqlite_connection.h"
 
 namespace raywalk {
 

@@ -33,25 +33,39 @@ std::string size_text(std::int64_t width, std::int64_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
+void require_picture(const ImageHeader& header, const fs::path& file) {
+  // PNG counts to 2^32, cv::Mat to 2^31.
+  if (std::max(header.width, header.height) > std::numeric_limits<int>::max()) {
+    throw Error(file.string() + ": " + size_text(header.width, header.height) + " is too large");
+  }
+  if (header.bits_per_channel > 8) {
+    throw Error(file.string() + ": " + std::to_string(header.bits_per_channel) +
+                " bits per channel; frames have 8");
+  }
+}
+
 void require_panorama(const ImageHeader& header, const fs::path& file) {
   if (header.width != 2 * header.height) {
     throw Error(file.string() + ": " + size_text(header.width, header.height) +
                 " is not a panorama; its width must be twice its height");
   }
-  // PNG counts to 2^32, cv::Mat to 2^31.
-  if (header.width > std::numeric_limits<int>::max()) {
-    throw Error(file.string() + ": " + size_text(header.width, header.height) + " is too large");
-  }
-  if (header.bits_per_channel > 8) {
-    throw Error(file.string() + ": " + std::to_string(header.bits_per_channel) +
-                " bits per channel; panoramas have 8");
-  }
+  require_picture(header, file);
 }
 
 void require_distance_map(const ImageHeader& header, const fs::path& file) {
   if (header.format != ImageFormat::kPng || header.bits_per_channel != 16 || !header.is_grey) {
     throw Error(file.string() +
                 ": not a 16-bit grey PNG; distance maps are, in millimetres along the ray");
+  }
+}
+
+void require_mask(const ImageHeader& header, const fs::path& file, PanoramaSize size) {
+  if (!header.is_grey || header.bits_per_channel > 8) {
+    throw Error(file.string() + ": not an 8-bit grey image; masks are");
+  }
+  if (header.width != size.width || header.height != size.height) {
+    throw Error(file.string() + ": the mask is " + size_text(header.width, header.height) +
+                ", but " + size_text(size.width, size.height) + " is needed");
   }
 }
 
@@ -111,12 +125,33 @@ void require_encodable(const fs::path& file, const cv::Mat& image) {
   }
 }
 
+cv::Mat decode_colours(EncodedImage& image, const fs::path& file) {
+  return decode(image, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION, CV_8UC3, file);
+}
+
+ImageHeader read_header(const fs::path& file) {
+  auto header = header_of(read_file_prefix(file, kHeaderPrefixBytes), file);
+  if (!header) header = header_of(read_file(file), file);
+  if (!header) throw_truncated(file);
+  return *header;
+}
+
+PanoramaSize size_of(const ImageHeader& header) {
+  return {static_cast<int>(header.width), static_cast<int>(header.height)};
+}
+
 }  // namespace
 
 cv::Mat read_panorama(const fs::path& file) {
   EncodedImage image = read_encoded(file);
   require_panorama(image.header, file);
-  return decode(image, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION, CV_8UC3, file);
+  return decode_colours(image, file);
+}
+
+cv::Mat read_picture(const fs::path& file) {
+  EncodedImage image = read_encoded(file);
+  require_picture(image.header, file);
+  return decode_colours(image, file);
 }
 
 cv::Mat read_distance_map(const fs::path& file) {
@@ -127,23 +162,24 @@ cv::Mat read_distance_map(const fs::path& file) {
 
 cv::Mat read_mask(const fs::path& file, PanoramaSize size) {
   EncodedImage image = read_encoded(file);
-  if (!image.header.is_grey || image.header.bits_per_channel > 8) {
-    throw Error(file.string() + ": not an 8-bit grey image; masks are");
-  }
-  if (image.header.width != size.width || image.header.height != size.height) {
-    throw Error(file.string() + ": the mask is " +
-                size_text(image.header.width, image.header.height) + ", but " +
-                size_text(size.width, size.height) + " is needed");
-  }
+  require_mask(image.header, file, size);
   return decode(image, cv::IMREAD_GRAYSCALE, CV_8UC1, file);
 }
 
+void require_mask(const fs::path& file, PanoramaSize size) {
+  require_mask(read_header(file), file, size);
+}
+
 PanoramaSize panorama_size_of(const fs::path& file) {
-  auto header = header_of(read_file_prefix(file, kHeaderPrefixBytes), file);
-  if (!header) header = header_of(read_file(file), file);
-  if (!header) throw_truncated(file);
-  require_panorama(*header, file);
-  return {static_cast<int>(header->width), static_cast<int>(header->height)};
+  const ImageHeader header = read_header(file);
+  require_panorama(header, file);
+  return size_of(header);
+}
+
+PanoramaSize picture_size_of(const fs::path& file) {
+  const ImageHeader header = read_header(file);
+  require_picture(header, file);
+  return size_of(header);
 }
 
 void write_image(const fs::path& file, const cv::Mat& image) {

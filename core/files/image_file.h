@@ -13,6 +13,9 @@ namespace raywalk {
 // end marker, PNG that stops early), not 2:1.
 cv::Mat read_panorama(const std::filesystem::path& file);
 
+// An 8-bit colour picture of any proportions, as a fisheye frame is; otherwise as read_panorama.
+cv::Mat read_picture(const std::filesystem::path& file);
+
 // A distance map: 16-bit grey PNG, CV_16UC1, millimetres along the ray, 0 = no surface. Throws
 // Error naming the file as above, also when it is not 16-bit grey.
 cv::Mat read_distance_map(const std::filesystem::path& file);
@@ -20,10 +23,14 @@ cv::Mat read_distance_map(const std::filesystem::path& file);
 // A mask of a given size: an 8-bit grey image, CV_8UC1, any format. Throws Error naming the file as
 // above, also when it has another size.
 cv::Mat read_mask(const std::filesystem::path& file, PanoramaSize size);
+// Throws Error as read_mask does where the header shows it, without decoding the image.
+void require_mask(const std::filesystem::path& file, PanoramaSize size);
 
 // Size from the image's header, without decoding it. Throws Error as read_panorama does where the
 // header shows it.
 PanoramaSize panorama_size_of(const std::filesystem::path& file);
+// The same of a picture of any proportions.
+PanoramaSize picture_size_of(const std::filesystem::path& file);
 
 // Writes an image atomically (see atomic_output.h); the format follows the extension (.png, .jpg).
 // Throws Error naming the file.

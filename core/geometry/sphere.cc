@@ -66,4 +66,17 @@ Eigen::Matrix3d world_from_camera(Attitude attitude) {
   return yaw * pitch * roll;
 }
 
+// R = Ry Rx Rz multiplied out: its third column is (sin yaw cos pitch, sin pitch, cos yaw cos
+// pitch), its second row (-cos pitch sin roll, cos pitch cos roll, sin pitch).
+Attitude attitude_from_world_from_camera(const Eigen::Matrix3d& rotation) {
+  const double in_plan = std::hypot(rotation(0, 2), rotation(2, 2));
+  const double pitch = std::atan2(rotation(1, 2), in_plan);
+  // Below this the plan direction is rounding error; with roll = 0 the first column is (cos yaw, 0,
+  // -sin yaw).
+  constexpr double kStraightUp = 1e-12;
+  if (in_plan < kStraightUp) return {std::atan2(-rotation(2, 0), rotation(0, 0)), pitch, 0.0};
+  return {std::atan2(rotation(0, 2), rotation(2, 2)), pitch,
+          std::atan2(-rotation(1, 0), rotation(1, 1))};
+}
+
 }  // namespace raywalk

@@ -67,4 +67,8 @@ PixelPosition pixel_from_angles(SphereAngles angles, PanoramaSize size);
 // The rotation matrix of an attitude; it maps camera-frame directions to world-frame directions.
 Eigen::Matrix3d world_from_camera(Attitude attitude);
 
+// The attitude of a rotation matrix: yaw and roll in [-pi, pi], pitch in [-pi/2, pi/2]. Where the
+// camera looks straight up or down only yaw and roll together are determined; roll is 0 there.
+Attitude attitude_from_world_from_camera(const Eigen::Matrix3d& rotation);
+
 }  // namespace raywalk

@@ -181,5 +181,25 @@ TEST(Attitude, IsAProperRotation) {
   }
 }
 
+TEST(AttitudeFromRotation, InvertsWorldFromCameraUpToTheZenith) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> angle(-kPi, kPi), exponent(-12.0, 0.0);
+  for (int i = 0; i < 2000; ++i) {
+    // Half of the pitches lie near the zenith or the nadir, down to 1e-12 rad from it.
+    double pitch = 0.5 * angle(random);
+    if (i % 2 == 0) pitch = std::copysign(kHalfPi - std::pow(10.0, exponent(random)), pitch);
+    const Eigen::Matrix3d rotation = world_from_camera({angle(random), pitch, angle(random)});
+    const Eigen::Matrix3d again = world_from_camera(attitude_from_world_from_camera(rotation));
+    EXPECT_LT((again - rotation).norm(), 1e-11) << "pitch " << pitch;
+  }
+}
+
+TEST(AttitudeFromRotation, GivesTheAnglesThatPosesCsvHolds) {
+  const Attitude attitude = attitude_from_world_from_camera(world_from_camera({0.3, -0.2, 0.1}));
+  EXPECT_NEAR(attitude.yaw_rad, 0.3, kTolerance);
+  EXPECT_NEAR(attitude.pitch_rad, -0.2, kTolerance);
+  EXPECT_NEAR(attitude.roll_rad, 0.1, kTolerance);
+}
+
 }  // namespace
 }  // namespace raywalk

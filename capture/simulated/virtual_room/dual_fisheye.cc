@@ -1,56 +1,7 @@
 #include "capture/simulated/virtual_room/dual_fisheye.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "core/base/error.h"
-
 namespace raywalk {
 namespace {
-
-constexpr int kMostNewtonSteps = 20;
-
-// r / focal_px at the angle t, and its derivative.
-struct Radius {
-  double value;
-  double slope;
-};
-
-Radius relative_radius(const FisheyeLens& lens, double t) {
-  const double square = t * t;
-  const auto& k = lens.k;
-  return {t * (1.0 + square * (k[0] + square * (k[1] + square * (k[2] + square * k[3])))),
-          1.0 + square * (3.0 * k[0] +
-                          square * (5.0 * k[1] + square * (7.0 * k[2] + square * 9.0 * k[3])))};
-}
-
-// Solves relative_radius(t) = radius by Newton's method, kept inside a bracket that bisection
-// narrows: the radius grows with the angle, so there is one root.
-double angle_of_radius(const FisheyeLens& lens, double radius) {
-  double low = 0.0, high = lens.largest_angle_rad;
-  double t = std::min(radius, high);
-  for (int i = 0; i < kMostNewtonSteps; ++i) {
-    const Radius at = relative_radius(lens, t);
-    const double error = at.value - radius;
-    if (std::abs(error) < 1e-14) break;
-    (error > 0.0 ? high : low) = t;
-    const double newton = t - error / at.slope;
-    t = newton > low && newton < high ? newton : 0.5 * (low + high);
-  }
-  return t;
-}
-
-void require_growing_radius(const FisheyeLens& lens) {
-  constexpr int kSteps = 1000;
-  for (int i = 0; i <= kSteps; ++i) {
-    if (!(relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope > 0.0)) {
-      throw Error(
-          "the fisheye lens images two directions at one radius, or none at all; reduce its "
-          "coefficients k or its "
-          "field of view");
-    }
-  }
-}
 
 double squared_distance(PixelPosition a, PixelPosition b) {
   return (a.u - b.u) * (a.u - b.u) + (a.v - b.v) * (a.v - b.v);
@@ -58,34 +9,9 @@ double squared_distance(PixelPosition a, PixelPosition b) {
 
 }  // namespace
 
-std::optional<PixelPosition> project(const FisheyeLens& lens, const Eigen::Vector3d& direction) {
-  const double off_axis = std::hypot(direction.x(), direction.y());
-  const double t = std::atan2(off_axis, direction.z());
-  if (t > lens.largest_angle_rad) return std::nullopt;
-  if (off_axis == 0.0) return lens.centre;
-  const double radius = lens.focal_px * relative_radius(lens, t).value;
-  // v grows downwards, y upwards.
-  return PixelPosition{lens.centre.u + radius * direction.x() / off_axis,
-                       lens.centre.v - radius * direction.y() / off_axis};
-}
-
-std::optional<Eigen::Vector3d> unproject(const FisheyeLens& lens, PixelPosition pixel) {
-  const double right = (pixel.u - lens.centre.u) / lens.focal_px;
-  const double up = (lens.centre.v - pixel.v) / lens.focal_px;
-  const double radius = std::hypot(right, up);
-  if (radius > relative_radius(lens, lens.largest_angle_rad).value) return std::nullopt;
-  if (radius == 0.0) return Eigen::Vector3d::UnitZ();
-  const double t = angle_of_radius(lens, radius), sine = std::sin(t);
-  return Eigen::Vector3d(sine * right / radius, sine * up / radius, std::cos(t));
-}
-
-DualFisheyeLayout simple_dual_fisheye(PanoramaSize frame) {
-  DualFisheyeLayout layout;
-  layout.front.focal_px = 0.5 * frame.height * 0.99 / layout.front.largest_angle_rad;
-  layout.front.centre = {0.25 * frame.width - 0.5, 0.5 * frame.height - 0.5};
-  layout.back = layout.front;
-  layout.back.centre.u = 0.75 * frame.width - 0.5;
-  return layout;
+bool belongs_to_front(const DualFisheyeLayout& layout, PixelPosition pixel) {
+  return squared_distance(pixel, layout.front.centre) <=
+         squared_distance(pixel, layout.back.centre);
 }
 
 DualFisheyeRays::DualFisheyeRays(const DualFisheyeLayout& layout, PanoramaSize frame)
@@ -96,10 +22,10 @@ DualFisheyeRays::DualFisheyeRays(const DualFisheyeLayout& layout, PanoramaSize f
 
 std::optional<CameraRay> DualFisheyeRays::at_part(int part_u, int part_v) const {
   const PixelPosition pixel{position_of_part(part_u), position_of_part(part_v)};
-  if (squared_distance(pixel, layout_.front.centre) <=
-      squared_distance(pixel, layout_.back.centre)) {
+  if (belongs_to_front(layout_, pixel)) {
     const auto direction = unproject(layout_.front, pixel);
-    return direction ? std::optional(CameraRay{{0, 0, 0}, *direction}) : std::nullopt;
+    return direction ? std::optional(CameraRay{layout_.front_position_m, *direction})
+                     : std::nullopt;
   }
   const auto direction = unproject(layout_.back, pixel);
   if (!direction) return std::nullopt;

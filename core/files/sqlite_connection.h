@@ -4,10 +4,12 @@
 
 #include <sqlite3.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -50,6 +52,11 @@ class SqliteConnection {
   std::unique_ptr<sqlite3, Closer> handle_;
 };
 
+// To look only, also while another process writes, and on disks that cannot be written. Throws
+// Error as the constructor does, and where a disk that cannot be written holds the latest entries
+// in a log only.
+SqliteConnection open_sqlite_to_look(const std::filesystem::path& file);
+
 // A prepared statement: bind, then step through its rows. Columns are counted from 0.
 class SqliteStatement {
  public:
@@ -74,6 +81,8 @@ class SqliteStatement {
   std::int64_t integer(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;
+  // The bytes of a blob; valid until the next step.
+  std::span<const std::byte> blob(int column) const;
   std::optional<double> optional_real(int column) const;
   std::optional<std::int64_t> optional_integer(int column) const;
 

@@ -1,4 +1,4 @@
-#include "build_lf/frame_list.h"
+#include "core/files/frame_list.h"
 
 #include <fmt/format.h>
 
@@ -30,7 +30,8 @@ double radians(const CsvTable& table, std::size_t row, const std::string& column
 }  // namespace
 
 std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
-  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll"});
+  const CsvTable table =
+      CsvTable::read(list, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask"});
   if (table.rows() == 0) throw Error(list.string() + ": lists no frames");
   std::vector<Frame> frames;
   std::map<std::string, std::string> listed;  // file -> where
@@ -45,6 +46,9 @@ std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
                             radians(table, row, "roll")};
     if (attitude.yaw_rad != 0.0 || attitude.pitch_rad != 0.0 || attitude.roll_rad != 0.0) {
       frame.attitude = attitude;
+    }
+    if (table.has_column("mask") && !table.text(row, "mask").empty()) {
+      frame.mask = list.parent_path() / table.text(row, "mask");
     }
     const auto [first, is_new] = listed.emplace(frame.file, frame.where);
     if (!is_new) {

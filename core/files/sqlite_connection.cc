@@ -1,8 +1,9 @@
-#include "capture/session/sqlite_connection.h"
+#include "core/files/sqlite_connection.h"
 
 #include <fmt/format.h>
 
 #include <system_error>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -73,6 +74,33 @@ std::string explanation(sqlite3* handle) {
   }
 }
 
+// SQLite reads a log on a disk that it cannot write only where its index is there too; without the
+// log's entries the latest rows would silently be missing.
+SqliteConnection open_immutable(const std::filesystem::path& file) {
+  std::filesystem::path log = file;
+  log += "-wal";
+  std::error_code none;
+  const auto log_bytes = std::filesystem::file_size(log, none);
+  if (!none && log_bytes > 0) {
+    throw Error(
+        fmt::format("{}: its latest entries are in {}, which cannot be read on a disk that "
+                    "cannot be written; copy the directory to another disk first",
+                    file.string(), log.filename().string()));
+  }
+  return {file, SqliteAccess::kImmutable};
+}
+
+bool can_be_read(SqliteConnection* connection) {
+  try {
+    connection->integer("PRAGMA user_version");
+    return true;
+  } catch (const Error&) {
+    const int code = sqlite3_errcode(connection->handle()) & 0xFF;
+    if (code != SQLITE_CANTOPEN && code != SQLITE_READONLY) throw;
+    return false;
+  }
+}
+
 }  // namespace
 
 SqliteConnection::SqliteConnection(const std::filesystem::path& file, SqliteAccess access)
@@ -102,6 +130,11 @@ std::string SqliteConnection::text(const std::string& sql) {
   return statement.step() ? statement.text(0) : std::string();
 }
 
+SqliteConnection open_sqlite_to_look(const std::filesystem::path& file) {
+  SqliteConnection connection(file, SqliteAccess::kReadOnly);
+  return can_be_read(&connection) ? std::move(connection) : open_immutable(file);
+}
+
 SqliteStatement::SqliteStatement(SqliteConnection* connection, std::string_view sql)
     : connection_(connection) {
   sqlite3_stmt* handle = nullptr;
@@ -129,6 +162,12 @@ std::string SqliteStatement::text(int column) const {
   const int bytes = sqlite3_column_bytes(handle_.get(), column);
   return characters == nullptr ? std::string()
                                : std::string(characters, static_cast<std::size_t>(bytes));
+}
+
+std::span<const std::byte> SqliteStatement::blob(int column) const {
+  const auto* bytes = static_cast<const std::byte*>(sqlite3_column_blob(handle_.get(), column));
+  const int size = sqlite3_column_bytes(handle_.get(), column);
+  return {bytes, bytes == nullptr ? std::size_t{0} : static_cast<std::size_t>(size)};
 }
 
 std::optional<double> SqliteStatement::optional_real(int column) const {

@@ -1,4 +1,4 @@
-#include "build_lf/frame_list.h"
+#include "core/files/frame_list.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -50,6 +50,14 @@ TEST_F(FrameListTest, AnglesAreDegreesAndMissingOnesZero) {
   EXPECT_DOUBLE_EQ(frames[0].attitude->pitch_rad, 0.0);
   EXPECT_DOUBLE_EQ(frames[0].attitude->roll_rad, -0.25 * kPi);
   EXPECT_FALSE(frames[1].attitude.has_value());
+}
+
+TEST_F(FrameListTest, MasksAreRelativeToTheListAndMayBeLeftOut) {
+  const std::vector<Frame> frames =
+      read("file,x,y,z,mask\na.jpg,0,0,0,masks/a.png\nb.jpg,0,0,1,\n");
+  EXPECT_EQ(frames[0].mask, directory_ / "masks/a.png");
+  EXPECT_FALSE(frames[1].mask.has_value());
+  EXPECT_FALSE(read("file,x,y,z\na.jpg,0,0,0\n")[0].mask.has_value());
 }
 
 TEST_F(FrameListTest, BadRowsAreNamedByLine) {

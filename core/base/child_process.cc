@@ -1,0 +1,133 @@
+#include "core/base/child_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <string_view>
+#include <system_error>
+#include <thread>
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+constexpr std::chrono::milliseconds kPollEvery{20};
+constexpr std::chrono::seconds kGrace{3};  // between asking a program to end and killing it
+
+std::string_view name_of(std::string_view variable) {
+  return variable.substr(0, variable.find('='));
+}
+
+std::vector<std::string> environment_with(const std::vector<std::string>& added) {
+  std::vector<std::string> variables = added;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view own = *variable;
+    const bool replaced = std::any_of(added.begin(), added.end(), [&](const std::string& other) {
+      return name_of(other) == name_of(own);
+    });
+    if (!replaced) variables.emplace_back(own);
+  }
+  return variables;
+}
+
+std::vector<char*> null_terminated(std::vector<std::string>* texts) {
+  std::vector<char*> pointers;
+  for (std::string& text : *texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// In the child.
+[[noreturn]] void start(const std::vector<char*>& argv, const std::vector<char*>& envp,
+                        int output) {
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const int input = open("/dev/null", O_RDONLY);
+  dup2(input, STDIN_FILENO);
+  dup2(output, STDOUT_FILENO);
+  dup2(output, STDERR_FILENO);
+  execve(argv.front(), argv.data(), envp.data());
+  constexpr std::string_view kFailed = "the program cannot be executed\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, kFailed.data(), kFailed.size());
+  _exit(127);
+}
+
+}  // namespace
+
+ChildProcess::ChildProcess(const std::filesystem::path& executable,
+                           const std::vector<std::string>& arguments,
+                           const std::filesystem::path& output,
+                           const std::vector<std::string>& environment) {
+  // Everything that allocates comes before fork: between fork and exec only async-signal-safe
+  // functions may be called in a program of several threads.
+  std::vector<std::string> words{executable.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<std::string> variables = environment_with(environment);
+  const std::vector<char*> argv = null_terminated(&words);
+  const std::vector<char*> envp = null_terminated(&variables);
+  const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (file < 0) {
+    throw Error(fmt::format("{}: cannot be written ({})", output.string(),
+                            std::generic_category().message(errno)));
+  }
+  pid_ = fork();
+  if (pid_ == 0) start(argv, envp, file);
+  const int error = errno;
+  close(file);
+  if (pid_ < 0) {
+    throw Error(fmt::format("{} cannot be started ({})", executable.string(),
+                            std::generic_category().message(error)));
+  }
+  // Both sides set the group, so that it exists whichever comes first.
+  setpgid(pid_, pid_);
+}
+
+std::optional<int> ChildProcess::ended() {
+  if (!status_) {
+    int status = 0;
+    if (waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
+  }
+  return status_;
+}
+
+void ChildProcess::stop() {
+  const auto deadline = std::chrono::steady_clock::now() + kGrace;
+  if (!ended()) kill(-pid_, SIGTERM);
+  while (!ended() && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(kPollEvery);
+  }
+  if (ended()) return;
+  kill(-pid_, SIGKILL);
+  int status = 0;
+  waitpid(pid_, &status, 0);
+  status_ = status;
+}
+
+int ChildProcess::wait() {
+  while (!ended()) {
+    if (interrupt_requested()) {
+      stop();
+      throw Interrupted("interrupted");
+    }
+    std::this_thread::sleep_for(kPollEvery);
+  }
+  return *status_;
+}
+
+bool succeeded(int status) { return WIFEXITED(status) && WEXITSTATUS(status) == 0; }
+
+std::string ending_of(int status) {
+  if (WIFSIGNALED(status)) return fmt::format("was killed by signal {}", WTERMSIG(status));
+  return fmt::format("failed with exit code {}", WEXITSTATUS(status));
+}
+
+}  // namespace raywalk

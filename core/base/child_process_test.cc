@@ -1,0 +1,86 @@
+#include "core/base/child_process.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class ChildProcessTest : public ::testing::Test {
+ protected:
+  int run_shell(const std::string& script, const std::vector<std::string>& environment = {}) const {
+    ChildProcess child("/bin/sh", {"-c", script}, log_, environment);
+    return child.wait();
+  }
+
+  TestDirectory directory_;
+  std::filesystem::path log_ = directory_ / "log";
+};
+
+TEST_F(ChildProcessTest, WhatItSaysIsAppended) {
+  EXPECT_TRUE(succeeded(run_shell("echo one; echo two >&2")));
+  EXPECT_TRUE(succeeded(run_shell("cat; echo three")));  // stdin is empty
+  EXPECT_EQ(text_of(log_), "one\ntwo\nthree\n");
+}
+
+TEST_F(ChildProcessTest, ArgumentsAreNotLookedAtByAShell) {
+  ChildProcess child("/bin/echo", {"a b", "$HOME", "*", "'"}, log_);
+  EXPECT_TRUE(succeeded(child.wait()));
+  EXPECT_EQ(text_of(log_), "a b $HOME * '\n");
+}
+
+TEST_F(ChildProcessTest, EnvironmentIsAddedToAndReplaced) {
+  ASSERT_EQ(setenv("RAYWALK_TEST_OLD", "old", 1), 0);
+  ASSERT_EQ(setenv("RAYWALK_TEST_KEPT", "kept", 1), 0);
+  run_shell("echo $RAYWALK_TEST_OLD $RAYWALK_TEST_NEW $RAYWALK_TEST_KEPT",
+            {"RAYWALK_TEST_OLD=replaced", "RAYWALK_TEST_NEW=new"});
+  EXPECT_EQ(text_of(log_), "replaced new kept\n");
+}
+
+TEST_F(ChildProcessTest, EndIsTold) {
+  EXPECT_EQ(ending_of(run_shell("exit 3")), "failed with exit code 3");
+  EXPECT_EQ(ending_of(run_shell("kill -9 $$")), "was killed by signal 9");
+  ChildProcess missing(directory_ / "nothing", {}, log_);
+  EXPECT_EQ(ending_of(missing.wait()), "failed with exit code 127");
+  EXPECT_THROW(ChildProcess("/bin/true", {}, directory_ / "none/log"), Error);
+}
+
+TEST_F(ChildProcessTest, StoppingEndsWhatItStartedToo) {
+  ChildProcess child("/bin/sh", {"-c", "sleep 100 & echo $!; wait"}, log_);
+  while (text_of(log_).find('\n') == std::string::npos) usleep(1000);
+  const pid_t grandchild = std::stoi(text_of(log_));
+  EXPECT_FALSE(child.ended());
+  child.stop();
+  EXPECT_TRUE(child.ended());
+  // Ended, and no more than a zombie until init has noticed.
+  const auto is_gone = [grandchild] {
+    const std::string stat = text_of("/proc/" + std::to_string(grandchild) + "/stat");
+    return stat.empty() || stat.find(") Z ") != std::string::npos;
+  };
+  for (int i = 0; i < 2000 && !is_gone(); ++i) usleep(1000);
+  EXPECT_TRUE(is_gone());
+}
+
+TEST_F(ChildProcessTest, ProgramDeafToTheRequestIsEndedAllTheSame) {
+  ChildProcess child("/bin/sh", {"-c", "trap '' TERM; echo on; while :; do sleep 1; done"}, log_);
+  while (text_of(log_).empty()) usleep(1000);
+  child.stop();
+  ASSERT_TRUE(child.ended());
+  EXPECT_EQ(ending_of(*child.ended()), "was killed by signal 9");
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,135 @@
+#include "core/files/lens_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kLeast =
+    "picture_width_px: 400\npicture_height_px: 200\n"
+    "front:\n  centre_u_px: 99.5\n  centre_v_px: 99.5\n  focal_px: 59\n"
+    "back:\n  centre_u_px: 299.5\n  centre_v_px: 99.5\n  focal_px: 59\n";
+
+DualFisheyeCamera parsed(const std::string& yaml) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "lens.yaml", yaml);
+  return read_lens_file(directory / "lens.yaml");
+}
+
+void expect_refused(const std::string& yaml, const std::string& message) {
+  try {
+    parsed(yaml);
+    ADD_FAILURE() << yaml;
+  } catch (const UsageError& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("lens.yaml"), HasSubstr(message)));
+    EXPECT_THAT(e.what(), Not(HasSubstr("\n")));
+  }
+}
+
+std::string without_line_of(std::string yaml, const std::string& key) {
+  const std::size_t at = yaml.find(key);
+  const std::size_t begin = yaml.rfind('\n', at) + 1;
+  return yaml.erase(begin, yaml.find('\n', at) + 1 - begin);
+}
+
+DualFisheyeCamera crooked_camera() {
+  DualFisheyeCamera camera;
+  camera.picture = {5760, 2880};
+  camera.two_files = true;
+  camera.layout = simple_dual_fisheye(camera.picture);
+  camera.layout.front.centre = {1.0 / 3.0 + 1430.0, 1441.7};
+  camera.layout.front.k = {0.03, -1.0 / 300.0, 2e-7, -1e-17};
+  camera.layout.back.focal_px *= 1.003;
+  camera.layout.back.largest_angle_rad = radians_from_degrees(97.3);
+  camera.layout.back_attitude = {radians_from_degrees(-179.7), 0.004, -0.006};
+  camera.layout.front_position_m = {0.0001, -0.0002, 0.0051};
+  camera.layout.back_position_m = {-0.0001, 0.0003, -0.0049};
+  return camera;
+}
+
+void expect_same(const FisheyeLens& a, const FisheyeLens& b) {
+  EXPECT_EQ(a.centre.u, b.centre.u);
+  EXPECT_EQ(a.centre.v, b.centre.v);
+  EXPECT_EQ(a.focal_px, b.focal_px);
+  EXPECT_EQ(a.k, b.k);
+  EXPECT_DOUBLE_EQ(a.largest_angle_rad, b.largest_angle_rad);
+}
+
+TEST(LensFileTest, WhatIsWrittenIsReadBackWithAllItsDigits) {
+  const TestDirectory directory;
+  const DualFisheyeCamera camera = crooked_camera();
+  write_lens_file(directory / "lens.yaml", camera);
+  const DualFisheyeCamera back = read_lens_file(directory / "lens.yaml");
+  EXPECT_EQ(back.picture, camera.picture);
+  EXPECT_TRUE(back.two_files);
+  expect_same(back.layout.front, camera.layout.front);
+  expect_same(back.layout.back, camera.layout.back);
+  EXPECT_DOUBLE_EQ(back.layout.back_attitude.yaw_rad, camera.layout.back_attitude.yaw_rad);
+  EXPECT_DOUBLE_EQ(back.layout.back_attitude.pitch_rad, camera.layout.back_attitude.pitch_rad);
+  EXPECT_DOUBLE_EQ(back.layout.back_attitude.roll_rad, camera.layout.back_attitude.roll_rad);
+  EXPECT_TRUE(back.layout.front_position_m.isApprox(camera.layout.front_position_m, 1e-15));
+  EXPECT_TRUE(back.layout.back_position_m.isApprox(camera.layout.back_position_m, 1e-15));
+}
+
+TEST(LensFileTest, LensesLookAwayFromEachOtherFromOnePlaceUnlessToldOtherwise) {
+  const DualFisheyeCamera camera = parsed(kLeast);
+  EXPECT_FALSE(camera.two_files);
+  EXPECT_EQ(camera.layout.back.centre.u, 299.5);
+  EXPECT_DOUBLE_EQ(camera.layout.back_attitude.yaw_rad, kPi);
+  EXPECT_EQ(camera.layout.back_attitude.pitch_rad, 0.0);
+  EXPECT_EQ(camera.layout.back_position_m.norm(), 0.0);
+  EXPECT_EQ(camera.layout.front.k, FisheyeLens{}.k);
+}
+
+TEST(LensFileTest, NumbersThatNothingCanStandInForAreAskedFor) {
+  for (const char* key : {"picture_width_px", "picture_height_px"}) {
+    expect_refused(without_line_of(kLeast, key), std::string("'") + key + "' is missing");
+  }
+  for (const char* key : {"centre_u_px", "centre_v_px", "focal_px"}) {
+    expect_refused(without_line_of(kLeast, key), std::string("'front.") + key + "' is missing");
+  }
+  expect_refused(std::string(kLeast).substr(0, std::string(kLeast).find("back:")),
+                 "'back.centre_u_px' is missing");
+}
+
+TEST(LensFileTest, MistakesAreNamed) {
+  expect_refused(std::string(kLeast) + "  focal_mm: 3\n", "did you mean 'back.focal_px'");
+  expect_refused(std::string(kLeast) + "  k1: much\n", "back.k1");
+  expect_refused(std::string(kLeast) + "  largest_angle_deg: 190\n", "back.largest_angle_deg");
+  expect_refused(std::string(kLeast) + "  k1: -0.3\n", "back: the fisheye lens images two");
+  EXPECT_THROW(read_lens_file("no/such/lens.yaml"), UsageError);
+}
+
+// A direction is seen at the same share of a picture of any size, measured from its corner.
+TEST(LensFileTest, ScaledCameraSeesTheSameAtTheSameShareOfItsPicture) {
+  const DualFisheyeCamera camera = crooked_camera();
+  const DualFisheyeCamera small = scaled_to(camera, {640, 320});
+  EXPECT_EQ(small.picture.width, 640);
+  for (const double theta : {-1.6, -0.4, 0.0, 0.9}) {
+    const Eigen::Vector3d direction = direction_from_angles({theta, 0.3});
+    const auto large_at = project(camera.layout.front, direction);
+    const auto small_at = project(small.layout.front, direction);
+    ASSERT_TRUE(large_at && small_at);
+    EXPECT_NEAR((small_at->u + 0.5) / 640, (large_at->u + 0.5) / 5760, 1e-12);
+    EXPECT_NEAR((small_at->v + 0.5) / 320, (large_at->v + 0.5) / 2880, 1e-12);
+  }
+  EXPECT_EQ(small.layout.back_position_m, camera.layout.back_position_m);
+}
+
+TEST(LensFileTest, PicturesOfOtherProportionsAreNotOfThisCamera) {
+  EXPECT_THROW(scaled_to(crooked_camera(), {640, 480}), Error);
+  EXPECT_NO_THROW(scaled_to(crooked_camera(), {641, 320}));
+}
+
+}  // namespace
+}  // namespace raywalk
