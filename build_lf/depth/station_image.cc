@@ -3,6 +3,8 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "core/panorama/transposed_border.h"
+
 namespace raywalk {
 
 cv::Mat station_image(const Room& room, StationIndex station, PanoramaSize size) {
@@ -18,17 +20,23 @@ cv::Mat station_image(const Room& room, StationIndex station, PanoramaSize size)
   return reduced;
 }
 
-cv::Mat with_border(const cv::Mat& image, int border_px) {
-  cv::Mat wrapped;
-  cv::Mat bordered;
-  cv::copyMakeBorder(image, wrapped, border_px, border_px, 0, 0, cv::BORDER_WRAP);
-  cv::copyMakeBorder(wrapped, bordered, 0, 0, border_px, border_px, cv::BORDER_REFLECT);
-  return bordered;
-}
-
-cv::Mat without_border(const cv::Mat& bordered, int border_px) {
-  return bordered(
-      cv::Rect(border_px, border_px, bordered.cols - 2 * border_px, bordered.rows - 2 * border_px));
+cv::Mat station_validity(const Room& room, StationIndex station, PanoramaSize size, int margin_px) {
+  const LineVolume& volume = room.volume(station.line);
+  if (!volume.masked()) return {};
+  cv::Mat valid(volume.panorama().width, volume.panorama().height, CV_8UC1, cv::Scalar(0));
+  for (int theta = 0; theta < valid.rows; ++theta) {
+    const RowRun rows = volume.valid_rows(station.station, theta);
+    if (!rows.empty()) valid.row(theta).colRange(rows.begin, rows.end).setTo(255);
+  }
+  if (volume.panorama() != size) {
+    cv::Mat share;
+    cv::resize(valid, share, {size.height, size.width}, 0, 0, cv::INTER_AREA);
+    valid = share == 255;
+  }
+  const int around = 2 * margin_px + 1;
+  cv::Mat clear;
+  cv::erode(with_border(valid, margin_px), clear, cv::Mat::ones(around, around, CV_8UC1));
+  return without_border(clear, margin_px).clone();
 }
 
 }  // namespace raywalk

@@ -15,12 +15,9 @@ namespace raywalk {
 // over the area of each pixel.
 cv::Mat station_image(const Room& room, StationIndex station, PanoramaSize size);
 
-// The image with `border_px` more pixels on every side, at most as many as it has in phi: theta
-// goes on around the sphere; at the poles the image is mirrored, which is what lies there of the
-// same column's neighbourhood.
-cv::Mat with_border(const cv::Mat& image, int border_px);
-
-// The part of a bordered image (of any type) that lies within the border; shares its memory.
-cv::Mat without_border(const cv::Mat& bordered, int border_px);
+// Which pixels of station_image() may be used, CV_8UC1: 0 where a masked ray
+// (LineVolume::valid_rows) is not farther than `margin_px` pixels, 255 elsewhere. Empty where the
+// station's line has no masks.
+cv::Mat station_validity(const Room& room, StationIndex station, PanoramaSize size, int margin_px);
 
 }  // namespace raywalk

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "build_lf/depth/station_image.h"
+#include "core/panorama/transposed_border.h"
 
 namespace raywalk {
 namespace {
@@ -35,9 +36,14 @@ cv::Mat detail_of(const cv::Mat& colours) {
   return cv::max(detail, static_cast<double>(kInvalidDetail + 1));
 }
 
+// Detail is a high-pass, which what is masked must not reach.
+constexpr int kMaskMarginPx = 3;
+
+// `valid` has the orientation of station images.
 void invalidate(const cv::Mat& valid, cv::Mat* samples) {
+  if (valid.empty()) return;
   cv::Mat enlarged;
-  cv::resize(valid.t(), enlarged, samples->size(), 0, 0, cv::INTER_NEAREST);
+  cv::resize(valid, enlarged, samples->size(), 0, 0, cv::INTER_NEAREST);
   cv::Mat invalid = enlarged == 0;
   samples->setTo(cv::Scalar(0, 0, 0, kInvalidDetail), invalid);
 }
@@ -59,10 +65,12 @@ StationPicture make_station_picture(const Room& room, StationIndex station, Pano
   const cv::Rect inner(kBorder * kSamplesPerPixel, kBorder * kSamplesPerPixel,
                        map_size.height * kSamplesPerPixel, map_size.width * kSamplesPerPixel);
   samples = enlarged(inner).clone();
-  if (!valid.empty()) invalidate(valid, &samples);
-  StationPicture picture{{inner.height, inner.width}, {}};
+  if (!valid.empty()) invalidate(valid.t(), &samples);
+  invalidate(station_validity(room, station, map_size, kMaskMarginPx), &samples);
+  StationPicture picture{.size = {inner.height, inner.width}, .samples = {}};
   picture.samples.resize(samples.total());
   std::memcpy(picture.samples.data(), samples.data, samples.total() * sizeof(MatchingSample));
+  picture.all_valid = std::all_of(picture.samples.begin(), picture.samples.end(), is_valid);
   return picture;
 }
 

@@ -22,13 +22,14 @@ inline constexpr int kSamplesPerPixel = 2;
 struct StationPicture {
   PanoramaSize size;                    // in samples
   std::vector<MatchingSample> samples;  // [theta][phi]
+  bool all_valid = true;                // whether no sample is invalid
 };
 
 // What a station's colours are multiplied by before they are compared: red, green, blue.
 using ColourGain = cv::Vec3f;
 
 // The picture of a station for maps of `map_size`. `invalid` is empty or a mask of map_size rows
-// and columns, CV_8UC1: what is 0 there is marked invalid.
+// and columns, CV_8UC1: what is 0 there is marked invalid, as is what the station's own mask hides.
 StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
                                     const ColourGain& gain, const cv::Mat& valid);
 

@@ -1,63 +1,14 @@
-#include "build_lf/frame_rotation.h"
+#include "core/panorama/panorama_rotation.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "core/geometry/sphere.h"
+#include "core/panorama/panorama_sampler.h"
 
 namespace raywalk {
 namespace {
-
-// Rows and columns a cubic reads beyond the image on each side.
-constexpr int kBorder = 2;
-
-// The pixel where (u, v) really is when it lies beyond the image: columns wrap at the seam; a row
-// beyond a pole is the mirrored row, seen half a turn away.
-cv::Point wrapped(int u, int v, cv::Size size) {
-  if (v < 0 || v >= size.height) {
-    v = v < 0 ? -1 - v : 2 * size.height - 1 - v;
-    u += size.width / 2;
-  }
-  return {((u % size.width) + size.width) % size.width, std::clamp(v, 0, size.height - 1)};
-}
-
-cv::Mat with_border(const cv::Mat& image) {
-  cv::Mat bordered(image.rows + 2 * kBorder, image.cols + 2 * kBorder, image.type());
-  for (int v = 0; v < bordered.rows; ++v) {
-    for (int u = 0; u < bordered.cols; ++u) {
-      bordered.at<cv::Vec3b>(v, u) =
-          image.at<cv::Vec3b>(wrapped(u - kBorder, v - kBorder, image.size()));
-    }
-  }
-  return bordered;
-}
-
-// Catmull-Rom weights of the samples at -1, 0, 1, 2 for a position t in [0, 1): the cubic through
-// the inner two whose slopes there are the central differences.
-std::array<float, 4> cubic_weights(float t) {
-  return {t * (-0.5F + t * (1.0F - 0.5F * t)), 1.0F + t * t * (-2.5F + 1.5F * t),
-          t * (0.5F + t * (2.0F - 1.5F * t)), t * t * (-0.5F + 0.5F * t)};
-}
-
-cv::Vec3b sample_cubic(const cv::Mat& bordered, PixelPosition position) {
-  const int u = static_cast<int>(std::floor(position.u));
-  const int v = static_cast<int>(std::floor(position.v));
-  const std::array<float, 4> across = cubic_weights(static_cast<float>(position.u - u));
-  const std::array<float, 4> down = cubic_weights(static_cast<float>(position.v - v));
-  cv::Vec3f sum(0, 0, 0);
-  for (int row = 0; row < 4; ++row) {
-    const cv::Vec3b* pixels = bordered.ptr<cv::Vec3b>(v - 1 + row + kBorder) + u - 1 + kBorder;
-    cv::Vec3f along(0, 0, 0);
-    for (int column = 0; column < 4; ++column) {
-      along += across[static_cast<size_t>(column)] * cv::Vec3f(pixels[column]);
-    }
-    sum += down[static_cast<size_t>(row)] * along;
-  }
-  return {cv::saturate_cast<uchar>(sum[0]), cv::saturate_cast<uchar>(sum[1]),
-          cv::saturate_cast<uchar>(sum[2])};
-}
 
 // Calls write(u, v, position) for every output pixel with the camera's pixel position of its world
 // direction. R^T d = cos(phi) R^T (sin theta, 0, cos theta) + sin(phi) R^T (0, 1, 0): one matrix
@@ -81,15 +32,43 @@ void for_each_source(cv::Size size, const Eigen::Matrix3d& world_from_camera, co
   }
 }
 
+template <typename Change>
+cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera,
+                       const Change& change) {
+  const PanoramaSampler source(panorama);
+  cv::Mat rotated(panorama.size(), CV_8UC3);
+  for_each_source(panorama.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
+    const cv::Vec3f color = change(source.at(position));
+    rotated.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(color[0]),
+                                   cv::saturate_cast<uchar>(color[1]),
+                                   cv::saturate_cast<uchar>(color[2])};
+  });
+  return rotated;
+}
+
+// Rows and columns on each side that a cubic at the border reads beyond it.
+constexpr int kBorder = 2;
+
+cv::Mat with_border(const cv::Mat& mask) {
+  cv::Mat bordered(mask.rows + 2 * kBorder, mask.cols + 2 * kBorder, CV_8UC1);
+  for (int v = 0; v < bordered.rows; ++v) {
+    for (int u = 0; u < bordered.cols; ++u) {
+      bordered.at<uchar>(v, u) =
+          mask.at<uchar>(wrapped_pixel(u - kBorder, v - kBorder, mask.size()));
+    }
+  }
+  return bordered;
+}
+
 }  // namespace
 
 cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera) {
-  const cv::Mat source = with_border(panorama);
-  cv::Mat rotated(panorama.size(), CV_8UC3);
-  for_each_source(panorama.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
-    rotated.at<cv::Vec3b>(v, u) = sample_cubic(source, position);
-  });
-  return rotated;
+  return rotate_changed(panorama, world_from_camera, [](const cv::Vec3f& color) { return color; });
+}
+
+cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera,
+                        const ColourChange& change) {
+  return rotate_changed(panorama, world_from_camera, change);
 }
 
 cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_from_camera) {
@@ -97,7 +76,22 @@ cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_fro
   for_each_source(map.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
     const int nearest_u = static_cast<int>(std::lround(position.u));
     const int nearest_v = static_cast<int>(std::lround(position.v));
-    rotated.at<ushort>(v, u) = map.at<ushort>(wrapped(nearest_u, nearest_v, map.size()));
+    rotated.at<ushort>(v, u) = map.at<ushort>(wrapped_pixel(nearest_u, nearest_v, map.size()));
+  });
+  return rotated;
+}
+
+cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camera) {
+  // A cubic at a position between pixels 0 and 1 reads pixels -1 to 2: the least of these, for
+  // every place at once.
+  const cv::Mat footprint = cv::Mat::ones(4, 4, CV_8UC1);
+  cv::Mat least;
+  cv::erode(with_border(mask), least, footprint, {1, 1});
+  cv::Mat rotated(mask.size(), CV_8UC1);
+  for_each_source(mask.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
+    const int left = static_cast<int>(std::floor(position.u));
+    const int upper = static_cast<int>(std::floor(position.v));
+    rotated.at<uchar>(v, u) = least.at<uchar>(upper + kBorder, left + kBorder) == 0 ? 0 : 255;
   });
   return rotated;
 }

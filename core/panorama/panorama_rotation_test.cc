@@ -1,9 +1,10 @@
-#include "build_lf/frame_rotation.h"
+#include "core/panorama/panorama_rotation.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "core/geometry/sphere.h"
 
@@ -109,6 +110,40 @@ TEST(RotateDistanceMap, KeepsValuesAndMovesThem) {
       const int value = oblique.at<ushort>(v, u);
       EXPECT_TRUE(value == 1000 || value == 60000) << value;
     }
+  }
+}
+
+// Whatever is painted under the mask, the rotated panorama is the same where its mask is not 0.
+TEST(RotateMask, NothingMaskedIsLeftOutsideTheRotatedMask) {
+  cv::Mat mask(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 110, kSize.width, 18)).setTo(0);
+  mask(cv::Rect(0, 0, 9, 60)).setTo(0);
+  mask(cv::Rect(200, 0, 30, 3)).setTo(0);
+  const cv::Mat clean = seen_by_camera(Eigen::Matrix3d::Identity());
+  cv::Mat painted = clean.clone();
+  painted.setTo(cv::Scalar(255, 0, 255), mask == 0);
+  for (const Attitude& attitude : {degrees(0.3, -0.2, 0.1), degrees(90, 0, 0), degrees(-37, 20, 0),
+                                   degrees(0, 90, 0), degrees(120, -50, 77)}) {
+    const Eigen::Matrix3d rotation = world_from_camera(attitude);
+    const cv::Mat rotated = rotate_mask(mask, rotation);
+    cv::Mat difference;
+    cv::absdiff(rotate_panorama(clean, rotation), rotate_panorama(painted, rotation), difference);
+    difference.setTo(cv::Scalar::all(0), rotated == 0);
+    EXPECT_EQ(cv::norm(difference, cv::NORM_INF), 0.0);
+    // Two pixels around what is masked are lost, and no more: the areas are those of the mask with
+    // such a border, towards the poles weighted down.
+    const auto solid_angle = [](const cv::Mat& of) {
+      double sum = 0.0;
+      for (int v = 0; v < of.rows; ++v) {
+        sum += cv::countNonZero(of.row(v) == 0) * std::sin((v + 0.5) / of.rows * kPi);
+      }
+      return sum;
+    };
+    cv::Mat grown;
+    cv::copyMakeBorder(mask, grown, 0, 0, 3, 3, cv::BORDER_WRAP);
+    cv::erode(grown, grown, cv::Mat::ones(7, 7, CV_8UC1));
+    EXPECT_GE(solid_angle(rotated), 0.99 * solid_angle(mask));
+    EXPECT_LE(solid_angle(rotated), solid_angle(grown.colRange(3, 3 + kSize.width)));
   }
 }
 

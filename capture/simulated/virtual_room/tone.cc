@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/panorama/srgb.h"
+
 namespace raywalk {
 namespace {
 
@@ -29,17 +31,6 @@ std::array<float, kTableSize + 1> make_table() {
 }
 
 }  // namespace
-
-double srgb_level_from_linear(double linear) {
-  const double encoded =
-      linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-  return 255.0 * encoded;
-}
-
-double linear_from_srgb_level(double level) {
-  const double encoded = level / 255.0;
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
 
 float level_from_light(float light) {
   static const std::array<float, kTableSize + 1> table = make_table();

@@ -10,8 +10,4 @@ namespace raywalk {
 // (IEC 61966-2-1). Light below 0 counts as 0.
 float level_from_light(float light);
 
-// The sRGB transfer curve by itself, between linear 0..1 and levels 0..255 (any value in between).
-double srgb_level_from_linear(double linear);
-double linear_from_srgb_level(double level);
-
 }  // namespace raywalk

@@ -1,0 +1,268 @@
+#include "core/panorama/colour_comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "core/panorama/srgb.h"
+#include "core/panorama/transposed_border.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kBorder = 24;  // more than anything moves between two stations, in pixels
+// Levels outside are clipped or hold little but noise and rounding.
+constexpr int kDarkest = 10;
+constexpr int kBrightest = 250;
+
+bool usable(int level) { return level > kDarkest && level < kBrightest; }
+
+// The weighted mean of the middle half of many values and their spread: as robust as the median,
+// but not tied to the few values that ratios of whole levels can take.
+class MiddleHalf {
+ public:
+  MiddleHalf() : bins_(static_cast<size_t>(2.0 * kRange / kBinWidth) + 1) {}
+
+  void add(double value, double weight) {
+    const double place = (std::clamp(value, -kRange, kRange) + kRange) / kBinWidth;
+    Bin& bin = bins_[static_cast<size_t>(place)];
+    bin.weight += weight;
+    bin.weighted += weight * value;
+    total_ += weight;
+    total_square_ += weight * weight;
+    ++count_;
+  }
+  int count() const { return count_; }
+  // How many values of equal weight tell as much (Kish).
+  double effective_count() const { return total_ * total_ / total_square_; }
+
+  struct Summary {
+    double mean = 0.0;
+    double half_width = 0.0;  // of the range that holds the middle half
+  };
+  Summary summary() const {
+    const double from = 0.25 * total_;
+    const double to = 0.75 * total_;
+    double passed = 0.0;
+    double sum = 0.0;
+    int first = -1;
+    int last = 0;
+    for (size_t i = 0; i < bins_.size(); ++i) {
+      const Bin& bin = bins_[i];
+      const double inside = std::min(passed + bin.weight, to) - std::max(passed, from);
+      passed += bin.weight;
+      if (inside <= 0.0) continue;
+      sum += inside * bin.weighted / bin.weight;
+      last = static_cast<int>(i);
+      if (first < 0) first = last;
+    }
+    return {sum / (to - from), 0.5 * kBinWidth * (last - first + 1)};
+  }
+
+ private:
+  struct Bin {
+    double weight = 0.0;
+    double weighted = 0.0;
+  };
+  static constexpr double kRange = 3.3;  // beyond ln(kBrightest / kDarkest)
+  static constexpr double kBinWidth = 0.001;
+  std::vector<Bin> bins_;
+  double total_ = 0.0;
+  double total_square_ = 0.0;
+  int count_ = 0;
+};
+
+// cos(phi) of each column of a station image: the solid angle of its pixels.
+std::vector<double> solid_angles(int columns) {
+  std::vector<double> weights;
+  weights.reserve(static_cast<size_t>(columns));
+  for (int phi = 0; phi < columns; ++phi) weights.push_back(std::sin((phi + 0.5) / columns * kPi));
+  return weights;
+}
+
+std::array<double, 256> logs_of_levels(ColourScale scale) {
+  std::array<double, 256> values{};
+  for (size_t level = 1; level < values.size(); ++level) {
+    const auto number = static_cast<double>(level);
+    values[level] =
+        std::log(scale == ColourScale::kLight ? linear_from_srgb_level(number) : number);
+  }
+  return values;
+}
+
+const std::array<double, 256>& logs_of(ColourScale scale) {
+  static const std::array<double, 256> levels = logs_of_levels(ColourScale::kLevel);
+  static const std::array<double, 256> light = logs_of_levels(ColourScale::kLight);
+  return scale == ColourScale::kLight ? light : levels;
+}
+
+// About what levels are multiplied by where light or levels are by exp(log_ratio): the sRGB curve
+// is near to a power of 2.2 all over.
+double level_factor(double log_ratio, ColourScale scale) {
+  return std::exp(scale == ColourScale::kLight ? log_ratio / 2.2 : log_ratio);
+}
+
+// Fills the log ratios and their errors; false if there is too little to compare. Pixels
+// count by `trust` (CV_32F; 0: not at all), and by level, for an error of rounding or noise changes
+// a log ratio by a share of 1 / level.
+bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust,
+                    ColourScale colour_scale, ColourComparison* comparison) {
+  const std::vector<double> solid_angle = solid_angles(from.cols);
+  const auto& logs = logs_of(colour_scale);
+  constexpr double kLeastShare = 0.02;
+  // Neighbouring pixels err alike; so many of them tell as much as one.
+  constexpr double kPixelsPerSample = 64.0;
+  constexpr double kLeastError = 2e-4;
+  for (int channel = 0; channel < 3; ++channel) {
+    MiddleHalf ratios;
+    for (int row = 0; row < from.rows; ++row) {
+      const auto* a = from.ptr<cv::Vec3b>(row);
+      const auto* b = to.ptr<cv::Vec3b>(row);
+      const auto* trusted = trust.ptr<float>(row);
+      for (int col = 0; col < from.cols; ++col) {
+        const int level_a = a[col][channel];
+        const int level_b = b[col][channel];
+        if (!usable(level_a) || !usable(level_b) || trusted[col] == 0.0F) continue;
+        const double weight =
+            solid_angle[static_cast<size_t>(col)] * trusted[col] * (level_a + level_b);
+        ratios.add(logs[static_cast<size_t>(level_b)] - logs[static_cast<size_t>(level_a)], weight);
+      }
+    }
+    if (ratios.count() < kLeastShare * static_cast<double>(from.total())) return false;
+    const auto [mean, half_width] = ratios.summary();
+    const auto c = static_cast<size_t>(channel);
+    comparison->log_ratio[c] = mean;
+    comparison->log_ratio_error[c] = std::hypot(
+        half_width / std::sqrt(ratios.effective_count() / kPixelsPerSample), kLeastError);
+  }
+  return true;
+}
+
+// Root mean square difference of `from` and of `to` over `ratio`, both unclipped, where `valid` is
+// not 0 (empty: everywhere).
+double rms_difference(const cv::Mat& from, const cv::Mat& to, const cv::Mat& valid,
+                      const std::array<double, 3>& log_ratio, ColourScale colour_scale) {
+  const std::vector<double> solid_angle = solid_angles(from.cols);
+  double sum = 0.0;
+  double weight = 0.0;
+  for (size_t channel = 0; channel < 3; ++channel) {
+    const double scale = level_factor(-log_ratio[channel], colour_scale);
+    const int c = static_cast<int>(channel);
+    for (int row = 0; row < from.rows; ++row) {
+      const auto* a = from.ptr<cv::Vec3b>(row);
+      const auto* b = to.ptr<cv::Vec3b>(row);
+      const std::uint8_t* counts = valid.empty() ? nullptr : valid.ptr(row);
+      for (int col = 0; col < from.cols; ++col) {
+        if (!usable(a[col][c]) || !usable(b[col][c])) continue;
+        if (counts != nullptr && counts[col] == 0) continue;
+        const double difference = scale * b[col][c] - a[col][c];
+        sum += solid_angle[static_cast<size_t>(col)] * difference * difference;
+        weight += solid_angle[static_cast<size_t>(col)];
+      }
+    }
+  }
+  return weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
+}
+
+cv::Mat grey(const cv::Mat& image, double scale) {
+  cv::Mat single;
+  cv::cvtColor(image, single, cv::COLOR_RGB2GRAY);
+  single.convertTo(single, CV_8U, scale);
+  return single;
+}
+
+// Both images moved to where the camera was halfway, so that they show the same surfaces. Halfway,
+// because interpolating blurs, and blurring raises the mean of logarithms: done to one image only,
+// that would add up from station to station.
+struct HalfwayImages {
+  cv::Mat from;
+  cv::Mat to;
+};
+
+// `bordered` sampled at `share` of the flow from each pixel; without its border.
+cv::Mat moved_along(const cv::Mat& flow, float share, const cv::Mat& bordered) {
+  cv::Mat places(flow.size(), CV_32FC2);
+  for (int row = 0; row < flow.rows; ++row) {
+    const auto* way = flow.ptr<cv::Vec2f>(row);
+    auto* place = places.ptr<cv::Vec2f>(row);
+    for (int col = 0; col < flow.cols; ++col) {
+      place[col] = cv::Vec2f(static_cast<float>(col), static_cast<float>(row)) + share * way[col];
+    }
+  }
+  cv::Mat moved;
+  cv::remap(bordered, moved, places, {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  return without_border(moved, kBorder);
+}
+
+// `scale` brings `to` to the exposure of `from`, which Farnebaeck's flow assumes to be equal. The
+// flow from `from` is taken for the one from halfway; it changes little from pixel to pixel.
+HalfwayImages meet_halfway(const cv::Mat& from, const cv::Mat& to, double scale) {
+  constexpr double kPyramidScale = 0.5;
+  constexpr int kLevels = 4;
+  constexpr int kIterations = 3;
+  constexpr int kNeighbourhood = 5;
+  constexpr double kSmoothing = 1.1;
+  const cv::Mat bordered_from = with_border(from, kBorder);
+  const cv::Mat bordered_to = with_border(to, kBorder);
+  cv::Mat flow;
+  cv::calcOpticalFlowFarneback(grey(bordered_from, 1.0), grey(bordered_to, scale), flow,
+                               kPyramidScale, kLevels, kFlowWindow, kIterations, kNeighbourhood,
+                               kSmoothing, 0);
+  return {moved_along(flow, -0.5f, bordered_from), moved_along(flow, 0.5f, bordered_to)};
+}
+
+// How far the flow can be trusted, 0 to 1: it follows what has contrast in every direction, as
+// corners do. Where a plain surface merely gets brighter to one side, the flow stays behind, and
+// moving towards a lamp would look like a longer exposure. The measure is the lesser eigenvalue of
+// the mean of gradient * gradient^T (Shi and Tomasi 1994).
+cv::Mat trust_in_flow(const cv::Mat& image) {
+  constexpr int kNeighbourhood = 7;
+  constexpr int kSobel = 3;
+  // OpenCV scales Sobel's sums, 8 times the gradient, by 1 / (4 * 7), and adds up 7 * 7 products.
+  constexpr double kPerMeanSquare = 4.0;
+  constexpr double kClearLevelsPerPixel = 8.0;
+  cv::Mat contrast;
+  cv::cornerMinEigenVal(with_border(grey(image, 1.0), kNeighbourhood), contrast, kNeighbourhood,
+                        kSobel);
+  contrast = without_border(contrast, kNeighbourhood) / kPerMeanSquare;
+  // Where all is plain, all counts alike.
+  constexpr double kLeast = 1e-6;
+  return contrast / (contrast + kClearLevelsPerPixel * kClearLevelsPerPixel) + kLeast;
+}
+
+// Where both may be used.
+cv::Mat valid_in_both(const ComparedPicture& a, const ComparedPicture& b) {
+  if (a.valid.empty()) return b.valid;
+  return b.valid.empty() ? a.valid : a.valid & b.valid;
+}
+
+}  // namespace
+
+ColourComparison compare_colours(const ComparedPicture& first, const ComparedPicture& second,
+                                 ColourScale scale) {
+  const cv::Mat& from = first.colours;
+  const cv::Mat& to = second.colours;
+  const cv::Mat valid = valid_in_both(first, second);
+  const auto only_valid = [&](cv::Mat trust) {
+    if (!valid.empty()) trust.setTo(0.0, valid == 0);
+    return trust;
+  };
+  ColourComparison comparison;
+  const auto& log_ratio = comparison.log_ratio;
+  const cv::Mat alike = only_valid(cv::Mat(from.size(), CV_32F, cv::Scalar(1.0)));
+  if (!measure_ratios(from, to, alike, scale, &comparison)) return {};
+  comparison.change = rms_difference(from, to, valid, log_ratio, scale);
+  const double mean_log = (log_ratio[0] + log_ratio[1] + log_ratio[2]) / 3.0;
+  const HalfwayImages halfway = meet_halfway(from, to, level_factor(-mean_log, scale));
+  const cv::Mat trust = only_valid(trust_in_flow(halfway.from));
+  if (!measure_ratios(halfway.from, halfway.to, trust, scale, &comparison)) return {};
+  comparison.unexplained_change = rms_difference(halfway.from, halfway.to, valid, log_ratio, scale);
+  comparison.comparable = true;
+  return comparison;
+}
+
+}  // namespace raywalk

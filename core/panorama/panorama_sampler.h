@@ -1,0 +1,36 @@
+// Reads a panorama between its pixels.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+// The pixel where (u, v) really is when it lies up to one image beyond the border: columns wrap at
+// the seam; a row beyond a pole is the mirrored row, seen half a turn away.
+cv::Point wrapped_pixel(int u, int v, cv::Size size);
+
+// Samples with Catmull-Rom cubics in floating point, continued across the seam and over the poles.
+// Safe to use from several threads at once.
+class PanoramaSampler {
+ public:
+  // `panorama` is CV_8UC3, width = 2 * height; it is copied.
+  explicit PanoramaSampler(const cv::Mat& panorama);
+
+  PanoramaSize size() const { return size_; }
+  // Channels as in the panorama, in [0, 255] but for what cubics overshoot. Any position that
+  // pixel_from_angles returns.
+  cv::Vec3f at(PixelPosition position) const;
+  // In a direction of the camera's frame, not zero.
+  cv::Vec3f at(const Eigen::Vector3d& direction) const {
+    return at(pixel_from_angles(angles_from_direction(direction), size_));
+  }
+
+ private:
+  PanoramaSize size_;
+  cv::Mat bordered_;
+};
+
+}  // namespace raywalk

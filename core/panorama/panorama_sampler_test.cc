@@ -1,0 +1,67 @@
+#include "core/panorama/panorama_sampler.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace raywalk {
+namespace {
+
+constexpr PanoramaSize kSize{64, 32};
+
+// Each channel is an affine function of the direction, so it has no seam and no pole.
+cv::Vec3f smooth_color(const Eigen::Vector3d& direction) {
+  return cv::Vec3f(static_cast<float>(128.0 + 100.0 * direction.x()),
+                   static_cast<float>(128.0 + 100.0 * direction.y()),
+                   static_cast<float>(128.0 + 100.0 * direction.z()));
+}
+
+cv::Mat smooth_panorama() {
+  cv::Mat image(kSize.height, kSize.width, CV_8UC3);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, kSize);
+      const cv::Vec3f color = smooth_color(direction_from_angles(angles));
+      for (int c = 0; c < 3; ++c) {
+        image.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<uchar>(color[c]);
+      }
+    }
+  }
+  return image;
+}
+
+TEST(PanoramaSamplerTest, PixelCentresGiveThePixels) {
+  const cv::Mat image = smooth_panorama();
+  const PanoramaSampler sampler(image);
+  for (int v = 0; v < image.rows; v += 7) {
+    for (int u = 0; u < image.cols; u += 5) {
+      EXPECT_EQ(cv::Vec3b(sampler.at(PixelPosition{double(u), double(v)})),
+                image.at<cv::Vec3b>(v, u));
+    }
+  }
+}
+
+TEST(PanoramaSamplerTest, ReadsAcrossSeamAndPoles) {
+  const PanoramaSampler sampler(smooth_panorama());
+  for (double phi = -90.0; phi <= 90.0; phi += 3.0) {
+    for (double theta = -180.0; theta < 180.0; theta += 4.5) {
+      const Eigen::Vector3d direction =
+          direction_from_angles({radians_from_degrees(theta), radians_from_degrees(phi)});
+      const cv::Vec3f difference = sampler.at(direction) - smooth_color(direction);
+      // Half a level is the rounding of the pixels; cubics may double it.
+      EXPECT_LT(cv::norm(difference, cv::NORM_INF), 1.2) << theta << " " << phi;
+    }
+  }
+}
+
+TEST(WrappedPixelTest, RowsBeyondAPoleAreSeenHalfATurnAway) {
+  const cv::Size size(8, 4);
+  EXPECT_EQ(wrapped_pixel(-1, 2, size), cv::Point(7, 2));
+  EXPECT_EQ(wrapped_pixel(8, 2, size), cv::Point(0, 2));
+  EXPECT_EQ(wrapped_pixel(1, -1, size), cv::Point(5, 0));
+  EXPECT_EQ(wrapped_pixel(6, 4, size), cv::Point(2, 3));
+}
+
+}  // namespace
+}  // namespace raywalk
