@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "capture/simulated/virtual_room/hash_random.h"
@@ -39,7 +40,8 @@ Rail::Rail(const RailSettings& settings, const CapturePlan& plan, const RailSpan
 Rail::Placing Rail::placed(const CaptureLine& line) const {
   const CaptureStation& first = line.stations.front();
   const CaptureStation& last = line.stations.back();
-  HashRandom random(key_of(settings_.seed, line.id));
+  const std::uint64_t key = key_of(settings_.seed, line.id);
+  HashRandom random(key);
   const auto drawn_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
   const auto drawn_rad = [&](double spread_deg) {
     return radians_from_degrees(spread_deg * random.normal());
@@ -55,6 +57,10 @@ Rail::Placing Rail::placed(const CaptureLine& line) const {
   placing.camera.yaw_rad = drawn_rad(settings_.attitude_spread_deg);
   placing.camera.pitch_rad = drawn_rad(settings_.attitude_spread_deg);
   placing.camera.roll_rad = drawn_rad(settings_.attitude_spread_deg);
+  placing.key = key;
+  for (const CaptureStation& station : line.stations) {
+    placing.stations_mm.push_back(station.rail_mm);
+  }
   return placing;
 }
 
@@ -69,10 +75,29 @@ double Rail::vibration_mm(double carriage_mm, std::optional<Duration> still_for,
   return settings_.vibration_mm * decay * std::cos(kTwoPi * settings_.vibration_hz * t_s + phase);
 }
 
+void Rail::add_jitter(const Placing& placing, double carriage_mm, CameraPose* pose) const {
+  const auto& stations = placing.stations_mm;
+  const auto nearest = std::min_element(stations.begin(), stations.end(), [&](double a, double b) {
+    return std::abs(a - carriage_mm) < std::abs(b - carriage_mm);
+  });
+  HashRandom random =
+      HashRandom(placing.key)
+          .branch(static_cast<std::uint64_t>(std::distance(stations.begin(), nearest)));
+  for (int axis = 0; axis < 3; ++axis) {
+    pose->position_m[axis] += 1e-3 * settings_.jitter_mm * random.normal();
+  }
+  const double spread_rad = radians_from_degrees(settings_.jitter_deg);
+  pose->attitude.yaw_rad += spread_rad * random.normal();
+  pose->attitude.pitch_rad += spread_rad * random.normal();
+  pose->attitude.roll_rad += spread_rad * random.normal();
+}
+
 // The rail's direction is its axis turned by the yaw error and raised by the tilt. Along x, a rise
 // lifts the camera's right side, a roll to the left (negative); along z it lifts its front, a
 // pitch. A bow of b (1 - u^2) to the left has the slope -2 b u / half in rail millimetres: turning
-// right (a positive yaw) by 2 b u / half. Sag is the same downwards: a rise of 2 s u / half.
+// right (a positive yaw) by 2 b u / half. Sag is the same downwards: a rise of 2 s u / half. A
+// twist clockwise as seen along z is a roll; as seen along x it takes the top to the back and so
+// the front up, a pitch.
 CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
                                std::optional<Duration> still_for) const {
   const auto found = placings_.find(line_id);
@@ -96,13 +121,17 @@ CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
                                  settings_.bow_mm * shape * (turn * left_of(placing.axis)));
   const double bow_slope = 2.0 * settings_.bow_mm * u / half_mm;
   const double rise_rad = placing.tilt_rad + std::atan(2.0 * settings_.sag_mm * u / half_mm);
+  const double twist_rad = radians_from_degrees(0.5 * settings_.twist_deg * u);
   pose.attitude = placing.camera;
   pose.attitude.yaw_rad += placing.direction_rad + std::atan(bow_slope);
   if (placing.axis == LineAxis::kX) {
     pose.attitude.roll_rad -= rise_rad;
+    pose.attitude.pitch_rad += twist_rad;
   } else {
     pose.attitude.pitch_rad += rise_rad;
+    pose.attitude.roll_rad += twist_rad;
   }
+  add_jitter(placing, carriage_mm, &pose);
   return pose;
 }
 

@@ -2,9 +2,11 @@
 // the plan has it.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/base/clock.h"
 #include "capture/plan/capture_plan.h"
@@ -12,8 +14,9 @@
 
 namespace raywalk {
 
-// Spreads are standard deviations; every placing draws its own values from the seed and the line's
-// id, so a line is placed alike however often.
+// Spreads and jitters are standard deviations. Every placing draws its own values from the seed and
+// the line's id, every station from those and its number on the line, so lines are placed and
+// stations shot alike however often.
 struct RailSettings {
   int seed = 1;
   double placing_spread_mm = 2.0;     // across the line, along it and in height, each
@@ -21,8 +24,13 @@ struct RailSettings {
   double tilt_spread_deg = 0.1;       // of its far end, upwards
   double sag_mm = 0.5;                // at mid-span, downwards
   double bow_mm = 0.3;                // at mid-span, to the left as seen along the line
-  double attitude_spread_deg = 0.2;   // yaw, pitch and roll of the camera on the carriage, each
-  double vibration_mm = 0.5;          // amplitude while moving and at the moment of stopping
+  double twist_deg = 0.0;  // of the far end against the near one, clockwise as seen along the line
+  double attitude_spread_deg = 0.2;  // yaw, pitch and roll of the camera on the carriage, each
+  // What no smooth rail explains, at each station anew: of the position along each axis, and of
+  // yaw, pitch and roll.
+  double jitter_mm = 0.0;
+  double jitter_deg = 0.0;
+  double vibration_mm = 0.5;  // amplitude while moving and at the moment of stopping
   double vibration_hz = 7.0;
   double vibration_decay_ms = 150.0;  // until it has fallen to 1/e
 };
@@ -45,8 +53,9 @@ class Rail {
   // Error for a line that the plan does not have.
   //
   // With u from -1 to 1 along the span, a rail held at its ends sags by sag (1 - u^2), the parabola
-  // of a beam under an even load to within 2 % of its sag, and bows likewise. The camera turns with
-  // the rail's slope. Vibration moves it up and down and along the line by
+  // of a beam under an even load to within 2 % of its sag, and bows likewise; a twist grows evenly
+  // along it. The camera turns with the rail's slope and twist. The jitter is that of the nearest
+  // station. Vibration moves it up and down and along the line by
   //   A exp(-t / decay) cos(2 pi f t + phase),
   // the phase being that of the position.
   CameraPose carriage_pose(const std::string& line_id, double carriage_mm,
@@ -60,10 +69,13 @@ class Rail {
     double middle_mm = 0.0;             // its rail position
     double direction_rad = 0.0;         // error, as a yaw
     double tilt_rad = 0.0;
-    Attitude camera{};  // errors of the camera on the carriage
+    Attitude camera{};                  // errors of the camera on the carriage
+    std::uint64_t key = 0;              // of its stations' jitter
+    std::vector<double> stations_mm{};  // rail positions
   };
 
   Placing placed(const CaptureLine& line) const;
+  void add_jitter(const Placing& placing, double carriage_mm, CameraPose* pose) const;
   double vibration_mm(double carriage_mm, std::optional<Duration> still_for,
                       std::uint64_t direction) const;
 

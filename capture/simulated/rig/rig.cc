@@ -6,8 +6,6 @@
 #include <cmath>
 
 #include "capture/simulated/jpeg_encoder.h"
-#include "capture/simulated/virtual_room/hash_random.h"
-#include "capture/simulated/virtual_room/sensor.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
@@ -47,6 +45,11 @@ SimulatedCameraSettings camera_settings(const RigCameraSettings& rig, PanoramaSi
   settings.clock_offset_s = rig.clock_offset_s;
   settings.automatic_wander_ev = rig.automatic_wander_ev;
   return settings;
+}
+
+PanoramaSize truth_size(const RigConfig& config) {
+  const int width = config.truth.width_px > 0 ? config.truth.width_px : config.camera.width_px;
+  return {width, width / 2};
 }
 
 json range_of(const Extremes& extremes) {
@@ -103,7 +106,8 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
       frame_{config.camera.width_px, config.camera.width_px / 2},
       room_(room_settings(config, capture, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
-      truth_(&room_, frame_, directory / "truth"),
+      optics_(config.camera, frame_, config.dolly, -room_.extent().min_m.y(), config.scene.seed),
+      truth_(&room_, truth_size(config), directory / "truth"),
       line_(plan_.lines.front().id),
       drive_(config.slider, clock),
       link_(config.link),
@@ -163,13 +167,8 @@ std::string Rig::take_picture(const ExposureNow& exposure) {
   const std::string placed_at = line();
   const DriveTruth slider = drive_.truth();
   const CameraPose pose = rail_.carriage_pose(placed_at, slider.carriage_mm, slider.still_for);
-  const cv::Mat seen = config_.camera.layout == "panorama"
-                           ? room_.panorama(pose, frame_)
-                           : room_.dual_fisheye(pose, simple_dual_fisheye(frame_), frame_);
-  const std::uint64_t key =
-      hash_bits(static_cast<std::uint64_t>(config_.scene.seed), exposure.number);
-  const auto jpeg = encode_jpeg(apply_sensor(seen, config_.camera.sensor, exposure.gain, key),
-                                config_.camera.jpeg_quality);
+  const auto jpeg =
+      encode_jpeg(optics_.picture(room_, pose, exposure), config_.camera.jpeg_quality);
   truth_.record(exposure.camera_name, placed_at, pose);
   const auto every = static_cast<std::uint64_t>(config_.truth.distance_every);
   if (every > 0 && (exposure.number - 1) % every == 0) {

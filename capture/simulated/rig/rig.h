@@ -14,6 +14,7 @@
 #include "capture/simulated/rig/rail.h"
 #include "capture/simulated/rig/rig_config.h"
 #include "capture/simulated/rig/rig_faults.h"
+#include "capture/simulated/rig/rig_optics.h"
 #include "capture/simulated/rig/truth_recorder.h"
 #include "capture/simulated/virtual_room/virtual_room.h"
 
@@ -37,8 +38,8 @@ class Rig {
   // Makes the directory where it is missing, furnishes the room and writes the true views, which
   // takes seconds. The clock is that of slider and camera and has to outlive the rig; the link's
   // faults and the network run on the machine's. Throws UsageError for a configuration that cannot
-  // be (see read_capture_config, plan_capture, read_register_map, VirtualRoom), Error for a port or
-  // directory that cannot be used.
+  // be (see read_capture_config, plan_capture, read_register_map, VirtualRoom,
+  // RigOptics), Error for a port or directory that cannot be used.
   Rig(const RigConfig& config, const std::filesystem::path& directory, Clock* clock);
   ~Rig();
   Rig(const Rig&) = delete;
@@ -75,6 +76,7 @@ class Rig {
   const PanoramaSize frame_;
   const VirtualRoom room_;
   const Rail rail_;
+  const RigOptics optics_;
   TruthRecorder truth_;
   mutable std::mutex mutex_;
   std::string line_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -45,6 +46,9 @@ void bind_rail(SettingsSchema* schema, RailSettings* rail) {
       .number("rail.sag_mm", &rail->sag_mm, -1000.0, 1000.0)
       .number("rail.bow_mm", &rail->bow_mm, -1000.0, 1000.0)
       .number("rail.attitude_spread_deg", &rail->attitude_spread_deg, 0.0, 45.0)
+      .number("rail.twist_deg", &rail->twist_deg, -45.0, 45.0)
+      .number("rail.jitter_mm", &rail->jitter_mm, 0.0, 1000.0)
+      .number("rail.jitter_deg", &rail->jitter_deg, 0.0, 45.0)
       .number("rail.vibration_mm", &rail->vibration_mm, 0.0, 1000.0)
       .number("rail.vibration_hz", &rail->vibration_hz, 0.0, 1000.0)
       .number("rail.vibration_decay_ms", &rail->vibration_decay_ms, 0.1, kLongest_ms);
@@ -53,12 +57,16 @@ void bind_rail(SettingsSchema* schema, RailSettings* rail) {
 void bind_camera(SettingsSchema* schema, RigCameraSettings* camera) {
   schema->integer("camera.port", &camera->port, 0, kLargestPort)
       .choice("camera.layout", &camera->layout, {"panorama", "dual-fisheye"})
+      .path("camera.lens", &camera->lens)
+      .number("camera.vignetting", &camera->light.vignetting, 0.0, 0.9)
+      .number("camera.lens_gain_ev", &camera->light.lens_gain_ev, -5.0, 5.0)
       .integer("camera.width_px", &camera->width_px, kLeastWidth_px, kLargestWidth_px)
       .integer("camera.jpeg_quality", &camera->jpeg_quality, 1, 100)
       .number("camera.exposure_ms", &camera->exposure_ms, 0.0, kLongest_ms)
       .number("camera.clock_offset_s", &camera->clock_offset_s, -1e9, 1e9)
       .number("camera.card_mb", &camera->card_mb, 0.0, 1e7)
       .number("camera.automatic_wander_ev", &camera->automatic_wander_ev, 0.0, 5.0)
+      .number("camera.exposure_drift_ev", &camera->exposure_drift_ev, 0.0, 5.0)
       .number("camera.noise_levels", &camera->sensor.noise_levels, 0.0, 64.0)
       .number("camera.shot_noise", &camera->sensor.shot_noise, 0.0, 16.0);
 }
@@ -94,8 +102,18 @@ void require_valid(const RigConfig& config, const std::string& source) {
   if (link.late + link.lost + link.corrupted + link.duplicated > 1.0) {
     refuse("the shares of 'link' (late, lost, corrupted, duplicated) add up to more than 1");
   }
-  if (config.camera.width_px % 4 != 0) {
-    refuse(fmt::format("'camera.width_px' is {}; use a multiple of 4", config.camera.width_px));
+  for (const auto& [key, width_px] : {std::pair{"camera.width_px", config.camera.width_px},
+                                      std::pair{"truth.width_px", config.truth.width_px}}) {
+    if (width_px % 4 != 0) {
+      refuse(fmt::format("'{}' is {}; use a multiple of 4", key, width_px));
+    }
+  }
+  const bool lenses_matter = config.camera.layout == "dual-fisheye";
+  if (!lenses_matter &&
+      (!config.camera.lens.empty() || config.camera.light != LensLightSettings{})) {
+    refuse(
+        "'camera.lens', 'camera.vignetting' and 'camera.lens_gain_ev' are those of a camera with "
+        "'camera.layout: dual-fisheye'");
   }
   for (std::size_t i = 0; i < config.faults.size(); ++i) {
     require_valid(config.faults[i], fmt::format("{}: faults[{}]", source, i));
@@ -112,6 +130,8 @@ SettingsSchema rig_schema(RigConfig* config) {
   bind_rail(&schema, &config->rail);
   bind_link(&schema, &config->link);
   bind_camera(&schema, &config->camera);
+  schema.boolean("dolly.visible", &config->dolly.visible)
+      .number("dolly.reach_deg", &config->dolly.reach_deg, 10.0, 45.0);
   schema
       .items(
           "faults",
@@ -121,6 +141,7 @@ SettingsSchema rig_schema(RigConfig* config) {
           },
           kMostFaults)
       .integer("truth.distance_every", &config->truth.distance_every, 0, 1000000)
+      .integer("truth.width_px", &config->truth.width_px, 0, kLargestWidth_px)
       .integer("truth.views", &config->truth.views, 0, 10000);
   return schema;
 }
@@ -130,6 +151,7 @@ RigConfig read_rig_config(const std::filesystem::path& file) {
   rig_schema(&config).load(file);
   require_valid(config, file.string());
   config.capture_config = file.parent_path() / config.capture_config;
+  if (!config.camera.lens.empty()) config.camera.lens = file.parent_path() / config.camera.lens;
   return config;
 }
 

@@ -11,6 +11,8 @@
 #include "capture/simulated/rig/rail.h"
 #include "capture/simulated/rig/rig_faults.h"
 #include "capture/simulated/rig/simulated_drive.h"
+#include "capture/simulated/virtual_room/dolly.h"
+#include "capture/simulated/virtual_room/lens_light.h"
 #include "capture/simulated/virtual_room/room_settings.h"
 #include "core/files/settings.h"
 
@@ -19,17 +21,21 @@ namespace raywalk {
 struct RigCameraSettings {
   int port = 0;                     // 0: one that is free
   std::string layout = "panorama";  // or "dual-fisheye"
+  std::filesystem::path lens{};     // of dual-fisheye frames; empty: simple_dual_fisheye
+  LensLightSettings light{};        // likewise
   int width_px = 1024;              // of a frame, a multiple of 4; it is half as high
   int jpeg_quality = 95;
   double exposure_ms = 200.0;
   double clock_offset_s = 0.0;
   double card_mb = 32000.0;
   double automatic_wander_ev = 0.3;
+  double exposure_drift_ev = 0.0;  // largest, slow, whatever the exposure is set to
   SensorSettings sensor{};
 };
 
 struct RigTruthSettings {
   int distance_every = 0;  // every so many-th picture has a distance map; 0: none
+  int width_px = 0;        // of distance maps and views, a multiple of 4; 0: the camera's
   int views = 0;           // true views from inside of the cells
 };
 
@@ -41,6 +47,7 @@ struct RigConfig {
   RailSettings rail{};
   LinkFaultRates link{};
   RigCameraSettings camera{};
+  DollySettings dolly{};
   std::vector<ScheduledFault> faults{};
   RigTruthSettings truth{};
 };
@@ -49,8 +56,9 @@ struct RigConfig {
 // those that `config` holds.
 SettingsSchema rig_schema(RigConfig* config);
 
-// Reads the file; `capture_config` becomes relative to the current directory. Throws UsageError:
-// what SettingsSchema refuses, no capture_config, values that do not go together.
+// Reads the file; `capture_config` and `camera.lens` become relative to the current directory.
+// Throws UsageError: what SettingsSchema refuses, no capture_config, values that do not go
+// together.
 RigConfig read_rig_config(const std::filesystem::path& file);
 
 }  // namespace raywalk

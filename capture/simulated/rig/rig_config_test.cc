@@ -61,8 +61,9 @@ TEST(RigConfigTest, EveryGroupIsRead) {
   const RigConfig config = parsed(
       "capture_config: sub/capture.yaml\nscene:\n  seed: 7\n  room:\n    height_m: 3\n"
       "  contents:\n    lamp: false\nslider:\n  backlash_mm: 0.5\n  tcp_port: 1502\nrail:\n"
-      "  sag_mm: 3\nlink:\n  late: 0.02\ncamera:\n  layout: dual-fisheye\n  noise_levels: 2\n"
-      "truth:\n  views: 5\n");
+      "  sag_mm: 3\n  jitter_mm: 0.7\nlink:\n  late: 0.02\ncamera:\n  layout: dual-fisheye\n"
+      "  lens: lenses/mine.yaml\n  vignetting: 0.3\n  noise_levels: 2\ndolly:\n"
+      "  visible: true\ntruth:\n  views: 5\n");
   EXPECT_THAT(config.capture_config.string(), ::testing::EndsWith("/sub/capture.yaml"));
   EXPECT_EQ(config.scene.seed, 7);
   EXPECT_EQ(config.scene.room.height_m, 3.0);
@@ -70,9 +71,14 @@ TEST(RigConfigTest, EveryGroupIsRead) {
   EXPECT_EQ(config.slider.backlash_mm, 0.5);
   EXPECT_EQ(config.tcp_port, 1502);
   EXPECT_EQ(config.rail.sag_mm, 3.0);
+  EXPECT_EQ(config.rail.jitter_mm, 0.7);
   EXPECT_EQ(config.link.late, 0.02);
   EXPECT_EQ(config.camera.layout, "dual-fisheye");
+  EXPECT_THAT(config.camera.lens.string(), ::testing::EndsWith("/lenses/mine.yaml"));
+  EXPECT_TRUE(config.camera.lens.has_parent_path());
+  EXPECT_EQ(config.camera.light.vignetting, 0.3);
   EXPECT_EQ(config.camera.sensor.noise_levels, 2.0);
+  EXPECT_TRUE(config.dolly.visible);
   EXPECT_EQ(config.truth.views, 5);
 }
 
@@ -82,6 +88,10 @@ TEST(RigConfigTest, MistakesAreNamed) {
   expect_refused("slider:\n  power_on_mm: -30\n", "between the switches");
   expect_refused("link:\n  late: 0.6\n  lost: 0.6\n", "more than 1");
   expect_refused("camera:\n  width_px: 66\n", "multiple of 4");
+  expect_refused("truth:\n  width_px: 66\n", "multiple of 4");
+  expect_refused("camera:\n  vignetting: 0.2\n", "'camera.layout: dual-fisheye'");
+  expect_refused("camera:\n  lens: lens.yaml\n", "'camera.layout: dual-fisheye'");
+  expect_refused("dolly:\n  reach_deg: 80\n", "dolly.reach_deg");
   expect_refused("scene:\n  grid:\n    cells_x: 2\n", "unknown key");
   expect_refused("faults:\n  - kind: stal\n    at_s: 1\n", "did you mean 'stall'");
 }

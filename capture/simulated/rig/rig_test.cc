@@ -122,15 +122,29 @@ TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideOfTheirCircles) {
   EXPECT_GT(cv::norm(frame.at<cv::Vec3b>(16, 16)), 60.0);
 }
 
-TEST_F(RigTest, TrueViewsAreWrittenAtTheStart) {
+TEST_F(RigTest, DollyIsInThePicturesButNotInTheTruth) {
+  config_.truth.views = 1;
+  std::vector<cv::Mat> seen, views;
+  for (const bool visible : {false, true}) {
+    config_.dolly.visible = visible;
+    const auto rig = this->rig();
+    seen.push_back(read_panorama(directory_ / ("rig/card/" + shoot(rig.get()))));
+    views.push_back(read_panorama(directory_ / "rig/truth/gt/centre.png"));
+  }
+  EXPECT_GT(cv::norm(seen[0].row(31), seen[1].row(31), cv::NORM_INF), 20.0);
+  EXPECT_EQ(cv::norm(views[0], views[1], cv::NORM_INF), 0.0);
+}
+
+TEST_F(RigTest, TrueViewsAreWrittenAtTheStartAtTheirOwnSize) {
   config_.truth.views = 3;
+  config_.truth.width_px = 48;
   const auto rig = this->rig();
   const CsvTable views =
       CsvTable::read(directory_ / "rig/truth/gt.csv", {"file", "x", "y", "z"}, {});
   ASSERT_EQ(views.rows(), 3U);
   EXPECT_EQ(views.text(0, "file"), "gt/centre.png");
-  EXPECT_EQ(read_panorama(directory_ / "rig/truth/gt/centre.png").cols, 64);
-  EXPECT_EQ(read_distance_map(directory_ / "rig/truth/dist/gt_centre.png").cols, 64);
+  EXPECT_EQ(read_panorama(directory_ / "rig/truth/gt/centre.png").cols, 48);
+  EXPECT_EQ(read_distance_map(directory_ / "rig/truth/dist/gt_centre.png").cols, 48);
 }
 
 TEST_F(RigTest, IsControlledOverHttp) {

@@ -5,30 +5,44 @@
 #include <cmath>
 
 #include "capture/simulated/virtual_room/hash_random.h"
-#include "capture/simulated/virtual_room/tone.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/panorama/srgb.h"
 
 namespace raywalk {
 namespace {
 
-// The level, not rounded, that each level becomes under the gain.
-std::array<double, 256> exposed_levels(double gain) {
-  std::array<double, 256> levels{};
-  for (int i = 0; i < 256; ++i) {
-    const double linear = std::min(gain * linear_from_srgb_level(i), 1.0);
-    levels[static_cast<std::size_t>(i)] = srgb_level_from_linear(linear);
+// What each level becomes under a gain, not rounded.
+class Exposure {
+ public:
+  explicit Exposure(double gain) {
+    for (int i = 0; i < 256; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      linear_[at] = gain * linear_from_srgb_level(i);
+      levels_[at] = srgb_level_from_linear(std::min(linear_[at], 1.0));
+    }
   }
-  return levels;
-}
+
+  double level(unsigned char from) const { return levels_[from]; }
+  double level(unsigned char from, float light) const {
+    return srgb_level_from_linear(std::min(light * linear_[from], 1.0));
+  }
+
+ private:
+  std::array<double, 256> linear_{};
+  std::array<double, 256> levels_{};
+};
 
 }  // namespace
 
 cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double gain,
-                     std::uint64_t key) {
+                     std::uint64_t key, const cv::Mat& light) {
   if (image.type() != CV_8UC3) throw Error("a sensor's picture must have three 8-bit channels");
   if (!(gain > 0.0)) throw Error("a sensor's gain must be positive");
-  const std::array<double, 256> levels = exposed_levels(gain);
+  if (!light.empty() && (light.type() != CV_32FC1 || light.size() != image.size())) {
+    throw Error("the light of a sensor's pixels must have one number for each");
+  }
+  const Exposure exposure(gain);
   const double dark_variance = sensor.noise_levels * sensor.noise_levels;
   const bool noisy = dark_variance > 0.0 || sensor.shot_noise > 0.0;
   cv::Mat out(image.size(), CV_8UC3);
@@ -37,10 +51,12 @@ cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double 
     for (int row = begin; row < end; ++row) {
       const std::uint64_t row_key = hash_bits(key, static_cast<std::uint64_t>(row));
       const auto* from = image.ptr<unsigned char>(row);
+      const float* lights = light.empty() ? nullptr : light.ptr<float>(row);
       auto* to = out.ptr<unsigned char>(row);
       NormalPair deviates;
       for (int i = 0; i < channels; ++i) {
-        double level = levels[from[i]];
+        double level =
+            lights == nullptr ? exposure.level(from[i]) : exposure.level(from[i], lights[i / 3]);
         if (noisy) {
           // Normal deviates come in pairs.
           if (i % 2 == 0) deviates = normal_pair(hash_bits(row_key, static_cast<std::uint64_t>(i)));

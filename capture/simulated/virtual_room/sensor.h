@@ -12,8 +12,9 @@ namespace raywalk {
 // multiplies linear light; what exceeds white is clipped. The noise is normally distributed and
 // independent in every pixel and channel; its standard deviation at level L (0..255, after the
 // gain) is sqrt(noise_levels^2 + shot_noise L). `key` chooses the noise: the same key gives the
-// same. Throws Error for another type of image or a gain that is not positive, Interrupted.
+// same. Where `light` is given (CV_32FC1 of the picture's size), each pixel's gain is multiplied by
+// its value. Throws Error for another type of image or a gain that is not positive, Interrupted.
 cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double gain,
-                     std::uint64_t key);
+                     std::uint64_t key, const cv::Mat& light = {});
 
 }  // namespace raywalk

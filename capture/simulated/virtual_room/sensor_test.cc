@@ -8,6 +8,7 @@
 
 #include "capture/simulated/virtual_room/tone.h"
 #include "core/base/error.h"
+#include "core/panorama/srgb.h"
 
 namespace raywalk {
 namespace {
@@ -70,6 +71,17 @@ TEST(SensorTest, ChannelsAndNeighboursAreIndependent) {
     const cv::Mat b = values.colRange(step, values.cols);
     EXPECT_NEAR(a.dot(b) / static_cast<double>(a.total()) / variance, 0.0, 0.015) << step;
   }
+}
+
+TEST(SensorTest, LightOfEachPixelMultipliesItsGain) {
+  cv::Mat light(200, 300, CV_32FC1, cv::Scalar::all(0.5));
+  light.colRange(150, 300).setTo(1.0);
+  const cv::Mat out = apply_sensor(grey(200), {}, 0.8, 1, light);
+  const double half = srgb_level_from_linear(0.4 * linear_from_srgb_level(200));
+  const double whole = srgb_level_from_linear(0.8 * linear_from_srgb_level(200));
+  EXPECT_NEAR(statistics_of(out.colRange(0, 150)).mean, half, 0.5);
+  EXPECT_NEAR(statistics_of(out.colRange(150, 300)).mean, whole, 0.5);
+  EXPECT_THROW(apply_sensor(grey(200), {}, 1.0, 1, light.rowRange(0, 100)), Error);
 }
 
 TEST(SensorTest, KeyChoosesTheNoise) {

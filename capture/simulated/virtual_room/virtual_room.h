@@ -50,8 +50,8 @@ class VirtualRoom {
   // sky, to which the window's clear glass is looked through. The mirror counts at its own surface.
   cv::Mat distance_map(const CameraPose& pose, PanoramaSize size) const;
 
-  // A frame of two image circles, BGR in CV_8UC3, black around them. The pose is that of the front
-  // lens. Throws Error also for a lens that cannot be (see DualFisheyeRays).
+  // A frame of two image circles, BGR in CV_8UC3, black around them. The pose is that of the
+  // layout's camera frame. Throws Error also for a lens that cannot be (see DualFisheyeRays).
   cv::Mat dual_fisheye(const CameraPose& pose, const DualFisheyeLayout& layout, PanoramaSize frame,
                        Sampling sampling = Sampling::kFine) const;
 
