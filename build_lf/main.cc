@@ -30,7 +30,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   CLI::App* pack = app->add_subcommand("pack", "Pack captured panoramas into a room");
   pack->add_option(
           "--frames", arguments->pack.frames,
-          "Frame list: file,x,y,z[,yaw,pitch,roll] in metres and degrees; files relative to "
+          "Frame list: file,x,y,z[,yaw,pitch,roll][,mask] in metres and degrees; files relative to "
           "the list")
       ->required();
   pack->add_option("--out", arguments->pack.out, "Room directory to make")->required();

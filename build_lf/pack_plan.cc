@@ -6,13 +6,14 @@
 #include <array>
 #include <fstream>
 #include <map>
+#include <set>
 #include <span>
 #include <system_error>
 
-#include "build_lf/frame_list.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
 #include "core/files/sha256.h"
@@ -46,6 +47,24 @@ PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
                             frames.front().path.string(), common.width, common.height));
   }
   return common;
+}
+
+void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
+  std::set<fs::path> checked;  // one mask may serve many frames
+  for (const Frame& frame : frames) {
+    throw_if_interrupted();
+    if (!frame.mask || !checked.insert(*frame.mask).second) continue;
+    std::error_code error;
+    if (!fs::exists(*frame.mask, error)) {
+      throw Error(fmt::format("{}: the mask {} does not exist; make it or leave the column empty",
+                              frame.where, frame.mask->string()));
+    }
+    try {
+      require_mask(*frame.mask, panorama);
+    } catch (const Error& unusable) {
+      throw Error(fmt::format("{}: {}", frame.where, unusable.what()));
+    }
+  }
 }
 
 // Size of a distance map from its header, without decoding it. A PNG's header is its first chunk.
@@ -128,6 +147,7 @@ std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
     for (const StationSource& source : line) {
       text += stamp_of(source.panorama);
       if (source.distance_map) text += stamp_of(*source.distance_map);
+      if (source.mask) text += stamp_of(*source.mask);
     }
   }
   return sha256_hex(std::as_bytes(std::span(text)));
@@ -166,6 +186,7 @@ PackPlan plan_pack(const PackOptions& options) {
   PackPlan plan;
   plan.grid = grid_of(frames, options);
   plan.panorama = common_panorama_size(frames);
+  check_masks(frames, plan.panorama);
   std::map<std::string, fs::path> maps;
   if (options.distances) {
     maps = find_distance_maps(frames, *options.distances);
@@ -177,7 +198,7 @@ PackPlan plan_pack(const PackOptions& options) {
     std::vector<StationSource>& sources = plan.sources.emplace_back();
     for (const Station& station : line.stations) {
       const Frame& frame = *frame_of.at(station.file);
-      StationSource source{frame.path, frame.attitude, std::nullopt};
+      StationSource source{frame.path, frame.attitude, std::nullopt, frame.mask, frame.where};
       if (const auto map = maps.find(frame.file); map != maps.end())
         source.distance_map = map->second;
       sources.push_back(std::move(source));

@@ -24,6 +24,8 @@ struct StationSource {
   std::filesystem::path panorama;
   std::optional<Attitude> attitude;                   // turns panorama and map into world axes
   std::optional<std::filesystem::path> distance_map;  // <stem of the frame>.png
+  std::optional<std::filesystem::path> mask{};        // in the frame's own axes, 0 = not to be used
+  std::string where{};                                // "poses.csv:12", for errors
 };
 
 struct PackPlan {
@@ -41,8 +43,9 @@ struct PackPlan {
 };
 
 // Throws Error: what read_frame_list and find_grid refuse, a frame that is missing or no image,
-// sizes that differ, a distance directory none of whose maps matches a frame, a map whose size
-// differs from the others' or exceeds the panorama's.
+// sizes that differ, a mask that is missing, of another size or not grey, a distance directory none
+// of whose maps matches a frame, a map whose size differs from the others' or exceeds the
+// panorama's.
 PackPlan plan_pack(const PackOptions& options);
 
 }  // namespace raywalk

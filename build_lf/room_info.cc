@@ -64,6 +64,21 @@ void set_spacing(const Line& line, LineInfo* info) {
   }
 }
 
+// Rows [begin, end) of a column see the share (sin phi_begin - sin phi_end) / 2 of its solid angle.
+double masked_share_of(const LineVolume& volume) {
+  if (!volume.masked()) return 0.0;
+  const auto [width, height] = volume.panorama();
+  double valid = 0.0;
+  for (int station = 0; station < volume.stations(); ++station) {
+    for (int theta = 0; theta < width; ++theta) {
+      const RowRun run = volume.valid_rows(station, theta);
+      if (run.empty()) continue;
+      valid += 0.5 * (std::cos(kPi * run.begin / height) - std::cos(kPi * run.end / height));
+    }
+  }
+  return 1.0 - valid / (static_cast<double>(volume.stations()) * width);
+}
+
 LineInfo line_info(const Room& room, int index) {
   const Line& line = room.grid().lines[static_cast<size_t>(index)];
   LineInfo info;
@@ -73,6 +88,7 @@ LineInfo line_info(const Room& room, int index) {
   set_extent(line, &info);
   set_spacing(line, &info);
   set_overhang(room.grid(), index, &info);
+  info.masked_share = masked_share_of(room.volume(index));
   info.distance_maps = room.distances(index).maps();
   info.distance_size = room.distances(index).size();
   info.bytes = bytes_of(line_volume_path(room.directory(), line.id)) +
@@ -95,6 +111,10 @@ std::string overhang_text(const LineInfo& line) {
   return fmt::format("{:.3f} / {:.3f}", *line.overhang_first_m, *line.overhang_last_m);
 }
 
+std::string masked_text(const LineInfo& line) {
+  return line.masked_share > 0.0 ? fmt::format("{:.2f} %", 100.0 * line.masked_share) : "-";
+}
+
 Json json_of_line(const LineInfo& line) {
   const auto or_null = [](std::optional<double> value) { return value ? Json(*value) : Json(); };
   return {{"id", line.id},
@@ -109,6 +129,7 @@ Json json_of_line(const LineInfo& line) {
           {"spacing_max_m", line.spacing_max_m},
           {"overhang_first_m", or_null(line.overhang_first_m)},
           {"overhang_last_m", or_null(line.overhang_last_m)},
+          {"masked_share", line.masked_share},
           {"distance_maps", line.distance_maps},
           {"distance_width", line.distance_size.width},
           {"distance_height", line.distance_size.height},
@@ -125,34 +146,39 @@ RoomInfo info_of(const Room& room) {
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     info.lines.push_back(line_info(room, line));
     info.stations += info.lines.back().stations;
+    info.masked_share += info.lines.back().masked_share * info.lines.back().stations;
     info.distance_maps += info.lines.back().distance_maps;
     info.bytes += info.lines.back().bytes;
   }
+  info.masked_share /= info.stations;
   return info;
 }
 
 std::string summary_of(const RoomInfo& info, const std::string& name) {
-  return fmt::format("{}: {}, {}, {} of {} x {}, {}, {:.1f} MB", name,
+  const std::string masked =
+      info.masked_share > 0.0 ? fmt::format(", {:.2f} % masked", 100.0 * info.masked_share) : "";
+  return fmt::format("{}: {}, {}, {} of {} x {}{}, {}, {:.1f} MB", name,
                      counted(info.lines.size(), "line"), counted(info.cells.size(), "cell"),
                      counted(static_cast<std::size_t>(info.stations), "panorama"),
-                     info.panorama.width, info.panorama.height,
+                     info.panorama.width, info.panorama.height, masked,
                      counted(static_cast<std::size_t>(info.distance_maps), "distance map"),
                      static_cast<double>(info.bytes) * 1e-6);
 }
 
 std::string text_of(const RoomInfo& info, const std::string& name) {
   std::string text = summary_of(info, name) + "\n\n";
-  text += fmt::format("{:<5} {:>8} {:>9} {:>19} {:>8}  {:>23}  {:>15}  {:<22} {:>9}\n", "line",
-                      "stations", "at m", "from .. to m", "oblique", "spacing min/med/max m",
-                      "overhang m", "distance maps", "MB");
+  text += fmt::format("{:<5} {:>8} {:>9} {:>19} {:>8}  {:>23}  {:>15} {:>8}  {:<22} {:>9}\n",
+                      "line", "stations", "at m", "from .. to m", "oblique",
+                      "spacing min/med/max m", "overhang m", "masked", "distance maps", "MB");
   for (const LineInfo& line : info.lines) {
     text += fmt::format(
-        "{:<5} {:>8} {:>9.3f} {:>19} {:>8}  {:>23}  {:>15}  {:<22} {:>9.1f}\n", line.id,
+        "{:<5} {:>8} {:>9.3f} {:>19} {:>8}  {:>23}  {:>15} {:>8}  {:<22} {:>9.1f}\n", line.id,
         line.stations, line.place_m, fmt::format("{:.3f} .. {:.3f}", line.from_m, line.to_m),
         fmt::format("{:.2f} deg", line.oblique_deg),
         fmt::format("{:.4f}/{:.4f}/{:.4f}", line.spacing_min_m, line.spacing_median_m,
                     line.spacing_max_m),
-        overhang_text(line), distances_text(line), static_cast<double>(line.bytes) * 1e-6);
+        overhang_text(line), masked_text(line), distances_text(line),
+        static_cast<double>(line.bytes) * 1e-6);
   }
   text += info.cells.empty() ? "\nno cell is closed\n"
                              : "\ncell   x from .. to m        z from .. to m        "
@@ -186,6 +212,7 @@ std::string json_of(const RoomInfo& info) {
   const Json root = {
       {"panorama", {{"width", info.panorama.width}, {"height", info.panorama.height}}},
       {"stations", info.stations},
+      {"masked_share", info.masked_share},
       {"distance_maps", info.distance_maps},
       {"bytes", info.bytes},
       {"lines", std::move(lines)},

@@ -22,6 +22,7 @@ struct LineInfo {
   // How far the stations reach beyond the outermost corners of cells, at the first and at the last
   // end; negative where they stop short. None: no cell uses the line.
   std::optional<double> overhang_first_m, overhang_last_m;
+  double masked_share = 0.0;  // of the solid angle, over all stations: not to be used
   int distance_maps = 0;
   PanoramaSize distance_size;  // 0 x 0 without maps
   std::uintmax_t bytes = 0;    // of the volume and the distances
@@ -32,6 +33,7 @@ struct RoomInfo {
   std::vector<LineInfo> lines;
   std::vector<Cell> cells;
   int stations = 0;
+  double masked_share = 0.0;  // of the solid angle of all stations
   int distance_maps = 0;
   std::uintmax_t bytes = 0;  // of the whole room
 };

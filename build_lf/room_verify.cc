@@ -81,8 +81,8 @@ std::span<const T> all_columns(std::span<const T> first_column, int columns) {
 std::string actual_checksum(const Room& room, const Check& check) {
   if (check.map < 0) {
     const LineVolume& volume = room.volume(check.line);
-    return sha256_hex(
-        std::as_bytes(all_columns(volume.column(check.station, 0), volume.panorama().width)));
+    return checksum_of_rays(all_columns(volume.column(check.station, 0), volume.panorama().width),
+                            volume.stored_valid_rows(check.station));
   }
   const DistanceVolume& volume = room.distances(check.line);
   return checksum_of_distances(

@@ -7,9 +7,10 @@
 #include <opencv2/imgproc.hpp>
 #include <span>
 
-#include "build_lf/frame_rotation.h"
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
+#include "core/panorama/panorama_rotation.h"
+#include "core/room/line_volume.h"
 
 namespace raywalk {
 namespace {
@@ -29,6 +30,17 @@ cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size, const
   return image;
 }
 
+// In world axes, as the packed panorama.
+cv::Mat read_station_mask(const StationSource& source, PanoramaSize size) {
+  cv::Mat mask;
+  try {
+    mask = read_mask(*source.mask, size);
+  } catch (const Error& error) {
+    throw InputError(source.where + ": " + error.what());
+  }
+  return source.attitude ? rotate_mask(mask, world_from_camera(*source.attitude)) : mask;
+}
+
 }  // namespace
 
 std::string checksum_of_distances(std::span<const float> distance_m,
@@ -36,6 +48,29 @@ std::string checksum_of_distances(std::span<const float> distance_m,
   const std::string both =
       sha256_hex(std::as_bytes(distance_m)) + sha256_hex(std::as_bytes(confidence));
   return sha256_hex(std::as_bytes(std::span(both)));
+}
+
+std::string checksum_of_rays(std::span<const std::uint8_t> rays,
+                             std::span<const std::int32_t> valid_rows) {
+  const std::string of_rays = sha256_hex(std::as_bytes(rays));
+  if (valid_rows.empty()) return of_rays;
+  const std::string both = of_rays + sha256_hex(std::as_bytes(valid_rows));
+  return sha256_hex(std::as_bytes(std::span(both)));
+}
+
+std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask) {
+  std::vector<std::int32_t> valid_rows;
+  for (int u = 0; u < mask.cols; ++u) {
+    RowRun longest;
+    for (int row = 0; row < mask.rows;) {
+      RowRun run{row, row};
+      while (run.end < mask.rows && mask.at<uchar>(run.end, u) != 0) ++run.end;
+      if (run.end - run.begin > longest.end - longest.begin) longest = run;
+      row = run.end + 1;
+    }
+    valid_rows.insert(valid_rows.end(), {longest.begin, longest.end});
+  }
+  return valid_rows;
 }
 
 StationRays read_station_rays(const StationSource& source, PanoramaSize size) {
@@ -47,7 +82,7 @@ StationRays read_station_rays(const StationSource& source, PanoramaSize size) {
   cv::Mat rays(panorama.cols, panorama.rows, CV_8UC3, station.rays.data());
   cv::transpose(panorama, rays);
   cv::cvtColor(rays, rays, cv::COLOR_BGR2RGB);
-  station.sha256 = sha256_hex(std::as_bytes(std::span(station.rays)));
+  if (source.mask) station.valid_rows = valid_rows_of(read_station_mask(source, size));
   return station;
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,10 +19,11 @@ class InputError : public Error {
   using Error::Error;
 };
 
-// rays[theta][phi][rgb] of one station.
+// rays[theta][phi][rgb] of one station, and valid_rows[theta][2] as line_volume.h describes them;
+// empty where all rows are valid.
 struct StationRays {
   std::vector<std::uint8_t> rays;
-  std::string sha256;  // over `rays`
+  std::vector<std::int32_t> valid_rows{};
 };
 
 // distance_m[theta][phi] and confidence[theta][phi] of one station.
@@ -33,6 +36,14 @@ struct StationDistances {
 // The checksum of one distance map: SHA-256 over the text of those of distances and of confidences.
 std::string checksum_of_distances(std::span<const float> distance_m,
                                   std::span<const std::uint8_t> confidence);
+
+// The checksum of one station's rays; with valid rows SHA-256 over the text of those of both.
+std::string checksum_of_rays(std::span<const std::uint8_t> rays,
+                             std::span<const std::int32_t> valid_rows);
+
+// valid_rows[theta][2] of a mask (CV_8UC1, 0 = not to be used): the longest run of valid rows in
+// each column, the first of equally long ones; {0, 0} where there is none.
+std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask);
 
 // Read the station's files; throw InputError when one cannot be read or has not the size given.
 StationRays read_station_rays(const StationSource& source, PanoramaSize size);

@@ -1,5 +1,6 @@
 #include "build_lf/volume_writer.h"
 
+#include <algorithm>
 #include <array>
 #include <mutex>
 
@@ -19,9 +20,9 @@ constexpr const char* kWorldFrame =
 constexpr const char* kPixelGrid =
     "theta = (i + 0.5) / width * 360 - 180 degrees; phi = 90 - (j + 0.5) / height * 180 degrees";
 
-void describe_file(Hdf5File* file, const char* format, const Line& line) {
+void describe_file(Hdf5File* file, const char* format, int version, const Line& line) {
   file->write_attribute("/", "format", format);
-  file->write_attribute("/", "format_version", kVolumeFormatVersion);
+  file->write_attribute("/", "format_version", version);
   file->write_attribute("/", "line", line.id);
   file->write_attribute("/", "frame", kWorldFrame);
   file->write_attribute("/", "pixel_grid", kPixelGrid);
@@ -60,37 +61,69 @@ void convert_and_store(std::size_t count, const Convert& convert, const Store& s
   });
 }
 
+// Gives a station of a masked line that has no mask of its own all its rows, and takes the valid
+// rows from one of a line without masks.
+void complete_valid_rows(const LineRays& rays, StationRays* station) {
+  if (!rays.masked) station->valid_rows.clear();
+  if (!rays.masked || !station->valid_rows.empty()) return;
+  for (int u = 0; u < rays.panorama.width; ++u) {
+    station->valid_rows.insert(station->valid_rows.end(), {0, rays.panorama.height});
+  }
+}
+
 }  // namespace
 
 void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
                        Progress* progress) {
-  write_line_volume(
-      file, line, panorama, [&](std::size_t i) { return read_station_rays(sources[i], panorama); },
-      progress);
+  const bool masked = std::any_of(sources.begin(), sources.end(), [](const StationSource& source) {
+    return source.mask.has_value();
+  });
+  const auto read = [&](std::size_t i) { return read_station_rays(sources[i], panorama); };
+  write_line_volume(file, line, {panorama, masked, read}, progress);
 }
 
-void write_line_volume(const std::filesystem::path& file, const Line& line, PanoramaSize panorama,
-                       const std::function<StationRays(std::size_t station)>& rays_of,
+void write_line_volume(const std::filesystem::path& file, const Line& line, const LineRays& rays,
                        Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kLineVolumeFormat, line);
+  describe_file(&hdf5, kLineVolumeFormat, rays.masked ? kMaskedVolumeVersion : kPlainVolumeVersion,
+                line);
   write_positions(&hdf5, line);
   const std::size_t count = line.stations.size();
-  const std::array<std::size_t, 4> shape{count, static_cast<std::size_t>(panorama.width),
-                                         static_cast<std::size_t>(panorama.height), 3};
+  const auto width = static_cast<std::size_t>(rays.panorama.width);
+  const std::array<std::size_t, 4> rays_shape{count, width,
+                                              static_cast<std::size_t>(rays.panorama.height), 3};
+  const std::array<std::size_t, 3> rows_shape{count, width, 2};
   std::vector<std::string> sha256(count);
   {
-    const Hdf5Handle rays = hdf5.create_contiguous("rays", H5T_STD_U8LE, shape);
-    convert_and_store(count, rays_of, [&](std::size_t i, const StationRays& station) {
-      hdf5.write_slab(rays, i, H5T_NATIVE_UINT8, shape, station.rays.data());
-      sha256[i] = station.sha256;
+    const Hdf5Handle dataset = hdf5.create_contiguous("rays", H5T_STD_U8LE, rays_shape);
+    const Hdf5Handle valid_rows =
+        rays.masked ? hdf5.create_contiguous("valid_rows", H5T_STD_I32LE, rows_shape)
+                    : Hdf5Handle();
+    const auto read = [&](std::size_t i) {
+      StationRays station = rays.read(i);
+      complete_valid_rows(rays, &station);
+      sha256[i] = checksum_of_rays(station.rays, station.valid_rows);
+      return station;
+    };
+    convert_and_store(count, read, [&](std::size_t i, const StationRays& station) {
+      hdf5.write_slab(dataset, i, H5T_NATIVE_UINT8, rays_shape, station.rays.data());
+      if (rays.masked) {
+        hdf5.write_slab(valid_rows, i, H5T_NATIVE_INT32, rows_shape, station.valid_rows.data());
+      }
       progress->advance();
     });
   }
   describe_dataset(&hdf5, "rays", "station, theta, phi, rgb", "sRGB, 0 to 255");
-  write_checksums(&hdf5, sha256, "rays[station], as stored");
+  if (rays.masked) {
+    describe_dataset(&hdf5, "valid_rows", "station, theta, (first, one past last)",
+                     "rows that may be used");
+  }
+  write_checksums(&hdf5, sha256,
+                  rays.masked ? "sha256(text of sha256(rays[station]) and "
+                                "sha256(valid_rows[station]))"
+                              : "rays[station], as stored");
   hdf5.close();
   output.commit();
 }
@@ -99,7 +132,7 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kDistanceVolumeFormat, line);
+  describe_file(&hdf5, kDistanceVolumeFormat, kPlainVolumeVersion, line);
   hdf5.write_attribute("/", "origin", maps.origin);
   hdf5.write_int32("station", maps.stations);
   const std::array<std::size_t, 3> shape{maps.stations.size(),

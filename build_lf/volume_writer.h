@@ -14,16 +14,22 @@
 namespace raywalk {
 
 // lines/<id>.h5 as core/room/line_volume.h describes it, with `position_m` float64 [station][xyz]
-// and `sha256` [station] beside the rays. `progress` advances by one per station. Throws InputError
-// (an image is unusable), Error (cannot write) and Interrupted.
+// and `sha256` [station] (checksum_of_rays) beside the rays. `progress` advances by one per
+// station. Throws InputError (an image is unusable), Error (cannot write) and Interrupted.
 void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
                        Progress* progress);
 
-// The same for stations of any source; `rays_of` is called once for each station of the line, in
-// parallel.
-void write_line_volume(const std::filesystem::path& file, const Line& line, PanoramaSize panorama,
-                       const std::function<StationRays(std::size_t station)>& rays_of,
+// The rays of a line, read one station at a time.
+struct LineRays {
+  PanoramaSize panorama;
+  // Whether some stations have valid_rows; without, those that are read are left out.
+  bool masked = false;
+  std::function<StationRays(std::size_t station)> read;  // called once for each, in parallel
+};
+
+// The same for stations of any source.
+void write_line_volume(const std::filesystem::path& file, const Line& line, const LineRays& rays,
                        Progress* progress);
 
 // The distance maps of a line, read one at a time.

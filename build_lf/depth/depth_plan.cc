@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/files/nearest_word.h"
@@ -80,6 +81,18 @@ bool some_line_has_two(std::span<const SweepCandidate> candidates) {
   return std::adjacent_find(candidates.begin(), candidates.end(), same_line) != candidates.end();
 }
 
+// All maps, nearest to one of them first.
+std::vector<int> maps_by_distance(const DepthPlan& plan, int from) {
+  const Eigen::Vector3d& from_m = plan.maps[static_cast<size_t>(from)].position_m;
+  std::vector<int> order(plan.maps.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return (plan.maps[static_cast<size_t>(a)].position_m - from_m).norm() <
+           (plan.maps[static_cast<size_t>(b)].position_m - from_m).norm();
+  });
+  return order;
+}
+
 }  // namespace
 
 DepthMethod depth_method_from_name(const std::string& name) {
@@ -127,27 +140,41 @@ void leave_out(std::span<const StationIndex> stations, DepthPlan* plan) {
 }
 
 std::vector<int> voters_of(const DepthPlan& plan, int which) {
-  const SweepReference& own = plan.maps[static_cast<size_t>(which)];
-  std::vector<int> order;
-  for (int i = 0; i < static_cast<int>(plan.maps.size()); ++i) {
-    if (i != which) order.push_back(i);
-  }
-  const auto distance = [&](int i) {
-    return (plan.maps[static_cast<size_t>(i)].position_m - own.position_m).norm();
-  };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return distance(a) < distance(b); });
-  std::vector<int> voters{which};
+  const int own_line = plan.maps[static_cast<size_t>(which)].station.line;
+  std::vector<int> voters;
   int of_own_line = 0;
   int of_others = 0;
-  for (const int i : order) {
-    const bool same = plan.maps[static_cast<size_t>(i)].station.line == own.station.line;
+  for (const int i : maps_by_distance(plan, which)) {
+    if (i == which) {
+      voters.insert(voters.begin(), i);
+      continue;
+    }
+    const bool same = plan.maps[static_cast<size_t>(i)].station.line == own_line;
     int& count = same ? of_own_line : of_others;
     if (count == (same ? kOwnVoters : kOtherVoters)) continue;
     ++count;
     voters.push_back(i);
   }
   return voters;
+}
+
+std::vector<int> farther_voters_of(const DepthPlan& plan, std::span<const int> voters) {
+  constexpr size_t kMost = 8;
+  constexpr double kGapPerDistance = 0.25;
+  std::vector<int> all(voters.begin(), voters.end());
+  const auto way_m = [&](int a, int b) {
+    return (plan.maps[static_cast<size_t>(a)].position_m -
+            plan.maps[static_cast<size_t>(b)].position_m)
+        .norm();
+  };
+  for (const int i : maps_by_distance(plan, voters.front())) {
+    if (all.size() == voters.size() + kMost) break;
+    const double gap_m = kGapPerDistance * way_m(i, voters.front());
+    const bool is_near =
+        std::any_of(all.begin(), all.end(), [&](int other) { return way_m(i, other) <= gap_m; });
+    if (!is_near && i != voters.front()) all.push_back(i);
+  }
+  return {all.begin() + static_cast<std::ptrdiff_t>(voters.size()), all.end()};
 }
 
 std::vector<SweepCandidate> candidates_near(const DepthPlan& plan,

@@ -272,5 +272,39 @@ TEST(DepthPlanTest, StationsFarAwayAreNotCompared) {
   for (const SweepCandidate& candidate : near) EXPECT_NE(candidate.station, reference.station);
 }
 
+TEST(DepthPlanTest, FartherVotersReachOverTheRoom) {
+  const DepthTestRoom room(tiny_room(1.0, 3, 2));
+  const DepthPlan plan = plan_depth(room.room(), {});
+  const auto way_m = [&](int a, int b) {
+    return (plan.maps[static_cast<size_t>(a)].position_m -
+            plan.maps[static_cast<size_t>(b)].position_m)
+        .norm();
+  };
+  for (int which = 0; which < static_cast<int>(plan.maps.size()); ++which) {
+    const std::vector<int> near = voters_of(plan, which);
+    const std::vector<int> farther = farther_voters_of(plan, near);
+    EXPECT_GT(farther.size(), 0U);
+    EXPECT_LE(farther.size(), 8U);
+    for (size_t i = 0; i < farther.size(); ++i) {
+      EXPECT_EQ(std::count(near.begin(), near.end(), farther[i]), 0);
+      for (const int other : near) {
+        EXPECT_GE(way_m(farther[i], other), 0.25 * way_m(farther[i], which));
+      }
+      for (size_t j = 0; j < i; ++j) {
+        EXPECT_GE(way_m(farther[i], farther[j]), 0.25 * way_m(farther[i], which));
+        EXPECT_GE(way_m(farther[i], which), way_m(farther[j], which));
+      }
+    }
+  }
+}
+
+TEST(DepthPlanTest, ThereMayBeNoFartherVoters) {
+  SyntheticRoomSpec spec = tiny_room(1.0);
+  spec.cells_z = 0;
+  const DepthTestRoom room(spec);
+  const DepthPlan plan = plan_depth(room.room(), {.every = 8});
+  EXPECT_TRUE(farther_voters_of(plan, voters_of(plan, 1)).empty());
+}
+
 }  // namespace
 }  // namespace raywalk

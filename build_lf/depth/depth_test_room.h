@@ -12,7 +12,6 @@
 #include "build_lf/depth/station_picture.h"
 #include "build_lf/volume_writer.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
 #include "core/files/test_directory.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
@@ -59,12 +58,17 @@ class DepthTestRoom {
   // Changes a frame (BGR, CV_8UC3). Called on several threads.
   using Edit = std::function<void(StationIndex station, cv::Mat* frame)>;
 
-  explicit DepthTestRoom(const SyntheticRoomSpec& spec, const Edit& edit = nullptr)
-      : DepthTestRoom(spec, synthetic_grid(spec), edit) {}
+  // A station's mask, CV_8UC1 of the frame's size; 0 = not to be used. Called on several threads.
+  using Mask = std::function<cv::Mat(StationIndex station)>;
+
+  explicit DepthTestRoom(const SyntheticRoomSpec& spec, const Edit& edit = nullptr,
+                         const Mask& mask = nullptr)
+      : DepthTestRoom(spec, synthetic_grid(spec), edit, mask) {}
 
   // The scene of `spec` captured from any grid.
-  DepthTestRoom(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit)
-      : room_(write(spec, grid, edit)) {}
+  DepthTestRoom(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit,
+                const Mask& mask = nullptr)
+      : room_(write(spec, grid, edit, mask)) {}
 
   const Room& room() const { return room_; }
   const Grid& grid() const { return room_.grid(); }
@@ -89,7 +93,8 @@ class DepthTestRoom {
   }
 
  private:
-  Room write(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit) const {
+  Room write(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit,
+             const Mask& mask) const {
     const PanoramaSize size{spec.width, spec.width / 2};
     std::filesystem::create_directories(directory_ / "lines");
     for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
@@ -98,10 +103,12 @@ class DepthTestRoom {
       const auto rays_of = [&](size_t i) {
         cv::Mat frame = render_scene(spec.scene, stations.stations[i].position_m, spec.width);
         if (edit) edit({line, static_cast<int>(i)}, &frame);
-        return rays_from(frame);
+        StationRays rays = rays_from(frame);
+        if (mask) rays.valid_rows = valid_rows_of(mask({line, static_cast<int>(i)}));
+        return rays;
       };
-      write_line_volume(line_volume_path(directory_.path(), stations.id), stations, size, rays_of,
-                        &progress);
+      write_line_volume(line_volume_path(directory_.path(), stations.id), stations,
+                        {size, mask != nullptr, rays_of}, &progress);
     }
     write_file_atomically(manifest_path(directory_.path()), manifest_to_json({size, grid, {}}));
     return Room::open(directory_.path());
@@ -115,7 +122,6 @@ class DepthTestRoom {
         station.rays.insert(station.rays.end(), {bgr[2], bgr[1], bgr[0]});
       }
     }
-    station.sha256 = sha256_hex(std::as_bytes(std::span(station.rays)));
     return station;
   }
 

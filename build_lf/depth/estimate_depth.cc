@@ -53,6 +53,15 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
+// Throws UsageError where the method cannot do what is asked for.
+void require_method(const Room& room, const DepthOptions& options) {
+  if (options.method == DepthMethod::kFlow && room.masked()) {
+    throw UsageError(fmt::format(
+        "{}: its frames have masks, and optical flow cannot leave pixels out; use --method sweep",
+        options.room.string()));
+  }
+}
+
 cv::Mat read_valid_mask(const DepthOptions& options, PanoramaSize size) {
   if (!options.valid_mask) return {};
   if (options.method == DepthMethod::kFlow) {
@@ -165,7 +174,7 @@ void make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
   summary->nearest_m = 1.0 / most_per_m;
   summary->layers = sweep_layers(most_per_m, plan.reach_m, plan.size).count;
   sweep_maps(room, plan, most_per_m, gains.gain, valid, partial);
-  fuse_swept_maps(plan, partial);
+  fuse_swept_maps(plan, room.masked(), partial);
 }
 
 // Compares the stations' frames, warns of those that mislead and leaves them out of the plan;
@@ -200,6 +209,7 @@ void require_truth(const GivenDistances& given, const fs::path& room) {
 DepthSummary estimate_depth(const DepthOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const Room room = Room::open(options.room);
+  require_method(room, options);
   DepthPlan plan = plan_depth(room, options);
   const cv::Mat valid = read_valid_mask(options, plan.size);
   const GivenDistances given(room);

@@ -11,6 +11,7 @@
 
 #include "build_lf/depth/station_image.h"
 #include "core/base/parallel.h"
+#include "core/panorama/transposed_border.h"
 
 namespace raywalk {
 namespace {

@@ -57,6 +57,8 @@ class Fusion {
       : maps_(maps),
         map_(maps[static_cast<size_t>(which)]),
         which_(static_cast<size_t>(which)),
+        nearby_(maps.size() - static_cast<size_t>(options.asked_in_need)),
+        fewest_voters_(static_cast<size_t>(options.fewest_voters)),
         directions_(map_.size),
         tolerance_(static_cast<float>(options.tolerance_per_m)),
         slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(map_.size.width)) {
@@ -96,6 +98,7 @@ class Fusion {
     float omega = 0.0f;
     float votes = 0.0f;
     float against = 0.0f;
+    float voters = 0.0f;
     std::uint8_t confidence = 0;
 
     float score() const { return votes - against; }
@@ -105,7 +108,7 @@ class Fusion {
   bool established(const Ballot& ballot) const {
     constexpr float kEnough = 0.3f;
     constexpr float kSeesThrough = 0.15f;
-    return ballot.score() >= kEnough * static_cast<float>(maps_.size()) &&
+    return ballot.score() >= kEnough * ballot.voters &&
            ballot.against <= kSeesThrough * (ballot.votes + ballot.against);
   }
 
@@ -133,39 +136,67 @@ class Fusion {
         nearest = std::max(nearest, omega / point.norm());
       }
     }
+    close_gaps(&seen);
     return seen;
+  }
+
+  // Points of another map fall into few of the many pixels around a pole. Where this map knows
+  // nothing itself and has to go by proposals, those of the nearest column within the space of
+  // about a pixel at the horizon are taken.
+  void close_gaps(std::vector<float>* seen) const {
+    const std::vector<float> drawn = *seen;
+    for (int phi = 0; phi < map_.size.height; ++phi) {
+      const double from_pole_rad = (phi + 0.5) * kPi / map_.size.height;
+      const int reach =
+          std::min(static_cast<int>(std::ceil(1.0 / std::sin(from_pole_rad))), map_.size.width / 2);
+      for (int theta = 0; theta < map_.size.width; ++theta) {
+        const size_t pixel = pixel_index(theta, phi, map_.size);
+        if (map_.confidence[pixel] != 0) continue;
+        for (int aside = 1; aside <= reach && (*seen)[pixel] < 0.0f; ++aside) {
+          (*seen)[pixel] = std::max(drawn[column_beside(theta, aside, phi)],
+                                    drawn[column_beside(theta, -aside, phi)]);
+        }
+      }
+    }
+  }
+
+  size_t column_beside(int theta, int aside, int phi) const {
+    return pixel_index((theta + aside + map_.size.width) % map_.size.width, phi, map_.size);
   }
 
   Ballot elect(const Eigen::Vector3f& direction, size_t pixel) const {
     constexpr float kNoVotes = -1e30f;
-    Ballot best{map_.omega[pixel], kNoVotes, 0.0f, 0};
+    Ballot best{map_.omega[pixel], kNoVotes, 0.0f, 0.0f, 0};
+    const size_t asked = map_.confidence[pixel] == 0 ? maps_.size() : nearby_;
     // A proposal close to one that was voted on would get the same votes.
     std::vector<float> voted;
-    voted.reserve(maps_.size());
-    for (size_t i = 0; i < maps_.size(); ++i) {
-      const float proposed = proposals_[(which_ + i) % maps_.size()][pixel];
+    voted.reserve(asked);
+    for (size_t i = 0; i < asked; ++i) {
+      const float proposed = proposals_[(which_ + i) % asked][pixel];
       const bool known = std::any_of(voted.begin(), voted.end(), [&](float other) {
         return std::fabs(other - proposed) < 0.25f * tolerance_;
       });
       if (proposed < 0.0f || known) continue;
       voted.push_back(proposed);
-      const Ballot ballot = count(direction, proposed);
+      const Ballot ballot = count(direction, proposed, asked);
       if (wins(ballot, best)) best = ballot;
     }
     return best;
   }
 
-  // Counts the votes on a surface at inverse distance `proposed`.
-  Ballot count(const Eigen::Vector3f& direction, float proposed) const {
+  // Counts the votes of the first `asked` maps on a surface at inverse distance `proposed`.
+  Ballot count(const Eigen::Vector3f& direction, float proposed, size_t asked) const {
+    size_t know = 0;
     float votes = 0.0f;
     float against = 0.0f;
     float weights = 0.0f;
     float weighted = 0.0f;
-    for (size_t i = 0; i < maps_.size(); ++i) {
+    for (size_t i = 0; i < asked; ++i) {
       const Eigen::Vector3f point = direction + proposed * ways_[i];
       const float distance = point.norm();
       const size_t there = pixel_of(i == which_ ? direction : point, map_.size);
       if (maps_[i].confidence[there] == 0) continue;
+      ++know;
       const float expected = proposed / distance;
       const float difference = maps_[i].omega[there] - expected;
       const float tolerance = tolerance_ + slant_ * expected;
@@ -184,7 +215,8 @@ class Fusion {
     ballot.votes = votes;
     ballot.against = against;
     ballot.omega = std::max(0.0f, weights > 0.0f ? weighted / weights : proposed);
-    const float share = votes / (static_cast<float>(maps_.size()));
+    ballot.voters = static_cast<float>(fewest_voters_ > 0 ? std::max(know, fewest_voters_) : asked);
+    const float share = votes / ballot.voters;
     // Without a vote the surface stays unknown.
     const float least = votes > 0.0f ? 1.0f : 0.0f;
     ballot.confidence = static_cast<std::uint8_t>(std::clamp(share * 255.0f, least, 255.0f));
@@ -194,6 +226,8 @@ class Fusion {
   std::span<const InverseDistanceMap> maps_;
   const InverseDistanceMap& map_;
   size_t which_;
+  size_t nearby_;         // maps that are always asked
+  size_t fewest_voters_;  // FusionOptions
   PixelDirections directions_;
   float tolerance_;                    // 1/m
   float slant_;                        // share of the inverse distance

@@ -15,6 +15,12 @@ struct FusionOptions {
   // Maps agree where their inverse distances differ by at most this, 1/m, and what half a pixel
   // makes on a slanted surface.
   double tolerance_per_m = 0.0;
+  // For frames with masks: that a station's view of a surface is masked says nothing against the
+  // surface, so votes are counted in shares of the maps that know something there, but of this many
+  // at least. 0: of all maps.
+  int fewest_voters = 0;
+  // So many of the last maps are asked only where maps[which] knows nothing.
+  int asked_in_need = 0;
 };
 
 // The map of `maps[which]` after the vote of all `maps` (all of one size).
@@ -25,7 +31,7 @@ struct FusionOptions {
 // surfaces that enough maps see and hardly any sees through, the nearest, for thin things are seen
 // past by all that see what is behind them. The winner is the mean of what its voters see, weighted
 // by how sure they are; a 3 x 3 median removes single pixels. Confidence is the share of votes that
-// the winner got.
+// the winner got. A map knows nothing where its confidence is 0.
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
                              const FusionOptions& options);
 

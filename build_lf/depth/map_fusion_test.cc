@@ -162,5 +162,58 @@ TEST(MapFusionTest, KeepsASingleMap) {
   EXPECT_GT(share_within(fused, maps[0], 0.1 * kTolerance_per_m, kAllPixels), 0.95);
 }
 
+// The lower third of a map: what a dolly hides.
+bool is_below(size_t pixel) { return pixel % kSize.height >= kSize.height * 2 / 3; }
+
+void forget_below(InverseDistanceMap* map) {
+  for (size_t pixel = 0; pixel < map->omega.size(); ++pixel) {
+    if (!is_below(pixel)) continue;
+    map->omega[pixel] = 0.0f;
+    map->confidence[pixel] = 0;
+  }
+}
+
+TEST(MapFusionTest, MapsThatKnowNothingSayNothingAgainstASurface) {
+  const auto truth = true_maps({});
+  auto maps = truth;
+  for (size_t i = 0; i < 3; ++i) forget_below(&maps[i]);
+  const auto median_below = [&](const FusionOptions& options) {
+    const auto fused = fuse_maps(maps, 0, options);
+    EXPECT_GT(share_within(fused, truth[0], kTolerance_per_m, is_below), 0.98);
+    std::vector<int> confidence;
+    for (size_t pixel = 0; pixel < fused.confidence.size(); ++pixel) {
+      if (is_below(pixel)) confidence.push_back(fused.confidence[pixel]);
+    }
+    std::sort(confidence.begin(), confidence.end());
+    return confidence[confidence.size() / 2];
+  };
+  // Two of five know, and agree.
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m}), 255 * 2 / 5, 12);
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .fewest_voters = 2}), 255, 30);
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .fewest_voters = 4}), 255 / 2, 15);
+}
+
+TEST(MapFusionTest, FartherMapsAreAskedOnlyInNeed) {
+  const auto truth = true_maps({});
+  auto maps = truth;
+  for (size_t i = 0; i < 4; ++i) forget_below(&maps[i]);
+  // The last one knows the floor and is wrong about all else.
+  for (size_t pixel = 0; pixel < maps[4].omega.size(); ++pixel) {
+    if (!is_below(pixel)) maps[4].omega[pixel] *= 3.0f;
+  }
+  const FusionOptions options{
+      .tolerance_per_m = kTolerance_per_m, .fewest_voters = 1, .asked_in_need = 1};
+  const auto fused = fuse_maps(maps, 0, options);
+  EXPECT_GT(share_within(fused, truth[0], kTolerance_per_m, is_below), 0.9);
+  const std::span without_last(maps.data(), 4);
+  const auto without =
+      fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .fewest_voters = 1});
+  for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
+    // The median at the end looks one row farther.
+    if (pixel % kSize.height >= kSize.height * 2 / 3 - 1) continue;
+    ASSERT_EQ(fused.omega[pixel], without.omega[pixel]);
+  }
+}
+
 }  // namespace
 }  // namespace raywalk

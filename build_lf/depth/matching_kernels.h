@@ -33,8 +33,9 @@ constexpr bool is_valid(MatchingSample sample) {
   return channel_of(sample, 3) != static_cast<int>(kInvalidDetail);
 }
 
-// The most that one pair of samples can differ by; an invalid sample differs by as much.
+// The most that one pair of samples can differ by, and what is set where the sample is invalid.
 inline constexpr int kMostDifference = 264;
+inline constexpr int kInvalidDifference = 265;
 
 // A few neighbouring pixels of the reference: the unit vectors they are seen in, in world axes, and
 // their samples.

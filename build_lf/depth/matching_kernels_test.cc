@@ -53,7 +53,7 @@ struct Column {
 };
 
 int difference_of(MatchingSample sample, MatchingSample own) {
-  if (channel_of(sample, 3) == static_cast<int>(kInvalidDetail)) return kMostDifference;
+  if (channel_of(sample, 3) == static_cast<int>(kInvalidDetail)) return kInvalidDifference;
   int colour = 0;
   for (int c = 0; c < 3; ++c) colour += std::abs(channel_of(sample, c) - channel_of(own, c));
   const int detail = std::abs(channel_of(sample, 3) - channel_of(own, 3));
@@ -120,7 +120,7 @@ TEST(MatchingKernelsTest, StayInThePictureForExtremeOffsets) {
       kernels.compare(column.rays(), view_of(samples, offset), difference.data());
       for (const auto value : difference) {
         ASSERT_GE(value, 0);
-        ASSERT_LE(value, kMostDifference);
+        ASSERT_LE(value, kInvalidDifference);
       }
     }
   }
@@ -132,7 +132,7 @@ TEST(MatchingKernelsTest, ChargeTheMostForInvalidSamples) {
   const Column column(0.3, 20, 1);
   std::vector<std::int32_t> difference(20, 0);
   matching_kernels().compare(column.rays(), view_of(samples, {0, 0, 0}), difference.data());
-  for (const auto value : difference) EXPECT_EQ(value, kMostDifference);
+  for (const auto value : difference) EXPECT_EQ(value, kInvalidDifference);
 }
 
 // What semi-global matching says, without any cleverness.

@@ -3,12 +3,32 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "core/base/parallel.h"
 
 namespace raywalk {
 namespace {
+
+// What average_better_half does, of those differences only whose samples are valid: a station whose
+// view of a surface is masked does not speak against it. What only one station can tell counts as
+// half unknown.
+void average_better_half_of_valid(const std::array<ViewDifferences, kMostViews>& differences,
+                                  int views, int count, float* mean) {
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
+    std::array<std::int32_t, kMostViews> valid{};
+    size_t known = 0;
+    for (size_t v = 0; v < static_cast<size_t>(views); ++v) {
+      if (differences[v][i] != kInvalidDifference) valid[known++] = differences[v][i];
+    }
+    for (; known < 2; ++known) valid[known] = kMostDifference;
+    const size_t kept = std::max<size_t>(2, (known + 1) / 2);
+    const auto end = valid.begin() + static_cast<std::ptrdiff_t>(kept);
+    std::partial_sort(valid.begin(), end, valid.begin() + static_cast<std::ptrdiff_t>(known));
+    mean[i] = static_cast<float>(std::accumulate(valid.begin(), end, 0)) / static_cast<float>(kept);
+  }
+}
 
 // The sweep of one reference, tile by tile: from one layer to the next a tile's pixels are found
 // close to where they were, in samples that are still at hand.
@@ -44,7 +64,11 @@ class Sweeper {
     for (size_t k = 0; k < layers; ++k) {
       const double omega = static_cast<double>(k) * volume_->layers.step_per_m;
       const int compared = compare_with(views, omega, reference, &differences);
-      kernels_.average_better_half(differences, compared, reference.count, mean.data());
+      if (some_invalid(differences, compared, reference.count)) {
+        average_better_half_of_valid(differences, compared, reference.count, mean.data());
+      } else {
+        kernels_.average_better_half(differences, compared, reference.count, mean.data());
+      }
       constexpr float kCostPerDifference = 2.0f / 3.0f;
       for (size_t i = 0; i < count; ++i) {
         costs[k * count + i] = static_cast<std::uint8_t>(mean[i] * kCostPerDifference);
@@ -83,6 +107,16 @@ class Sweeper {
       }
     }
     return static_cast<int>(compared);
+  }
+
+  bool some_invalid(const std::array<ViewDifferences, kMostViews>& differences, int compared,
+                    int count) const {
+    if (views_.all_valid()) return false;
+    return std::any_of(differences.begin(), differences.begin() + compared,
+                       [&](const ViewDifferences& view) {
+                         const auto end = view.begin() + count;
+                         return std::find(view.begin(), end, kInvalidDifference) != end;
+                       });
   }
 
   const MatchingKernels& kernels_ = matching_kernels();

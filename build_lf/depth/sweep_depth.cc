@@ -96,11 +96,14 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
             [](const InverseDistanceMap&) {});
 }
 
-void fuse_swept_maps(const DepthPlan& plan, PartialMaps* partial) {
+void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
   // A pixel and a half of parallax at the reach: both maps are off by up to half a layer, and their
   // pixels do not meet.
   constexpr double kAgreePx = 1.5;
-  const FusionOptions options{kAgreePx / plan.pixels_per_omega_m()};
+  // Two maps that agree are believed by views (kLeastConfidence) if six at most could tell.
+  constexpr int kFewestVoters = 6;
+  FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
+  if (masked) options.fewest_voters = kFewestVoters;
   const int count = static_cast<int>(plan.maps.size());
   Progress progress("fusing", count, "maps");
   for (int i = 0; i < count; ++i) {
@@ -108,7 +111,13 @@ void fuse_swept_maps(const DepthPlan& plan, PartialMaps* partial) {
     const SweepReference& own = plan.maps[static_cast<size_t>(i)];
     if (!partial->load(kFinalStage, own.station, own.position_m, plan.size)) {
       std::vector<InverseDistanceMap> maps;
-      for (const int voter : voters_of(plan, i)) {
+      std::vector<int> voters = voters_of(plan, i);
+      if (masked) {
+        const std::vector<int> farther = farther_voters_of(plan, voters);
+        voters.insert(voters.end(), farther.begin(), farther.end());
+        options.asked_in_need = static_cast<int>(farther.size());
+      }
+      for (const int voter : voters) {
         const SweepReference& reference = plan.maps[static_cast<size_t>(voter)];
         maps.push_back(
             partial->load_stored(kSweptStage, reference.station, reference.position_m, plan.size));

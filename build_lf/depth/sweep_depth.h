@@ -21,7 +21,8 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
                 const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
                 PartialMaps* partial);
 
-// Fuses every swept map with those around it and keeps the results as "final".
-void fuse_swept_maps(const DepthPlan& plan, PartialMaps* partial);
+// Fuses every swept map with those around it and keeps the results as "final". `masked`: whether
+// frames have masks, so that what is below some stations is to be learned from others.
+void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial);
 
 }  // namespace raywalk

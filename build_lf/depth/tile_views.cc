@@ -58,6 +58,9 @@ TileViews::TileViews(const SweepReference& reference, std::span<const SweepCandi
                    reference.position_m - candidates[i].position_m};
     }
   });
+  all_valid_ = std::all_of(views_.begin(), views_.end(), [](const TileView& view) {
+    return view.picture == nullptr || view.picture->all_valid;
+  });
 }
 
 ReferenceTile reference_tile(const TileViews& views, int tile) {

@@ -49,6 +49,8 @@ class TileViews {
   // Indices for view(), by side of the reference.
   const MatchingViews& of_tile(int tile) const { return tiles_[static_cast<size_t>(tile)]; }
   const TileView& view(int index) const { return views_[static_cast<size_t>(index)]; }
+  // Whether no sample of any of their pictures is invalid.
+  bool all_valid() const { return all_valid_; }
 
  private:
   PanoramaSize size_;
@@ -57,6 +59,7 @@ class TileViews {
   int down_ = 0;
   std::vector<MatchingViews> tiles_;
   std::vector<TileView> views_;  // without picture where no tile uses it
+  bool all_valid_ = true;
 };
 
 // The reference's own part of a tile, [theta][phi].

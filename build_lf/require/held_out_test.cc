@@ -128,5 +128,32 @@ TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {
   EXPECT_EQ(measured_up_to_m({}), 0.0);
 }
 
+TEST_F(HeldOutTest, WhatMasksHideIsNotCompared) {
+  SyntheticRoomSpec spec = long_line();
+  const RecreationScore clean = recreate(room_of(spec), {0, 8, 6, 10});
+  spec.companion =
+      CameraCompanion{.hides = [](const std::string&, int, const Eigen::Vector3d& direction) {
+        return direction.y() < -0.8;
+      }};
+  const RecreationScore masked = recreate(room_of(spec), {0, 8, 6, 10});
+  EXPECT_NEAR(masked.psnr_with_distances_db, clean.psnr_with_distances_db, 1.0);
+  EXPECT_NEAR(masked.psnr_without_depth_db, clean.psnr_without_depth_db, 1.0);
+  spec.companion->color = {0, 255, 0};
+  const RecreationScore recoloured = recreate(room_of(spec), {0, 8, 6, 10});
+  EXPECT_EQ(recoloured.psnr_with_distances_db, masked.psnr_with_distances_db);
+  // Half a pixel beside a pixel may be masked.
+  EXPECT_NEAR(recoloured.psnr_of_tolerance_db, masked.psnr_of_tolerance_db, 1.0);
+  spec.companion->masked = false;
+  EXPECT_LT(recreate(room_of(spec), {0, 8, 6, 10}).psnr_with_distances_db,
+            masked.psnr_with_distances_db - 5.0);
+}
+
+TEST_F(HeldOutTest, ARoomOfWhichNothingMayBeUsedIsNotCompared) {
+  SyntheticRoomSpec spec = long_line();
+  spec.companion = CameraCompanion{
+      .hides = [](const std::string&, int, const Eigen::Vector3d&) { return true; }};
+  EXPECT_EQ(recreate(room_of(spec), {0, 8, 6, 10}).hidden_share, 1.0);
+}
+
 }  // namespace
 }  // namespace raywalk

@@ -27,9 +27,23 @@ Eigen::Vector3d color_at(const StationView& view, PixelPosition pixel) {
   return color;
 }
 
+// Whether all four pixels around may be used.
+bool is_valid(const StationView& view, PixelPosition pixel) {
+  const PanoramaSize size = view.rays->panorama();
+  const int u = static_cast<int>(std::floor(pixel.u));
+  const int v = static_cast<int>(std::floor(pixel.v));
+  for (int i = 0; i < 2; ++i) {
+    const int theta = ((u + i) % size.width + size.width) % size.width;
+    const RowRun rows = view.rays->valid_rows(view.station, theta);
+    if (std::max(v, 0) < rows.begin || std::min(v + 1, size.height - 1) >= rows.end) return false;
+  }
+  return true;
+}
+
 struct Sighting {
   Eigen::Vector3d color{0, 0, 0};
-  bool visible = false;
+  bool masked = false;
+  bool visible = false;  // and not masked
 };
 
 // The point of `truth` in `direction` as another station saw it.
@@ -39,8 +53,17 @@ Sighting look(const StationView& from, const StationView& truth, const Eigen::Ve
   const float nearest = from.omega->sample(pixel_from_angles(seen.angles, from.omega->size()));
   // A pixel of the map, and one of the map it was made from.
   const float tolerance = 2.0f * from.omega->surface_tolerance();
-  return {color_at(from, pixel_from_angles(seen.angles, from.rays->panorama())),
-          nearest <= seen.omega * (1.0f + tolerance)};
+  const PixelPosition pixel = pixel_from_angles(seen.angles, from.rays->panorama());
+  const bool masked = !is_valid(from, pixel);
+  return {color_at(from, pixel), masked, !masked && nearest <= seen.omega * (1.0f + tolerance)};
+}
+
+// How much the second counts: alone what is visible, then what is not masked, counts; else both, by
+// nearness.
+double share_of_second(const Sighting& first, const Sighting& second, double fraction) {
+  if (first.visible != second.visible) return second.visible ? 1.0 : 0.0;
+  if (first.masked != second.masked) return first.masked ? 1.0 : 0.0;
+  return fraction;
 }
 
 double squared_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -78,25 +101,28 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
   for (int theta = stride / 2; theta < size.width; theta += stride) {
     for (int row = stride / 2; row < size.height; row += stride) {
       const PixelPosition pixel{static_cast<double>(theta), static_cast<double>(row)};
+      if (!is_valid(truth, pixel)) continue;
       const SphereAngles angles = angles_from_pixel(pixel, size);
       const Eigen::Vector3d direction = direction_from_angles(angles);
       const float omega =
           std::max(0.0f, truth.omega->sample(pixel_from_angles(angles, truth.omega->size())));
       const Sighting a = look(left, truth, direction, omega);
       const Sighting b = look(right, truth, direction, omega);
-      const bool both = a.visible == b.visible;
-      const double share_of_b = both ? fraction : (b.visible ? 1.0 : 0.0);
+      const double part = std::cos(angles.phi_rad);
+      solid_angle += part;
+      if (!a.visible && !b.visible) hidden += part;
+      // Nothing that could be compared is left; a view would show it from another line.
+      if (a.masked && b.masked) continue;
+      const double share_of_b = share_of_second(a, b, fraction);
       const Eigen::Vector3d captured = color_at(truth, pixel);
       with += squared_distance(a.color + share_of_b * (b.color - a.color), captured);
       const Eigen::Vector3d first = color_at(left, pixel), second = color_at(right, pixel);
       without += squared_distance(first + fraction * (second - first), captured);
-      const double part = std::cos(angles.phi_rad);
       displaced += 0.5 * displacement_error(truth, pixel, tolerance_px, part);
-      solid_angle += part;
-      if (!a.visible && !b.visible) hidden += part;
       ++pixels;
     }
   }
+  if (pixels == 0) return {kMostDb, kMostDb, kMostDb, 1.0};
   const double samples = 3.0 * static_cast<double>(pixels);
   return {psnr_db(with / samples), psnr_db(without / samples), psnr_db(displaced / samples),
           hidden / solid_angle};

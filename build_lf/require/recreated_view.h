@@ -29,6 +29,8 @@ struct RecreationScore {
 // - With distances each ray's point, by truth.omega, is looked up where the two stations saw it
 //   and blended by nearness; a station from which, by its own omega, something nearer hides the
 //   point is left out unless both are.
+//   What is masked in a station is not seen from it; pixels masked in `truth` or in both others are
+//   not compared.
 // - Without depth the same pixel of both stations is blended: the vertical cut.
 // What the tolerance stands for in this view is told by the view itself, each pixel displaced by
 // `tolerance_px` of its own once along its row and once along its column: fine texture makes much

@@ -61,9 +61,9 @@ std::vector<T> all_columns(std::span<const T> first_column, int columns) {
 }
 
 StationRays rays_of(const LineVolume& volume, int station) {
-  StationRays rays{all_columns(volume.column(station, 0), volume.panorama().width), {}};
-  rays.sha256 = sha256_hex(std::as_bytes(std::span(rays.rays)));
-  return rays;
+  const auto valid_rows = volume.stored_valid_rows(station);
+  return {all_columns(volume.column(station, 0), volume.panorama().width),
+          {valid_rows.begin(), valid_rows.end()}};
 }
 
 // A map at another width: inverse distances as OmegaMap interpolates them, the confidence of the
@@ -100,9 +100,11 @@ void write_line(const Room& room, int index, const std::vector<int>& kept, const
   const LineVolume& rays = room.volume(index);
   const fs::path rays_file = line_volume_path(out, line.id);
   if (!fs::exists(rays_file)) {
-    write_line_volume(
-        rays_file, line, room.panorama(), [&](size_t i) { return rays_of(rays, kept[i]); },
-        progress);
+    write_line_volume(rays_file, line,
+                      {.panorama = room.panorama(),
+                       .masked = rays.masked(),
+                       .read = [&](size_t i) { return rays_of(rays, kept[i]); }},
+                      progress);
   }
   const DistanceVolume& distances = room.distances(index);
   const KeptMaps maps = kept_maps(distances, kept);

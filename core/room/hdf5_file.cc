@@ -97,6 +97,9 @@ Hdf5File Hdf5File::create(const fs::path& file) {
   // The format of HDF5 1.10: its metadata carry checksums, so that damage is found instead of
   // followed.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
+  // Datasets are read where they lie in the file, so numbers have to be aligned there.
+  constexpr hsize_t kAlignment = 8;
+  H5Pset_alignment(access.get(), 1, kAlignment);
   created.file_ = created.checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()),
                                   H5Fclose, "cannot create the file");
   return created;

@@ -14,9 +14,14 @@
 
 namespace raywalk {
 
-// The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads, and the one it
-// writes; every file carries it as the root attribute `format_version`.
-inline constexpr int kVolumeFormatVersion = 1;
+// The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads; every file carries
+// its own as the root attribute `format_version`. A file is written in the oldest format that holds
+// what is in it, so that programs which do not know the rest can read it.
+inline constexpr int kVolumeFormatVersion = 2;
+// What these formats hold: rays or distances; since 2, which rays are not to be used (`valid_rows`
+// of a line). A program that does not know masks must not show what they hide.
+inline constexpr int kPlainVolumeVersion = 1;
+inline constexpr int kMaskedVolumeVersion = 2;
 
 // An HDF5 identifier, closed by the function that belongs to its kind.
 class Hdf5Handle {

@@ -7,22 +7,38 @@
 #include "core/room/hdf5_file.h"
 
 namespace raywalk {
+namespace {
+
+void require_shape(const MappedDataset& dataset, const std::vector<std::size_t>& expected,
+                   const char* name, const std::filesystem::path& file) {
+  if (dataset.shape() == expected) return;
+  throw Error(fmt::format("{}: dataset '{}' has the shape [{}], the manifest says [{}]",
+                          file.string(), name, fmt::join(dataset.shape(), ", "),
+                          fmt::join(expected, ", ")));
+}
+
+}  // namespace
 
 LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
                             PanoramaSize panorama) {
-  Hdf5File::open(file).require_format(kLineVolumeFormat);
+  bool masked = false;
+  {
+    const Hdf5File hdf5 = Hdf5File::open(file);
+    hdf5.require_format(kLineVolumeFormat);
+    masked = hdf5.has_dataset("valid_rows");
+  }
+  const auto count = static_cast<size_t>(stations);
+  const auto width = static_cast<size_t>(panorama.width);
   LineVolume volume;
   volume.rays_ = MappedDataset::open(file, "rays", ElementType::kUint8);
   volume.rays_.expect_scattered_reads();
   volume.stations_ = stations;
   volume.panorama_ = panorama;
-  const std::vector<std::size_t> expected{static_cast<size_t>(stations),
-                                          static_cast<size_t>(panorama.width),
-                                          static_cast<size_t>(panorama.height), 3};
-  if (volume.rays_.shape() != expected) {
-    throw Error(fmt::format("{}: dataset 'rays' has the shape [{}], the manifest says [{}]",
-                            file.string(), fmt::join(volume.rays_.shape(), ", "),
-                            fmt::join(expected, ", ")));
+  require_shape(volume.rays_, {count, width, static_cast<size_t>(panorama.height), 3}, "rays",
+                file);
+  if (masked) {
+    volume.valid_rows_ = MappedDataset::open(file, "valid_rows", ElementType::kInt32);
+    require_shape(volume.valid_rows_, {count, width, 2}, "valid_rows", file);
   }
   return volume;
 }

@@ -2,8 +2,16 @@
 //
 // Dataset `rays`: uint8 [station][theta][phi][rgb], stored contiguously; theta index = u (pixel
 // column), phi index = v (pixel row, 0 at the top). One output column is one contiguous read.
+//
+// Dataset `valid_rows`, only in lines some of whose stations have a mask: int32
+// [station][theta][2], stored contiguously; the first row of a column that may be used, and one
+// past the last. What a camera must not show (its dolly, its operator) reaches the picture's border
+// nearly always, so one run of rows per column is enough to say what is left; it is also what
+// rendering can ask for in no time. Where a mask leaves several runs, the longest is kept. The rays
+// of the other rows stay in the volume as they were captured, but nothing may be read from them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -17,10 +25,24 @@ namespace raywalk {
 // The root attribute `format` of lines/<id>.h5.
 inline constexpr const char* kLineVolumeFormat = "raywalk-line";
 
+// Rows [begin, end) of a column.
+struct RowRun {
+  int begin = 0;
+  int end = 0;
+  bool empty() const { return begin >= end; }
+  friend bool operator==(const RowRun&, const RowRun&) = default;
+};
+
+// The rows that are in both.
+inline RowRun common_rows(RowRun a, RowRun b) {
+  return {std::max(a.begin, b.begin), std::min(a.end, b.end)};
+}
+
 class LineVolume {
  public:
   // Maps the volume read-only. Throws Error naming the file when it is missing, not HDF5, cut
-  // short, of a newer format version, or its shape is not [stations][width][height][3].
+  // short, of a newer format version, or its shape is not [stations][width][height][3], or that of
+  // `valid_rows` is not [stations][width][2].
   static LineVolume open(const std::filesystem::path& file, int stations, PanoramaSize panorama);
 
   int stations() const { return stations_; }
@@ -28,13 +50,36 @@ class LineVolume {
   // height * 3 bytes, RGB, top to bottom. `theta` in [0, width), `station` in [0, stations).
   std::span<const std::uint8_t> column(int station, int theta) const {
     const size_t bytes = static_cast<size_t>(panorama_.height) * 3;
-    const size_t index = static_cast<size_t>(station) * static_cast<size_t>(panorama_.width) +
-                         static_cast<size_t>(theta);
-    return {static_cast<const std::uint8_t*>(rays_.data()) + index * bytes, bytes};
+    return {static_cast<const std::uint8_t*>(rays_.data()) + index_of(station, theta) * bytes,
+            bytes};
+  }
+
+  // Whether any station has a mask.
+  bool masked() const { return valid_rows_.data() != nullptr; }
+  // The rows of a column that may be used, within [0, height); the whole column where the line has
+  // no masks.
+  RowRun valid_rows(int station, int theta) const {
+    if (!masked()) return {0, panorama_.height};
+    const auto* run =
+        static_cast<const std::int32_t*>(valid_rows_.data()) + 2 * index_of(station, theta);
+    return {std::max(run[0], 0), std::min(run[1], panorama_.height)};
+  }
+  // valid_rows() of all columns of a station as they are stored: [theta][2]; empty where the line
+  // has no masks.
+  std::span<const std::int32_t> stored_valid_rows(int station) const {
+    if (!masked()) return {};
+    return {static_cast<const std::int32_t*>(valid_rows_.data()) + 2 * index_of(station, 0),
+            2 * static_cast<size_t>(panorama_.width)};
   }
 
  private:
+  size_t index_of(int station, int theta) const {
+    return static_cast<size_t>(station) * static_cast<size_t>(panorama_.width) +
+           static_cast<size_t>(theta);
+  }
+
   MappedDataset rays_;
+  MappedDataset valid_rows_;
   int stations_ = 0;
   PanoramaSize panorama_;
 };

@@ -55,4 +55,9 @@ bool Room::has_distances() const {
                      [](const DistanceVolume& volume) { return volume.maps() > 0; });
 }
 
+bool Room::masked() const {
+  return std::any_of(volumes_.begin(), volumes_.end(),
+                     [](const LineVolume& volume) { return volume.masked(); });
+}
+
 }  // namespace raywalk

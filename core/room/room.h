@@ -54,6 +54,8 @@ class Room {
   // The distance maps of a line; empty (no maps) where the line has none.
   const DistanceVolume& distances(int line) const { return distances_[static_cast<size_t>(line)]; }
   bool has_distances() const;
+  // Whether any station has a mask (LineVolume::valid_rows).
+  bool masked() const;
 
  private:
   std::filesystem::path directory_;

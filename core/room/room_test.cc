@@ -107,6 +107,55 @@ TEST_F(VolumeTest, ColumnsAreWhatWasWritten) {
   }
 }
 
+// A line volume with valid rows of the given shape, each {station + theta, 4 + theta}.
+void write_masked_line(const fs::path& path, std::array<std::size_t, 3> shape) {
+  Hdf5File file = Hdf5File::create(path);
+  file.write_attribute("/", "format", kLineVolumeFormat);
+  file.write_attribute("/", "format_version", kMaskedVolumeVersion);
+  {
+    const std::vector<std::uint8_t> rays = numbered_rays();
+    const std::array<std::size_t, 4> rays_shape{kStations, 8, 4, 3};
+    const Hdf5Handle dataset = file.create_contiguous("rays", H5T_STD_U8LE, rays_shape);
+    const Hdf5Handle valid_rows = file.create_contiguous("valid_rows", H5T_STD_I32LE, shape);
+    for (int i = 0; i < kStations; ++i) {
+      const auto station = static_cast<size_t>(i);
+      file.write_slab(dataset, station, H5T_NATIVE_UINT8, rays_shape,
+                      rays.data() + station * 8 * kColumnBytes);
+      std::vector<std::int32_t> rows;
+      for (int theta = 0; theta < static_cast<int>(shape[1]); ++theta) {
+        rows.insert(rows.end(), {i + theta - 1, 4 + theta});
+      }
+      rows.resize(shape[1] * shape[2]);
+      file.write_slab(valid_rows, station, H5T_NATIVE_INT32, shape, rows.data());
+    }
+  }
+  file.close();
+}
+
+TEST_F(VolumeTest, ValidRowsAreWithinTheColumn) {
+  write_line(file_);
+  const LineVolume plain = LineVolume::open(file_, kStations, kSize);
+  EXPECT_FALSE(plain.masked());
+  EXPECT_EQ(plain.valid_rows(2, 7), (RowRun{0, 4}));
+  EXPECT_TRUE(plain.stored_valid_rows(1).empty());
+  write_masked_line(file_, {kStations, 8, 2});
+  const LineVolume masked = LineVolume::open(file_, kStations, kSize);
+  EXPECT_TRUE(masked.masked());
+  // A damaged file may hold any number.
+  EXPECT_EQ(masked.valid_rows(0, 0), (RowRun{0, 4}));
+  EXPECT_EQ(masked.valid_rows(2, 1), (RowRun{2, 4}));
+  EXPECT_TRUE(masked.valid_rows(2, 7).empty());
+  EXPECT_EQ(masked.stored_valid_rows(1).size(), 16U);
+}
+
+TEST_F(VolumeTest, ValidRowsOfAnotherShapeAreRefused) {
+  write_masked_line(file_, {kStations, 7, 2});
+  EXPECT_THAT(line_error(), AllOf(HasSubstr(file_.string()), HasSubstr("'valid_rows'"),
+                                  HasSubstr("[3, 7, 2]"), HasSubstr("[3, 8, 2]")));
+  write_masked_line(file_, {kStations, 8, 3});
+  EXPECT_THAT(line_error(), HasSubstr("'valid_rows'"));
+}
+
 TEST_F(VolumeTest, MappingOutlivesAMove) {
   write_line(file_);
   LineVolume first = LineVolume::open(file_, kStations, kSize);

@@ -5,17 +5,9 @@
 #include <memory>
 
 #include "render/view/column_scratch.h"
+#include "render/view/sample_check.h"
 
 namespace raywalk {
-namespace {
-
-constexpr int kWeightOne = 32767;  // full weight of the kernels' fixed point
-
-std::int16_t fixed_weight(double weight) {
-  return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
-}
-
-}  // namespace
 
 RowRun rows_between_polar_caps(int height) { return {height / 6, height - height / 6}; }
 
@@ -57,38 +49,6 @@ void ColumnRenderer::mark_empty(int u, std::uint8_t* rgb) {
   }
 }
 
-void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
-  const int rows = view_.output.height;
-  if (view_.output == view_.room.panorama()) {
-    // Output columns are captured columns: mix them as they are.
-    const std::uint8_t* columns[4];
-    std::int16_t weights[4];
-    int count = 0;
-    for (const RaySource& source : sources) {
-      const LineVolume& volume = view_.room.volume(source.line);
-      for (int next = 0; next < 2; ++next) {
-        columns[count] = volume.column(source.station + next, u).data();
-        const double share = next == 0 ? 1.0 - source.fraction : source.fraction;
-        weights[count++] = fixed_weight(source.weight * share);
-      }
-    }
-    kernels_.mix_columns(columns, weights, count, 3 * rows, rgb);
-    return;
-  }
-  const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
-  std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
-  std::swap(scratch_->omega, scratch_->zero_omega);
-  for (const RaySource& source : sources) {
-    std::fill(scratch_->row_weight.begin(), scratch_->row_weight.end(),
-              fixed_weight(source.weight));
-    kernels_.accumulate_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
-                             fixed_weight(source.fraction), scratch_->row_weight.data(), rows,
-                             scratch_->sum.data());
-  }
-  std::swap(scratch_->omega, scratch_->zero_omega);
-  kernels_.finish(scratch_->sum.data(), rows, rgb);
-}
-
 void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources, RowRun rows,
                                       std::uint8_t* rgb) {
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
@@ -97,7 +57,7 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
       split_column(std::round(pixel_from_angles({theta_rad, 0.0}, depth_size).u), depth_size.width)
           .whole;
   prepare_omega(u);
-  weigh_sources(depth_theta, sources);
+  weigh_sources(theta_rad, depth_theta, sources);
   if (sources.size() == 1) {
     mix_source(theta_rad, sources[0], rows, rgb);
   } else {
@@ -105,7 +65,7 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
   }
   if (scratch_->any_hidden) {
     fill_hidden(theta_rad, depth_theta, rgb);
-    stretch_rest(rgb);
+    stretch_rest(u, rgb);
   }
 }
 
@@ -172,11 +132,35 @@ std::span<const std::uint8_t> ColumnRenderer::visible_rows(int depth_theta,
   return visible.rows;
 }
 
-void ColumnRenderer::weigh_sources(int depth_theta, std::span<const RaySource> sources) {
+std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int depth_theta,
+                                                          const RaySource& source, size_t which) {
+  const auto visible = visible_rows(depth_theta, source);
+  const LineVolume& volume = view_.room.volume(source.line);
+  if (!volume.masked()) return visible;
+  // Visibility changes little within a column of the distances and is shared by its output columns;
+  // masks have to hold to the pixel, so they are looked up where the samples really lie.
+  auto& usable = scratch_->usable[which];
+  usable.assign(visible.begin(), visible.end());
+  if (view_.layers) scratch_->exact_omega = scratch_->omega;
+  snap_to_layers(source);
+  for (int next = 0; next < 2; ++next) {
+    const SamplePositions at = find_samples(theta_rad, source, next).positions;
+    SampleCheck check(volume, source.station + next);
+    for (size_t row = 0; row < scratch_->omega.size(); ++row) {
+      if (check.valid(at.offset_left[row], at.offset_right[row])) continue;
+      usable[static_cast<size_t>(scratch_->mapping->nearest[row])] = 0;
+    }
+  }
+  if (view_.layers) std::swap(scratch_->omega, scratch_->exact_omega);
+  return usable;
+}
+
+void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
+                                   std::span<const RaySource> sources) {
   const size_t rows = static_cast<size_t>(view_.distances->size().height);
   scratch_->any_hidden = false;
   if (sources.size() == 1) {
-    const auto visible = visible_rows(depth_theta, sources[0]);
+    const auto visible = usable_rows(theta_rad, depth_theta, sources[0], 0);
     for (size_t row = 0; row < rows; ++row) {
       scratch_->hidden[row] = !visible[row];
       scratch_->any_hidden |= !visible[row];
@@ -190,7 +174,7 @@ void ColumnRenderer::weigh_sources(int depth_theta, std::span<const RaySource> s
   float share[4];
   std::span<const std::uint8_t> visible[4];
   for (size_t i = 0; i < sources.size(); ++i) {
-    visible[i] = visible_rows(depth_theta, sources[i]);
+    visible[i] = usable_rows(theta_rad, depth_theta, sources[i], i);
     const double nearness =
         span_m > 0.0 ? 1.0 / (std::fabs(sources[i].d_p_m) / span_m + 1e-4) : 1.0;
     share[i] = static_cast<float>(sources[i].weight * nearness);
@@ -267,79 +251,6 @@ ColumnOffset ColumnRenderer::offset_from(int line, int station, double theta_rad
 
 Eigen::Vector3d ColumnRenderer::viewpoint_m() const {
   return {view_.plan.viewpoint().x_m, view_.plan.height_m(), view_.plan.viewpoint().z_m};
-}
-
-int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
-  const DistanceView& distances = *view_.distances;
-  const float omega = distances.column(depth_theta)[depth_row];
-  const Eigen::Vector3f direction =
-      direction_from_angles(
-          angles_from_pixel({double(depth_theta), double(depth_row)}, distances.size()))
-          .cast<float>();
-  const float tolerance = distances.surface_tolerance();
-  // Next to a silhouette a captured pixel is part foreground: a station that sees the point clear
-  // of nearer surfaces is better than a nearer one that only just sees it.
-  int just_sees = Scratch::kNone;
-  for (size_t i = 0; i < view_.fill_maps.size(); ++i) {
-    const MapLookup there =
-        look_up(view_.room, view_.fill_maps[i], direction, omega, viewpoint_m(), tolerance);
-    const float hides = there.omega_there * (1.0f + tolerance);
-    if (there.omega_map < 0.0f || there.omega_map > hides) continue;
-    if (there.omega_around <= hides) return static_cast<int>(i);
-    if (just_sees == Scratch::kNone) just_sees = static_cast<int>(i);
-  }
-  return just_sees;
-}
-
-void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb) {
-  const int depth_rows = view_.distances->size().height;
-  const auto fill_of = [&](int depth_row) {
-    int& fill = scratch_->depth.fill[static_cast<size_t>(depth_row)];
-    if (fill == Scratch::kUnknown) fill = station_that_sees(depth_theta, depth_row);
-    return fill;
-  };
-  const auto hidden = [&](int depth_row) {
-    return scratch_->hidden[static_cast<size_t>(depth_row)] != 0;
-  };
-  scratch_->unresolved.clear();
-  for (int depth_row = 0; depth_row < depth_rows;) {
-    const int begin = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
-    if (!hidden(depth_row)) {
-      ++depth_row;
-      continue;
-    }
-    const int fill = fill_of(depth_row);
-    do {
-      ++depth_row;
-    } while (depth_row < depth_rows && hidden(depth_row) && fill_of(depth_row) == fill);
-    const int end = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
-    if (begin == end) continue;
-    if (fill == Scratch::kNone) scratch_->unresolved.push_back({begin, end});
-    if (fill >= 0) {
-      const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
-      const StationSamples samples = find_samples(theta_rad, map.line, map.station, begin,
-                                                  end - begin, scratch_->samples[0].positions());
-      // The pixel after the run is not this run's: put back the byte that is written beyond it.
-      const std::uint8_t beyond = rgb[3 * end];
-      kernels_.mix_pair(samples, samples, 0, end - begin, rgb + 3 * begin);
-      rgb[3 * end] = beyond;
-      counts_.filled += end - begin;
-    }
-  }
-}
-
-void ColumnRenderer::stretch_rest(std::uint8_t* rgb) {
-  const int rows = view_.output.height;
-  const auto omega = [&](int row) { return scratch_->omega[static_cast<size_t>(row)]; };
-  for (const RowRun& run : scratch_->unresolved) {
-    const int above = run.begin - 1;
-    const int below = run.end;
-    const bool below_is_farther = below < rows && (above < 0 || omega(below) < omega(above));
-    const int from = below_is_farther ? below : above;
-    counts_.stretched += run.end - run.begin;
-    if (from < 0) continue;
-    for (int row = run.begin; row < run.end; ++row) std::copy_n(rgb + 3 * from, 3, rgb + 3 * row);
-  }
 }
 
 }  // namespace raywalk

@@ -7,6 +7,10 @@
 // the point itself, so that near objects do not ghost. two-sided: the same from the lines in front
 // and behind, each where it sees the point, weighted by the other's distance so that the picture is
 // continuous when the viewpoint crosses a line.
+//
+// Rays that a station's mask hides (LineVolume::valid_rows) count as not seen by that station: the
+// other lines and stations that see the point show it. An initial view, which knows no distances,
+// stretches what is valid in the column.
 #pragma once
 
 #include <cstdint>
@@ -40,13 +44,7 @@ struct PixelCounts {
   std::int64_t filled =
       0;  // hidden from the lines in use, read from another station that sees them
   std::int64_t stretched = 0;  // seen by no station: taken from the farther neighbour in the column
-  std::int64_t empty = 0;      // no line serves the column: marked
-};
-
-// Rows [begin, end) of a column.
-struct RowRun {
-  int begin = 0;
-  int end = 0;
+  std::int64_t empty = 0;      // no line serves the column, or nothing of it may be used: marked
 };
 
 // Rows within 30 degrees of a pole: [0, begin) and [end, height) of what is returned. There columns
@@ -77,11 +75,17 @@ class ColumnRenderer {
   struct Scratch;
   struct DepthColumn;
 
+  void cut_column(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
+  // Valid rows of what an initial view reads of a station.
+  RowRun rows_to_cut(int u, int line, int station) const;
   void render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
   void render_corrected(int u, std::span<const RaySource> sources, RowRun rows, std::uint8_t* rgb);
   void prepare_omega(int u);
-  void weigh_sources(int depth_theta, std::span<const RaySource> sources);
+  void weigh_sources(double theta_rad, int depth_theta, std::span<const RaySource> sources);
   std::span<const std::uint8_t> visible_rows(int depth_theta, const RaySource& source);
+  // visible_rows() but for those with a sample that is masked; `which` is the source's index.
+  std::span<const std::uint8_t> usable_rows(double theta_rad, int depth_theta,
+                                            const RaySource& source, size_t which);
   void mix_source(double theta_rad, const RaySource& source, RowRun rows, std::uint8_t* rgb);
   void blend_sources(double theta_rad, std::span<const RaySource> sources, std::uint8_t* rgb);
   void add_source(double theta_rad, const RaySource& source, std::span<const std::int16_t> weights);
@@ -96,7 +100,14 @@ class ColumnRenderer {
   Eigen::Vector3d viewpoint_m() const;
   void fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb);
   int station_that_sees(int depth_theta, int depth_row);
-  void stretch_rest(std::uint8_t* rgb);
+  // Whether a station's mask leaves free what a pixel of the distances covers there.
+  bool shows(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
+  void leave_unresolved(RowRun run);
+  // Rows [begin, end) that were filled from a station's masked rays after all, where the distances
+  // between two rows differ from both.
+  void leave_masked_unresolved(const MapStation& map, int begin, int end,
+                               SamplePositions positions);
+  void stretch_rest(int u, std::uint8_t* rgb);
   void mark_empty(int u, std::uint8_t* rgb);
 
   const ViewInputs& view_;

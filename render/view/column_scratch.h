@@ -1,6 +1,9 @@
 // What a ColumnRenderer keeps from one column to the next; only it needs this.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -10,6 +13,12 @@
 #include "render/view/visibility.h"
 
 namespace raywalk {
+
+inline constexpr int kWeightOne = 32767;  // full weight of the kernels' fixed point
+
+inline std::int16_t fixed_weight(double weight) {
+  return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
+}
 
 // What is known of one column of the distance view for the sources last used with it.
 struct ColumnRenderer::DepthColumn {
@@ -65,6 +74,7 @@ struct ColumnRenderer::Scratch {
   std::vector<float> fraction;  // of the way to the next distance row; 0 or 1 across an edge
   std::vector<float> shift_u, shift_v, row_shift_u, row_shift_v;
   std::vector<std::vector<std::int16_t>> source_weights;  // [source][depth row]
+  std::array<std::vector<std::uint8_t>, 4> usable;        // [source][depth row], of masked lines
   std::vector<std::uint8_t> hidden;                       // [depth row]
   bool any_hidden = false;
   std::unique_ptr<RingVisibility> ring;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/base/parallel.h"
 #include "core/geometry/fast_math.h"
@@ -40,11 +41,8 @@ void splat(const PointArrays& column, const float* omega_map, PanoramaSize size,
   }
 }
 
-}  // namespace
-
-std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
-                                     const Eigen::Vector3d& viewpoint_m, double gap_m,
-                                     int most_per_line, int most) {
+std::vector<MapStation> maps_by_distance(const Room& room, std::span<const int> lines,
+                                         const Eigen::Vector3d& viewpoint_m) {
   std::vector<MapStation> all;
   for (const int line : lines) {
     const auto stations = room.distances(line).stations();
@@ -61,16 +59,43 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
   std::stable_sort(all.begin(), all.end(), [&](const MapStation& a, const MapStation& b) {
     return distance(a) < distance(b);
   });
+  return all;
+}
+
+bool is_near(const MapStation& map, std::span<const MapStation> others, double gap_m) {
+  return std::any_of(others.begin(), others.end(), [&](const MapStation& other) {
+    return (other.position_m - map.position_m).norm() < gap_m;
+  });
+}
+
+}  // namespace
+
+std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
+                                     const Eigen::Vector3d& viewpoint_m, double gap_m,
+                                     int most_per_line, int most) {
   std::vector<MapStation> chosen;
-  for (const MapStation& map : all) {
+  for (const MapStation& map : maps_by_distance(room, lines, viewpoint_m)) {
     if (static_cast<int>(chosen.size()) == most) break;
     const auto of_line = std::count_if(chosen.begin(), chosen.end(), [&](const MapStation& other) {
       return other.line == map.line;
     });
-    const bool crowded = std::any_of(chosen.begin(), chosen.end(), [&](const MapStation& other) {
-      return (other.position_m - map.position_m).norm() < gap_m;
-    });
-    if (of_line < most_per_line && !crowded) chosen.push_back(map);
+    if (of_line < most_per_line && !is_near(map, chosen, gap_m)) chosen.push_back(map);
+  }
+  return chosen;
+}
+
+std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
+                                     const Eigen::Vector3d& viewpoint_m, int most) {
+  std::vector<int> lines(room.grid().lines.size());
+  std::iota(lines.begin(), lines.end(), 0);
+  std::vector<MapStation> chosen;
+  for (const MapStation& map : maps_by_distance(room, lines, viewpoint_m)) {
+    if (static_cast<int>(chosen.size()) == most) break;
+    const double gap_m = 0.25 * (map.position_m - viewpoint_m).norm();
+    // A map of the very viewpoint is the nearest of those nearby.
+    if (gap_m > 0.0 && !is_near(map, near, gap_m) && !is_near(map, chosen, gap_m)) {
+      chosen.push_back(map);
+    }
   }
   return chosen;
 }

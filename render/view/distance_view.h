@@ -33,6 +33,12 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
                                      const Eigen::Vector3d& viewpoint_m, double gap_m,
                                      int most_per_line, int most);
 
+// Further maps of all lines for what masks hide from those nearby: nearest first, each at least a
+// quarter of its own distance from all others and from those in `near`, so that a few reach over
+// any room. At most `most`.
+std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
+                                     const Eigen::Vector3d& viewpoint_m, int most);
+
 // Range of the inverse distances that a map holds; unknown pixels do not count. A map that knows
 // nothing gives {0, 0}.
 OmegaRange omega_range(const Room& room, const MapStation& map);

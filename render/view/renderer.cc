@@ -19,6 +19,7 @@ namespace {
 constexpr int kMapsPerLine = 2;  // the nearest, and one to look past what hides from it
 constexpr int kMostMaps = 4;
 constexpr int kMostFillMaps = 32;
+constexpr int kMostFartherMaps = 32;  // more of them where masks hide what is below
 // 400 kB of pixels at 2048 rows: stays in the second-level cache.
 constexpr int kColumnsPerTask = 64;
 
@@ -155,6 +156,10 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   const auto lines = view_.plan_->lines();
   view_.maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMapsPerLine, kMostMaps);
   view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMostFillMaps, kMostFillMaps);
+  if (room_.masked()) {
+    const auto farther = farther_maps(room_, view_.fill_maps_, viewpoint_m, kMostFartherMaps);
+    view_.fill_maps_.insert(view_.fill_maps_.end(), farther.begin(), farther.end());
+  }
   if (view_.maps_.empty()) {
     throw Error(
         fmt::format("{}: no line around viewpoint {},{} m has distances; estimate them with "

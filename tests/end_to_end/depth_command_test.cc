@@ -15,6 +15,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 #include "core/files/image_file.h"
+#include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 #include "render/metrics/psnr.h"
 #include "tests/end_to_end/run_command.h"
@@ -111,6 +112,36 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_TRUE(report_of(room.room())["truth"].is_null());
   EXPECT_EQ(files_in(directory / "distances-given"), given);
   EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
+}
+
+// The dolly's disc of the floor in every frame.
+void paint_dolly(StationIndex, cv::Mat* frame) {
+  frame->rowRange(frame->rows * 158 / 180, frame->rows).setTo(cv::Scalar(255, 0, 255));
+}
+
+TEST(DepthCommandTest, ViewsThroughMasksShowTheRoomAndNotTheDolly) {
+  SyntheticRoomSpec spec = furnished_room(128);
+  spec.spacing_m = 0.125;
+  spec.overhang_m = 0.25;
+  const auto mask = [&](StationIndex) {
+    cv::Mat valid(spec.width / 2, spec.width, CV_8UC1, cv::Scalar(255));
+    valid.rowRange(valid.rows * 158 / 180, valid.rows).setTo(0);
+    return valid;
+  };
+  const auto psnr_with = [&](const DepthTestRoom& room) {
+    const CommandResult swept = depth(room.room(), "--every 2");
+    EXPECT_EQ(swept.exit_code, 0) << swept.errors;
+    return psnr_of(room.room().directory(), spec);
+  };
+  const double clean_db = psnr_with(DepthTestRoom(spec));
+  const DepthTestRoom masked(spec, paint_dolly, mask);
+  const double masked_db = psnr_with(masked);
+  EXPECT_GT(masked_db, clean_db - 1.5);
+  EXPECT_LT(psnr_with(DepthTestRoom(spec, paint_dolly)), masked_db - 6.0);
+
+  const CommandResult flowed = depth(masked.room(), "--method flow");
+  EXPECT_EQ(flowed.exit_code, 2);
+  EXPECT_THAT(flowed.errors, HasSubstr("have masks"));
 }
 
 // Distances estimated from `captured`, in the room of the undisturbed frames.

@@ -21,6 +21,8 @@ unsigned sum_of(const raywalk::LineVolume& volume) {
   for (int station = 0; station < kStations; ++station) {
     for (int theta = 0; theta < kPanorama.width; ++theta) {
       for (const std::uint8_t value : volume.column(station, theta)) sum += value;
+      const raywalk::RowRun rows = volume.valid_rows(station, theta);
+      if (!rows.empty() && (rows.begin < 0 || rows.end > kPanorama.height)) std::abort();
     }
   }
   return sum;

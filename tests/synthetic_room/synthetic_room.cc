@@ -47,18 +47,56 @@ void write_dataset(Hdf5File* file, const char* name, hid_t type, std::vector<std
   }
 }
 
+bool companion_hides(const SyntheticRoomSpec& spec, const Line& line, std::size_t station, int u,
+                     int v) {
+  const PanoramaSize size{spec.width, spec.width / 2};
+  return spec.companion->hides(
+      line.id, static_cast<int>(station),
+      direction_from_angles(angles_from_pixel({double(u), double(v)}, size)));
+}
+
+void paint_companion(const SyntheticRoomSpec& spec, const Line& line, std::size_t station,
+                     cv::Mat* image) {
+  const Eigen::Vector3d& rgb = spec.companion->color;
+  const cv::Vec3b bgr(cv::saturate_cast<uchar>(rgb.z()), cv::saturate_cast<uchar>(rgb.y()),
+                      cv::saturate_cast<uchar>(rgb.x()));
+  for (int v = 0; v < image->rows; ++v) {
+    for (int u = 0; u < image->cols; ++u) {
+      if (companion_hides(spec, line, station, u, v)) image->at<cv::Vec3b>(v, u) = bgr;
+    }
+  }
+}
+
+// [theta][2]: the rows above the companion.
+std::vector<std::int32_t> valid_rows(const SyntheticRoomSpec& spec, const Line& line,
+                                     std::size_t station) {
+  std::vector<std::int32_t> rows;
+  for (int u = 0; u < spec.width; ++u) {
+    int end = 0;
+    while (end < spec.width / 2 && !companion_hides(spec, line, station, u, end)) ++end;
+    rows.insert(rows.end(), {0, end});
+  }
+  return rows;
+}
+
 void write_rays(const SyntheticRoomSpec& spec, const Line& line,
                 const std::filesystem::path& path) {
   const auto gain = spec.line_gain.find(line.id);
   const std::size_t width = static_cast<std::size_t>(spec.width);
   Hdf5File file = Hdf5File::create(path);
+  const bool masked = spec.companion && spec.companion->masked;
   file.write_attribute("/", "format", kLineVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
+  file.write_attribute("/", "format_version", masked ? kMaskedVolumeVersion : kPlainVolumeVersion);
+  if (masked) {
+    write_dataset(&file, "valid_rows", H5T_NATIVE_INT32, {line.stations.size(), width, 2},
+                  [&](std::size_t station) { return valid_rows(spec, line, station); });
+  }
   write_dataset(&file, "rays", H5T_NATIVE_UINT8, {line.stations.size(), width, width / 2, 3},
                 [&](std::size_t station) {
-                  const cv::Mat image =
+                  cv::Mat image =
                       render_scene(spec.scene, line.stations[station].position_m, spec.width,
                                    gain == spec.line_gain.end() ? 1.0 : gain->second);
+                  if (spec.companion) paint_companion(spec, line, station, &image);
                   std::vector<std::uint8_t> rays;
                   for (int u = 0; u < image.cols; ++u) {
                     for (int v = 0; v < image.rows; ++v) {
@@ -97,7 +135,7 @@ void write_distances(const SyntheticRoomSpec& spec, const Line& line,
                                        static_cast<std::size_t>(size.height)};
   Hdf5File file = Hdf5File::create(path);
   file.write_attribute("/", "format", kDistanceVolumeFormat);
-  file.write_attribute("/", "format_version", kVolumeFormatVersion);
+  file.write_attribute("/", "format_version", kPlainVolumeVersion);
   file.write_int32("station", stations);
   write_dataset(&file, "distance_m", H5T_NATIVE_FLOAT, shape, [&](std::size_t map) {
     const auto station = static_cast<std::size_t>(stations[map]);

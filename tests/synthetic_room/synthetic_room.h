@@ -2,14 +2,25 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 
 #include "core/geometry/grid.h"
 #include "tests/synthetic_room/synthetic_scene.h"
 
 namespace raywalk {
+
+// What every camera has in its view that is not part of the scene: its dolly, its operator.
+struct CameraCompanion {
+  // Whether it hides this direction (a unit vector) from a station of a line.
+  std::function<bool(const std::string& line, int station, const Eigen::Vector3d& direction)> hides;
+  Eigen::Vector3d color{255, 0, 255};  // red, green, blue
+  // With masks: of every column of a frame that it is in, what lies above it is valid.
+  bool masked = true;
+};
 
 // A grid of cells_x x cells_z square cells around the origin of the plan: cells_z + 1 lines along
 // x ("x0" at the back) and cells_x + 1 along z ("z0" at the left). With cells_z = 0 there is a
@@ -27,6 +38,7 @@ struct SyntheticRoomSpec {
   int distance_every = 1;    // at every so many-th station, from the first on
   int distance_width = 0;    // of the maps, even; 0 = as the panoramas
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
+  std::optional<CameraCompanion> companion{};
 };
 
 // The grid of such a room.
