@@ -35,6 +35,7 @@ th, td { padding: .35rem .9rem; text-align: right; border-bottom: 1px solid var(
 th { font-weight: 600; }
 thead th { border-bottom: 2px solid var(--rule); }
 th:first-child { text-align: left; }
+a { color: var(--accent); }
 .best { background: var(--best); font-weight: 700; }
 .figures { display: grid; gap: 1.4rem; margin: 1.2rem 0;
   grid-template-columns: repeat(auto-fit, minmax(min(100%, 480px), 1fr)); }
@@ -121,6 +122,17 @@ void HtmlPage::add_table(const HtmlTable& table) {
   body_ += "<div class=\"scroll\">\n<table>\n";
   if (!table.caption.empty()) body_ += element("caption", table.caption);
   body_ += table_head(table.header) + "<tbody>\n" + rows + "</tbody>\n</table>\n</div>\n";
+}
+
+void HtmlPage::add_links(std::span<const HtmlLink> links) {
+  body_ += "<ul>\n";
+  for (const HtmlLink& link : links) {
+    body_ +=
+        "<li><a href=\"" + escape_markup(link.file) + "\">" + escape_markup(link.text) + "</a>";
+    if (!link.note.empty()) body_ += ": " + escape_markup(link.note);
+    body_ += "</li>\n";
+  }
+  body_ += "</ul>\n";
 }
 
 void HtmlPage::add_figures(std::span<const HtmlFigure> figures) {

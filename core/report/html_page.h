@@ -1,6 +1,6 @@
-// Reports as one self-contained HTML page: text, tables, plots and pictures, no other file and no
-// script. The page follows the reader's light or dark mode and prints well. It is well-formed XML
-// too.
+// Reports as one self-contained HTML page: text, tables, plots and pictures, no other file (but for
+// links to other reports) and no script. The page follows the reader's light or dark mode and
+// prints well. It is well-formed XML too.
 //
 //   HtmlPage page("Validation of room.lf", "12 views, hlf-vd at 16 layers");
 //   page.add_section("Gain over distance");
@@ -53,6 +53,13 @@ struct HtmlFact {
   std::string value{};
 };
 
+// A page beside this one.
+struct HtmlLink {
+  std::string file{};  // relative
+  std::string text{};
+  std::string note{};  // what is there to see
+};
+
 // All text is escaped. Content appears in the order it was added.
 class HtmlPage {
  public:
@@ -64,6 +71,8 @@ class HtmlPage {
   void add_facts(std::initializer_list<HtmlFact> facts);
   // Throws Error if a row is not as long as the header.
   void add_table(const HtmlTable& table);
+  // One below the other.
+  void add_links(std::span<const HtmlLink> links);
   // Side by side as far as the window has room, else one below the other.
   void add_figures(std::span<const HtmlFigure> figures);
   void add_figures(std::initializer_list<HtmlFigure> figures);

@@ -146,5 +146,13 @@ TEST(HtmlPage, RefusesARowThatDoesNotFitTheHeader) {
   EXPECT_THAT(page.html(), Not(HasSubstr("<table>")));
 }
 
+TEST(HtmlPage, LinksToOtherReports) {
+  HtmlPage page("A title");
+  page.add_links(std::vector<HtmlLink>{{"grid.html", "Grid", "what the rail did"},
+                                       {"a&b.html", "<Poses>", ""}});
+  EXPECT_THAT(page.html(), HasSubstr("<a href=\"grid.html\">Grid</a>: what the rail did</li>"));
+  EXPECT_THAT(page.html(), HasSubstr("<a href=\"a&amp;b.html\">&lt;Poses&gt;</a></li>"));
+}
+
 }  // namespace
 }  // namespace raywalk

@@ -1,0 +1,147 @@
+#include "calibrate/base/capture_set.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/base/listed_frames.h"
+#include "calibrate/base/session_frames.h"
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/files/image_file.h"
+#include "core/geometry/line_search.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+CaptureSet read_frames(const CaptureInput& input) {
+  if (!fs::is_directory(input.directory)) {
+    throw Error(input.directory.string() +
+                ": no such directory; give a capture session, or a "
+                "folder with poses.csv");
+  }
+  if (fs::exists(session_database_of(input.directory))) return read_session_frames(input);
+  if (fs::exists(frame_list_of(input.directory))) return read_listed_frames(input);
+  throw Error(input.directory.string() +
+              ": holds neither a capture session (session.db) nor a frame list (poses.csv)");
+}
+
+// Frames stand line by line in the set; a line without any is not there.
+void number_frames(CaptureSet* set) {
+  for (std::size_t i = 0; i < set->frames.size(); ++i) {
+    set->lines[static_cast<std::size_t>(set->frames[i].line)].frames.push_back(static_cast<int>(i));
+  }
+  std::vector<CaptureLine> lines;
+  for (CaptureLine& line : set->lines) {
+    if (line.frames.empty()) continue;
+    for (const int frame : line.frames) {
+      set->frames[static_cast<std::size_t>(frame)].line = static_cast<int>(lines.size());
+    }
+    lines.push_back(std::move(line));
+  }
+  set->lines = std::move(lines);
+}
+
+PanoramaSize size_of(const fs::path& file, FrameLayout layout) {
+  return layout == FrameLayout::kPanorama ? panorama_size_of(file) : picture_size_of(file);
+}
+
+void require_one_size(CaptureSet* set) {
+  const fs::path& first = set->frames.front().file;
+  set->frame = size_of(first, set->layout);
+  const auto require_same = [&](const fs::path& file) {
+    const PanoramaSize size = size_of(file, set->layout);
+    if (size == set->frame) return;
+    throw Error(
+        fmt::format("{}: {}x{}, but {} is {}x{}; all frames have to be of one camera and "
+                    "one setting: leave out what is of another",
+                    file.string(), size.width, size.height, first.string(), set->frame.width,
+                    set->frame.height));
+  };
+  for (const CaptureFrame& frame : set->frames) {
+    require_same(frame.file);
+    if (frame.back) require_same(*frame.back);
+  }
+}
+
+// The nominal line through its stations, and how far apart they are.
+struct NominalLine {
+  PlanLine line{};
+  double spacing_m = 0.0;
+  std::vector<double> along_m{};
+};
+
+NominalLine nominal_line(const CaptureSet& set, const CaptureLine& captured) {
+  std::vector<Eigen::Vector2d> points;
+  for (const int frame : captured.frames) {
+    const Eigen::Vector3d& place = set.frames[static_cast<std::size_t>(frame)].nominal_m;
+    points.emplace_back(place.x(), place.z());
+  }
+  NominalLine nominal{.line = fit_line(points, captured.axis)};
+  for (const Eigen::Vector2d& point : points) nominal.along_m.push_back(nominal.line.along(point));
+  std::sort(nominal.along_m.begin(), nominal.along_m.end());
+  std::vector<double> gaps_m;
+  for (std::size_t i = 1; i < nominal.along_m.size(); ++i) {
+    gaps_m.push_back(nominal.along_m[i] - nominal.along_m[i - 1]);
+  }
+  nominal.spacing_m = median(std::move(gaps_m));
+  return nominal;
+}
+
+Eigen::Vector2d intersection(const PlanLine& a, const PlanLine& b) {
+  Eigen::Matrix2d directions;
+  directions << a.direction, -b.direction;
+  return a.origin + (directions.inverse() * (b.origin - a.origin))[0] * a.direction;
+}
+
+bool comes_near(const NominalLine& line, const Eigen::Vector2d& point) {
+  const double along_m = line.line.along(point);
+  return std::any_of(line.along_m.begin(), line.along_m.end(), [&](double station_m) {
+    return std::abs(station_m - along_m) <= line.spacing_m;
+  });
+}
+
+}  // namespace
+
+double CaptureSet::rail_m(int frame_index) const {
+  const CaptureFrame& of = frames[static_cast<std::size_t>(frame_index)];
+  const bool along_x = lines[static_cast<std::size_t>(of.line)].axis == LineAxis::kX;
+  return along_x ? of.nominal_m.x() : of.nominal_m.z();
+}
+
+std::optional<int> CaptureSet::find(const std::string& name) const {
+  const auto found = std::find_if(frames.begin(), frames.end(),
+                                  [&](const CaptureFrame& of) { return of.name == name; });
+  if (found == frames.end()) return std::nullopt;
+  return static_cast<int>(found - frames.begin());
+}
+
+CaptureSet read_capture_set(const CaptureInput& input) {
+  CaptureSet set = read_frames(input);
+  number_frames(&set);
+  require_one_size(&set);
+  return set;
+}
+
+std::vector<LineCrossing> crossings_of(const CaptureSet& set) {
+  std::vector<LineCrossing> crossings;
+  for (std::size_t x = 0; x < set.lines.size(); ++x) {
+    if (set.lines[x].axis != LineAxis::kX || set.lines[x].frames.size() < 2) continue;
+    const NominalLine along_x = nominal_line(set, set.lines[x]);
+    for (std::size_t z = 0; z < set.lines.size(); ++z) {
+      if (set.lines[z].axis != LineAxis::kZ || set.lines[z].frames.size() < 2) continue;
+      const NominalLine along_z = nominal_line(set, set.lines[z]);
+      const Eigen::Vector2d at = intersection(along_x.line, along_z.line);
+      if (!comes_near(along_x, at) || !comes_near(along_z, at)) continue;
+      crossings.push_back(
+          {.along_x = static_cast<int>(x), .along_z = static_cast<int>(z), .at = {at.x(), at.y()}});
+    }
+  }
+  return crossings;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,83 @@
+// What there is to calibrate: the frames of a capture session, or of a folder with poses.csv, in
+// the lines that they were taken on.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/grid.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+enum class FrameLayout {
+  kPanorama,     // equirectangular, width = 2 * height
+  kDualFisheye,  // two image circles, in one picture or in two
+};
+
+// One station's picture. World frame of core/geometry/sphere.h.
+struct CaptureFrame {
+  std::string name{};                           // of the station, unique in the set: "x0_007"
+  int line = 0;                                 // index into CaptureSet::lines
+  std::filesystem::path file{};                 // the picture, or its front half
+  std::optional<std::filesystem::path> back{};  // the back half of cameras that give two files
+  Eigen::Vector3d nominal_m{0, 0, 0};           // where the slider's feedback and the plan have it
+  std::optional<Attitude> nominal_attitude{};   // none: looks along +z, upright
+  std::string sha256{};                         // of file and back, as the session recorded them;
+                                                // empty: not recorded
+};
+
+// One placing of the rail.
+struct CaptureLine {
+  std::string id{};              // "x0", "z1", "v0"
+  LineAxis axis = LineAxis::kX;  // what the slider runs along, in its direction
+  double across_m = 0.0;         // nominal z of a line along x, x of a line along z
+  bool validation = false;       // kept out of the volumes
+  std::vector<int> frames{};     // indices into CaptureSet::frames, by rail position
+};
+
+struct CaptureSet {
+  std::filesystem::path source{};  // as the user named it
+  FrameLayout layout = FrameLayout::kPanorama;
+  PanoramaSize frame{};  // of every picture (of one half where there are two files)
+  std::vector<CaptureLine> lines{};
+  std::vector<CaptureFrame> frames{};  // line by line, by rail position
+
+  // The position on the rail that the feedback tells, metres, along the line's axis.
+  double rail_m(int frame_index) const;
+  // Index of the frame of that name; none if there is no such.
+  std::optional<int> find(const std::string& name) const;
+};
+
+// Two lines of different axes that cross.
+struct LineCrossing {
+  int along_x = 0;  // indices into CaptureSet::lines
+  int along_z = 0;
+  PlanPoint at{};  // nominal
+};
+
+struct CaptureInput {
+  std::filesystem::path directory{};
+  int exposure = 0;           // of a session's bracket
+  bool partial = false;       // what there is of an unfinished session
+  bool dual_fisheye = false;  // the frames of a frame list are; sessions know theirs
+  std::optional<double>
+      line_tolerance_mm{};  // of a frame list, as GridTolerance; none: its default
+};
+
+// Reads a directory: a session (session.db; docs/session.md), else a frame list poses.csv, whose
+// lines are found as raywalk-build-lf finds them; frames are then named by the stem of their file,
+// or by their whole path where stems repeat ("front/000.jpg": "front_000"). Throws Error naming
+// what is missing or damaged: neither of the two, no frames, pictures missing or of different
+// sizes, panoramas that are not 2:1, a station of a session not captured (unless `partial`);
+// UsageError for an exposure it lacks.
+CaptureSet read_capture_set(const CaptureInput& input);
+
+// Every pair of lines of different axes whose stations come within one median spacing of where the
+// two cross. Validation lines count. In the order of the lines.
+std::vector<LineCrossing> crossings_of(const CaptureSet& set);
+
+}  // namespace raywalk

@@ -1,0 +1,147 @@
+#include "calibrate/base/capture_set.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibrate/base/test_capture_folder.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class CaptureSetTest : public ::testing::Test {
+ protected:
+  // The message of reading the folder.
+  std::string error() const {
+    try {
+      folder_.read();
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+  static std::vector<std::string> names_of(const CaptureSet& set) {
+    std::vector<std::string> names;
+    for (const CaptureFrame& frame : set.frames) names.push_back(frame.name);
+    return names;
+  }
+
+  TestCaptureFolder folder_;
+};
+
+TEST_F(CaptureSetTest, FrameListIsLinesOfStationsInRailOrder) {
+  for (const char* file : {"c.png", "b.png", "a.png"}) folder_.add_picture(file);
+  folder_.write_list("c.png,0.2,1,2,0,0,0\na.png,0,1,2,5,0,0\nb.png,0.1,1,2,0,0,0\n",
+                     "file,x,y,z,yaw,pitch,roll");
+  const CaptureSet set = folder_.read();
+  EXPECT_EQ(set.layout, FrameLayout::kPanorama);
+  EXPECT_EQ(set.frame, (PanoramaSize{16, 8}));
+  ASSERT_EQ(set.lines.size(), 1U);
+  EXPECT_EQ(set.lines[0].axis, LineAxis::kX);
+  EXPECT_NEAR(set.lines[0].across_m, 2.0, 1e-12);
+  EXPECT_FALSE(set.lines[0].validation);
+  EXPECT_THAT(set.lines[0].frames, ElementsAre(0, 1, 2));
+  EXPECT_THAT(names_of(set), ElementsAre("a", "b", "c"));
+  EXPECT_NEAR(set.rail_m(2), 0.2, 1e-12);
+  ASSERT_TRUE(set.frames[0].nominal_attitude);
+  EXPECT_NEAR(set.frames[0].nominal_attitude->yaw_rad, radians_from_degrees(5.0), 1e-12);
+  EXPECT_FALSE(set.frames[1].nominal_attitude);
+  EXPECT_EQ(set.find("b"), 1);
+  EXPECT_FALSE(set.find("d"));
+}
+
+TEST_F(CaptureSetTest, FramesOfOneNameInSeveralFoldersAreNamedByTheirPaths) {
+  std::string rows;
+  for (const char* line : {"front", "left"}) {
+    for (int i = 0; i < 3; ++i) {
+      const std::string file = fmt::format("{}/{}.png", line, i);
+      folder_.add_picture(file);
+      rows += fmt::format("{},{},0,{}\n", file, line[0] == 'f' ? 0.1 * i : 0.5,
+                          line[0] == 'f' ? 0.7 : 0.1 * i);
+    }
+  }
+  folder_.write_list(rows);
+  EXPECT_THAT(names_of(folder_.read()),
+              ElementsAre("front_0", "front_1", "front_2", "left_0", "left_1", "left_2"));
+}
+
+TEST_F(CaptureSetTest, CrossingsAreWhereStationsComeNear) {
+  folder_.write_cross();
+  CaptureSet set = folder_.read();
+  const std::vector<LineCrossing> crossings = crossings_of(set);
+  ASSERT_EQ(crossings.size(), 1U);
+  EXPECT_EQ(set.lines[static_cast<std::size_t>(crossings[0].along_x)].axis, LineAxis::kX);
+  EXPECT_EQ(set.lines[static_cast<std::size_t>(crossings[0].along_z)].axis, LineAxis::kZ);
+  EXPECT_NEAR(crossings[0].at.x_m, 0.0, 1e-12);
+  EXPECT_NEAR(crossings[0].at.z_m, 0.0, 1e-12);
+  // The line along z shifted along itself: up to one spacing beyond its end it still crosses.
+  const auto shifted = [&set](double by_m) {
+    CaptureSet moved = set;
+    for (CaptureFrame& frame : moved.frames) {
+      if (frame.line == 1) frame.nominal_m.z() += by_m;
+    }
+    return crossings_of(moved).size();
+  };
+  EXPECT_EQ(shifted(0.19), 1U);
+  EXPECT_EQ(shifted(0.21), 0U);
+}
+
+TEST_F(CaptureSetTest, CrossingOfObliqueLinesLiesOnBoth) {
+  folder_.write_cross();
+  CaptureSet set = folder_.read();
+  // z = 0.02 + 0.05 x and x = 0.01 - 0.03 z.
+  for (CaptureFrame& frame : set.frames) {
+    Eigen::Vector3d& at = frame.nominal_m;
+    if (frame.line == 0) at.z() = 0.02 + 0.05 * at.x();
+    if (frame.line == 1) at.x() = 0.01 - 0.03 * at.z();
+  }
+  const std::vector<LineCrossing> crossings = crossings_of(set);
+  ASSERT_EQ(crossings.size(), 1U);
+  const PlanPoint at = crossings[0].at;
+  EXPECT_NEAR(at.z_m, 0.02 + 0.05 * at.x_m, 1e-12);
+  EXPECT_NEAR(at.x_m, 0.01 - 0.03 * at.z_m, 1e-12);
+}
+
+TEST_F(CaptureSetTest, WhatIsMissingIsNamed) {
+  EXPECT_THAT(error(), AllOf(HasSubstr(folder_.path().string()), HasSubstr("poses.csv"),
+                             HasSubstr("session.db")));
+  folder_.write_cross();
+  std::filesystem::remove(folder_ / "b1.png");
+  EXPECT_THAT(error(), HasSubstr("b1.png"));
+  EXPECT_THROW(read_capture_set({.directory = folder_ / "nothing"}), Error);
+  EXPECT_THROW(read_capture_set({.directory = folder_ / "poses.csv"}), Error);
+}
+
+TEST_F(CaptureSetTest, FramesOfAnotherCameraAreNamed) {
+  folder_.write_cross();
+  folder_.add_picture("b2.png", {32, 16});
+  EXPECT_THAT(error(), AllOf(HasSubstr("b2.png"), HasSubstr("32x16"), HasSubstr("16x8")));
+}
+
+TEST_F(CaptureSetTest, ListedFisheyeFramesNeedNotBeTwiceAsWideAsHigh) {
+  folder_.write_cross();
+  for (const char* name : {"a0", "a1", "a2", "b0", "b1", "b2"}) {
+    folder_.add_picture(std::string(name) + ".png", {20, 20});
+  }
+  EXPECT_THAT(error(), HasSubstr("not a panorama"));
+  const CaptureSet set = read_capture_set({.directory = folder_.path(), .dual_fisheye = true});
+  EXPECT_EQ(set.layout, FrameLayout::kDualFisheye);
+  EXPECT_EQ(set.frame, (PanoramaSize{20, 20}));
+}
+
+TEST_F(CaptureSetTest, StationsOffTheirLineNeedATolerance) {
+  folder_.write_cross();
+  folder_.write_list(
+      "a0.png,-0.1,0,0.5\na1.png,0,0,0.52\na2.png,0.1,0,0.5\n"
+      "b0.png,0.3,0,-0.1\nb1.png,0.3,0,0\nb2.png,0.3,0,0.1\n");
+  EXPECT_NE(error(), "no error");
+  const CaptureSet set = read_capture_set({.directory = folder_.path(), .line_tolerance_mm = 30.0});
+  EXPECT_EQ(set.lines.size(), 2U);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,133 @@
+#include "calibrate/base/frame_poses.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "calibrate/base/test_capture_folder.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class FramePosesTest : public ::testing::Test {
+ protected:
+  FramePosesTest() {
+    folder_.write_cross();
+    set_ = folder_.read();
+  }
+  std::string read_error(const std::string& text) const {
+    write_file_atomically(folder_ / "poses.json", text);
+    try {
+      read_frame_poses(folder_ / "poses.json", set_);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+  std::string table_error(const std::string& text) const {
+    write_file_atomically(folder_ / "true.csv", text);
+    try {
+      read_pose_table(folder_ / "true.csv", set_);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+
+  TestCaptureFolder folder_;
+  CaptureSet set_;
+};
+
+TEST_F(FramePosesTest, NominalPosesFollowThePlanAndTheListedAttitude) {
+  set_.frames[2].nominal_attitude = Attitude{0.1, -0.2, 0.3};
+  const FramePoses poses = nominal_poses(set_);
+  ASSERT_EQ(poses.size(), set_.frames.size());
+  EXPECT_EQ(poses[1]->position_m, set_.frames[1].nominal_m);
+  EXPECT_EQ(poses[1]->world_from_camera, Eigen::Matrix3d::Identity());
+  EXPECT_EQ(poses[2]->world_from_camera, world_from_camera({0.1, -0.2, 0.3}));
+  EXPECT_EQ(poses[2]->origin, PoseOrigin::kNominal);
+}
+
+TEST_F(FramePosesTest, WhatIsWrittenIsRead) {
+  FramePoses poses(set_.frames.size());
+  poses[1] = FramePose{.position_m = {1.0 / 3.0, -2e-9, 1e5},
+                       .world_from_camera = world_from_camera({3.0, -1.2, -2.9}),
+                       .origin = PoseOrigin::kRail,
+                       .position_sigma_mm = 0.125,
+                       .rotation_sigma_deg = 0.01,
+                       .observations = 77,
+                       .residual_px = 0.4};
+  poses[4] = FramePose{.origin = PoseOrigin::kGiven};
+  write_frame_poses(folder_ / "poses.json", set_, poses);
+  const FramePoses read = read_frame_poses(folder_ / "poses.json", set_);
+  ASSERT_EQ(read.size(), poses.size());
+  for (const std::size_t i : {0U, 2U, 3U, 5U}) EXPECT_FALSE(read[i]);
+  ASSERT_TRUE(read[1] && read[4]);
+  EXPECT_EQ(read[1]->position_m, poses[1]->position_m);
+  EXPECT_LT(angle_between(read[1]->world_from_camera, poses[1]->world_from_camera), 1e-12);
+  EXPECT_EQ(read[1]->origin, PoseOrigin::kRail);
+  EXPECT_EQ(read[1]->position_sigma_mm, 0.125);
+  EXPECT_EQ(read[1]->rotation_sigma_deg, 0.01);
+  EXPECT_EQ(read[1]->observations, 77);
+  EXPECT_EQ(read[1]->residual_px, 0.4);
+  EXPECT_EQ(read[4]->origin, PoseOrigin::kGiven);
+}
+
+TEST_F(FramePosesTest, DamagedFilesAreNamed) {
+  write_frame_poses(folder_ / "good.json", set_, nominal_poses(set_));
+  const std::string good = read_file(folder_ / "good.json");
+  const auto replaced = [&](const std::string& what, const std::string& by) {
+    std::string text = good;
+    text.replace(text.find(what), what.size(), by);
+    return read_error(text);
+  };
+  EXPECT_EQ(read_error(good), "no error");
+  EXPECT_THAT(read_error(good.substr(0, good.size() / 2)),
+              AllOf(HasSubstr("poses.json"), HasSubstr("damaged")));
+  EXPECT_THAT(replaced("\"format_version\": 1", "\"format_version\": 2"), HasSubstr("newer"));
+  EXPECT_THAT(replaced("\"a0\"", "\"zz\""), HasSubstr("no frame 'zz'"));
+  EXPECT_THAT(replaced("\"a0\"", "\"a1\""), HasSubstr("twice"));
+  EXPECT_THAT(replaced("\"nominal\"", "\"guessed\""), HasSubstr("'guessed'"));
+  EXPECT_THAT(replaced("\"yaw_deg\": ", "\"yaw_deg\": null, \"y\": "), HasSubstr("damaged"));
+  EXPECT_THROW(read_frame_poses(folder_ / "none.json", set_), Error);
+}
+
+TEST_F(FramePosesTest, TableRowsAreMatchedByTheNameOfTheFile) {
+  EXPECT_EQ(table_error("file,x,y,z,yaw,pitch,roll\n"
+                        "true/b1.jpg,1,2,3,10,20,30\nother.jpg,0,0,0,0,0,0\n"),
+            "no error");
+  const FramePoses poses = read_pose_table(folder_ / "true.csv", set_);
+  const auto at = static_cast<std::size_t>(*set_.find("b1"));
+  ASSERT_TRUE(poses[at]);
+  EXPECT_EQ(poses[at]->position_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_LT(angle_between(poses[at]->world_from_camera,
+                          world_from_camera({radians_from_degrees(10), radians_from_degrees(20),
+                                             radians_from_degrees(30)})),
+            1e-12);
+  EXPECT_EQ(poses[at]->origin, PoseOrigin::kGiven);
+  EXPECT_EQ(std::count_if(poses.begin(), poses.end(), [](const auto& p) { return p.has_value(); }),
+            1);
+  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\nq.jpg,0,0,0,0,0,0\n"),
+              AllOf(HasSubstr("true.csv"), HasSubstr("none of the capture's frames")));
+  EXPECT_THAT(table_error("file,x,y,z\na0.jpg,0,0,0\n"), HasSubstr("yaw"));
+  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,0,0,0,0,0,abc\n"),
+              HasSubstr("true.csv:2"));
+}
+
+// Truth: the angle that the rotation was made with, however small or near to a half turn.
+TEST(AngleBetweenTest, IsTheAngleOfTheTurn) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
+  const Eigen::Matrix3d start = world_from_camera({0.4, 1.1, -2.0});
+  for (const double angle_rad : {0.0, 1e-14, 1e-9, 1e-4, 0.5, 2.0, kPi - 1e-9, kPi}) {
+    const Eigen::Matrix3d turned = start * Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
+    EXPECT_NEAR(angle_between(start, turned), angle_rad, 2e-15 + 1e-9 * angle_rad);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,126 @@
+#include "calibrate/base/session_frames.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "calibrate/base/test_capture_folder.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class SessionFramesTest : public ::testing::Test {
+ protected:
+  // A line along x and a validation line along z, two stations each.
+  void write_session(const std::vector<std::string>& lenses = {"both"}) {
+    session_.emplace(&folder_);
+    session_->describe(lenses.size() == 2 ? "dual-fisheye" : "panorama", 2);
+    session_->add_line("x0", "x", 0.5);
+    session_->add_line("v0", "z", 0.25, true);
+    for (const char* name : {"x0_000", "x0_001", "v0_000", "v0_001"}) session_->add_station(name);
+    // Rows out of order; the feedback has x0_001 before x0_000.
+    for (const std::string& lens : lenses) {
+      session_->add_frame("v0_001", "v0", {0.25, 0.3}, lens);
+      session_->add_frame("x0_000", "x0", {0.2, 0.5}, lens);
+      session_->add_frame("x0_001", "x0", {0.1, 0.5}, lens);
+      session_->add_frame("v0_000", "v0", {0.25, 0.1}, lens);
+    }
+  }
+  std::string error(bool partial = false, int exposure = 0) const {
+    try {
+      read_capture_set({.directory = folder_.path(), .exposure = exposure, .partial = partial});
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+
+  TestCaptureFolder folder_;
+  std::optional<TestSession> session_;
+};
+
+TEST_F(SessionFramesTest, StationsAreInRailOrderWhereTheFeedbackHasThem) {
+  write_session();
+  const CaptureSet set = folder_.read();
+  EXPECT_EQ(set.layout, FrameLayout::kPanorama);
+  ASSERT_EQ(set.lines.size(), 2U);
+  EXPECT_EQ(set.lines[0].id, "x0");
+  EXPECT_EQ(set.lines[1].id, "v0");
+  EXPECT_TRUE(set.lines[1].validation);
+  EXPECT_EQ(set.lines[1].axis, LineAxis::kZ);
+  EXPECT_THAT(set.lines[1].frames, ElementsAre(2, 3));
+  ASSERT_EQ(set.frames.size(), 4U);
+  EXPECT_EQ(set.frames[0].name, "x0_001");
+  EXPECT_EQ(set.frames[1].name, "x0_000");
+  EXPECT_EQ(set.frames[1].nominal_m, Eigen::Vector3d(0.2, 0.0, 0.5));
+  EXPECT_EQ(set.frames[1].file, folder_ / "frames/x0_000_both_0.png");
+  EXPECT_EQ(set.frames[1].sha256, "sha-both");
+  EXPECT_EQ(set.frames[2].line, 1);
+  EXPECT_EQ(set.rail_m(3), 0.3);
+}
+
+TEST_F(SessionFramesTest, TwoFilesOfAStationAreOneFrame) {
+  write_session({"back", "front"});
+  const CaptureSet set = folder_.read();
+  EXPECT_EQ(set.layout, FrameLayout::kDualFisheye);
+  ASSERT_EQ(set.frames.size(), 4U);
+  EXPECT_EQ(set.frames[0].file, folder_ / "frames/x0_001_front_0.png");
+  EXPECT_EQ(set.frames[0].back, folder_ / "frames/x0_001_back_0.png");
+  EXPECT_EQ(set.frames[0].sha256, "sha-frontsha-back");
+  session_->execute("DELETE FROM captured_frame WHERE station = 'v0_000' AND lens = 'back'");
+  EXPECT_THAT(error(), AllOf(HasSubstr("v0_000"), HasSubstr("back lens")));
+  session_->execute("DELETE FROM captured_frame WHERE station = 'x0_001' AND lens = 'front'");
+  EXPECT_THAT(error(), AllOf(HasSubstr("x0_001"), HasSubstr("front")));
+}
+
+TEST_F(SessionFramesTest, OneExposureOfABracketIsRead) {
+  write_session();
+  EXPECT_THAT(error(false, 1), HasSubstr("0 of 4 stations are captured (exposure 1)"));
+  EXPECT_THAT(error(true, 1), HasSubstr("0 of 4"));
+  for (const char* name : {"x0_000", "x0_001"}) {
+    session_->add_frame(name, "x0", {name[5] - '0' + 0.0, 0.5}, "both", 1);
+  }
+  const CaptureSet set =
+      read_capture_set({.directory = folder_.path(), .exposure = 1, .partial = true});
+  EXPECT_EQ(set.frames.size(), 2U);
+  EXPECT_EQ(set.lines.size(), 1U);  // nothing of v0
+  EXPECT_THROW(read_capture_set({.directory = folder_.path(), .exposure = 2}), UsageError);
+  EXPECT_THROW(read_capture_set({.directory = folder_.path(), .exposure = -1}), UsageError);
+}
+
+TEST_F(SessionFramesTest, UnfinishedSessionIsRefusedUnlessPartial) {
+  write_session();
+  session_->add_station("x0_002");
+  EXPECT_THAT(error(), AllOf(HasSubstr("4 of 5 stations"), HasSubstr("--partial")));
+  EXPECT_EQ(error(true), "no error");
+}
+
+TEST_F(SessionFramesTest, FramesOutsideOfTheDirectoryAreRefused) {
+  write_session();
+  session_->execute("UPDATE captured_frame SET file = '../a.png' WHERE station = 'x0_000'");
+  EXPECT_THAT(error(), HasSubstr("'../a.png', which is not in its directory"));
+  session_->execute("UPDATE captured_frame SET file = '/etc/passwd' WHERE station = 'x0_000'");
+  EXPECT_THAT(error(), HasSubstr("not in its directory"));
+}
+
+TEST_F(SessionFramesTest, OtherDatabasesAreRefused) {
+  write_session();
+  session_->execute("PRAGMA user_version = 2");
+  EXPECT_THAT(error(), HasSubstr("newer raywalk-capture"));
+  session_->execute("PRAGMA user_version = 1; DELETE FROM session");
+  EXPECT_THAT(error(), HasSubstr("damaged"));
+  session_->execute("PRAGMA application_id = 1");
+  EXPECT_THAT(error(), HasSubstr("not a session"));
+  session_.reset();
+  write_file_atomically(folder_ / "session.db", std::string(5000, 'x'));
+  EXPECT_THAT(error(), HasSubstr("session.db"));
+}
+
+}  // namespace
+}  // namespace raywalk
