@@ -1,0 +1,167 @@
+#include "calibrate/lens/bundle_problem.h"
+
+#include <ceres/autodiff_cost_function.h>
+#include <ceres/loss_function.h>
+
+#include <algorithm>
+#include <array>
+
+#include "calibrate/lens/fit_details.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kPointParameters = 3;
+
+// How far the world may be from the plan. A rail laid by hand lies within some centimetres and
+// degrees; along it the camera goes where the drive tells, but for play and the bow of the rail.
+constexpr double kLineTurn_rad = radians_from_degrees(5.0);
+constexpr double kLineShift_m = 0.05;
+constexpr double kStationTurn_rad = radians_from_degrees(5.0);
+constexpr double kStationShift_m = 0.0015;
+// How well a maker's drawing or a starting file tells where the second lens is.
+constexpr double kBackTurn_rad = radians_from_degrees(5.0);
+constexpr double kBaseline_m = 0.01;
+
+struct ObservationResidual {
+  CameraFrame frame{};
+  bool back = false;
+  Eigen::Vector3d nominal_m{};  // of the station
+  Eigen::Matrix3d camera_from_world{};
+  Eigen::Vector3d line_middle_m{};
+  TrackPoint point{};
+  PixelPosition seen{};
+  double sigma_px = 1.0;
+
+  template <typename T>
+  bool operator()(const T* lens, const T* back_pose, const T* line, const T* station,
+                  const T* value, T* residual) const {
+    T from_middle[3], turned[3], ray[3], in_nominal[3], in_camera[3], pixel[2];
+    for (int i = 0; i < 3; ++i) from_middle[i] = T(nominal_m[i] - line_middle_m[i]);
+    ceres::AngleAxisRotatePoint(line, from_middle, turned);
+    for (int i = 0; i < 3; ++i) {
+      const T position_m = line_middle_m[i] + turned[i] + line[3 + i] + station[3 + i];
+      ray[i] = point.axis[i] + value[0] * point.right[i] + value[1] * point.up[i] -
+               value[2] * (position_m - point.from_m[i]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      in_nominal[i] = camera_from_world(i, 0) * ray[0] + camera_from_world(i, 1) * ray[1] +
+                      camera_from_world(i, 2) * ray[2];
+    }
+    ceres::AngleAxisRotatePoint(station, in_nominal, in_camera);
+    image_point(frame, back, lens, back_pose, in_camera, value[2], pixel);
+    residual[0] = (seen.u - pixel[0]) / sigma_px;
+    residual[1] = (seen.v - pixel[1]) / sigma_px;
+    return true;
+  }
+};
+
+ObservationResidual residual_term(const BundleInput& input, const CameraFrame& frame,
+                                  const Eigen::Vector3d& line_middle_m, const TrackPoint& point,
+                                  const BundleObservation& observation, double sigma_px) {
+  const BundleStation& station = input.stations[static_cast<std::size_t>(observation.station)];
+  return {frame,
+          observation.back,
+          station.nominal_m,
+          station.nominal_world_from_camera.transpose(),
+          line_middle_m,
+          point,
+          observation.seen,
+          sigma_px};
+}
+
+// Deviations of a pose from `mean`, in units of what is plausible.
+struct PosePrior {
+  double turn_rad = 1.0;
+  double shift_m = 1.0;
+  PoseParameters mean{};
+
+  template <typename T>
+  bool operator()(const T* pose, T* residual) const {
+    for (int i = 0; i < kPoseParameters; ++i) {
+      residual[i] = (pose[i] - mean[static_cast<std::size_t>(i)]) / (i < 3 ? turn_rad : shift_m);
+    }
+    return true;
+  }
+};
+
+void add_prior(const PosePrior& prior, PoseParameters* pose, ceres::Problem* problem) {
+  problem->AddResidualBlock(
+      new ceres::AutoDiffCostFunction<PosePrior, kPoseParameters, kPoseParameters>(
+          new PosePrior(prior)),
+      nullptr, pose->data());
+}
+
+void add_priors(const BundleInput& input, BundleState* state, ceres::Problem* problem) {
+  const auto add_lens = [&](const FisheyeLens& start, LensParameters* lens) {
+    problem->AddResidualBlock(
+        new ceres::AutoDiffCostFunction<LensPrior, kLensParameters, kLensParameters>(
+            new LensPrior(start)),
+        nullptr, lens->data());
+  };
+  add_lens(input.start.front, &state->camera.front);
+  add_lens(input.start.back, &state->camera.back);
+  add_prior({kBackTurn_rad, kBaseline_m, parameters_of(input.start).back_pose},
+            &state->camera.back_pose, problem);
+  for (PoseParameters& line : state->lines) {
+    add_prior({kLineTurn_rad, kLineShift_m, {}}, &line, problem);
+  }
+  for (PoseParameters& station : state->stations) {
+    add_prior({kStationTurn_rad, kStationShift_m, {}}, &station, problem);
+  }
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> line_middles(const BundleInput& input) {
+  std::vector<Eigen::Vector3d> sum(static_cast<std::size_t>(input.lines), Eigen::Vector3d::Zero());
+  std::vector<int> count(sum.size(), 0);
+  for (const BundleStation& station : input.stations) {
+    const auto line = static_cast<std::size_t>(station.line);
+    sum[line] += station.nominal_m;
+    ++count[line];
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] /= std::max(count[i], 1);
+  return sum;
+}
+
+Eigen::Vector2d residual_of(const BundleInput& input, const BundleState& state,
+                            const Eigen::Vector3d& line_middle_m, const TrackPoint& point,
+                            const BundleObservation& observation) {
+  const auto station = static_cast<std::size_t>(observation.station);
+  const auto line = static_cast<std::size_t>(input.stations[station].line);
+  const CameraParameters& camera = state.camera;
+  Eigen::Vector2d residual;
+  residual_term(input, camera_frame_of(input.start), line_middle_m, point, observation, 1.0)(
+      (observation.back ? camera.back : camera.front).data(), camera.back_pose.data(),
+      state.lines[line].data(), state.stations[station].data(), point.value.data(),
+      residual.data());
+  return residual;
+}
+
+void build_problem(const BundleInput& input, double sigma_px, BundleState* state,
+                   std::vector<ActiveTrack>* tracks, ceres::Problem* problem) {
+  const CameraFrame frame = camera_frame_of(input.start);
+  const std::vector<Eigen::Vector3d> middles = line_middles(input);
+  CameraParameters& camera = state->camera;
+  for (ActiveTrack& active : *tracks) {
+    const BundleTrack& track = input.tracks[static_cast<std::size_t>(active.track)];
+    for (const int index : active.observations) {
+      const BundleObservation& seen = track[static_cast<std::size_t>(index)];
+      const auto station = static_cast<std::size_t>(seen.station);
+      const auto line = static_cast<std::size_t>(input.stations[station].line);
+      using Cost =
+          ceres::AutoDiffCostFunction<ObservationResidual, 2, kLensParameters, kPoseParameters,
+                                      kPoseParameters, kPoseParameters, kPointParameters>;
+      problem->AddResidualBlock(new Cost(new ObservationResidual(residual_term(
+                                    input, frame, middles[line], active.point, seen, sigma_px))),
+                                new ceres::CauchyLoss(kCauchySigmas),
+                                (seen.back ? camera.back : camera.front).data(),
+                                camera.back_pose.data(), state->lines[line].data(),
+                                state->stations[station].data(), active.point.value.data());
+    }
+  }
+  add_priors(input, state, problem);
+}
+
+}  // namespace raywalk

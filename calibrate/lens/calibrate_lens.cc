@@ -1,0 +1,89 @@
+#include "calibrate/lens/calibrate_lens.h"
+
+#include <fmt/format.h>
+
+#include "calibrate/lens/board_fit.h"
+#include "calibrate/lens/capture_fit.h"
+#include "calibrate/lens/lens_report.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+// What stitching needs: an error of a third of a pixel is what sampling costs anyway.
+constexpr double kLargestSigma_px = 0.3;
+constexpr double kLargestResidual_px = 1.0;
+// Fewer features than this in the common ring do not tell how the lenses are turned to each other.
+constexpr int kLeastOverlap = 12;
+
+void require_options(const LensOptions& options) {
+  constexpr int kLeastPairs = 6;
+  if (options.pairs < kLeastPairs) {
+    throw UsageError(fmt::format("{} stations are too few to fit lenses to; use at least {}",
+                                 options.pairs, kLeastPairs));
+  }
+  if (!(options.ignore_below_deg >= 0.0 && options.ignore_below_deg < 90.0)) {
+    throw UsageError(fmt::format(
+        "the cone about the nadir that is not looked at has {:g} degrees; 0 to below 90 can be",
+        options.ignore_below_deg));
+  }
+}
+
+LensFit fit_to_set(const CaptureSet& set, const DualFisheyeCamera& start,
+                   const LensOptions& options) {
+  if (set.layout == FrameLayout::kPanorama) {
+    throw Error(set.source.string() +
+                ": its frames are panoramas already, stitched by the camera; there are no lenses "
+                "to calibrate, go on with `raywalk-calibrate poses`");
+  }
+  const bool two_files = !set.frames.empty() && set.frames.front().back.has_value();
+  if (two_files != start.two_files) {
+    throw Error(fmt::format(
+        "{}: says that front and back are in {}, but the frames of {} are not; use a starting lens "
+        "file for this camera",
+        options.start.string(), start.two_files ? "two files" : "one file", set.source.string()));
+  }
+  return fit_to_capture(set, scaled_to(start, set.frame), options);
+}
+
+void add_warnings(LensFit* fit) {
+  if (fit->residual_px > kLargestResidual_px) {
+    fit->warnings.push_back(fmt::format(
+        "the residuals of {:.2f} px are more than noise: the lenses are not as the model has them, "
+        "or the pictures are not of this camera",
+        fit->residual_px));
+  }
+  if (fit->sigma.worst_px() > kLargestSigma_px) {
+    fit->warnings.push_back(
+        fmt::format("where the lenses image a direction is known to {:.2f} px only; use more {}",
+                    fit->sigma.worst_px(),
+                    fit->method == "charuco" ? "pictures, with the board all over both circles"
+                                             : "stations, spread over lines of both axes"));
+  }
+  if (fit->back_pose_fitted && fit->overlap_points < kLeastOverlap) {
+    fit->warnings.push_back(fmt::format(
+        "only {} points were seen by both lenses, which is too few to tell how they are turned to "
+        "each other",
+        fit->overlap_points));
+  }
+}
+
+}  // namespace
+
+LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
+  require_options(options);
+  const DualFisheyeCamera start = read_lens_file(options.start);
+  LensFit fit = options.board ? fit_to_board(start, options) : fit_to_set(set, start, options);
+  add_warnings(&fit);
+  require_growing_radius(fit.camera.layout.front);
+  require_growing_radius(fit.camera.layout.back);
+  make_directories(options.out);
+  write_file_atomically(options.out / "lens.html", lens_page(fit));
+  write_file_atomically(options.out / "lens.json", lens_json(fit));
+  // Last, as it is what the next steps look for.
+  write_lens_file(options.out / "lens.yaml", fit.camera);
+  return fit;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,100 @@
+// The dual-fisheye camera as a function of numbers that a least-squares solver may change.
+#pragma once
+
+#include <ceres/rotation.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+
+#include "core/geometry/fisheye_lens.h"
+
+namespace raywalk {
+
+// u and v of the centre and the focal length, in pixels, then the four coefficients.
+inline constexpr int kLensParameters = 7;
+using LensParameters = std::array<double, kLensParameters>;
+
+// A rotation as axis times angle, then a translation in metres.
+inline constexpr int kPoseParameters = 6;
+using PoseParameters = std::array<double, kPoseParameters>;
+
+// Where the solver begins, and what it leaves as it is.
+struct CameraFrame {
+  Eigen::Matrix3d back_from_camera = Eigen::Matrix3d::Identity();  // of the start
+  Eigen::Vector3d middle_m{0, 0, 0};                               // between the lenses
+};
+
+// `back_pose` turns the back lens further than the start has it (in the back lens's own frame), and
+// is the way from the front lens to the back lens. Half of it lies on either side of the middle,
+// which keeps the camera's origin where the start has it.
+struct CameraParameters {
+  LensParameters front{};
+  LensParameters back{};
+  PoseParameters back_pose{};
+};
+
+CameraFrame camera_frame_of(const DualFisheyeLayout& start);
+CameraParameters parameters_of(const DualFisheyeLayout& start);
+// The layout with these parameters; what they do not tell, as the field of view, from `start`.
+DualFisheyeLayout layout_of(const CameraParameters& parameters, const DualFisheyeLayout& start);
+
+// Where a lens images a direction of its own frame, at any angle from the axis, beyond the field of
+// view too: a solver needs values on both sides of every limit. As project() in fisheye_lens.h.
+template <typename T>
+void image_direction(const T* lens, const T* direction, T* pixel) {
+  using std::atan2;
+  using std::sqrt;
+  const T square = direction[0] * direction[0] + direction[1] * direction[1];
+  // On the axis the angle over the distance from the axis tends to 1 / z, while the derivative of
+  // the square root does not exist.
+  constexpr double kOnAxis = 1e-24;
+  T scale = lens[2] / direction[2];
+  if (square > kOnAxis * direction[2] * direction[2]) {
+    const T off_axis = sqrt(square);
+    scale = lens[2] * fisheye_radius(lens + 3, T(atan2(off_axis, direction[2]))) / off_axis;
+  }
+  pixel[0] = lens[0] + scale * direction[0];
+  pixel[1] = lens[1] - scale * direction[1];
+}
+
+// Where the front or back lens images the point `at` / `inverse_scale` of the camera's frame;
+// inverse_scale = 0 is a point infinitely far in the direction `at`.
+template <typename T>
+void image_point(const CameraFrame& frame, bool back, const T* lens, const T* back_pose,
+                 const T* at, const T& inverse_scale, T* pixel) {
+  const double side = back ? 0.5 : -0.5;
+  T ray[3];
+  for (int i = 0; i < 3; ++i) {
+    ray[i] = at[i] - inverse_scale * (frame.middle_m[i] + side * back_pose[3 + i]);
+  }
+  if (!back) return image_direction(lens, ray, pixel);
+  const Eigen::Matrix3d& turn = frame.back_from_camera;
+  T turned[3], in_lens[3];
+  for (int i = 0; i < 3; ++i) {
+    turned[i] = turn(i, 0) * ray[0] + turn(i, 1) * ray[1] + turn(i, 2) * ray[2];
+  }
+  ceres::AngleAxisRotatePoint(back_pose, turned, in_lens);
+  image_direction(lens, in_lens, pixel);
+}
+
+// Keeps a lens near the start where the pictures tell nothing: a residual per parameter, in units
+// of how far a lens may well be from a maker's figures.
+class LensPrior {
+ public:
+  explicit LensPrior(const FisheyeLens& start);
+  template <typename T>
+  bool operator()(const T* lens, T* residual) const {
+    for (int i = 0; i < kLensParameters; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      residual[i] = (lens[i] - start_[at]) / sigma_[at];
+    }
+    return true;
+  }
+
+ private:
+  LensParameters start_{};
+  LensParameters sigma_{};
+};
+
+}  // namespace raywalk

@@ -1,0 +1,123 @@
+#include "calibrate/lens/feature_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace raywalk {
+namespace {
+
+// Union-find over the features of all stations.
+class Components {
+ public:
+  explicit Components(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) { parent_[root(a)] = root(b); }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+bool is_consistent(const BundleTrack& track) {
+  std::set<std::pair<int, bool>> views;
+  std::set<int> stations;
+  for (const BundleObservation& seen : track) {
+    if (!views.emplace(seen.station, seen.back).second) return false;
+    stations.insert(seen.station);
+  }
+  return track.size() >= 3 && stations.size() >= 2;
+}
+
+bool seen_by_both(const BundleTrack& track) {
+  return std::any_of(track.begin(), track.end(), [&](const BundleObservation& seen) {
+    return seen.back != track.front().back;
+  });
+}
+
+// Standing still: within this of its mean position, which is twice what features scatter by.
+constexpr double kStill_px = 0.6;
+// A floor nearer than this many times the way that the camera went moves by far more than that.
+constexpr double kLeastWay_m = 0.02;
+
+bool stands_still(const BundleTrack& track, std::span<const Eigen::Vector3d> nominal_m) {
+  if (seen_by_both(track)) return false;
+  PixelPosition mean{};
+  for (const BundleObservation& seen : track) {
+    mean.u += seen.seen.u / static_cast<double>(track.size());
+    mean.v += seen.seen.v / static_cast<double>(track.size());
+  }
+  double squares = 0.0, way_m = 0.0;
+  for (const BundleObservation& seen : track) {
+    squares += std::pow(seen.seen.u - mean.u, 2) + std::pow(seen.seen.v - mean.v, 2);
+    way_m = std::max(way_m, (nominal_m[static_cast<std::size_t>(seen.station)] -
+                             nominal_m[static_cast<std::size_t>(track.front().station)])
+                                .norm());
+  }
+  return way_m >= kLeastWay_m &&
+         std::sqrt(squares / static_cast<double>(track.size())) <= kStill_px;
+}
+
+}  // namespace
+
+std::vector<BundleTrack> join_tracks(std::span<const LensFeatures> stations,
+                                     std::span<const ViewMatches> matches) {
+  std::vector<std::size_t> first{0};
+  for (const LensFeatures& station : stations)
+    first.push_back(first.back() + station.features.size());
+  Components components(first.back());
+  const auto node = [&](int station, int feature) {
+    return first[static_cast<std::size_t>(station)] + static_cast<std::size_t>(feature);
+  };
+  for (const ViewMatches& view : matches) {
+    for (const FeatureMatch& match : view.matches) {
+      components.join(node(view.first, match.first), node(view.second, match.second));
+    }
+  }
+  std::vector<BundleTrack> by_root(first.back());
+  for (std::size_t s = 0; s < stations.size(); ++s) {
+    for (std::size_t i = 0; i < stations[s].features.size(); ++i) {
+      const LensFeature& feature = stations[s].features[i];
+      by_root[components.root(first[s] + i)].push_back(
+          {static_cast<int>(s), feature.back, feature.seen});
+    }
+  }
+  std::erase_if(by_root, [](const BundleTrack& track) { return !is_consistent(track); });
+  return by_root;
+}
+
+int remove_still_tracks(const DualFisheyeLayout& layout, std::span<const Eigen::Vector3d> nominal_m,
+                        const Eigen::Vector3d& down, double cone_rad,
+                        std::vector<BundleTrack>* tracks) {
+  const Eigen::Matrix3d camera_from_back = world_from_camera(layout.back_attitude);
+  const auto is_still = [&](const BundleTrack& track) {
+    const BundleObservation& seen = track.front();
+    const auto direction = unproject(seen.back ? layout.back : layout.front, seen.seen);
+    if (!direction) return false;
+    const Eigen::Vector3d in_camera = seen.back ? camera_from_back * *direction : *direction;
+    return in_camera.dot(down) > std::cos(cone_rad) && stands_still(track, nominal_m);
+  };
+  return static_cast<int>(std::erase_if(*tracks, is_still));
+}
+
+void thin_tracks(std::size_t most, std::vector<BundleTrack>* tracks) {
+  if (tracks->size() <= most) return;
+  const auto others = std::stable_partition(tracks->begin(), tracks->end(), seen_by_both);
+  const auto both = static_cast<std::size_t>(others - tracks->begin());
+  const std::size_t count = tracks->size() - both;
+  const std::size_t wanted = std::min(count, most - std::min(most, both));
+  std::vector<BundleTrack> kept(tracks->begin(), others);
+  for (std::size_t i = 0; i < wanted; ++i) {
+    kept.push_back(std::move((*tracks)[both + i * count / wanted]));
+  }
+  if (kept.size() > most) kept.resize(most);
+  *tracks = std::move(kept);
+}
+
+}  // namespace raywalk

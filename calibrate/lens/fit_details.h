@@ -1,0 +1,46 @@
+// What both ways of fitting a camera share.
+#pragma once
+
+#include <ceres/iteration_callback.h>
+#include <ceres/problem.h>
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "calibrate/lens/calibrate_lens.h"
+#include "calibrate/lens/camera_model.h"
+
+namespace raywalk {
+
+// An observation further from the fit than this many standard deviations is taken for a wrong one.
+inline constexpr double kOutlierSigmas = 5.0;
+// At 2.385 standard deviations Cauchy's estimate has 95 % of the efficiency of least squares under
+// normal errors (Holland and Welsch 1977).
+inline constexpr double kCauchySigmas = 2.385;
+
+// Standard deviation of normal errors by the median of their absolute values, which wrong ones do
+// not move. At least one value.
+double robust_sigma(std::vector<double> absolute_values);
+
+// Runs the solver until it converges; points of the problem, if any, are the blocks named to be
+// eliminated first. Throws Interrupted, and Error where there is no usable solution.
+void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_first,
+               int most_iterations);
+
+// Of front, back and back_pose, which are parameters of the problem (constant ones have variance
+// 0); none where the problem does not determine them.
+std::optional<CameraCovariance> camera_covariance(ceres::Problem* problem,
+                                                  const CameraParameters& camera);
+
+// Sets residuals, their number and root mean square, and the uncertainties.
+struct FitResidual {
+  bool back = false;
+  PixelPosition seen{};
+  Eigen::Vector2d difference_px{0, 0};  // seen minus fitted; right and down
+};
+void set_residuals(const std::vector<FitResidual>& residuals, LensFit* fit);
+void set_uncertainty(const CameraParameters& parameters,
+                     const std::optional<CameraCovariance>& covariance, LensFit* fit);
+
+}  // namespace raywalk

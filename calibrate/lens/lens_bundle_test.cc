@@ -1,0 +1,157 @@
+#include "calibrate/lens/lens_bundle.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "calibrate/lens/lens_test_camera.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr PanoramaSize kPicture{1120, 560};
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+  double normal(double sigma) { return std::normal_distribution<double>(0.0, sigma)(engine_); }
+  Vector3d normal_vector(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+struct World {
+  double noise_px = 0.2;
+  double outliers = 0.0;  // share of observations that are somewhere else
+  double turn_deg = 1.0;  // by which every line and its camera is turned off the plan
+  double shift_m = 0.02;
+  int points = 300;
+};
+
+// Four lines of six stations in a box of points, seen through the true lenses.
+BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random* random) {
+  BundleInput input;
+  input.start = plain_camera(kPicture).layout;
+  input.start.front.largest_angle_rad = input.start.back.largest_angle_rad =
+      radians_from_degrees(99.0);
+  input.lines = 4;
+  std::vector<StationPoseNow> poses;
+  for (int line = 0; line < input.lines; ++line) {
+    const double turn_rad = radians_from_degrees(world.turn_deg);
+    const Eigen::Matrix3d line_turn = world_from_camera(
+        {random->normal(turn_rad), random->normal(turn_rad), random->normal(turn_rad)});
+    const Eigen::Matrix3d camera_turn = world_from_camera(
+        {random->normal(turn_rad), random->normal(turn_rad), random->normal(turn_rad)});
+    const Vector3d shift_m = random->normal_vector(world.shift_m);
+    for (int i = 0; i < 6; ++i) {
+      const double along_m = -0.75 + 0.3 * i;
+      const double across_m = line % 2 == 0 ? -0.5 : 0.5;
+      const Vector3d nominal_m =
+          line < 2 ? Vector3d(along_m, 0, across_m) : Vector3d(across_m, 0, along_m);
+      const double jitter_rad = radians_from_degrees(0.1);
+      const Eigen::Matrix3d jitter = world_from_camera(
+          {random->normal(jitter_rad), random->normal(jitter_rad), random->normal(jitter_rad)});
+      input.stations.push_back({line, nominal_m, Eigen::Matrix3d::Identity()});
+      poses.push_back(
+          {line_turn * nominal_m + shift_m + random->normal_vector(0.001), camera_turn * jitter});
+    }
+  }
+  const Eigen::Matrix3d back_from_camera = world_from_camera(truth.back_attitude).transpose();
+  for (int p = 0; p < world.points; ++p) {
+    Vector3d point(random->uniform(-2.2, 2.2), random->uniform(-1.3, 1.3),
+                   random->uniform(-2.6, 2.6));
+    const int wall = p % 3;
+    const double half_m = wall == 0 ? 2.2 : wall == 1 ? 1.3 : 2.6;
+    point[wall] = random->uniform(0, 1) < 0.5 ? -half_m : half_m;
+    BundleTrack track;
+    const int first_line = static_cast<int>(random->uniform(0, 4));
+    for (std::size_t s = 0; s < poses.size(); ++s) {
+      if (input.stations[s].line != first_line && random->uniform(0, 1) < 0.8) continue;
+      const Vector3d in_camera =
+          poses[s].world_from_camera.transpose() * (point - poses[s].position_m);
+      for (const bool back : {false, true}) {
+        const auto pixel =
+            back ? project(truth.back, back_from_camera * (in_camera - truth.back_position_m))
+                 : project(truth.front, Vector3d(in_camera - truth.front_position_m));
+        if (!pixel) continue;
+        PixelPosition seen{pixel->u + random->normal(world.noise_px),
+                           pixel->v + random->normal(world.noise_px)};
+        if (random->uniform(0, 1) < world.outliers) {
+          seen.u += random->normal(100.0);
+          seen.v += random->normal(100.0);
+        }
+        track.push_back({static_cast<int>(s), back, seen});
+      }
+    }
+    if (track.size() >= 3) input.tracks.push_back(track);
+  }
+  return input;
+}
+
+constexpr BundleOptions kQuick{4.0, 50, false};
+
+TEST(LensBundleTest, TrueLensesComeBackFromFeaturesAloneWithinTheirStatedErrors) {
+  const DualFisheyeLayout truth = true_camera(kPicture).layout;
+  ASSERT_GT(imaging_difference_px(plain_camera(kPicture).layout, truth), 3.0);
+  constexpr int kRuns = 3;
+  double squares = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(static_cast<std::uint64_t>(run + 1));
+    const BundleInput input = observed({}, truth, &random);
+    const BundleResult result = adjust_bundle(input, start_of(input), {4.0, 50, true});
+    const DualFisheyeLayout fitted = layout_of(result.state.camera, input.start);
+    const double difference_px = imaging_difference_px(fitted, truth);
+    EXPECT_LT(difference_px, 0.3) << "run " << run;
+    EXPECT_NEAR(result.sigma_px, 0.2, 0.03);
+    ASSERT_TRUE(result.covariance);
+    const CameraUncertainty sigma = uncertainty_of(result.state.camera, *result.covariance, fitted);
+    EXPECT_LT(sigma.worst_px(), 0.3);
+    // Squares of errors over their stated variances, of the parameters one by one: their mean is 1
+    // where the covariance is right.
+    const CameraParameters wanted = parameters_of(truth);
+    for (int i = 0; i < kLensParameters; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double front = result.state.camera.front[at] - wanted.front[at];
+      const double back = result.state.camera.back[at] - wanted.back[at];
+      const int b = kLensParameters + i;
+      squares += front * front / (*result.covariance)(i, i) / (2 * kLensParameters * kRuns);
+      squares += back * back / (*result.covariance)(b, b) / (2 * kLensParameters * kRuns);
+    }
+  }
+  EXPECT_GT(squares, 0.2);
+  EXPECT_LT(squares, 3.0);
+}
+
+TEST(LensBundleTest, WrongMatchesAreFound) {
+  const DualFisheyeLayout truth = true_camera(kPicture).layout;
+  Random random(9);
+  const BundleInput input = observed({.outliers = 0.15}, truth, &random);
+  const BundleResult result = adjust_bundle(input, start_of(input), kQuick);
+  const DualFisheyeLayout fitted = layout_of(result.state.camera, input.start);
+  EXPECT_LT(imaging_difference_px(fitted, truth), 0.3);
+  EXPECT_GT(result.observations_dropped, static_cast<int>(input.tracks.size()) / 4);
+}
+
+TEST(LensBundleTest, ARailFarOffThePlanDoesNotMatter) {
+  const DualFisheyeLayout truth = true_camera(kPicture).layout;
+  Random random(4);
+  const BundleInput input = observed({.turn_deg = 5.0, .shift_m = 0.05}, truth, &random);
+  const BundleResult result = adjust_bundle(input, start_of(input), {15.0, 50, false});
+  EXPECT_LT(imaging_difference_px(layout_of(result.state.camera, input.start), truth), 0.3);
+}
+
+TEST(LensBundleTest, FeaturesThatDoNotBelongTogetherAreRefused) {
+  Random random(5);
+  const BundleInput input = observed({.outliers = 1.0}, true_camera(kPicture).layout, &random);
+  EXPECT_THROW(adjust_bundle(input, start_of(input), kQuick), Error);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,164 @@
+#include "calibrate/lens/lens_features.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calibrate/lens/image_circle.h"
+
+namespace raywalk {
+namespace {
+
+// Larger pictures are made smaller first: the finest features of a 6K frame are noise, and its time
+// grows with its area.
+constexpr double kLargestRadius_px = 800.0;
+
+// A lower threshold than Lowe's: plain walls have weak features, and wrong ones are found later.
+constexpr double kContrast = 0.02;
+
+// Rings and sectors in which features are counted, so that they spread.
+constexpr int kRings = 8;
+constexpr int kSectors = 16;
+
+struct Found {
+  cv::KeyPoint point{};
+  PixelPosition seen{};
+  int row = 0;
+};
+
+struct Detection {
+  std::vector<Found> found{};
+  cv::Mat descriptors{};
+};
+
+cv::Ptr<cv::SIFT> feature_finder() { return cv::SIFT::create(0, 3, kContrast); }
+
+// How far right and down of their true places features are found. OpenCV doubles the picture first,
+// which puts pixel u at 2 u + 0.5, and its version 4.6 halves the positions found: all are a
+// quarter of a pixel off. Later versions can do it rightly, so that it is measured, on blobs drawn
+// here.
+double measured_shift_px() {
+  constexpr int kSide = 96;
+  constexpr double kCentre = 0.5 * (kSide - 1), kBlobSigma_px = 3.0;
+  cv::Mat blob(kSide, kSide, CV_8UC1);
+  for (int v = 0; v < kSide; ++v) {
+    for (int u = 0; u < kSide; ++u) {
+      const double distance = std::hypot(u - kCentre, v - kCentre) / kBlobSigma_px;
+      blob.at<uchar>(v, u) =
+          cv::saturate_cast<uchar>(50.0 + 150.0 * std::exp(-0.5 * distance * distance));
+    }
+  }
+  std::vector<cv::KeyPoint> points;
+  feature_finder()->detect(blob, points);
+  double sum_px = 0.0;
+  int count = 0;
+  for (const cv::KeyPoint& point : points) {
+    const double right = point.pt.x - kCentre, down = point.pt.y - kCentre;
+    if (std::hypot(right, down) > 1.0) continue;
+    sum_px += 0.5 * (right + down);
+    ++count;
+  }
+  return count > 0 ? sum_px / count : 0.0;
+}
+
+double shift_px() {
+  static const double shift = measured_shift_px();
+  return shift;
+}
+
+Detection detect(const cv::Mat& picture, double scale) {
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  if (scale < 1.0) cv::resize(grey, grey, {}, scale, scale, cv::INTER_AREA);
+  std::vector<cv::KeyPoint> points;
+  Detection result;
+  feature_finder()->detectAndCompute(grey, cv::noArray(), points, result.descriptors);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto in_full = [&](float at) {
+      return (static_cast<double>(at) - shift_px() + 0.5) / scale - 0.5;
+    };
+    cv::KeyPoint point = points[i];
+    point.size = static_cast<float>(point.size / scale);
+    result.found.push_back(
+        {point, {in_full(points[i].pt.x), in_full(points[i].pt.y)}, static_cast<int>(i)});
+  }
+  return result;
+}
+
+bool usable(const Found& found, const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
+            const FeatureOptions& options) {
+  const double margin_px = std::max(3.0, static_cast<double>(found.point.size));
+  if (distance_px(found.seen, lens.centre) > rim_radius_px(lens) - margin_px) return false;
+  if (options.ignore_below_rad <= 0.0) return true;
+  const auto direction = unproject(lens, found.seen);
+  return direction &&
+         (camera_from_lens * *direction).dot(options.down) < std::cos(options.ignore_below_rad);
+}
+
+// The strongest of every cell. SIFT gives a point once per orientation of its surroundings; the
+// first is kept, as twice the same position would count twice.
+std::vector<Found> spread(std::vector<Found> found, const FisheyeLens& lens, int most) {
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+    return a.point.response > b.point.response;
+  });
+  const double rim_px = rim_radius_px(lens);
+  const int most_per_cell = std::max(1, most / (kRings * kSectors));
+  std::array<int, static_cast<std::size_t>(kRings * kSectors)> count{};
+  std::vector<Found> kept;
+  for (const Found& one : found) {
+    const double right = one.seen.u - lens.centre.u, down = one.seen.v - lens.centre.v;
+    // Rings of the same area.
+    const double share = (right * right + down * down) / (rim_px * rim_px);
+    const int ring = std::clamp(static_cast<int>(kRings * share), 0, kRings - 1);
+    const double turn = (std::atan2(down, right) + kPi) / kTwoPi;
+    const int sector = std::clamp(static_cast<int>(kSectors * turn), 0, kSectors - 1);
+    int& in_cell = count[static_cast<std::size_t>(ring * kSectors + sector)];
+    const bool again = !kept.empty() && distance_px(kept.back().seen, one.seen) == 0.0;
+    if (in_cell < most_per_cell && !again) {
+      ++in_cell;
+      kept.push_back(one);
+    }
+  }
+  return kept;
+}
+
+// Square roots of descriptors that sum to 1 compare by Hellinger's distance, which tells features
+// apart better than Euclid's (Arandjelovic and Zisserman 2012).
+void add_descriptor(const cv::Mat& descriptor, cv::Mat* descriptors) {
+  cv::Mat row;
+  descriptor.convertTo(row, CV_32F, 1.0 / std::max(1e-6, cv::sum(descriptor)[0]));
+  cv::sqrt(row, row);
+  descriptors->push_back(row);
+}
+
+}  // namespace
+
+LensFeatures find_lens_features(const LensPictures& pictures, const DualFisheyeCamera& camera,
+                                const FeatureOptions& options) {
+  const DualFisheyeLayout& layout = camera.layout;
+  const double scale = std::min(
+      1.0, kLargestRadius_px / std::max(rim_radius_px(layout.front), rim_radius_px(layout.back)));
+  const Detection in_front = detect(pictures.front, scale);
+  const Detection in_back = camera.two_files ? detect(pictures.back, scale) : in_front;
+  LensFeatures result;
+  for (const bool back : {false, true}) {
+    const Detection& detection = back ? in_back : in_front;
+    const FisheyeLens& lens = back ? layout.back : layout.front;
+    const Eigen::Matrix3d camera_from_lens =
+        back ? world_from_camera(layout.back_attitude) : Eigen::Matrix3d::Identity();
+    std::vector<Found> of_lens;
+    for (const Found& found : detection.found) {
+      if (!camera.two_files && belongs_to_back(layout, found.seen) != back) continue;
+      if (usable(found, lens, camera_from_lens, options)) of_lens.push_back(found);
+    }
+    for (const Found& found : spread(std::move(of_lens), lens, options.most_per_lens)) {
+      result.features.push_back({found.seen, back});
+      add_descriptor(detection.descriptors.row(found.row), &result.descriptors);
+    }
+  }
+  return result;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,99 @@
+#include "calibrate/lens/motion_check.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+namespace {
+
+// Below this what was seen has not moved enough to tell where the camera went.
+constexpr double kLeastMove_rad = radians_from_degrees(1.0);
+constexpr std::size_t kLeastSeen = 20;
+// Of the distance of the motion from a plane that it should lie in, as a sine.
+constexpr double kOffPlane = 0.15;
+// Planes of random matches pass within kOffPlane of any direction in as many of 100 cases.
+constexpr double kLeastAgreeing = 0.4;
+
+// Normals of the planes through both cameras and the thing seen; the motion lies in all of them.
+std::vector<Eigen::Vector3d> plane_normals(const std::vector<SeenTwice>& seen) {
+  std::vector<Eigen::Vector3d> normals;
+  for (const SeenTwice& one : seen) {
+    const Eigen::Vector3d normal = one.before.cross(one.after);
+    if (normal.norm() >= std::sin(kLeastMove_rad)) normals.push_back(normal.normalized());
+  }
+  return normals;
+}
+
+// What lies ahead moves outwards: everything moves away from where the camera goes.
+bool moves_away_from(const Eigen::Vector3d& direction, const std::vector<SeenTwice>& seen) {
+  int away = 0;
+  for (const SeenTwice& one : seen) away += (one.after - one.before).dot(direction) < 0.0 ? 1 : -1;
+  return away > 0;
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> motion_seen(const std::vector<SeenTwice>& seen) {
+  const std::vector<Eigen::Vector3d> normals = plane_normals(seen);
+  if (normals.size() < kLeastSeen) return std::nullopt;
+  // RANSAC (Fischler and Bolles 1981): two planes determine the motion; the one that most other
+  // planes agree with is taken.
+  constexpr int kTries = 400;
+  std::mt19937 random(1);
+  std::uniform_int_distribution<std::size_t> any(0, normals.size() - 1);
+  Eigen::Vector3d best{0, 0, 0};
+  std::ptrdiff_t most = 0;
+  for (int i = 0; i < kTries; ++i) {
+    const Eigen::Vector3d motion = normals[any(random)].cross(normals[any(random)]);
+    if (motion.norm() < 0.2) continue;
+    const Eigen::Vector3d unit = motion.normalized();
+    const auto agreeing = std::count_if(normals.begin(), normals.end(), [&](const auto& normal) {
+      return std::fabs(normal.dot(unit)) < kOffPlane;
+    });
+    if (agreeing > most) {
+      most = agreeing;
+      best = unit;
+    }
+  }
+  if (static_cast<double>(most) < kLeastAgreeing * static_cast<double>(normals.size())) {
+    return std::nullopt;
+  }
+  return moves_away_from(best, seen) ? best : Eigen::Vector3d(-best);
+}
+
+void require_motion_as_planned(const std::vector<MotionSeen>& motions) {
+  const double enough = std::cos(radians_from_degrees(45.0));
+  int as_planned = 0, reversed = 0;
+  double largest_rad = 0.0;
+  for (const MotionSeen& motion : motions) {
+    const double cosine = std::clamp(motion.planned.dot(motion.seen), -1.0, 1.0);
+    if (cosine > enough) ++as_planned;
+    if (cosine < -enough) ++reversed;
+    largest_rad = std::max(largest_rad, std::acos(cosine));
+  }
+  const int count = static_cast<int>(motions.size());
+  if (as_planned == count) return;
+  if (reversed == count) {
+    throw Error(
+        "the pictures move against the rail: front and back lens are swapped, or the camera looked "
+        "backwards; exchange the circles of front and back in the starting lens file");
+  }
+  if (as_planned + reversed == count) {
+    throw Error(
+        "the pictures move against the rail along one axis and with it along the other: they are "
+        "mirrored, or the camera hung upside down; give pictures that are upright and not flipped");
+  }
+  throw Error(fmt::format(
+      "the pictures move {:.0f} degrees off the rail's direction: the camera was turned "
+      "on its mount, or lines are confused; put right which way it looked",
+      degrees_from_radians(largest_rad)));
+}
+
+}  // namespace raywalk

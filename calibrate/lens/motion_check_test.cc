@@ -1,0 +1,76 @@
+#include "calibrate/lens/motion_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+
+Vector3d random_direction(std::mt19937_64* random) {
+  std::normal_distribution<double> normal;
+  return Vector3d(normal(*random), normal(*random), normal(*random)).normalized();
+}
+
+// Things two metres away, seen before and after a motion; a share of them is something else after.
+std::vector<SeenTwice> seen_around(const Vector3d& motion_m, double wrong_share,
+                                   std::mt19937_64* random) {
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  const Eigen::Matrix3d turn = world_from_camera({0.02, -0.01, 0.015});
+  std::vector<SeenTwice> seen;
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d before = random_direction(random);
+    Vector3d after = turn * (2.0 * before - motion_m).normalized();
+    if (share(*random) < wrong_share)
+      after = (before + 0.3 * random_direction(random)).normalized();
+    seen.push_back({before, after});
+  }
+  return seen;
+}
+
+TEST(MotionCheckTest, MotionIsSeenThroughWrongMatchesAndTurns) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 20; ++i) {
+    const Vector3d motion = random_direction(&random);
+    const auto seen = motion_seen(seen_around(0.3 * motion, 0.3, &random));
+    ASSERT_TRUE(seen);
+    EXPECT_GT(seen->dot(motion), std::cos(radians_from_degrees(20.0)));
+  }
+}
+
+TEST(MotionCheckTest, NothingIsSaidWhereNothingAgrees) {
+  std::mt19937_64 random(2);
+  EXPECT_FALSE(motion_seen(seen_around({0.3, 0, 0}, 1.0, &random)));
+  EXPECT_FALSE(motion_seen({}));
+}
+
+std::string complaint(const std::vector<MotionSeen>& motions) {
+  try {
+    require_motion_as_planned(motions);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MotionCheckTest, WhatIsWrongWithThePicturesIsTold) {
+  const Vector3d x = Vector3d::UnitX(), z = Vector3d::UnitZ();
+  const Vector3d slanted = Vector3d(1, 0, 0.4).normalized();
+  EXPECT_EQ(complaint({{x, slanted}, {z, z}}), "");
+  EXPECT_EQ(complaint({}), "");
+  EXPECT_THAT(complaint({{x, -x}, {z, -z}}), HasSubstr("swapped"));
+  EXPECT_THAT(complaint({{x, -x}, {z, z}}), HasSubstr("mirrored"));
+  EXPECT_THAT(complaint({{x, x}, {z, -z}}), HasSubstr("mirrored"));
+  EXPECT_THAT(complaint({{x, z}, {z, -x}}), HasSubstr("90 degrees"));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,51 @@
+#include "calibrate/lens/track_point.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace raywalk {
+namespace {
+
+// An anchor on the ray, with two directions at right angles to it.
+TrackPoint anchored_at(const ViewRay& ray) {
+  TrackPoint point;
+  point.from_m = ray.origin_m;
+  point.axis = ray.direction;
+  Eigen::Index least = 0;
+  ray.direction.cwiseAbs().minCoeff(&least);
+  point.right = ray.direction.cross(Eigen::Vector3d::Unit(least)).normalized();
+  point.up = ray.direction.cross(point.right);
+  return point;
+}
+
+}  // namespace
+
+// The cross product of a seen unit direction with the predicted ray is the sine of their angle (the
+// predicted ray is near unit length) and linear in the three unknowns: normal equations 3 x 3.
+std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays) {
+  TrackPoint point = anchored_at(rays.front());
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  for (const ViewRay& ray : rays) {
+    Eigen::Matrix3d slope;
+    slope.col(0) = ray.direction.cross(point.right);
+    slope.col(1) = ray.direction.cross(point.up);
+    slope.col(2) = ray.direction.cross(point.from_m - ray.origin_m);
+    normal += slope.transpose() * slope;
+    right_side -= slope.transpose() * ray.direction.cross(point.axis);
+  }
+  // Rays that are parallel, or leave from one place, do not tell the distance; far away is then as
+  // good an answer as any. Against what rays of some millimetres' parallax tell this is nothing.
+  constexpr double kVanishing_m2 = 1e-8;
+  normal(2, 2) += kVanishing_m2;
+  const Eigen::LDLT<Eigen::Matrix3d> factors(normal);
+  point.value = factors.solve(right_side);
+  if (factors.info() != Eigen::Success || !point.value.allFinite()) return std::nullopt;
+  for (const ViewRay& ray : rays) {
+    if (point.ray_from(ray.origin_m).dot(ray.direction) <= 0.0) return std::nullopt;
+  }
+  return point;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,36 @@
+// The scene point of a track, from the rays on which it was seen.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+
+namespace raywalk {
+
+// World frame; unit direction.
+struct ViewRay {
+  Eigen::Vector3d origin_m{0, 0, 0};
+  Eigen::Vector3d direction{0, 0, 1};
+};
+
+// The point `from_m` + `direction` / inverse_distance, the direction being
+//   axis + right a + up b, with a, b and the inverse distance in `value`.
+// In the inverse distance, points infinitely far are as good as near ones: a ray from p to the
+// point runs along direction - inverse_distance (p - from_m), which is linear in all three.
+struct TrackPoint {
+  Eigen::Vector3d from_m{0, 0, 0};
+  Eigen::Vector3d axis{0, 0, 1};
+  Eigen::Vector3d right{1, 0, 0};
+  Eigen::Vector3d up{0, 1, 0};
+  Eigen::Vector3d value{0, 0, 0};  // a, b, inverse distance in 1 / m
+
+  Eigen::Vector3d ray_from(const Eigen::Vector3d& position_m) const {
+    return axis + value[0] * right + value[1] * up - value[2] * (position_m - from_m);
+  }
+};
+
+// The point nearest to the rays in the least-squares sense of their angles, anchored at the first
+// of at least two rays; none where it is behind a ray or the rays do not determine it.
+std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays);
+
+}  // namespace raywalk
