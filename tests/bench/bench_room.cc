@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "build_lf/frame_list.h"
+#include "core/files/frame_list.h"
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"

@@ -1,0 +1,77 @@
+#include "calibrate/stitch/frame_pictures.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+#include "core/files/image_file.h"
+
+namespace raywalk {
+namespace {
+
+// Flare and the lens's mount may be lit a little; a panorama's corners are as bright as its rest.
+constexpr double kBrightBorder_levels = 64.0;
+constexpr double kBorder = 1.04;  // of the image circle's radius, that the border begins at
+constexpr int kLeastBorder_px = 64;
+
+double circle_radius_px(const FisheyeLens& lens) {
+  const double angle = lens.largest_angle_rad;
+  const auto rim = project(lens, {std::sin(angle - 1e-6), 0.0, std::cos(angle - 1e-6)});
+  return rim ? rim->u - lens.centre.u : 0.0;
+}
+
+void clear_circle(const FisheyeLens& lens, cv::Mat* border) {
+  cv::circle(
+      *border,
+      {static_cast<int>(std::lround(lens.centre.u)), static_cast<int>(std::lround(lens.centre.v))},
+      static_cast<int>(std::ceil(kBorder * circle_radius_px(lens))), cv::Scalar(0), cv::FILLED);
+}
+
+// A panorama may have the size of a dual-fisheye frame; it has no dark border around two circles.
+void require_dark_border(const cv::Mat& picture, const cv::Mat& border,
+                         const std::filesystem::path& file) {
+  if (cv::countNonZero(border) < kLeastBorder_px) return;
+  const cv::Scalar mean = cv::mean(picture, border);
+  if ((mean[0] + mean[1] + mean[2]) / 3.0 < kBrightBorder_levels) return;
+  throw Error(file.string() +
+              ": bright around the image circles of the lens file; a panorama among the frames, or "
+              "the lens file of another camera");
+}
+
+cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size) {
+  cv::Mat picture = read_picture(file);
+  if (picture.cols != size.width || picture.rows != size.height) {
+    throw Error(
+        fmt::format("{}: {}x{}, but the other frames are {}x{}; take it out, or capture the "
+                    "station again",
+                    file.string(), picture.cols, picture.rows, size.width, size.height));
+  }
+  return picture;
+}
+
+cv::Mat border_of(PanoramaSize size) { return {size.height, size.width, CV_8UC1, cv::Scalar(255)}; }
+
+}  // namespace
+
+FramePictures read_frame_pictures(const CaptureFrame& frame, const DualFisheyeCamera& camera) {
+  FramePictures pictures;
+  cv::Mat border = border_of(camera.picture);
+  pictures.front = read_checked(frame.file, camera.picture);
+  clear_circle(camera.layout.front, &border);
+  if (!frame.back) {
+    clear_circle(camera.layout.back, &border);
+    require_dark_border(pictures.front, border, frame.file);
+    pictures.back = pictures.front;
+    return pictures;
+  }
+  require_dark_border(pictures.front, border, frame.file);
+  pictures.back = read_checked(*frame.back, camera.picture);
+  border = border_of(camera.picture);
+  clear_circle(camera.layout.back, &border);
+  require_dark_border(pictures.back, border, *frame.back);
+  return pictures;
+}
+
+}  // namespace raywalk

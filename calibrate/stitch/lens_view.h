@@ -1,0 +1,40 @@
+// What one of a camera's two lenses sees of a direction.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/files/lens_file.h"
+
+namespace raywalk {
+
+// Where a lens images something.
+struct LensImage {
+  PixelPosition pixel{};
+  double angle_rad = 0.0;   // from the lens's axis
+  double margin_rad = 0.0;  // to the rim of its field of view, at least 0
+};
+
+class LensView {
+ public:
+  // What is looked at lies `distance_m` from the camera's origin; infinity: only direction counts.
+  LensView(const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
+           const Eigen::Vector3d& position_m, PanoramaSize picture, double distance_m);
+
+  // A unit direction in the camera's frame; none where the lens or its picture does not reach.
+  std::optional<LensImage> look(const Eigen::Vector3d& direction) const;
+
+  const FisheyeLens& lens() const { return lens_; }
+
+ private:
+  FisheyeLens lens_;
+  Eigen::Matrix3d lens_from_camera_;
+  Eigen::Vector3d position_m_;
+  PanoramaSize picture_;
+  double distance_m_;
+};
+
+LensView front_view(const DualFisheyeCamera& camera, double distance_m);
+LensView back_view(const DualFisheyeCamera& camera, double distance_m);
+
+}  // namespace raywalk

@@ -1,0 +1,45 @@
+// A small version of a lens's picture, to measure light in.
+#pragma once
+
+#include <array>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+// Bright and dark are measured over patches, as far as neither clips.
+class LightPicture {
+ public:
+  // Averages over `shrink` pixels (at least 1) in each direction. `picture` is CV_8UC3.
+  LightPicture(const cv::Mat& picture, int shrink);
+
+  // Mean levels (blue, green, red) of the patch around a position of the full picture; none where
+  // it reaches beyond the picture, or some of it is too dark or too bright to tell light by.
+  std::optional<std::array<double, 3>> levels_at(PixelPosition full) const;
+
+  // CV_8UC1, to follow features in.
+  const cv::Mat& grey() const { return grey_; }
+  PixelPosition small_from_full(PixelPosition full) const;
+  PixelPosition full_from_small(PixelPosition small) const;
+
+ private:
+  cv::Size full_;
+  cv::Mat levels_;  // CV_32FC3, smoothed
+  cv::Mat usable_;  // CV_8UC1
+  cv::Mat grey_;
+};
+
+// Pixels of the small picture that a patch reaches from its middle.
+inline constexpr double kPatchRadius_px = 5.0;
+
+// ln of light, up to a constant, from a mean level. A change of exposure is an affine function of
+// sRGB levels (core/panorama/srgb.h), so it does the same to their means.
+double log_light(double level);
+
+// ln(light of b / light of a) for each colour.
+std::array<double, 3> log_light_ratio(const std::array<double, 3>& a,
+                                      const std::array<double, 3>& b);
+
+}  // namespace raywalk

@@ -1,0 +1,30 @@
+// The balance of a camera's lenses, measured once for all frames of a capture.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibrate/base/capture_set.h"
+#include "calibrate/stitch/balance_fit.h"
+#include "core/files/lens_file.h"
+
+namespace raywalk {
+
+struct BalanceReport {
+  BalanceFit fit{};
+  int overlap_ratios = 0;  // both lenses in one frame
+  int motion_ratios = 0;   // one lens in two frames
+  int frames = 0;          // that were looked at
+  // Over the frames, medians of SeamFigures: absolute step, correlation.
+  double step_before_levels = 0.0;
+  double step_after_levels = 0.0;
+  double correlation = 0.0;
+  std::vector<std::string> warnings{};
+};
+
+// Looks at a few dozen frames, in groups of neighbours, spread over all lines. `balance` false: the
+// figures alone, with a balance that changes nothing. Throws Error as read_frame_pictures does;
+// Interrupted.
+BalanceReport measure_balance(const CaptureSet& set, const DualFisheyeCamera& camera, bool balance);
+
+}  // namespace raywalk

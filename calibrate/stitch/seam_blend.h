@@ -1,0 +1,35 @@
+// Joins the two lenses' halves of a panorama along their seam.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "calibrate/stitch/stitch_tables.h"
+
+namespace raywalk {
+
+// Works tile by tile, and only on those that the seam's surroundings touch: a fifth of the panorama
+// or so. Safe to use from several threads at once.
+class SeamBlend {
+ public:
+  // Keeps a reference to the tables' pictures (cv::Mat shares them).
+  SeamBlend(const StitchTables& tables, const StitcherOptions& options);
+
+  // `front` and `back` are CV_16SC3, levels times kLevelParts, of the tables' size, each valid
+  // where the region has its lens. Makes `front` the panorama.
+  void blend(cv::Mat* front, const cv::Mat& back) const;
+
+ private:
+  cv::Mat multi_band(const cv::Mat& front, const cv::Mat& back, const cv::Rect& tile) const;
+  void blend_bands(cv::Mat* front, const cv::Mat& back) const;
+  void feather(cv::Mat* front, const cv::Mat& back) const;
+
+  BlendMethod method_;
+  cv::Mat region_;
+  cv::Mat front_weight_;
+  int bands_ = 1;
+  int reach_px_ = 0;  // how far beyond a tile its coarsest band reads
+  std::vector<cv::Rect> tiles_{};
+};
+
+}  // namespace raywalk

@@ -1,0 +1,118 @@
+#include "calibrate/stitch/stitch_record.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 1;
+
+ordered_json balance_json(const BalanceReport& report) {
+  const BalanceFit& fit = report.fit;
+  const auto& bgr = fit.balance.back_gain;
+  return {{"back_gain", {bgr[2], bgr[1], bgr[0]}},
+          {"falloff_2", fit.balance.falloff_2},
+          {"falloff_4", fit.balance.falloff_4},
+          {"gain_sigma", fit.gain_sigma},
+          {"share_45", fit.balance.share_at(0.25 * kPi)},
+          {"share_45_sigma", fit.share_45_sigma},
+          {"share_90", fit.balance.share_at(kHalfPi)},
+          {"share_90_sigma", fit.share_90_sigma},
+          {"scatter", fit.scatter},
+          {"frames", report.frames},
+          {"overlap_ratios", report.overlap_ratios},
+          {"motion_ratios", report.motion_ratios}};
+}
+
+BalanceReport balance_from(const ordered_json& json) {
+  BalanceReport report;
+  BalanceFit& fit = report.fit;
+  const ordered_json& balance = json.at("balance");
+  for (std::size_t colour = 0; colour < 3; ++colour) {
+    fit.balance.back_gain[colour] = balance.at("back_gain").at(2 - colour).get<double>();
+  }
+  fit.balance.falloff_2 = balance.at("falloff_2").get<double>();
+  fit.balance.falloff_4 = balance.at("falloff_4").get<double>();
+  fit.gain_sigma = balance.at("gain_sigma").get<double>();
+  fit.share_45_sigma = balance.at("share_45_sigma").get<double>();
+  fit.share_90_sigma = balance.at("share_90_sigma").get<double>();
+  fit.scatter = balance.at("scatter").get<double>();
+  report.frames = balance.at("frames").get<int>();
+  report.overlap_ratios = balance.at("overlap_ratios").get<int>();
+  report.motion_ratios = balance.at("motion_ratios").get<int>();
+  fit.ratios = report.overlap_ratios + report.motion_ratios;
+  report.step_before_levels = json.at("seam").at("step_before_levels").get<double>();
+  report.step_after_levels = json.at("seam").at("step_after_levels").get<double>();
+  report.correlation = json.at("seam").at("correlation").get<double>();
+  report.warnings = json.at("warnings").get<std::vector<std::string>>();
+  return report;
+}
+
+StitchRecord record_from(const ordered_json& json) {
+  StitchRecord record;
+  record.fingerprint = json.at("fingerprint").get<std::string>();
+  record.complete = json.at("complete").get<bool>();
+  record.panorama = {json.at("width_px").get<int>(), json.at("height_px").get<int>()};
+  record.frames = json.at("frames").get<int>();
+  record.options.blend = blend_method_named(json.at("blend").get<std::string>());
+  record.options.blend_deg = json.at("blend_deg").get<double>();
+  const ordered_json& distance = json.at("seam_distance_m");
+  if (!distance.is_null()) record.options.seam_distance_m = distance.get<double>();
+  record.balance = balance_from(json);
+  return record;
+}
+
+}  // namespace
+
+std::string to_json(const StitchRecord& record) {
+  const double distance = record.options.seam_distance_m;
+  ordered_json json{{"format_version", kFormatVersion},
+                    {"fingerprint", record.fingerprint},
+                    {"complete", record.complete},
+                    {"width_px", record.panorama.width},
+                    {"height_px", record.panorama.height},
+                    {"frames", record.frames},
+                    {"blend", name_of(record.options.blend)},
+                    {"blend_deg", record.options.blend_deg},
+                    {"seam_distance_m", nullptr},
+                    {"balance", balance_json(record.balance)},
+                    {"seam",
+                     {{"step_before_levels", record.balance.step_before_levels},
+                      {"step_after_levels", record.balance.step_after_levels},
+                      {"correlation", record.balance.correlation}}},
+                    {"warnings", record.balance.warnings}};
+  if (std::isfinite(distance)) json["seam_distance_m"] = distance;
+  return json.dump(2) + "\n";
+}
+
+std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  try {
+    const ordered_json json = ordered_json::parse(read_file(file));
+    if (json.at("format_version").get<int>() != kFormatVersion) return std::nullopt;
+    return record_from(json);
+  } catch (const ordered_json::exception&) {
+    return std::nullopt;
+  } catch (const UsageError&) {
+    return std::nullopt;
+  }
+}
+
+std::string name_of(BlendMethod method) {
+  return method == BlendMethod::kMultiBand ? "multi-band" : "feather";
+}
+
+BlendMethod blend_method_named(const std::string& name) {
+  for (const BlendMethod method : {BlendMethod::kMultiBand, BlendMethod::kFeather}) {
+    if (name == name_of(method)) return method;
+  }
+  throw UsageError("unknown blend " + excerpt(name) + "; use multi-band or feather");
+}
+
+}  // namespace raywalk

@@ -1,0 +1,38 @@
+// stitch.json: what panoramas were stitched by, so that an interrupted step can go on, and figures.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "calibrate/stitch/measure_balance.h"
+#include "calibrate/stitch/stitch_tables.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+struct StitchRecord {
+  std::string fingerprint{};  // of frames, camera and options
+  bool complete = false;      // all panoramas are there
+  PanoramaSize panorama{};
+  StitcherOptions options{};
+  int frames = 0;
+  BalanceReport balance{};
+};
+
+// Keys: format_version, fingerprint, complete, width_px, height_px, frames, blend ("multi-band",
+// "feather"), blend_deg, seam_distance_m (null: infinity), balance {back_gain [red, green, blue],
+// falloff_2, falloff_4, gain_sigma, share_45, share_45_sigma, share_90, share_90_sigma, scatter,
+// frames, overlap_ratios, motion_ratios}, seam {step_before_levels, step_after_levels,
+// correlation}, warnings [text].
+std::string to_json(const StitchRecord& record);
+
+// None where there is no such file, or it is not one of this version's.
+std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file);
+
+// The name of a blend method in files and on the command line.
+std::string name_of(BlendMethod method);
+// Throws UsageError for a word that is neither.
+BlendMethod blend_method_named(const std::string& name);
+
+}  // namespace raywalk

@@ -1,0 +1,219 @@
+#include "calibrate/stitch/stitch_set.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <span>
+
+#include "calibrate/stitch/frame_pictures.h"
+#include "calibrate/stitch/measure_balance.h"
+#include "calibrate/stitch/stitch_page.h"
+#include "calibrate/stitch/stitch_record.h"
+#include "calibrate/stitch/stitcher.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/sha256.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What the frames in work may take in all, and what a frame takes per pixel of its pictures (read,
+// copied with a fourth channel) and of its panorama (levels of two lenses, the result, its PNG).
+constexpr double kWorkBytes = 1.5e9;
+constexpr double kBytesPerFramePixel = 10.0;
+constexpr double kBytesPerPanoramaPixel = 20.0;
+
+// As blend of the page's picture that shows what blending is for.
+constexpr double kHardSeam_deg = 1e-3;
+
+DualFisheyeCamera fitting_camera(const CaptureSet& set,
+                                 const std::optional<DualFisheyeCamera>& camera) {
+  if (!camera) {
+    throw UsageError(
+        "dual-fisheye frames need a lens file to be stitched; run raywalk-calibrate "
+        "lens, or give --lens FILE");
+  }
+  for (const CaptureFrame& frame : set.frames) {
+    if (camera->two_files == frame.back.has_value()) continue;
+    throw Error(fmt::format(
+        "station {}: {}, but the lens file is for a camera that gives {}; capture the station "
+        "again, or give this camera's lens file",
+        frame.name, frame.back ? "front and back in a file each" : "one picture, no back half",
+        camera->two_files ? "two files" : "one file"));
+  }
+  return scaled_to(*camera, set.frame);
+}
+
+void append(std::string* text, double value) { *text += fmt::format("{} ", value); }
+
+void append(std::string* text, const FisheyeLens& lens, const Eigen::Vector3d& position_m) {
+  for (const double value :
+       {lens.centre.u, lens.centre.v, lens.focal_px, lens.k[0], lens.k[1], lens.k[2], lens.k[3],
+        lens.largest_angle_rad, position_m.x(), position_m.y(), position_m.z()}) {
+    append(text, value);
+  }
+}
+
+void append(std::string* text, const fs::path& file) {
+  std::error_code missing;  // reading it will say so
+  const auto bytes = fs::file_size(file, missing);
+  const auto time = fs::last_write_time(file, missing).time_since_epoch().count();
+  *text += fmt::format("{} {} {}\n", file.string(), bytes, time);
+}
+
+// Of all that panoramas depend on.
+std::string fingerprint_of(const CaptureSet& set, const DualFisheyeCamera& camera,
+                           const StitchOptions& options, int width) {
+  std::string text = fmt::format("stitch 1 {} {} {} {} {}\n", width, name_of(options.blend),
+                                 options.blend_deg, options.seam_distance_m, options.balance);
+  append(&text, camera.layout.front, camera.layout.front_position_m);
+  append(&text, camera.layout.back, camera.layout.back_position_m);
+  append(&text, camera.layout.back_attitude.yaw_rad);
+  append(&text, camera.layout.back_attitude.pitch_rad);
+  append(&text, camera.layout.back_attitude.roll_rad);
+  for (const CaptureFrame& frame : set.frames) {
+    text += "\n" + frame.name + " ";
+    append(&text, frame.file);
+    if (frame.back) append(&text, *frame.back);
+  }
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+class SetStitcher {
+ public:
+  SetStitcher(const CaptureSet& set, const DualFisheyeCamera& camera, const StitchOptions& options)
+      : set_(set),
+        camera_(camera),
+        options_(options),
+        folder_(options.out / "panoramas"),
+        width_(options.width != 0 ? options.width : default_panorama_width(camera)) {}
+
+  PanoramaSize size() const { return {width_, width_ / 2}; }
+  fs::path panorama_of(const CaptureFrame& frame) const { return folder_ / (frame.name + ".png"); }
+
+  void run() {
+    const std::string fingerprint = fingerprint_of(set_, camera_, options_, width_);
+    const auto before = read_stitch_record(options_.out / "stitch.json");
+    if (before && before->fingerprint == fingerprint) {
+      record_ = *before;
+    } else {
+      begin(fingerprint);
+    }
+    const std::vector<int> missing = missing_frames();
+    if (record_.complete && missing.empty() && fs::exists(options_.out / "stitch.html")) return;
+    const Stitcher stitcher(camera_, width_, stitcher_options(), record_.balance.fit.balance);
+    stitch(stitcher, missing);
+    finish(stitcher);
+  }
+
+ private:
+  StitcherOptions stitcher_options() const {
+    return {options_.blend, options_.blend_deg, options_.seam_distance_m};
+  }
+
+  // Panoramas of other frames or options go before the record that would vouch for them comes.
+  void begin(const std::string& fingerprint) {
+    record_ = {.fingerprint = fingerprint,
+               .panorama = size(),
+               .options = stitcher_options(),
+               .frames = static_cast<int>(set_.frames.size())};
+    record_.balance = measure_balance(set_, camera_, options_.balance);
+    fs::remove_all(folder_);
+    make_directories(folder_);
+    write_file_atomically(options_.out / "stitch.json", to_json(record_));
+  }
+
+  std::vector<int> missing_frames() const {
+    std::vector<int> missing;
+    for (std::size_t i = 0; i < set_.frames.size(); ++i) {
+      if (!fs::exists(panorama_of(set_.frames[i]))) missing.push_back(static_cast<int>(i));
+    }
+    return missing;
+  }
+
+  // As many frames at once as there are threads, and memory allows.
+  int frames_at_once(const Stitcher& stitcher) const {
+    const double files = camera_.two_files ? 2.0 : 1.0;
+    const double bytes =
+        kBytesPerFramePixel * files * camera_.picture.width * camera_.picture.height +
+        kBytesPerPanoramaPixel * stitcher.table_pixels();
+    return std::clamp(static_cast<int>(kWorkBytes / bytes), 1, thread_count());
+  }
+
+  // A worker per frame at once takes one after the other: tasks that waited for memory could be
+  // picked up by the very thread that holds it.
+  void stitch(const Stitcher& stitcher, const std::vector<int>& frames) const {
+    Progress progress("stitching", static_cast<std::int64_t>(frames.size()), "panoramas");
+    std::atomic<std::size_t> next = 0;
+    parallel_for(0, frames_at_once(stitcher), 1, [&](int, int) {
+      for (std::size_t i = next++; i < frames.size(); i = next++) {
+        throw_if_interrupted();
+        try {
+          stitch(stitcher, set_.frames[static_cast<std::size_t>(frames[i])]);
+        } catch (...) {
+          next = frames.size();  // the others stop after their frame
+          throw;
+        }
+        progress.advance();
+      }
+    });
+  }
+
+  void stitch(const Stitcher& stitcher, const CaptureFrame& frame) const {
+    const FramePictures pictures = read_frame_pictures(frame, camera_);
+    write_image(panorama_of(frame), stitcher.stitch(pictures.front, pictures.back));
+  }
+
+  void finish(const Stitcher& stitcher) {
+    const CaptureFrame& frame = set_.frames[set_.frames.size() / 2];
+    const FramePictures pictures = read_frame_pictures(frame, camera_);
+    StitcherOptions hard = stitcher_options();
+    hard.blend = BlendMethod::kFeather;
+    hard.blend_deg = kHardSeam_deg;
+    const Stitcher unbalanced(camera_, width_, hard, {});
+    const StitchSample sample{frame.name, stitcher.stitch(pictures.front, pictures.back),
+                              unbalanced.stitch(pictures.front, pictures.back)};
+    write_file_atomically(options_.out / "stitch.html", stitch_page(record_, sample));
+    record_.complete = true;
+    write_file_atomically(options_.out / "stitch.json", to_json(record_));
+    for (const std::string& warning : record_.balance.warnings) spdlog::warn("{}", warning);
+  }
+
+  const CaptureSet& set_;
+  const DualFisheyeCamera& camera_;
+  const StitchOptions& options_;
+  fs::path folder_;
+  int width_;
+  StitchRecord record_{};
+};
+
+}  // namespace
+
+CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
+                      const StitchOptions& options) {
+  if (set.layout == FrameLayout::kPanorama) return set;
+  const DualFisheyeCamera fitting = fitting_camera(set, camera);
+  make_directories(options.out);
+  SetStitcher stitcher(set, fitting, options);
+  stitcher.run();
+  CaptureSet panoramas = set;
+  panoramas.layout = FrameLayout::kPanorama;
+  panoramas.frame = stitcher.size();
+  for (CaptureFrame& frame : panoramas.frames) {
+    frame.file = stitcher.panorama_of(frame);
+    frame.back.reset();
+    frame.sha256.clear();
+  }
+  return panoramas;
+}
+
+}  // namespace raywalk

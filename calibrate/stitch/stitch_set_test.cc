@@ -1,0 +1,249 @@
+#include "calibrate/stitch/stitch_set.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calibrate/stitch/stitch_record.h"
+#include "calibrate/stitch/stitch_test_camera.h"
+#include "capture/simulated/virtual_room/lens_light.h"
+#include "capture/simulated/virtual_room/sensor.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+#include "core/report/markup_check.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr int kStations = 12;
+constexpr LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
+
+// A line of stations 25 mm apart, through lenses that lose light and a sensor with noise. Rendered
+// once for all tests.
+const std::vector<cv::Mat>& line_frames() {
+  static const std::vector<cv::Mat> frames = [] {
+    const DualFisheyeCamera camera = test_camera(220, 0.01);
+    const cv::Mat light = lens_light(camera.layout, camera.picture, kLight);
+    const SensorSettings sensor{.noise_levels = 1.0, .shot_noise = 0.02};
+    std::vector<cv::Mat> made;
+    for (int i = 0; i < kStations; ++i) {
+      const CameraPose pose{{0.025 * i - 0.15, 0.0, 0.1}, {}};
+      const cv::Mat seen = test_room().dual_fisheye(pose, camera.layout, camera.picture);
+      made.push_back(apply_sensor(seen, sensor, 0.8 + 0.01 * i, static_cast<unsigned>(i), light));
+    }
+    return made;
+  }();
+  return frames;
+}
+
+class StitchSetTest : public testing::Test {
+ protected:
+  // The first `count` stations, one PNG each.
+  CaptureSet line(int count) {
+    CaptureSet set;
+    set.layout = FrameLayout::kDualFisheye;
+    set.frame = camera_.picture;
+    set.lines = {{.id = "x0"}};
+    for (int i = 0; i < count; ++i) {
+      const std::string name = "x0_" + std::to_string(i);
+      const fs::path file = directory_ / (name + ".png");
+      write_image(file, line_frames()[static_cast<std::size_t>(i)]);
+      set.lines[0].frames.push_back(i);
+      set.frames.push_back({.name = name, .file = file});
+    }
+    return set;
+  }
+
+  // The same with a file for each lens, and the camera's lens file for them.
+  CaptureSet in_halves(int count) {
+    CaptureSet set = line(count);
+    const int half = camera_.picture.width / 2;
+    camera_.picture.width = set.frame.width = half;
+    camera_.two_files = true;
+    camera_.layout.back.centre.u -= half;
+    for (CaptureFrame& frame : set.frames) {
+      const cv::Mat both = read_picture(frame.file);
+      frame.back = directory_ / (frame.name + "_back.png");
+      write_image(*frame.back, both(cv::Rect(half, 0, half, both.rows)));
+      write_image(frame.file, both(cv::Rect(0, 0, half, both.rows)));
+    }
+    return set;
+  }
+
+  StitchOptions options() const { return {.width = 256, .out = directory_ / "out"}; }
+
+  std::string message_of(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera) {
+    try {
+      stitch_set(set, camera, options());
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+
+  fs::path panorama(int station) const {
+    return directory_ / ("out/panoramas/x0_" + std::to_string(station) + ".png");
+  }
+
+  TestDirectory directory_;
+  DualFisheyeCamera camera_ = test_camera(220, 0.01);
+};
+
+TEST_F(StitchSetTest, WritesPanoramasFiguresAndPage) {
+  const CaptureSet set = stitch_set(line(3), camera_, options());
+  EXPECT_EQ(set.layout, FrameLayout::kPanorama);
+  EXPECT_EQ(set.frame, (PanoramaSize{256, 128}));
+  ASSERT_EQ(set.frames.size(), 3U);
+  for (int i = 0; i < 3; ++i) {
+    const CaptureFrame& frame = set.frames[static_cast<std::size_t>(i)];
+    EXPECT_EQ(frame.file, panorama(i));
+    EXPECT_EQ(read_panorama(frame.file).size(), cv::Size(256, 128));
+  }
+  const auto json = nlohmann::json::parse(read_file(directory_ / "out/stitch.json"));
+  EXPECT_EQ(json.at("complete"), true);
+  EXPECT_EQ(json.at("frames"), 3);
+  EXPECT_EQ(json.at("blend"), "multi-band");
+  EXPECT_TRUE(json.at("seam_distance_m").is_null());
+  const std::string page = read_file(directory_ / "out/stitch.html");
+  EXPECT_EQ(markup_fault(page), "");
+  EXPECT_THAT(page, HasSubstr("levels"));
+}
+
+// The lenses' true laws, which another formula made (capture/simulated/virtual_room/lens_light.h).
+TEST_F(StitchSetTest, FindsWhatTheLensesDidToTheLight) {
+  stitch_set(line(kStations), camera_, options());
+  const auto record = read_stitch_record(directory_ / "out/stitch.json");
+  ASSERT_TRUE(record);
+  const BalanceReport& report = record->balance;
+  for (const double gain : report.fit.balance.back_gain) EXPECT_NEAR(gain, std::exp2(0.2), 0.015);
+  const auto true_share = [](double angle_deg) {
+    const double square = (angle_deg / 97.0) * (angle_deg / 97.0);
+    return 1.0 - kLight.vignetting * 0.5 * (square + square * square);
+  };
+  for (const double angle_deg : {45.0, 70.0, 90.0}) {
+    EXPECT_NEAR(report.fit.balance.share_at(radians_from_degrees(angle_deg)), true_share(angle_deg),
+                0.04)
+        << angle_deg;
+  }
+  EXPECT_GT(report.step_before_levels, 5.0);
+  EXPECT_LT(report.step_after_levels, 0.5);
+  EXPECT_GT(report.correlation, 0.95);
+  EXPECT_TRUE(report.warnings.empty());
+}
+
+TEST_F(StitchSetTest, GoesOnWhereItStopped) {
+  const CaptureSet set = line(3);
+  stitch_set(set, camera_, options());
+  const std::string first = read_file(panorama(1));
+  // One is missing, another is marked: only the missing one is made again.
+  fs::remove(panorama(1));
+  const cv::Mat marked(128, 256, CV_8UC3, cv::Scalar(1, 2, 3));
+  write_image(panorama(2), marked);
+  stitch_set(set, camera_, options());
+  EXPECT_EQ(read_file(panorama(1)), first);
+  EXPECT_EQ(cv::norm(read_panorama(panorama(2)), marked, cv::NORM_INF), 0.0);
+  // Another camera makes them all anew.
+  camera_.layout.front.focal_px += 0.5;
+  stitch_set(set, camera_, options());
+  EXPECT_GT(cv::norm(read_panorama(panorama(2)), marked, cv::NORM_INF), 50.0);
+  EXPECT_NE(read_file(panorama(1)), first);
+}
+
+TEST_F(StitchSetTest, PanoramasPassThrough) {
+  CaptureSet set = line(2);
+  set.layout = FrameLayout::kPanorama;
+  const CaptureSet same = stitch_set(set, std::nullopt, options());
+  EXPECT_EQ(same.frames[1].file, set.frames[1].file);
+  EXPECT_FALSE(fs::exists(directory_ / "out"));
+}
+
+TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledWhereProportionsAgree) {
+  const CaptureSet set = stitch_set(line(1), test_camera(440, 0.01), {.out = directory_ / "out"});
+  EXPECT_NEAR(set.frame.width, default_panorama_width(camera_), 16);
+  DualFisheyeCamera square = camera_;
+  square.picture.width = square.picture.height;
+  EXPECT_THROW(stitch_set(line(1), square, options()), Error);
+}
+
+TEST_F(StitchSetTest, WithoutALensFileItSaysHowToGetOne) {
+  EXPECT_THAT(message_of(line(1), std::nullopt), HasSubstr("raywalk-calibrate lens"));
+  EXPECT_THROW(stitch_set(line(1), std::nullopt, options()), UsageError);
+}
+
+TEST_F(StitchSetTest, MissingBackHalvesAreNamed) {
+  camera_.two_files = true;
+  EXPECT_THAT(message_of(line(2), camera_), HasSubstr("station x0_0: one picture, no back half"));
+  CaptureSet set = line(2);
+  for (CaptureFrame& frame : set.frames) frame.back = frame.file;
+  set.frames[1].back.reset();
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("station x0_1"));
+  camera_.two_files = false;
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("station x0_0: front and back in a file each"));
+  EXPECT_FALSE(fs::exists(directory_ / "out"));
+}
+
+TEST_F(StitchSetTest, BackHalfOfAnotherSizeIsNamed) {
+  CaptureSet set = in_halves(2);
+  write_image(directory_ / "small.png", cv::Mat(100, 100, CV_8UC3, cv::Scalar::all(0)));
+  set.frames[1].back = directory_ / "small.png";
+  EXPECT_THAT(message_of(set, camera_),
+              HasSubstr("small.png: 100x100, but the other frames are 220x220"));
+}
+
+TEST_F(StitchSetTest, DamagedPicturesAreNamedAndLeaveNoHalfPanorama) {
+  const CaptureSet set = line(3);
+  const std::string whole = read_file(set.frames[1].file);
+  std::ofstream(set.frames[1].file, std::ios::binary) << whole.substr(0, whole.size() / 2);
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_1.png: the image is cut short"));
+  EXPECT_FALSE(fs::exists(panorama(1)));
+  fs::remove(set.frames[1].file);
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_1.png"));
+  // The whole file back, it goes on.
+  write_file_atomically(set.frames[1].file, whole);
+  EXPECT_EQ(message_of(set, camera_), "no error");
+}
+
+TEST_F(StitchSetTest, PanoramaAmongTheFramesIsFoundOut) {
+  const CaptureSet set = line(3);
+  write_image(set.frames[2].file, test_room().panorama(kTestPose, camera_.picture));
+  EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_2.png: bright around the image circles"));
+}
+
+TEST_F(StitchSetTest, FilesForEachLensGiveTheSamePanoramas) {
+  stitch_set(line(2), camera_, options());
+  const cv::Mat of_one = read_panorama(panorama(1));
+  const CaptureSet halves = in_halves(2);
+  stitch_set(halves, camera_, options());
+  EXPECT_GT(psnr_db(read_panorama(panorama(1)), of_one), 45.0);
+}
+
+// As some cameras mount their second sensor, and the lens file does not say.
+TEST_F(StitchSetTest, BackLensUpsideDownIsFlagged) {
+  const CaptureSet set = in_halves(4);
+  for (const CaptureFrame& frame : set.frames) {
+    cv::Mat turned;
+    cv::flip(read_picture(*frame.back), turned, -1);
+    write_image(*frame.back, turned);
+  }
+  stitch_set(set, camera_, options());
+  const auto record = read_stitch_record(directory_ / "out/stitch.json");
+  ASSERT_TRUE(record && !record->balance.warnings.empty());
+  EXPECT_THAT(record->balance.warnings[0], HasSubstr("do not show the same along their seam"));
+}
+
+TEST(BlendMethodTest, NamesGoBothWays) {
+  EXPECT_EQ(blend_method_named("feather"), BlendMethod::kFeather);
+  EXPECT_EQ(blend_method_named(name_of(BlendMethod::kMultiBand)), BlendMethod::kMultiBand);
+  EXPECT_THROW(blend_method_named("none"), UsageError);
+}
+
+}  // namespace
+}  // namespace raywalk

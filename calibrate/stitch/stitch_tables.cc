@@ -1,0 +1,147 @@
+#include "calibrate/stitch/stitch_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "calibrate/stitch/lens_view.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+// Cubics read two pixels on, and the outermost pixel of an image circle is dim.
+constexpr double kRim_px = 3.0;
+constexpr int kRowsAtOnce = 16;
+
+struct RowTables {
+  LensSamples front{};
+  LensSamples back{};
+};
+
+class TableBuilder {
+ public:
+  TableBuilder(const DualFisheyeCamera& camera, PanoramaSize size, const StitcherOptions& options,
+               const LensBalance& balance)
+      : size_(size),
+        front_(front_view(camera, options.seam_distance_m)),
+        back_(back_view(camera, options.seam_distance_m)),
+        balance_(balance),
+        blend_rad_(radians_from_degrees(options.blend_deg)),
+        // A multi-band blender's coarse bands reach as far beyond the ramp again.
+        reach_rad_(options.blend == BlendMethod::kFeather ? 0.5 * blend_rad_ : blend_rad_) {}
+
+  // Fills a row of the tables' pictures; returns how many pixels neither lens sees.
+  int fill_row(int row, StitchTables* tables, RowTables* in_row) const {
+    auto* region = tables->region.ptr<unsigned char>(row);
+    auto* weight = tables->front_weight.ptr<float>(row);
+    int unseen = 0;
+    for (int column = 0; column < size_.width; ++column) {
+      const Eigen::Vector3d direction = direction_from_angles(
+          angles_from_pixel({static_cast<double>(column), static_cast<double>(row)}, size_));
+      const auto in_front = front_.look(direction), in_back = back_.look(direction);
+      if (!in_front && !in_back) {
+        ++unseen;
+        continue;
+      }
+      region[column] = region_of(in_front, in_back, &weight[column]);
+      if (region[column] != kBackOnly) add(*in_front, row, column, &in_row->front);
+      if (region[column] != kFrontOnly) add(*in_back, row, column, &in_row->back);
+    }
+    return unseen;
+  }
+
+ private:
+  // Half the difference of the margins is the angle from the seam, half their sum the angle that
+  // the lenses' overlap reaches from it.
+  unsigned char region_of(const std::optional<LensImage>& in_front,
+                          const std::optional<LensImage>& in_back, float* front_weight) const {
+    *front_weight = in_front ? 1.0F : 0.0F;
+    if (!in_back) return kFrontOnly;
+    if (!in_front) return kBackOnly;
+    const double from_seam = 0.5 * (in_front->margin_rad - in_back->margin_rad);
+    const double overlap = 0.5 * (in_front->margin_rad + in_back->margin_rad) -
+                           kRim_px / std::min(front_.lens().focal_px, back_.lens().focal_px);
+    const double ramp = std::min(0.5 * blend_rad_, overlap);
+    *front_weight =
+        static_cast<float>(ramp > 0.0 ? std::clamp(0.5 + 0.5 * from_seam / ramp, 0.0, 1.0)
+                                      : (from_seam >= 0.0 ? 1.0 : 0.0));
+    if (std::abs(from_seam) < std::min(reach_rad_, overlap)) return kBothLenses;
+    return from_seam >= 0.0 ? kFrontOnly : kBackOnly;
+  }
+
+  void add(const LensImage& image, int row, int column, LensSamples* to) const {
+    const bool follows =
+        !to->runs.empty() && to->runs.back().column + to->runs.back().count == column;
+    if (!follows) to->runs.push_back({row, column, 0, to->samples.size()});
+    ++to->runs.back().count;
+    to->samples.push_back({static_cast<float>(image.pixel.u), static_cast<float>(image.pixel.v),
+                           static_cast<float>(root_of_light(balance_.share_at(image.angle_rad)))});
+  }
+
+  PanoramaSize size_;
+  LensView front_, back_;
+  LensBalance balance_;
+  double blend_rad_;
+  double reach_rad_;
+};
+
+void append(const LensSamples& from, LensSamples* to) {
+  for (SampleRun run : from.runs) {
+    run.first += to->samples.size();
+    to->runs.push_back(run);
+  }
+  to->samples.insert(to->samples.end(), from.samples.begin(), from.samples.end());
+}
+
+LensSamples joined(std::vector<RowTables>* rows, LensSamples RowTables::*lens) {
+  LensSamples all;
+  std::size_t count = 0;
+  for (const RowTables& row : *rows) count += (row.*lens).samples.size();
+  all.samples.reserve(count);
+  for (RowTables& row : *rows) {
+    append(row.*lens, &all);
+    row.*lens = {};
+  }
+  return all;
+}
+
+}  // namespace
+
+StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
+                                const StitcherOptions& options, const LensBalance& balance) {
+  StitchTables tables;
+  tables.size = size;
+  tables.region.create(size.height, size.width, CV_8UC1);
+  tables.front_weight.create(size.height, size.width, CV_32FC1);
+  const TableBuilder builder(camera, size, options, balance);
+  std::vector<RowTables> rows(static_cast<std::size_t>(size.height));
+  std::vector<int> unseen(rows.size());
+  parallel_for(0, size.height, kRowsAtOnce, [&](int begin, int end) {
+    for (int row = begin; row < end; ++row) {
+      const auto at = static_cast<std::size_t>(row);
+      unseen[at] = builder.fill_row(row, &tables, &rows[at]);
+    }
+  });
+  // By solid angle: rows near the poles count less.
+  double unseen_share = 0.0;
+  for (int row = 0; row < size.height; ++row) {
+    const double phi = angles_from_pixel({0.0, static_cast<double>(row)}, size).phi_rad;
+    unseen_share += unseen[static_cast<std::size_t>(row)] * std::cos(phi) * kHalfPi /
+                    (static_cast<double>(size.width) * size.height);
+  }
+  if (unseen_share > 0.0) {
+    throw Error(
+        fmt::format("the two lenses leave a gap of {:.2g} % of all directions between "
+                    "them; give both a largest_angle_deg that reaches the other's view",
+                    100.0 * unseen_share));
+  }
+  tables.front = joined(&rows, &RowTables::front);
+  tables.back = joined(&rows, &RowTables::back);
+  return tables;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,63 @@
+// Which pixel of which lens's picture every pixel of a panorama is read from.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "calibrate/stitch/fisheye_kernels.h"
+#include "calibrate/stitch/lens_balance.h"
+#include "core/files/lens_file.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+enum class BlendMethod {
+  kMultiBand,  // OpenCV's multi-band blender: wide for coarse structure, narrow for fine
+  kFeather,    // one linear ramp: faster
+};
+
+// Wide enough to hide what balancing leaves, narrow enough that what both lenses see at different
+// places (they stand apart) shows twice in little of the picture.
+inline constexpr double kDefaultBlend_deg = 2.0;
+
+struct StitcherOptions {
+  BlendMethod blend = BlendMethod::kMultiBand;
+  double blend_deg = kDefaultBlend_deg;  // above 0 and at most 30
+  // How far the scene is taken to be at; see StitchOptions.
+  double seam_distance_m = std::numeric_limits<double>::infinity();
+};
+
+// Neighbouring pixels of a panorama's row that are read from one lens.
+struct SampleRun {
+  int row = 0;
+  int column = 0;
+  int count = 0;
+  std::size_t first = 0;  // into LensSamples::samples
+};
+
+struct LensSamples {
+  std::vector<SampleRun> runs{};
+  std::vector<FisheyeSample> samples{};
+};
+
+// Which lenses a pixel of the panorama is read from.
+inline constexpr unsigned char kFrontOnly = 0;
+inline constexpr unsigned char kBackOnly = 1;
+inline constexpr unsigned char kBothLenses = 2;
+
+struct StitchTables {
+  PanoramaSize size{};
+  LensSamples front{};
+  LensSamples back{};
+  cv::Mat region{};        // CV_8UC1, one of the three above
+  cv::Mat front_weight{};  // CV_32FC1, 0..1: a ramp across the seam; 0.5 on it
+};
+
+// The seam runs where both lenses see as far from their rims. Throws Error where directions are
+// left that neither lens sees.
+StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
+                                const StitcherOptions& options, const LensBalance& balance);
+
+}  // namespace raywalk

@@ -1,0 +1,64 @@
+// For tests: a dual-fisheye camera in a virtual room, and pictures to compare panoramas with.
+#pragma once
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "calibrate/stitch/stitch_tables.h"
+#include "capture/simulated/virtual_room/test_rooms.h"
+#include "capture/simulated/virtual_room/virtual_room.h"
+#include "core/files/lens_file.h"
+
+namespace raywalk {
+
+// Lenses that are neither equidistant nor centred, the back one turned a little, 194 degrees each.
+inline DualFisheyeCamera test_camera(int height_px, double lens_distance_m) {
+  DualFisheyeCamera camera;
+  camera.picture = {2 * height_px, height_px};
+  camera.layout = simple_dual_fisheye(camera.picture);
+  DualFisheyeLayout& layout = camera.layout;
+  layout.front.k = {0.02, -0.0065, 0.0009, -0.00005};
+  layout.back.k = {0.018, -0.0058, 0.0007, -0.00003};
+  layout.front.largest_angle_rad = layout.back.largest_angle_rad = radians_from_degrees(97.0);
+  layout.front.focal_px *= 0.95;
+  layout.back.focal_px *= 0.953;
+  layout.front.centre.u += 1.3;
+  layout.back.centre.v -= 0.8;
+  layout.back_attitude = {radians_from_degrees(-179.65), radians_from_degrees(0.3),
+                          radians_from_degrees(-0.25)};
+  layout.front_position_m = {0, 0, 0.5 * lens_distance_m};
+  layout.back_position_m = {0, 0, -0.5 * lens_distance_m};
+  return camera;
+}
+
+inline double psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& where = cv::Mat()) {
+  cv::Mat difference;
+  cv::absdiff(a, b, difference);
+  difference.convertTo(difference, CV_32F);
+  const cv::Scalar mean = cv::mean(difference.mul(difference), where);
+  return 10.0 * std::log10(255.0 * 255.0 * 3.0 / (mean[0] + mean[1] + mean[2]));
+}
+
+// 255 within so many degrees of the plane half way between the lenses.
+inline cv::Mat near_seam(PanoramaSize size, double within_deg) {
+  cv::Mat mask(size.height, size.width, CV_8UC1);
+  for (int v = 0; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const Eigen::Vector3d direction =
+          direction_from_angles(angles_from_pixel({double(u), double(v)}, size));
+      const bool near = std::abs(std::asin(direction.z())) < radians_from_degrees(within_deg);
+      mask.at<unsigned char>(v, u) = near ? 255 : 0;
+    }
+  }
+  return mask;
+}
+
+inline const VirtualRoom& test_room() {
+  static const VirtualRoom room(furnished_room(1));
+  return room;
+}
+
+inline const CameraPose kTestPose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
+
+}  // namespace raywalk

@@ -1,0 +1,111 @@
+#include "calibrate/stitch/stitcher.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kSmallestWidth_px = 64;
+constexpr int kLargestWidth_px = 32768;
+constexpr double kWidestBlend_deg = 30.0;
+// What a panorama may be coarser than the frames before edges get jagged. Along their rims
+// equidistant frames are pi / 2 times as fine as in their middle anyway.
+constexpr double kMostMinification = 1.25;
+
+double native_width(const DualFisheyeCamera& camera) {
+  return kPi * (camera.layout.front.focal_px + camera.layout.back.focal_px);
+}
+
+int checked_width(int width) {
+  if (width < kSmallestWidth_px || width > kLargestWidth_px || width % 2 != 0) {
+    throw UsageError(fmt::format("a panorama cannot be {} px wide; give an even width of {} to {}",
+                                 width, kSmallestWidth_px, kLargestWidth_px));
+  }
+  return width;
+}
+
+const StitcherOptions& checked(const StitcherOptions& options) {
+  if (!(options.blend_deg > 0.0 && options.blend_deg <= kWidestBlend_deg)) {
+    throw UsageError(
+        fmt::format("lenses cannot be blended over {:g} degrees; give more than 0 and "
+                    "at most {:g}",
+                    options.blend_deg, kWidestBlend_deg));
+  }
+  if (!(options.seam_distance_m > 0.0)) {
+    throw UsageError(
+        fmt::format("the seam cannot be made for a distance of {:g} m; give more than "
+                    "0, or leave it out for infinity",
+                    options.seam_distance_m));
+  }
+  return options;
+}
+
+PanoramaSize scaled(PanoramaSize size, int factor) {
+  return {factor * size.width, factor * size.height};
+}
+
+// With the border that cubics read, and a fourth channel so that a pixel is one machine word.
+cv::Mat padded(const cv::Mat& picture) {
+  constexpr int kBorder = kFisheyeBorder;
+  cv::Mat bordered(picture.rows + 2 * kBorder, picture.cols + 2 * kBorder, CV_8UC4);
+  cv::Mat inner = bordered(cv::Rect({kBorder, kBorder}, picture.size()));
+  cv::cvtColor(picture, inner, cv::COLOR_BGR2BGRA);
+  // Writes the border alone, as its source lies in the middle of its result already.
+  cv::copyMakeBorder(inner, bordered, kBorder, kBorder, kBorder, kBorder,
+                     cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
+  return bordered;
+}
+
+// Levels times kLevelParts, CV_16SC3; only what the runs cover is written.
+cv::Mat sampled(const cv::Mat& bordered, const LensSamples& lens, const ColourRoots& colours,
+                PanoramaSize size) {
+  const FisheyePixels pixels{bordered.ptr(kFisheyeBorder) + 4 * kFisheyeBorder,
+                             static_cast<std::int64_t>(bordered.step[0])};
+  cv::Mat levels(size.height, size.width, CV_16SC3);
+  for (const SampleRun& run : lens.runs) {
+    fisheye_kernels().sample(pixels, &lens.samples[run.first], run.count, colours,
+                             levels.ptr<std::int16_t>(run.row) + std::ptrdiff_t{3} * run.column);
+  }
+  return levels;
+}
+
+}  // namespace
+
+int default_panorama_width(const DualFisheyeCamera& camera) {
+  constexpr double kMultiple = 16.0;
+  const double width = kMultiple * std::round(native_width(camera) / kMultiple);
+  return static_cast<int>(std::clamp<double>(width, kSmallestWidth_px, kLargestWidth_px));
+}
+
+Stitcher::Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
+                   const LensBalance& balance)
+    : size_{checked_width(width), width / 2},
+      oversampling_(std::max(
+          1, static_cast<int>(std::ceil(native_width(camera) / (kMostMinification * width))))),
+      tables_(make_stitch_tables(camera, scaled(size_, oversampling_), checked(options), balance)),
+      seam_(tables_, options) {
+  for (std::size_t colour = 0; colour < balance.back_gain.size(); ++colour) {
+    back_roots_.bgr[colour] = static_cast<float>(root_of_light(balance.back_gain[colour]));
+  }
+}
+
+cv::Mat Stitcher::stitch(const cv::Mat& front, const cv::Mat& back) const {
+  const cv::Mat front_padded = padded(front);
+  const cv::Mat back_padded = front.data == back.data ? front_padded : padded(back);
+  cv::Mat levels = sampled(front_padded, tables_.front, ColourRoots{}, tables_.size);
+  seam_.blend(&levels, sampled(back_padded, tables_.back, back_roots_, tables_.size));
+  cv::Mat fine;
+  levels.convertTo(fine, CV_8U, 1.0 / kLevelParts);
+  if (oversampling_ == 1) return fine;
+  cv::Mat panorama;
+  cv::resize(fine, panorama, {size_.width, size_.height}, 0.0, 0.0, cv::INTER_AREA);
+  return panorama;
+}
+
+}  // namespace raywalk

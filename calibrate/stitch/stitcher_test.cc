@@ -1,0 +1,191 @@
+#include "calibrate/stitch/stitcher.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calibrate/stitch/stitch_test_camera.h"
+#include "core/base/error.h"
+#include "core/panorama/panorama_rotation.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr int kWidth = 512;
+constexpr PanoramaSize kSize{kWidth, kWidth / 2};
+constexpr int kHeight = 290;  // of frames whose own width is about 512
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+cv::Mat frame_of(const DualFisheyeCamera& camera) {
+  return test_room().dual_fisheye(kTestPose, camera.layout, camera.picture);
+}
+
+const cv::Mat& truth() {
+  static const cv::Mat panorama = test_room().panorama(kTestPose, kSize);
+  return panorama;
+}
+
+// What reading a picture between its pixels costs by itself: a panorama taken with the camera
+// turned, and turned back.
+double resampling_psnr_db() {
+  const Eigen::Matrix3d turned = world_from_camera({0.7, 0.4, -0.2});
+  const Eigen::Matrix3d pose = world_from_camera(kTestPose.attitude);
+  const CameraPose other{kTestPose.position_m, attitude_from_world_from_camera(pose * turned)};
+  return psnr_db(rotate_panorama(test_room().panorama(other, kSize), turned), truth());
+}
+
+DualFisheyeCamera grey_camera() { return test_camera(200, 0.0); }
+
+// One level in the front lens's half of the picture, another in the back's.
+cv::Mat two_levels(PanoramaSize picture, int front, int back) {
+  cv::Mat frame(picture.height, picture.width, CV_8UC3, cv::Scalar::all(front));
+  frame(cv::Rect(picture.width / 2, 0, picture.width / 2, picture.height)).setTo(back);
+  return frame;
+}
+
+// The largest difference between neighbours of a row, the seams included.
+int largest_step(const cv::Mat& panorama) {
+  int largest = 0;
+  for (int u = 1; u < panorama.cols; ++u) {
+    const int row = panorama.rows / 2;
+    largest = std::max(largest, std::abs(panorama.at<cv::Vec3b>(row, u)[1] -
+                                         panorama.at<cv::Vec3b>(row, u - 1)[1]));
+  }
+  return largest;
+}
+
+TEST(StitcherTest, AgreesWithTheRoomAsWellAsResamplingAllows) {
+  const DualFisheyeCamera camera = test_camera(kHeight, 0.0);
+  EXPECT_NEAR(default_panorama_width(camera), kWidth, 16);
+  const cv::Mat frame = frame_of(camera), seam = near_seam(kSize, 4.0);
+  const double resampling_db = resampling_psnr_db();
+  for (const BlendMethod blend : {BlendMethod::kMultiBand, BlendMethod::kFeather}) {
+    const cv::Mat panorama = Stitcher(camera, kWidth, {.blend = blend}, {}).stitch(frame);
+    const double off_seam_db = psnr_db(panorama, truth(), ~seam);
+    // 36.8 of 37.4 dB: in the middle of the lenses the frame is a little coarser than a panorama.
+    EXPECT_GT(off_seam_db, resampling_db - 1.0);
+    // There the fisheye pictures are finer than the panorama.
+    EXPECT_GT(psnr_db(panorama, truth(), seam), off_seam_db);
+  }
+}
+
+// Lenses that stand 10 mm apart see what is near at different places. Taking the scene to be at the
+// room's typical distance makes up for most of that.
+TEST(StitcherTest, LensesApartCostLessWhereTheSceneIsTakenToBeNear) {
+  const DualFisheyeCamera camera = test_camera(kHeight, 0.01);
+  const cv::Mat frame = frame_of(camera), seam = near_seam(kSize, 4.0);
+  const cv::Mat far = Stitcher(camera, kWidth, {.seam_distance_m = kInfinity}, {}).stitch(frame);
+  const cv::Mat near = Stitcher(camera, kWidth, {.seam_distance_m = 1.5}, {}).stitch(frame);
+  EXPECT_GT(psnr_db(near, truth(), seam), psnr_db(far, truth(), seam) + 1.5);
+  EXPECT_GT(psnr_db(near, truth()), psnr_db(far, truth()) + 0.5);
+  EXPECT_GT(psnr_db(far, truth(), seam), 30.0);
+}
+
+// Half the width: edges stay smooth, as all of the frame's pixels count.
+TEST(StitcherTest, CoarsePanoramaIsAveragedDown) {
+  const DualFisheyeCamera camera = test_camera(kHeight, 0.0);
+  const cv::Mat frame = frame_of(camera);
+  const cv::Mat coarse = Stitcher(camera, kWidth / 4, {}, {}).stitch(frame);
+  cv::Mat averaged;
+  cv::resize(truth(), averaged, coarse.size(), 0, 0, cv::INTER_AREA);
+  EXPECT_GT(psnr_db(coarse, averaged), 40.0);
+}
+
+TEST(StitcherTest, TwoPicturesGiveWhatTheirHalvesInOneDo) {
+  DualFisheyeCamera camera = test_camera(kHeight, 0.0);
+  const cv::Mat both = frame_of(camera);
+  const cv::Mat joined = Stitcher(camera, kWidth, {}, {}).stitch(both);
+  const int half = camera.picture.width / 2;
+  const cv::Mat front = both(cv::Rect(0, 0, half, kHeight)).clone();
+  const cv::Mat back = both(cv::Rect(half, 0, half, kHeight)).clone();
+  camera.picture.width = half;
+  camera.two_files = true;
+  camera.layout.back.centre.u -= half;
+  EXPECT_LE(cv::norm(Stitcher(camera, kWidth, {}, {}).stitch(front, back), joined, cv::NORM_INF),
+            1.0);
+}
+
+// Light times 1.3 in the back lens, and falling off in both.
+TEST(StitcherTest, BalanceUndoesGainAndFalloff) {
+  const DualFisheyeCamera camera = grey_camera();
+  const LensBalance balance{{1.3, 1.3, 1.3}, 0.0, 0.0};
+  // 1.3 times the light of level 120 is 135.5 (core/panorama/srgb.h).
+  const cv::Mat frame = two_levels(camera.picture, 120, 135);
+  const cv::Mat panorama = Stitcher(camera, 256, {}, balance).stitch(frame);
+  EXPECT_NEAR(panorama.at<cv::Vec3b>(64, 128)[0], 120, 1);
+  EXPECT_NEAR(panorama.at<cv::Vec3b>(64, 0)[0], 120, 1);
+  const LensBalance falloff{{1, 1, 1}, -0.2, 0.0};
+  const cv::Mat brightened =
+      Stitcher(camera, 256, {}, falloff).stitch(two_levels(camera.picture, 100, 100));
+  EXPECT_NEAR(brightened.at<cv::Vec3b>(64, 128)[1], 100, 1);
+  // At 90 degrees e^(0.2 * 2.467) = 1.638 times the light: level 126.
+  EXPECT_NEAR(brightened.at<cv::Vec3b>(64, 192)[1], 126, 1);
+}
+
+TEST(StitcherTest, BlendsHideAStepOfBrightness) {
+  const DualFisheyeCamera camera = grey_camera();
+  const cv::Mat frame = two_levels(camera.picture, 100, 140);
+  const auto step = [&](BlendMethod blend, double blend_deg) {
+    const StitcherOptions options{.blend = blend, .blend_deg = blend_deg};
+    return largest_step(Stitcher(camera, 512, options, {}).stitch(frame));
+  };
+  EXPECT_EQ(step(BlendMethod::kFeather, 1e-3), 40);
+  EXPECT_LT(step(BlendMethod::kFeather, 6.0), 8);
+  EXPECT_LT(step(BlendMethod::kMultiBand, 6.0), 12);
+  EXPECT_LT(step(BlendMethod::kMultiBand, kDefaultBlend_deg), 30);
+}
+
+TEST(StitcherTest, UniformFramesStayUniformEverywhere) {
+  const DualFisheyeCamera camera = grey_camera();
+  for (const BlendMethod blend : {BlendMethod::kMultiBand, BlendMethod::kFeather}) {
+    const cv::Mat panorama = Stitcher(camera, 512, {.blend = blend, .blend_deg = 5.0}, {})
+                                 .stitch(two_levels(camera.picture, 77, 77));
+    EXPECT_EQ(
+        cv::norm(panorama, cv::Mat(panorama.size(), CV_8UC3, cv::Scalar::all(77)), cv::NORM_INF),
+        0.0);
+  }
+}
+
+TEST(StitcherTest, GapBetweenTheLensesIsAnError) {
+  DualFisheyeCamera camera = grey_camera();
+  camera.layout.back.largest_angle_rad = radians_from_degrees(85.0);
+  camera.layout.front.largest_angle_rad = radians_from_degrees(92.0);
+  try {
+    const Stitcher stitcher(camera, 256, {}, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("leave a gap of"));
+    EXPECT_THAT(error.what(), HasSubstr("largest_angle_deg"));
+  }
+}
+
+TEST(StitcherTest, UnequalLensesMeetWhereBothReach) {
+  DualFisheyeCamera camera = grey_camera();
+  camera.layout.back.largest_angle_rad = radians_from_degrees(86.0);
+  const cv::Mat panorama =
+      Stitcher(camera, 512, {}, {}).stitch(two_levels(camera.picture, 50, 200));
+  // The seam lies 5.5 degrees behind the plane between the lenses.
+  EXPECT_EQ(panorama.at<cv::Vec3b>(128, 256 + 128 + 2)[0], 50);
+  EXPECT_EQ(panorama.at<cv::Vec3b>(128, 256 + 128 + 14)[0], 200);
+}
+
+TEST(StitcherTest, OptionsOutOfRangeAreUsageErrors) {
+  const DualFisheyeCamera camera = grey_camera();
+  for (const int width : {0, 62, 513, 40000, -2}) {
+    EXPECT_THROW(Stitcher(camera, width, {}, {}), UsageError) << width;
+  }
+  for (const double blend_deg : {0.0, -1.0, 31.0, std::nan("")}) {
+    EXPECT_THROW(Stitcher(camera, 256, {.blend_deg = blend_deg}, {}), UsageError) << blend_deg;
+  }
+  for (const double distance_m : {0.0, -1.0, std::nan("")}) {
+    EXPECT_THROW(Stitcher(camera, 256, {.seam_distance_m = distance_m}, {}), UsageError);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk
