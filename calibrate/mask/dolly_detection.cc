@@ -1,0 +1,229 @@
+#include "calibrate/mask/dolly_detection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/files/image_file.h"
+#include "core/panorama/panorama_sampler.h"
+
+namespace raywalk {
+namespace {
+
+// The view straight down that stations are compared in: equidistant, the nadir in its middle.
+constexpr double kReach_deg = 60.0;
+constexpr double kPixel_deg = 0.5;
+constexpr int kRadius_px = static_cast<int>(kReach_deg / kPixel_deg);
+constexpr int kSide_px = 2 * kRadius_px + 1;
+
+constexpr std::size_t kFewestStations = 8;
+constexpr std::size_t kMostStations = 24;  // of a line
+// The camera's own mount covers this much around the nadir, if anything stands under it.
+constexpr double kMount_deg = 4.0;
+constexpr double kNoiseFactor = 4.0;        // deviations up to so many times the mount's are noise
+constexpr double kLeastNoise_levels = 0.5;  // rounding and compression
+constexpr double kStillShare = 0.5;  // the mount's deviation is at most that of the room times this
+constexpr double kMargin_deg = 2.0;
+constexpr int kClosing_px = 2;
+
+struct Polar {
+  double off_nadir_deg;
+  double theta_rad;
+};
+
+Polar polar_at(int u, int v) {
+  const double right = u - kRadius_px, forward = kRadius_px - v;
+  return {kPixel_deg * std::hypot(right, forward), std::atan2(right, forward)};
+}
+
+cv::Mat view_down(const cv::Mat& panorama) {
+  const PanoramaSampler sampler(panorama);
+  // Averaged first to the view's own resolution or so.
+  cv::Mat view(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0));
+  for (int v = 0; v < kSide_px; ++v) {
+    for (int u = 0; u < kSide_px; ++u) {
+      const Polar polar = polar_at(u, v);
+      const double phi = -kHalfPi + radians_from_degrees(polar.off_nadir_deg);
+      view.at<cv::Vec3f>(v, u) =
+          sampler.at(pixel_from_angles({polar.theta_rad, phi}, sampler.size()));
+    }
+  }
+  return view;
+}
+
+cv::Mat read_view(const CaptureFrame& frame) {
+  constexpr int kWidth_px = static_cast<int>(360.0 / kPixel_deg);
+  cv::Mat panorama = read_panorama(frame.file);
+  if (panorama.cols > kWidth_px) {
+    cv::resize(panorama, panorama, {kWidth_px, kWidth_px / 2}, 0.0, 0.0, cv::INTER_AREA);
+  }
+  return view_down(panorama);
+}
+
+std::vector<int> spread_stations(const CaptureLine& line) {
+  const std::size_t count = std::min(line.frames.size(), kMostStations);
+  std::vector<int> spread;
+  for (std::size_t i = 0; i < count; ++i) {
+    spread.push_back(line.frames[i * (line.frames.size() - 1) / (count - 1)]);
+  }
+  return spread;
+}
+
+std::vector<cv::Mat> read_views(const CaptureSet& set, const std::vector<int>& stations,
+                                Progress* progress) {
+  std::vector<cv::Mat> views(stations.size());
+  parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      views[at] = read_view(set.frames[static_cast<std::size_t>(stations[at])]);
+      progress->advance();
+    }
+  });
+  return views;
+}
+
+cv::Mat within(double angle_deg) {
+  cv::Mat mask(kSide_px, kSide_px, CV_8UC1, cv::Scalar(0));
+  cv::circle(mask, {kRadius_px, kRadius_px}, static_cast<int>(angle_deg / kPixel_deg),
+             cv::Scalar(255), cv::FILLED);
+  return mask;
+}
+
+double median_of(const cv::Mat& values, const cv::Mat& where) {
+  std::vector<double> chosen;
+  for (int v = 0; v < values.rows; ++v) {
+    for (int u = 0; u < values.cols; ++u) {
+      if (where.at<unsigned char>(v, u) != 0) chosen.push_back(values.at<float>(v, u));
+    }
+  }
+  return median(std::move(chosen));
+}
+
+// Exposure may wander from station to station; the mount, if there is one, shows how far.
+void equalise(std::vector<cv::Mat>* views, const cv::Mat& mount) {
+  const auto brightness = [&](const cv::Mat& view) {
+    const cv::Scalar mean = cv::mean(view, mount);
+    return mean[0] + mean[1] + mean[2] + 1.0;
+  };
+  const double first = brightness(views->front());
+  for (cv::Mat& view : *views) view *= first / brightness(view);
+}
+
+// Standard deviation over the stations, of the colour that varies most, CV_32FC1.
+cv::Mat deviation_of(const std::vector<cv::Mat>& views) {
+  cv::Mat sum(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0)), squares = sum.clone();
+  for (const cv::Mat& view : views) {
+    sum += view / static_cast<double>(views.size());
+    squares += view.mul(view) / static_cast<double>(views.size());
+  }
+  cv::Mat variance = squares - sum.mul(sum), deviation;
+  cv::sqrt(cv::max(variance, 0.0), deviation);
+  std::vector<cv::Mat> colours;
+  cv::split(deviation, colours);
+  return cv::max(cv::max(colours[0], colours[1]), colours[2]);
+}
+
+// What is connected with the middle of the view, its holes filled.
+cv::Mat connected_with_nadir(const cv::Mat& still) {
+  cv::Mat closed, labels;
+  const int side = 2 * kClosing_px + 1;
+  cv::morphologyEx(still, closed, cv::MORPH_CLOSE,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
+  closed |= within(0.5 * kMount_deg);
+  cv::connectedComponents(closed, labels, 4, CV_32S);
+  cv::Mat component = labels == labels.at<int>(kRadius_px, kRadius_px);
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(component, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(component, outlines, -1, cv::Scalar(255), cv::FILLED);
+  return component;
+}
+
+// 255 where the line's stations all see the same around the nadir; empty where nothing does.
+cv::Mat still_region(std::vector<cv::Mat> views) {
+  const cv::Mat mount = within(kMount_deg), view = within(kReach_deg);
+  equalise(&views, mount);
+  cv::Mat deviation = deviation_of(views);
+  cv::GaussianBlur(deviation, deviation, {3, 3}, 0.0);
+  const double noise = std::max(median_of(deviation, mount), kLeastNoise_levels);
+  // The room's deviation as the upper half of the view has it: a dolly covers less than that.
+  const double moving = median_of(deviation, view - within(kReach_deg * std::sqrt(0.5)));
+  if (noise > kStillShare * moving) return {};
+  return connected_with_nadir((deviation < std::min(kNoiseFactor * noise, moving)) & view);
+}
+
+double reach_of(const cv::Mat& region) {
+  double reach = 0.0;
+  for (int v = 0; v < kSide_px; ++v) {
+    for (int u = 0; u < kSide_px; ++u) {
+      if (region.at<unsigned char>(v, u) != 0) {
+        reach = std::max(reach, polar_at(u, v).off_nadir_deg);
+      }
+    }
+  }
+  return reach;
+}
+
+cv::Mat mask_from(const cv::Mat& region, PanoramaSize size) {
+  cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(255));
+  for (int v = size.height / 2; v < size.height; ++v) {
+    for (int u = 0; u < size.width; ++u) {
+      const SphereAngles angles =
+          angles_from_pixel({static_cast<double>(u), static_cast<double>(v)}, size);
+      const double off_px = degrees_from_radians(angles.phi_rad + kHalfPi) / kPixel_deg;
+      const int at_u =
+          kRadius_px + static_cast<int>(std::lround(off_px * std::sin(angles.theta_rad)));
+      const int at_v =
+          kRadius_px - static_cast<int>(std::lround(off_px * std::cos(angles.theta_rad)));
+      if (at_u < 0 || at_v < 0 || at_u >= kSide_px || at_v >= kSide_px) continue;
+      if (region.at<unsigned char>(at_v, at_u) != 0) mask.at<unsigned char>(v, u) = 0;
+    }
+  }
+  return mask;
+}
+
+std::vector<std::vector<int>> stations_by_line(const CaptureSet& set) {
+  std::vector<std::vector<int>> stations;
+  for (const CaptureLine& line : set.lines) {
+    if (line.frames.size() >= kFewestStations) stations.push_back(spread_stations(line));
+  }
+  if (stations.empty()) {
+    throw Error(
+        "no line has the 8 stations that are needed to see what goes along with the "
+        "camera; give a cone or a picture of the mask instead");
+  }
+  return stations;
+}
+
+}  // namespace
+
+std::optional<DollyDetection> detect_dolly(const CaptureSet& panoramas) {
+  const std::vector<std::vector<int>> lines = stations_by_line(panoramas);
+  DollyDetection found;
+  found.lines = static_cast<int>(lines.size());
+  for (const auto& stations : lines) found.stations += static_cast<int>(stations.size());
+  Progress progress("looking for the dolly", found.stations, "panoramas");
+  cv::Mat region(kSide_px, kSide_px, CV_8UC1, cv::Scalar(0));
+  for (const auto& stations : lines) {
+    const cv::Mat still = still_region(read_views(panoramas, stations, &progress));
+    if (!still.empty()) region |= still;
+  }
+  if (cv::countNonZero(region) == 0) return std::nullopt;
+  found.reach_deg = reach_of(region) + kMargin_deg;
+  if (found.reach_deg >= kReach_deg) {
+    throw Error(
+        "what stands still under the camera cannot be told from a floor without texture; "
+        "give a cone or a picture of the mask instead");
+  }
+  const int margin = static_cast<int>(std::lround(kMargin_deg / kPixel_deg));
+  cv::dilate(region, region,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
+  found.mask = mask_from(region, panoramas.frame);
+  return found;
+}
+
+}  // namespace raywalk

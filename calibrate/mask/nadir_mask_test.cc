@@ -1,0 +1,142 @@
+#include "calibrate/mask/nadir_mask.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+#include "core/report/markup_check.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr PanoramaSize kSize{360, 180};
+
+MaskOptions cone(double cone_deg) { return {.cone_deg = cone_deg}; }
+
+std::string message_of(const MaskOptions& options) {
+  try {
+    make_mask(kSize, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+class NadirMaskTest : public testing::Test {
+ protected:
+  MaskOptions with_picture(const cv::Mat& picture) {
+    write_image(directory_ / "picture.png", picture);
+    return {.picture = directory_ / "picture.png", .out = directory_ / "out"};
+  }
+
+  CaptureSet one_panorama() {
+    write_image(directory_ / "a.png", cv::Mat(180, 360, CV_8UC3, cv::Scalar(10, 200, 30)));
+    CaptureSet set;
+    set.frame = kSize;
+    set.frames = {{.name = "a", .file = directory_ / "a.png"}};
+    set.lines = {{.id = "x0", .frames = {0}}};
+    return set;
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(NadirMaskTest, ConeHidesDirectionsWithinItsAngleOfTheNadir) {
+  for (const double angle_deg : {1.0, 22.5, 60.0, 89.0}) {
+    const cv::Mat mask = make_mask(kSize, cone(angle_deg));
+    for (int v = 0; v < kSize.height; ++v) {
+      for (int u = 0; u < kSize.width; u += 7) {
+        const Eigen::Vector3d direction =
+            direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize));
+        const double from_nadir = degrees_from_radians(std::acos(-direction.y()));
+        EXPECT_EQ(mask.at<unsigned char>(v, u), from_nadir < angle_deg ? 0 : 255);
+      }
+    }
+  }
+}
+
+// A cone of half angle a covers (1 - cos a) / 2 of the sphere; rows are one degree.
+TEST_F(NadirMaskTest, SharesAreSolidAngles) {
+  for (const double angle_deg : {10.0, 25.0, 60.0}) {
+    const double exact = 0.5 * (1.0 - std::cos(radians_from_degrees(angle_deg)));
+    EXPECT_NEAR(masked_share(make_mask(kSize, cone(angle_deg))), exact, 1e-4);
+  }
+}
+
+TEST_F(NadirMaskTest, NothingAskedForMasksNothing) {
+  EXPECT_EQ(cv::countNonZero(make_mask(kSize, {})), kSize.width * kSize.height);
+  EXPECT_FALSE(write_mask(one_panorama(), {.out = directory_ / "out"}));
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
+}
+
+TEST_F(NadirMaskTest, PictureOfAnotherSizeIsScaledAndAddsToTheCone) {
+  cv::Mat picture(90, 180, CV_8UC1, cv::Scalar(255));
+  picture(cv::Rect(20, 30, 40, 20)).setTo(3);  // as JPEG leaves black
+  MaskOptions options = with_picture(picture);
+  options.cone_deg = 5.0;
+  const cv::Mat mask = make_mask(kSize, options);
+  EXPECT_EQ(cv::countNonZero(mask == 0), 80 * 40 + 5 * kSize.width);
+  EXPECT_EQ(mask.at<unsigned char>(60, 40), 0);
+  EXPECT_EQ(mask.at<unsigned char>(99, 119), 0);
+  EXPECT_EQ(mask.at<unsigned char>(59, 40), 255);
+  EXPECT_EQ(mask.at<unsigned char>(99, 120), 255);
+}
+
+TEST_F(NadirMaskTest, WritesMaskFiguresAndPage) {
+  const MaskOptions options{.cone_deg = 30.0, .out = directory_ / "out"};
+  const auto mask = write_mask(one_panorama(), options);
+  ASSERT_TRUE(mask);
+  EXPECT_EQ(cv::norm(read_mask(options.out / "mask.png", kSize), *mask, cv::NORM_INF), 0.0);
+  const auto json = nlohmann::json::parse(read_file(options.out / "mask.json"));
+  EXPECT_EQ(json.at("cone_deg"), 30.0);
+  EXPECT_NEAR(json.at("masked_share").get<double>(), 0.067, 0.001);
+  const std::string page = read_file(options.out / "mask.html");
+  EXPECT_EQ(markup_fault(page), "");
+  EXPECT_THAT(page, HasSubstr("6.70 %"));
+}
+
+TEST_F(NadirMaskTest, MaskNoLongerAskedForGoes) {
+  write_mask(one_panorama(), {.cone_deg = 30.0, .out = directory_ / "out"});
+  EXPECT_FALSE(write_mask(one_panorama(), {.out = directory_ / "out"}));
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out/mask.png"));
+}
+
+TEST_F(NadirMaskTest, MaskThatLeavesNothingIsRefused) {
+  EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC1, cv::Scalar(0)))),
+              HasSubstr("hides everything"));
+  EXPECT_THROW(write_mask(one_panorama(), with_picture(cv::Mat(90, 180, CV_8UC1, cv::Scalar(0)))),
+               Error);
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
+}
+
+TEST_F(NadirMaskTest, OtherPicturesAreRefusedByName) {
+  EXPECT_THAT(message_of(with_picture(cv::Mat(100, 180, CV_8UC1, cv::Scalar(255)))),
+              HasSubstr("picture.png: 180x100 is not a panorama"));
+  EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC3, cv::Scalar::all(255)))),
+              HasSubstr("not an 8-bit grey image"));
+  EXPECT_THAT(message_of({.picture = directory_ / "nowhere.png"}), HasSubstr("nowhere.png"));
+}
+
+TEST_F(NadirMaskTest, ConesOutOfRangeAreUsageErrors) {
+  for (const double angle_deg : {-1.0, 89.5, std::nan("")}) {
+    EXPECT_THROW(make_mask(kSize, cone(angle_deg)), UsageError);
+  }
+}
+
+TEST_F(NadirMaskTest, FisheyeFramesHaveToBeStitchedFirst) {
+  CaptureSet set = one_panorama();
+  set.layout = FrameLayout::kDualFisheye;
+  EXPECT_THROW(write_mask(set, cone(20.0)), Error);
+}
+
+}  // namespace
+}  // namespace raywalk
