@@ -1,0 +1,121 @@
+#include "calibrate/poses/align_poses.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+
+namespace raywalk {
+namespace {
+
+// The smallest spread, relative to the largest, that counts as a dimension of its own: a rail's bow
+// and jitter are a few thousandths of its length.
+constexpr double kFlatShare = 0.01;
+// Of the orientations against the centres: they decide only what these leave open. A camera is
+// easily mounted a few degrees askew, which must not turn the grid.
+constexpr double kOrientationWeight = 1e-4;
+
+std::vector<std::size_t> frames_with_both(const FramePoses& a, const FramePoses& b) {
+  std::vector<std::size_t> both;
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+    if (a[i] && b[i]) both.push_back(i);
+  }
+  return both;
+}
+
+Eigen::Vector3d mean_position(const FramePoses& poses, const std::vector<std::size_t>& frames) {
+  Eigen::Vector3d sum(0, 0, 0);
+  for (const std::size_t i : frames) sum += poses[i]->position_m;
+  return sum / static_cast<double>(frames.size());
+}
+
+// Feedback over solved distance of every station and the one half a line further on: the longest
+// distances that still give as many ratios as there are stations on half a line.
+std::vector<double> rail_ratios(const CaptureSet& set, const FramePoses& solved) {
+  std::vector<double> ratios;
+  for (const CaptureLine& line : set.lines) {
+    std::vector<int> posed;
+    for (const int frame : line.frames) {
+      if (solved[static_cast<std::size_t>(frame)]) posed.push_back(frame);
+    }
+    const std::size_t half = posed.size() / 2;
+    for (std::size_t i = 0; half > 0 && i + half < posed.size(); ++i) {
+      const int a = posed[i];
+      const int b = posed[i + half];
+      const double solved_m = (solved[static_cast<std::size_t>(a)]->position_m -
+                               solved[static_cast<std::size_t>(b)]->position_m)
+                                  .norm();
+      const double rail_m = std::abs(set.rail_m(b) - set.rail_m(a));
+      if (solved_m > 0.0 && rail_m > 0.0) ratios.push_back(rail_m / solved_m);
+    }
+  }
+  return ratios;
+}
+
+// The rotation nearest to a sum of rotations in the Frobenius norm (Markley 1988, Hartley et al.
+// 2013, "Rotation averaging", section 5.3): with the sum = U S V^T it is U diag(1, 1, det) V^T.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
+  return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+}
+
+}  // namespace
+
+PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
+                          const FramePoses& nominal) {
+  const std::vector<std::size_t> frames = frames_with_both(solved, nominal);
+  if (frames.empty()) throw Error("no frame has a pose: there is nothing to align");
+  PoseAlignment alignment;
+  alignment.frames = static_cast<int>(frames.size());
+  const std::vector<double> ratios = rail_ratios(set, solved);
+  alignment.scale_pairs = static_cast<int>(ratios.size());
+  if (!ratios.empty()) alignment.scale = median(ratios);
+
+  const Eigen::Vector3d solved_mean = mean_position(solved, frames);
+  const Eigen::Vector3d nominal_mean = mean_position(nominal, frames);
+  Eigen::Matrix3d orientations = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d centres = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const std::size_t i : frames) {
+    orientations += nominal[i]->world_from_camera * solved[i]->world_from_camera.transpose();
+    const Eigen::Vector3d to = nominal[i]->position_m - nominal_mean;
+    centres += to * (alignment.scale * (solved[i]->position_m - solved_mean)).transpose();
+    spread += to * to.transpose();
+  }
+  const double count = alignment.frames;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> axes(spread / count, Eigen::ComputeFullU);
+  alignment.spread_m = axes.singularValues().cwiseSqrt();
+  const double largest_m = alignment.spread_m[0];
+  for (const double axis_m : alignment.spread_m) {
+    if (largest_m > 0.0 && axis_m > kFlatShare * largest_m) ++alignment.rank;
+  }
+  Eigen::Matrix3d sum = kOrientationWeight * orientations;
+  if (alignment.rank > 0) {
+    // Without what bow and jitter put beside the axes that count: it tells nothing about a turn.
+    const auto counting = axes.matrixU().leftCols(alignment.rank);
+    const double mean_square_m2 = spread.trace() / count;
+    sum += counting * counting.transpose() * centres / mean_square_m2;
+  }
+  alignment.rotation = nearest_rotation(sum);
+  alignment.translation_m = nominal_mean - alignment.scale * alignment.rotation * solved_mean;
+  return alignment;
+}
+
+FramePoses aligned(const FramePoses& solved, const PoseAlignment& alignment) {
+  FramePoses moved = solved;
+  for (std::optional<FramePose>& pose : moved) {
+    if (!pose) continue;
+    pose->position_m =
+        alignment.scale * alignment.rotation * pose->position_m + alignment.translation_m;
+    pose->world_from_camera = alignment.rotation * pose->world_from_camera;
+    pose->position_sigma_mm *= alignment.scale;
+  }
+  return moved;
+}
+
+}  // namespace raywalk

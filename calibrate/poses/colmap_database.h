@@ -1,0 +1,36 @@
+// What COLMAP found in the pictures: the parts of its database (colmap.github.io/database.html)
+// that the calibration reads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "calibrate/poses/panorama_faces.h"
+
+namespace raywalk {
+
+struct DatabaseImage {
+  std::uint32_t id = 0;
+  std::uint32_t camera = 0;  // id
+  int features = 0;
+};
+
+// By the image's name.
+std::map<std::string, DatabaseImage> read_database_images(const std::filesystem::path& database);
+
+// Two images and where they show the same things, as far as one geometry explains the matches.
+struct VerifiedPair {
+  std::uint32_t first = 0;  // ids
+  std::uint32_t second = 0;
+  std::vector<FacePixel> in_first{};
+  std::vector<FacePixel> in_second{};  // as many
+};
+
+// Pairs with at least one verified match, in the order of the database. Throws Error naming the
+// file: missing, no database, damaged.
+std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& database);
+
+}  // namespace raywalk

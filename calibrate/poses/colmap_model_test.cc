@@ -1,0 +1,143 @@
+#include "calibrate/poses/colmap_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+
+ColmapModel small_model() {
+  ColmapModel model;
+  model.cameras = {{1, 512, 256.0}, {7, 384, 192.0}};
+  model.images = {{3, 1, "f0/00001.png", {Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5), {1, -2, 3}}, {}},
+                  {4, 7, "f1/00001.png", {Eigen::Quaterniond::Identity(), {0, 0, 0}}, {}}};
+  model.images[0].features = {{{10.25, 20.5}, 9}, {{300.0, 400.0}, kNoPoint}};
+  model.images[1].features = {{{11.0, 21.0}, 9}};
+  model.points = {{9, {0.5, -1.5, 2.5}, {{3, 0}, {4, 0}}}};
+  return model;
+}
+
+// Without the flushing to disk of write_file_atomically, as some hundred are written.
+void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+template <typename Action>
+std::string error_of(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ColmapModel, ReadsWhatItWrote) {
+  const TestDirectory directory;
+  write_colmap_model(directory.path(), small_model());
+  const ColmapModel model = read_colmap_model(directory.path());
+  ASSERT_EQ(model.cameras.size(), 2U);
+  EXPECT_EQ(model.cameras[1].id, 7U);
+  EXPECT_EQ(model.cameras[1].side_px, 384);
+  EXPECT_EQ(model.cameras[1].focal_px, 192.0);
+  ASSERT_EQ(model.images.size(), 2U);
+  EXPECT_EQ(model.images[0].id, 3U);
+  EXPECT_EQ(model.images[0].camera, 1U);
+  EXPECT_EQ(model.images[0].name, "f0/00001.png");
+  EXPECT_EQ(model.images[0].pose.rotation.coeffs(), Eigen::Vector4d(-0.5, 0.5, 0.5, 0.5));
+  EXPECT_EQ(model.images[0].pose.translation, Eigen::Vector3d(1, -2, 3));
+  ASSERT_EQ(model.images[0].features.size(), 2U);
+  EXPECT_EQ(model.images[0].features[0].pixel.y, 20.5);
+  EXPECT_EQ(model.images[0].features[1].point, kNoPoint);
+  ASSERT_EQ(model.points.size(), 1U);
+  EXPECT_EQ(model.points[0].id, 9U);
+  EXPECT_EQ(model.points[0].position, Eigen::Vector3d(0.5, -1.5, 2.5));
+  ASSERT_EQ(model.points[0].track.size(), 2U);
+  EXPECT_EQ(model.points[0].track[1].image, 4U);
+}
+
+// The documented layout, byte by byte, for one image: id, qw qx qy qz, tx ty tz, camera, name.
+TEST(ColmapModel, WritesTheDocumentedLayout) {
+  const TestDirectory directory;
+  write_colmap_model(directory.path(), small_model());
+  const std::string bytes = read_file(directory / "images.bin");
+  const auto number = [&](std::size_t at) {
+    double value = 0;
+    std::memcpy(&value, bytes.data() + at, sizeof(value));
+    return value;
+  };
+  EXPECT_EQ(bytes[0], 2);       // images
+  EXPECT_EQ(bytes[8], 3);       // id
+  EXPECT_EQ(number(12), 0.5);   // qw comes first
+  EXPECT_EQ(number(20), -0.5);  // qx
+  EXPECT_EQ(number(44), 1.0);   // tx
+  EXPECT_EQ(bytes[68], 1);      // camera
+  EXPECT_EQ(bytes.substr(72, 13), std::string("f0/00001.png\0", 13));
+  EXPECT_EQ(read_file(directory / "cameras.bin")[12], 1);  // PINHOLE
+}
+
+TEST(ColmapModel, RefusesFilesCutShortAnywhere) {
+  const TestDirectory directory;
+  write_colmap_model(directory.path(), small_model());
+  for (const std::string name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    const std::string whole = read_file(directory / name);
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      write_bytes(directory / name, whole.substr(0, size));
+      EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }), HasSubstr(name)) << size;
+    }
+    write_bytes(directory / name, whole + "x");
+    EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }), HasSubstr("left over"));
+    write_bytes(directory / name, whole);
+  }
+  EXPECT_NO_THROW(read_colmap_model(directory.path()));
+}
+
+// Any byte changed gives a model or an Error, never a crash or an allocation without bounds.
+TEST(ColmapModel, SurvivesAnyDamagedByte) {
+  const TestDirectory directory;
+  write_colmap_model(directory.path(), small_model());
+  for (const std::string name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    const std::string whole = read_file(directory / name);
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ 0xFF);
+      write_bytes(directory / name, damaged);
+      try {
+        read_colmap_model(directory.path());
+      } catch (const Error&) {
+      }
+    }
+    write_bytes(directory / name, whole);
+  }
+}
+
+TEST(ColmapModel, RefusesTracksToFeaturesThatAreNotThere) {
+  const TestDirectory directory;
+  ColmapModel model = small_model();
+  model.points[0].track[1].feature = 1;
+  write_colmap_model(directory.path(), model);
+  EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }),
+              HasSubstr("a feature that is not there"));
+  model.points[0].track[1] = {99, 0};
+  write_colmap_model(directory.path(), model);
+  EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }),
+              HasSubstr("a feature that is not there"));
+}
+
+TEST(ColmapModel, SaysWhichFileIsMissing) {
+  const TestDirectory directory;
+  EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }), HasSubstr("cameras.bin"));
+}
+
+}  // namespace
+}  // namespace raywalk

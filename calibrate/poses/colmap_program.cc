@@ -1,0 +1,169 @@
+#include "calibrate/poses/colmap_program.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <regex>
+#include <sstream>
+#include <system_error>
+#include <thread>
+
+#include "core/base/child_process.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+constexpr std::chrono::milliseconds kPollEvery{20};
+
+constexpr const char* kInstall =
+    "install COLMAP 3.8 (Debian 12: apt install colmap), or use --method rotation, which needs "
+    "none";
+
+std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> lines;
+  std::istringstream stream{std::string(text)};
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+bool is_executable(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0;
+}
+
+std::optional<std::filesystem::path> find_in_path(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  std::istringstream directories(path == nullptr ? "" : path);
+  for (std::string directory; std::getline(directories, directory, ':');) {
+    const std::filesystem::path file = std::filesystem::path(directory) / program;
+    if (!directory.empty() && is_executable(file)) return std::filesystem::absolute(file);
+  }
+  return std::nullopt;
+}
+
+// What is appended to a file, line by line.
+class LogFollower {
+ public:
+  explicit LogFollower(const std::filesystem::path& log) : log_(log) {
+    std::error_code ignored;
+    const std::uintmax_t size = std::filesystem::file_size(log, ignored);
+    if (!ignored) at_ = static_cast<std::streamoff>(size);
+  }
+
+  // Everything that has come since the follower was made.
+  const std::string& output() const { return output_; }
+
+  void read_on(const ColmapProgram::LineReader& on_line) {
+    std::ifstream file(log_, std::ios::binary);
+    file.seekg(at_);
+    std::array<char, 65536> bytes{};
+    while (file.read(bytes.data(), bytes.size()) || file.gcount() > 0) {
+      output_.append(bytes.data(), static_cast<std::size_t>(file.gcount()));
+      at_ += file.gcount();
+    }
+    for (std::size_t end = output_.find('\n', told_); end != std::string::npos;
+         end = output_.find('\n', told_)) {
+      if (on_line) on_line(std::string_view(output_).substr(told_, end - told_));
+      told_ = end + 1;
+    }
+  }
+
+ private:
+  std::filesystem::path log_;
+  std::streamoff at_ = 0;
+  std::string output_{};
+  std::size_t told_ = 0;
+};
+
+void note_command(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
+  std::ofstream file(log, std::ios::app);
+  file << "\n$ colmap";
+  for (const std::string& argument : arguments) file << ' ' << argument;
+  file << '\n';
+  if (!file.flush()) throw Error(fmt::format("{}: cannot be written", log.string()));
+}
+
+}  // namespace
+
+std::string telling_line(std::string_view output) {
+  const std::vector<std::string> lines = lines_of(output);
+  const auto tells = [](const std::string& line) {
+    return line.find("Check failed") != std::string::npos ||
+           line.find("ERROR") != std::string::npos || line.find("rror:") != std::string::npos;
+  };
+  const auto worst = std::find_if(lines.rbegin(), lines.rend(), tells);
+  if (worst != lines.rend()) return one_line(*worst);
+  // glog's stack traces: "*** Aborted at …", "    @     0x7f… raise".
+  const auto last = std::find_if(lines.rbegin(), lines.rend(), [](const std::string& line) {
+    const std::string text = one_line(line);
+    return !text.empty() && !text.starts_with("***") && !text.starts_with('@');
+  });
+  return last == lines.rend() ? std::string() : one_line(*last);
+}
+
+ColmapProgram ColmapProgram::find() {
+  const auto executable = find_in_path("colmap");
+  if (!executable) throw Error(fmt::format("no COLMAP found in PATH; {}", kInstall));
+  // Its help is the one command that every release has; it starts with "COLMAP 3.8 -- …".
+  std::string name = (std::filesystem::temp_directory_path() / "raywalk-colmap-XXXXXX").string();
+  const int file = mkstemp(name.data());
+  if (file < 0) throw Error(fmt::format("{}: cannot be written", name));
+  close(file);
+  const std::filesystem::path answer = name;
+  std::string text;
+  const ColmapProgram unknown(*executable, "");
+  const auto keep = [&](std::string_view line) { text.append(line).append("\n"); };
+  try {
+    unknown.run({"help"}, answer, keep);
+  } catch (const std::exception&) {
+    std::filesystem::remove(answer);
+    throw;
+  }
+  std::filesystem::remove(answer);
+  std::smatch match;
+  static const std::regex kVersion(R"((^|\n)COLMAP (\d+(\.\d+)*))");
+  if (!std::regex_search(text, match, kVersion)) {
+    throw Error(fmt::format("{} does not say which COLMAP it is ({}); {}", executable->string(),
+                            excerpt(telling_line(text)), kInstall));
+  }
+  const std::string version = match[2];
+  if (version != kColmapRelease && !version.starts_with(std::string(kColmapRelease) + ".")) {
+    throw Error(fmt::format("{} is COLMAP {}, whose options and files differ from 3.8's; {}",
+                            executable->string(), version, kInstall));
+  }
+  return {*executable, version};
+}
+
+void ColmapProgram::run(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+                        const LineReader& on_line) const {
+  throw_if_interrupted();
+  note_command(arguments, log);
+  LogFollower follower(log);
+  // COLMAP links Qt, which would look for a screen.
+  ChildProcess child(executable_, arguments, log, {"QT_QPA_PLATFORM=offscreen"});
+  while (!child.ended()) {
+    follower.read_on(on_line);
+    if (interrupt_requested()) {
+      child.stop();
+      throw Interrupted("interrupted");
+    }
+    std::this_thread::sleep_for(kPollEvery);
+  }
+  follower.read_on(on_line);
+  const int status = child.ended().value_or(0);
+  if (succeeded(status)) return;
+  const std::string line = telling_line(follower.output());
+  throw Error(fmt::format("colmap {} {}{}; see {}", arguments.empty() ? "" : arguments.front(),
+                          ending_of(status), line.empty() ? "" : ": " + excerpt(line),
+                          log.string()));
+}
+
+}  // namespace raywalk

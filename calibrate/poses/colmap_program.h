@@ -1,0 +1,46 @@
+// COLMAP as a program of its own: found in PATH, run without a shell, its output kept in a log.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raywalk {
+
+// The release that raywalk-calibrate works with; its options and files differ between releases.
+inline constexpr std::string_view kColmapRelease = "3.8";
+
+class ColmapProgram {
+ public:
+  // Finds `colmap` in the directories of PATH and asks it for its version. Throws Error where there
+  // is none, or it is of another release than 3.8, naming what was found, what is needed and the
+  // way that needs no COLMAP.
+  static ColmapProgram find();
+
+  const std::filesystem::path& executable() const { return executable_; }
+  const std::string& version() const { return version_; }  // "3.8"
+
+  // Called with every line of output while the command runs.
+  using LineReader = std::function<void(std::string_view)>;
+
+  // Runs `colmap arguments...` until it ends and appends its output to `log`. It cannot outlive
+  // this process. Throws Error where it cannot be started, fails or is killed, quoting the line of
+  // its output that tells most, and the log's path; Interrupted on Ctrl-C, after the command ended.
+  void run(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+           const LineReader& on_line = {}) const;
+
+ private:
+  ColmapProgram(std::filesystem::path executable, std::string version)
+      : executable_(std::move(executable)), version_(std::move(version)) {}
+
+  std::filesystem::path executable_;
+  std::string version_;
+};
+
+// The line of a command's output that tells best what went wrong: the last failed check or error,
+// else the last line that is not part of a stack trace; empty if there is none.
+std::string telling_line(std::string_view output);
+
+}  // namespace raywalk

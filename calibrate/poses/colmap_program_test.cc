@@ -1,0 +1,196 @@
+#include "calibrate/poses/colmap_program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// PATH and a `colmap` in it for as long as the object lives.
+class FakeColmap {
+ public:
+  FakeColmap() : path_before_(std::getenv("PATH")) {
+    setenv("PATH", ((directory_ / "bin").string() + ":" + path_before_).c_str(), 1);
+    std::filesystem::create_directory(directory_ / "bin");
+  }
+  ~FakeColmap() { setenv("PATH", path_before_.c_str(), 1); }
+  FakeColmap(const FakeColmap&) = delete;
+  FakeColmap& operator=(const FakeColmap&) = delete;
+
+  // A shell script that answers `help` and does `commands` for everything else.
+  void install(const std::string& version, const std::string& commands) {
+    const std::filesystem::path file = directory_ / "bin/colmap";
+    std::ofstream(file) << "#!/bin/sh\nif [ \"$1\" = help ]; then echo 'COLMAP " << version
+                        << " -- Structure-from-Motion'; exit 0; fi\n"
+                        << commands << "\n";
+    std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  }
+  // Nothing in PATH at all.
+  void remove_all() { setenv("PATH", (directory_ / "bin").c_str(), 1); }
+
+  std::filesystem::path log() const { return directory_ / "log.txt"; }
+  std::string log_text() const { return read_file(log()); }
+
+ private:
+  TestDirectory directory_;
+  std::string path_before_;
+};
+
+template <typename Action>
+std::string error_of(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ColmapProgram, IsFoundInPathWithItsVersion) {
+  FakeColmap fake;
+  fake.install("3.8", "");
+  EXPECT_EQ(ColmapProgram::find().version(), "3.8");
+  fake.install("3.8.1", "");
+  EXPECT_EQ(ColmapProgram::find().version(), "3.8.1");
+}
+
+TEST(ColmapProgram, IsMissedWithAWayOut) {
+  FakeColmap fake;
+  fake.remove_all();
+  EXPECT_THAT(error_of([] { ColmapProgram::find(); }),
+              AllOf(HasSubstr("no COLMAP found in PATH"), HasSubstr("apt install colmap"),
+                    HasSubstr("--method rotation")));
+}
+
+TEST(ColmapProgram, OfAnotherReleaseIsRefusedByName) {
+  FakeColmap fake;
+  for (const std::string version : {"3.7", "3.9.1", "3.80", "4.0"}) {
+    fake.install(version, "");
+    EXPECT_THAT(
+        error_of([] { ColmapProgram::find(); }),
+        AllOf(HasSubstr("is COLMAP " + version), HasSubstr("3.8"), HasSubstr("--method rotation")));
+  }
+  fake.install("3.8", "");
+  std::ofstream(std::filesystem::path(ColmapProgram::find().executable()))
+      << "#!/bin/sh\necho I am something else\n";
+  EXPECT_THAT(error_of([] { ColmapProgram::find(); }), HasSubstr("something else"));
+}
+
+TEST(ColmapProgram, GetsItsArgumentsAsTheyAreAndNoScreen) {
+  FakeColmap fake;
+  fake.install("3.8", "for a in \"$@\"; do echo \"[$a]\"; done; echo $QT_QPA_PLATFORM");
+  std::vector<std::string> lines;
+  ColmapProgram::find().run({"mapper", "--path", "a b; rm $HOME \"'"}, fake.log(),
+                            [&](std::string_view line) { lines.emplace_back(line); });
+  EXPECT_THAT(lines, ElementsAre("[mapper]", "[--path]", "[a b; rm $HOME \"']", "offscreen"));
+  EXPECT_THAT(fake.log_text(), HasSubstr("$ colmap mapper --path"));
+}
+
+TEST(ColmapProgram, FailsWithTheLineThatTellsMostAndTheLog) {
+  FakeColmap fake;
+  fake.install("3.8",
+               "echo 'Loading'; echo 'E1122 10:00:00 model.cc:9] Check failed: x == y' >&2; "
+               "echo '*** Aborted at 1'; echo '    @     0x7f raise'; exit 3");
+  const ColmapProgram colmap = ColmapProgram::find();
+  EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log()); }),
+              AllOf(HasSubstr("colmap mapper failed with exit code 3"),
+                    HasSubstr("Check failed: x == y"), EndsWith(fake.log().string())));
+  EXPECT_THAT(fake.log_text(), HasSubstr("Aborted"));
+}
+
+TEST(ColmapProgram, SaysWhenItWasKilled) {
+  FakeColmap fake;
+  fake.install("3.8", "kill -9 $$");
+  const ColmapProgram colmap = ColmapProgram::find();
+  EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log()); }),
+              HasSubstr("was killed by signal 9"));
+}
+
+TEST(ColmapProgram, QuotesOnlyItsOwnRun) {
+  FakeColmap fake;
+  fake.install("3.8", "if [ $1 = one ]; then echo ERROR: of the first; fi; exit $2");
+  const ColmapProgram colmap = ColmapProgram::find();
+  colmap.run({"one", "0"}, fake.log());
+  EXPECT_THAT(error_of([&] {
+                colmap.run({"two", "1"}, fake.log());
+              }),
+              Not(HasSubstr("of the first")));
+}
+
+TEST(ColmapProgram, CannotWriteItsLog) {
+  FakeColmap fake;
+  fake.install("3.8", "");
+  const ColmapProgram colmap = ColmapProgram::find();
+  EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log() / "not/there.txt"); }),
+              HasSubstr("cannot be written"));
+}
+
+// In a process of its own, as the request to stop cannot be taken back.
+TEST(ColmapProgram, IsEndedByCtrlCWithAllThatItStarted) {
+  FakeColmap fake;
+  fake.install("3.8", "sleep 300 & echo $!; sleep 300");
+  const pid_t child = fork();
+  if (child == 0) {
+    install_interrupt_handlers();
+    int code = 1;
+    try {
+      ColmapProgram::find().run({"mapper"}, fake.log(), [](std::string_view) { raise(SIGINT); });
+    } catch (const Interrupted&) {
+      code = 42;
+    } catch (...) {
+      code = 2;
+    }
+    _exit(code);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 42);
+  // Its second line is the number of the sleep that it started.
+  std::istringstream log(fake.log_text());
+  pid_t grandchild = 0;
+  for (std::string line; std::getline(log, line);) {
+    if (!line.empty() && line.find_first_not_of("0123456789") == std::string::npos) {
+      grandchild = std::stoi(line);
+    }
+  }
+  ASSERT_GT(grandchild, 0);
+  // Adopted by init, which may take a moment to bury it.
+  for (int i = 0; i < 100 && kill(grandchild, 0) == 0; ++i) {
+    std::ifstream stat("/proc/" + std::to_string(grandchild) + "/stat");
+    std::string word;
+    stat >> word >> word >> word;
+    if (word == "Z") break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ASSERT_LT(i, 99) << "still running";
+  }
+}
+
+TEST(TellingLine, PrefersErrorsToWhatCameLast) {
+  EXPECT_EQ(telling_line("a\nERROR: no images\nb\n"), "ERROR: no images");
+  EXPECT_EQ(telling_line("first\nlast words\n*** Aborted\n    @  0x1 x\n\n"), "last words");
+  EXPECT_EQ(telling_line(""), "");
+}
+
+}  // namespace
+}  // namespace raywalk

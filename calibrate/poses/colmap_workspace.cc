@@ -1,0 +1,348 @@
+#include "calibrate/poses/colmap_workspace.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "calibrate/poses/colmap_database.h"
+#include "calibrate/poses/colmap_model.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/sha256.h"
+#include "core/files/sqlite_connection.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Changes when faces, features or matches are made in another way, so that old ones are not used.
+constexpr int kWorkspaceVersion = 1;
+// More features lengthen matching by their square and add little: a face has a few hundred that are
+// found again in its neighbours.
+constexpr int kMostFeatures = 1024;
+// Features closer to the seam between two lenses may come from either.
+constexpr double kSeam_deg = 2.0;
+// COLMAP's own least number of matches between two pictures.
+constexpr std::size_t kLeastMatches = 15;
+constexpr double kRoundFace_px = 512.0;  // what TriangulationRound::error_px refers to
+
+std::string file_stamp(const fs::path& file) {
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  if (error) {
+    throw Error(fmt::format("{}: cannot be read ({})", file.string(), error.message()));
+  }
+  const auto time = fs::last_write_time(file, error).time_since_epoch().count();
+  return fmt::format("{} {} {}", file.string(), size, time);
+}
+
+std::int64_t count_rows(const fs::path& database, const std::string& table) {
+  if (!fs::exists(database)) return 0;
+  SqliteConnection connection = open_sqlite_to_look(database);
+  if (connection.integer("SELECT count(*) FROM sqlite_master WHERE name = '" + table + "'") == 0) {
+    return 0;
+  }
+  return connection.integer("SELECT count(*) FROM " + table);
+}
+
+void remove_directory(const fs::path& directory) {
+  std::error_code error;
+  fs::remove_all(directory, error);
+  if (error) {
+    throw Error(fmt::format("{}: cannot be removed ({}); remove it by hand", directory.string(),
+                            error.message()));
+  }
+}
+
+}  // namespace
+
+ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyframes,
+                                 const ColmapProgram& colmap, WorkspaceOptions options)
+    : set_(set),
+      keyframes_(std::move(keyframes)),
+      colmap_(colmap),
+      options_(std::move(options)),
+      faces_(panorama_faces(options_.lenses)),
+      log_(options_.directory / "log.txt"),
+      database_(options_.directory / "database.db") {
+  start_anew_if_changed();
+}
+
+// Whether there are lenses decides about masks; where they are matters to poses alone.
+std::string ColmapWorkspace::inputs_text() const {
+  std::string text = fmt::format("version {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
+                                 options_.face_px, options_.lenses.has_value());
+  if (options_.mask) {
+    const cv::Mat mask = options_.mask->isContinuous() ? *options_.mask : options_.mask->clone();
+    const cv::Mat bytes = mask.reshape(1, 1);
+    text +=
+        "mask " + sha256_hex(std::as_bytes(std::span(bytes.ptr<uchar>(), bytes.total()))) + "\n";
+  }
+  for (const int frame : keyframes_) {
+    text += file_stamp(set_.frames[static_cast<std::size_t>(frame)].file) + "\n";
+  }
+  return text;
+}
+
+void ColmapWorkspace::start_anew_if_changed() {
+  const fs::path inputs = options_.directory / "inputs.txt";
+  const std::string text = inputs_text();
+  if (fs::exists(inputs) && read_file(inputs) == text) return;
+  remove_directory(options_.directory);
+  make_directories(options_.directory);
+  write_file_atomically(inputs, text);
+}
+
+std::string ColmapWorkspace::image_name(int frame, int face) const {
+  return fmt::format("f{}/{:05d}.png", face, frame);
+}
+
+bool ColmapWorkspace::cut_faces() {
+  const fs::path images = options_.directory / "images";
+  for (int face = 0; face < kFaceCount; ++face) make_directories(images / fmt::format("f{}", face));
+  std::vector<int> missing;
+  for (const int frame : keyframes_) {
+    // The last face is written last.
+    if (!fs::exists(images / image_name(frame, kFaceCount - 1))) missing.push_back(frame);
+  }
+  cut_masks();
+  if (missing.empty()) return true;
+  const FaceCutter cutter(faces_, set_.frame, options_.face_px);
+  Progress progress("cutting faces", static_cast<std::int64_t>(missing.size()), "panoramas");
+  parallel_for(0, static_cast<int>(missing.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const int frame = missing[static_cast<std::size_t>(i)];
+      const auto cut = cutter.cut(read_panorama(set_.frames[static_cast<std::size_t>(frame)].file));
+      for (int face = 0; face < kFaceCount; ++face) {
+        write_image(images / image_name(frame, face), cut[static_cast<std::size_t>(face)]);
+      }
+      progress.advance();
+    }
+  });
+  return false;
+}
+
+void ColmapWorkspace::cut_masks() {
+  if (!options_.mask && !options_.lenses) return;
+  const cv::Size size(set_.frame.width, set_.frame.height);
+  const cv::Mat mask = options_.mask ? *options_.mask : cv::Mat(size, CV_8UC1, cv::Scalar(255));
+  const FaceCutter cutter(faces_, set_.frame, options_.face_px);
+  const auto cut = cutter.cut_mask(mask, options_.lenses ? kSeam_deg : 0.0);
+  for (int face = 0; face < kFaceCount; ++face) {
+    const fs::path folder = options_.directory / "masks" / fmt::format("f{}", face);
+    make_directories(folder);
+    const fs::path one = options_.directory / "masks" / fmt::format("f{}.png", face);
+    write_image(one, cut[static_cast<std::size_t>(face)]);
+    // COLMAP wants a mask for every picture, of its name and ".png"; all of a face are the same.
+    for (const int frame : keyframes_) {
+      const fs::path link = options_.directory / "masks" / (image_name(frame, face) + ".png");
+      if (!fs::is_symlink(link)) fs::create_symlink(fs::path("..") / one.filename(), link);
+    }
+  }
+}
+
+bool ColmapWorkspace::find_features() {
+  const auto wanted = static_cast<std::int64_t>(keyframes_.size()) * kFaceCount;
+  const bool done = count_rows(database_, "keypoints") >= wanted;
+  if (!done) {
+    const double focal_px = 0.5 * options_.face_px;
+    std::vector<std::string> arguments{
+        "feature_extractor",
+        "--database_path",
+        database_.string(),
+        "--image_path",
+        (options_.directory / "images").string(),
+        "--ImageReader.camera_model",
+        "PINHOLE",
+        "--ImageReader.single_camera_per_folder",
+        "1",
+        "--ImageReader.camera_params",
+        fmt::format("{0},{0},{0},{0}", focal_px),  // focal lengths and the middle
+        "--SiftExtraction.use_gpu",
+        "0",
+        "--SiftExtraction.num_threads",
+        std::to_string(options_.threads),
+        "--SiftExtraction.max_num_features",
+        std::to_string(kMostFeatures),
+        "--SiftExtraction.max_num_orientations",
+        "1",
+        "--SiftExtraction.first_octave",
+        "0"};
+    if (options_.mask || options_.lenses) {
+      arguments.insert(arguments.end(),
+                       {"--ImageReader.mask_path", (options_.directory / "masks").string()});
+    }
+    Progress progress("finding features", wanted, "faces");
+    colmap_.run(arguments, log_, [&](std::string_view line) {
+      if (line.starts_with("Processed file")) progress.advance();
+    });
+  }
+  read_images();
+  return done;
+}
+
+void ColmapWorkspace::read_images() {
+  const auto images = read_database_images(database_);
+  images_.clear();
+  for (const int frame : keyframes_) {
+    for (int face = 0; face < kFaceCount; ++face) {
+      const auto image = images.find(image_name(frame, face));
+      if (image == images.end()) continue;
+      images_[image->second.id] = {frame, face, image->second.camera};
+    }
+  }
+}
+
+std::map<int, int> ColmapWorkspace::feature_counts() const {
+  std::map<int, int> counts;
+  const auto images = read_database_images(database_);
+  for (const int frame : keyframes_) {
+    for (int face = 0; face < kFaceCount; ++face) {
+      const auto image = images.find(image_name(frame, face));
+      counts[frame] += image == images.end() ? 0 : image->second.features;
+    }
+  }
+  return counts;
+}
+
+bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& poses) {
+  std::string list;
+  std::int64_t count = 0;
+  for (const FramePair& pair : pairs) {
+    const auto& first = poses[static_cast<std::size_t>(pair.first)];
+    const auto& second = poses[static_cast<std::size_t>(pair.second)];
+    if (!first || !second) continue;
+    for (const FacePair& faces :
+         overlapping_faces(faces_, first->world_from_camera, second->world_from_camera)) {
+      list +=
+          image_name(pair.first, faces.first) + " " + image_name(pair.second, faces.second) + "\n";
+      ++count;
+    }
+  }
+  const fs::path file = options_.directory / "pairs.txt";
+  const bool same = fs::exists(file) && read_file(file) == list;
+  const bool done = same && count_rows(database_, "two_view_geometries") >= count;
+  if (!done) {
+    write_file_atomically(file, list);
+    colmap_.run(
+        {"matches_importer", "--database_path", database_.string(), "--match_list_path",
+         file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
+         "--SiftMatching.num_threads", std::to_string(options_.threads), "--SiftMatching.max_error",
+         fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
+        log_);
+  }
+  read_matches();
+  return done;
+}
+
+Eigen::Vector3d ColmapWorkspace::bearing(const FaceImage& image, FacePixel pixel) const {
+  return direction_of(faces_[static_cast<std::size_t>(image.face)], options_.face_px, pixel);
+}
+
+void ColmapWorkspace::read_matches() {
+  std::map<FramePair, std::vector<BearingMatch>> by_frames;
+  matched_face_pairs_ = 0;
+  usable_.clear();
+  for (const VerifiedPair& pair : read_verified_pairs(database_)) {
+    const auto first = images_.find(pair.first);
+    const auto second = images_.find(pair.second);
+    if (first == images_.end() || second == images_.end()) continue;
+    ++matched_face_pairs_;
+    if (pair.in_first.size() >= kLeastMatches) {
+      usable_[pair.first] = usable_[pair.second] = true;
+    }
+    const bool swapped = first->second.frame > second->second.frame;
+    const FramePair frames{std::min(first->second.frame, second->second.frame),
+                           std::max(first->second.frame, second->second.frame)};
+    for (std::size_t i = 0; i < pair.in_first.size(); ++i) {
+      BearingMatch match{bearing(first->second, pair.in_first[i]),
+                         bearing(second->second, pair.in_second[i])};
+      if (swapped) std::swap(match.in_first, match.in_second);
+      by_frames[frames].push_back(match);
+    }
+  }
+  matches_.clear();
+  for (auto& [frames, matches] : by_frames) matches_.push_back({frames, std::move(matches)});
+}
+
+SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const TriangulationRound& round) {
+  ColmapModel model;
+  std::map<std::uint32_t, bool> cameras;
+  for (const auto& [id, image] : images_) {
+    const auto& pose = poses[static_cast<std::size_t>(image.frame)];
+    // COLMAP cannot do with pictures that nothing matches.
+    if (!pose || !usable_.contains(id)) continue;
+    if (!std::exchange(cameras[image.camera], true)) {
+      model.cameras.push_back({image.camera, options_.face_px, 0.5 * options_.face_px});
+    }
+    model.images.push_back({id,
+                            image.camera,
+                            image_name(image.frame, image.face),
+                            colmap_pose(*pose, faces_[static_cast<std::size_t>(image.face)]),
+                            {}});
+  }
+  SeenPoints seen;
+  if (model.images.size() < 2) return seen;
+  const fs::path start = options_.directory / "start";
+  const fs::path result = options_.directory / "model";
+  make_directories(start);
+  make_directories(result);
+  write_colmap_model(start, model);
+  const std::string angle = fmt::format("{}", round.angle_deg);
+  const std::string error_px = fmt::format("{}", round.error_px * options_.face_px / kRoundFace_px);
+  colmap_.run({"point_triangulator",
+               "--database_path",
+               database_.string(),
+               "--image_path",
+               (options_.directory / "images").string(),
+               "--input_path",
+               start.string(),
+               "--output_path",
+               result.string(),
+               "--clear_points",
+               "1",
+               "--Mapper.extract_colors",
+               "0",
+               "--Mapper.num_threads",
+               std::to_string(options_.threads),
+               "--Mapper.tri_create_max_angle_error",
+               angle,
+               "--Mapper.tri_continue_max_angle_error",
+               angle,
+               "--Mapper.tri_re_max_angle_error",
+               fmt::format("{}", std::max(round.angle_deg, 2.0)),
+               "--Mapper.tri_merge_max_reproj_error",
+               error_px,
+               "--Mapper.tri_complete_max_reproj_error",
+               error_px,
+               "--Mapper.filter_max_reproj_error",
+               error_px,
+               "--Mapper.ba_global_max_refinements",
+               "1"},
+              log_);
+  const ColmapModel triangulated = read_colmap_model(result);
+  std::map<std::uint32_t, const ColmapImage*> by_id;
+  for (const ColmapImage& image : triangulated.images) by_id[image.id] = &image;
+  for (const ColmapPoint& point : triangulated.points) {
+    const int index = static_cast<int>(seen.points_m.size());
+    seen.points_m.push_back(flipped(point.position));
+    for (const ColmapTrackElement& element : point.track) {
+      const auto image = images_.find(element.image);
+      if (image == images_.end()) continue;
+      const FacePixel pixel = by_id.at(element.image)->features[element.feature].pixel;
+      seen.observations.push_back({image->second.frame, index, bearing(image->second, pixel),
+                                   faces_[static_cast<std::size_t>(image->second.face)].centre_m});
+    }
+  }
+  return seen;
+}
+
+}  // namespace raywalk

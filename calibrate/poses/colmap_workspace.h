@@ -1,0 +1,100 @@
+// The directory that COLMAP works in, and its steps: faces cut from the panoramas, features,
+// matches of chosen pairs, triangulation from given poses.
+//
+//   images/f<face>/<frame>.png, masks/f<face>/<frame>.png.png, database.db, model/, log.txt
+//   inputs.txt: what the rest was made from; where that changes the rest is made anew, else a run
+//   that was interrupted goes on with what is there
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calibrate/base/capture_set.h"
+#include "calibrate/base/frame_poses.h"
+#include "calibrate/poses/colmap_program.h"
+#include "calibrate/poses/match_pairs.h"
+#include "calibrate/poses/panorama_faces.h"
+#include "calibrate/poses/rail_motion.h"
+#include "calibrate/poses/refine_poses.h"
+
+namespace raywalk {
+
+struct WorkspaceOptions {
+  std::filesystem::path directory{};
+  int face_px = 512;
+  int threads = 1;
+  std::optional<cv::Mat> mask{};              // CV_8UC1 of the panoramas' size
+  std::optional<DualFisheyeLayout> lenses{};  // whose seams are kept clear of features
+};
+
+// Two frames and what COLMAP matched between all of their faces.
+struct FrameMatches {
+  FramePair frames{};
+  std::vector<BearingMatch> matches{};
+};
+
+// How strict a triangulation is: angles between a ray and a pose's expectation, and errors in
+// pixels of a face of 512.
+struct TriangulationRound {
+  double angle_deg = 2.0;
+  double error_px = 4.0;
+};
+
+class ColmapWorkspace {
+ public:
+  // Makes the directory or takes up what an interrupted run on the same inputs left. `set` has to
+  // outlive it; `keyframes` are the frames that are looked at.
+  ColmapWorkspace(const CaptureSet& set, std::vector<int> keyframes, const ColmapProgram& colmap,
+                  WorkspaceOptions options);
+
+  // Each returns whether it found its work done. Throw Error as ColmapProgram::run and what files
+  // can fail with; Interrupted.
+  bool cut_faces();
+  bool find_features();
+  // Faces of each pair that look the same way by the poses (of both frames) are compared.
+  bool match(std::span<const FramePair> pairs, const FramePoses& poses);
+
+  // Of each keyframe, over its faces.
+  std::map<int, int> feature_counts() const;
+  // What was verified, by pair of frames in ascending order; of each pair at most one entry.
+  const std::vector<FrameMatches>& matches() const { return matches_; }
+  int matched_face_pairs() const { return matched_face_pairs_; }
+
+  // Scene points from the matches, seen from these poses: COLMAP's point_triangulator.
+  SeenPoints triangulate(const FramePoses& poses, const TriangulationRound& round);
+
+ private:
+  struct FaceImage {
+    int frame = 0;
+    int face = 0;
+    std::uint32_t camera = 0;  // ids in the database
+  };
+
+  void start_anew_if_changed();
+  std::string inputs_text() const;
+  std::string image_name(int frame, int face) const;
+  void cut_masks();
+  void read_images();
+  void read_matches();
+  Eigen::Vector3d bearing(const FaceImage& image, FacePixel pixel) const;
+  std::vector<std::string> list_option() const;
+
+  const CaptureSet& set_;
+  std::vector<int> keyframes_;
+  const ColmapProgram& colmap_;
+  WorkspaceOptions options_;
+  std::array<PanoramaFace, kFaceCount> faces_;
+  std::filesystem::path log_;
+  std::filesystem::path database_;
+  std::map<std::uint32_t, FaceImage> images_{};  // by id in the database
+  std::map<std::uint32_t, bool> usable_{};       // images with enough matches to triangulate
+  std::vector<FrameMatches> matches_{};
+  int matched_face_pairs_ = 0;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,203 @@
+#include "calibrate/poses/match_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <set>
+
+#include "core/base/median.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kReachAlong = 0.25;  // of the cell's side
+constexpr double kReachAcross = 0.2;  // to each side of a crossing
+constexpr int kAcross = 5;            // keyframes of each line at a crossing
+
+// Where a crossing lies on the rail of one of its lines.
+double rail_position_m(const CaptureLine& line, PlanPoint crossing) {
+  return line.axis == LineAxis::kX ? crossing.x_m : crossing.z_m;
+}
+
+// By line: rail positions of its crossings in ascending order.
+std::vector<std::vector<double>> crossing_positions(const CaptureSet& set,
+                                                    std::span<const LineCrossing> crossings) {
+  std::vector<std::vector<double>> positions(set.lines.size());
+  for (const LineCrossing& crossing : crossings) {
+    for (const int line : {crossing.along_x, crossing.along_z}) {
+      const auto index = static_cast<std::size_t>(line);
+      positions[index].push_back(rail_position_m(set.lines[index], crossing.at));
+    }
+  }
+  for (std::vector<double>& of_line : positions) std::sort(of_line.begin(), of_line.end());
+  return positions;
+}
+
+double length_m(const CaptureSet& set, const CaptureLine& line) {
+  return line.frames.empty()
+             ? 0.0
+             : std::abs(set.rail_m(line.frames.back()) - set.rail_m(line.frames.front()));
+}
+
+// Marks the stations around a position: the last one before it and the first one behind it.
+void mark_around(const CaptureSet& set, const CaptureLine& line, double at_m,
+                 std::vector<bool>* chosen) {
+  const auto behind = std::find_if(line.frames.begin(), line.frames.end(),
+                                   [&](int frame) { return set.rail_m(frame) >= at_m; });
+  if (behind != line.frames.end()) (*chosen)[static_cast<std::size_t>(*behind)] = true;
+  if (behind != line.frames.begin()) (*chosen)[static_cast<std::size_t>(*(behind - 1))] = true;
+}
+
+// Marks further stations so that neighbours are at most `gap_m` apart where stations are close
+// enough for that.
+void mark_between(const CaptureSet& set, const CaptureLine& line, double gap_m,
+                  std::vector<bool>* chosen) {
+  const std::vector<int>& frames = line.frames;
+  // The slider's feedback is good to well under a thousandth of any distance worth asking for.
+  const double reach_m = gap_m * 1.001;
+  int last = frames.front();
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const bool taken = (*chosen)[static_cast<std::size_t>(frames[i])];
+    const bool next_is_too_far =
+        i + 1 < frames.size() && set.rail_m(frames[i + 1]) - set.rail_m(last) > reach_m;
+    if (!taken && !next_is_too_far) continue;
+    (*chosen)[static_cast<std::size_t>(frames[i])] = true;
+    last = frames[i];
+  }
+}
+
+// The keyframes of a line, by rail position.
+std::vector<int> keyframes_of(const CaptureLine& line, std::span<const int> keyframes) {
+  std::vector<int> of_line;
+  std::copy_if(line.frames.begin(), line.frames.end(), std::back_inserter(of_line), [&](int frame) {
+    return std::binary_search(keyframes.begin(), keyframes.end(), frame);
+  });
+  return of_line;
+}
+
+void add_pair(int a, int b, std::set<FramePair>* pairs) {
+  if (a != b) pairs->insert({std::min(a, b), std::max(a, b)});
+}
+
+// How many keyframes on the partners of a keyframe are: the next, and then four times as far each
+// time within the reach; where that leaves the next alone, the one after it too, so that a spoilt
+// picture does not cut the line in two.
+std::vector<std::size_t> steps_along(const CaptureSet& set, const std::vector<int>& frames,
+                                     std::size_t from, double reach_m) {
+  std::vector<std::size_t> steps{1};
+  for (std::size_t step = 4; from + step < frames.size(); step *= 4) {
+    if (std::abs(set.rail_m(frames[from + step]) - set.rail_m(frames[from])) > reach_m) break;
+    steps.push_back(step);
+  }
+  if (steps.size() == 1) steps.push_back(2);
+  return steps;
+}
+
+void add_along(const CaptureSet& set, const std::vector<int>& frames, double reach_m,
+               std::set<FramePair>* pairs) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (const std::size_t step : steps_along(set, frames, i, reach_m)) {
+      if (i + step < frames.size()) add_pair(frames[i], frames[i + step], pairs);
+    }
+  }
+}
+
+// The keyframe nearest to each of kAcross places spread over the reach, each frame once.
+std::vector<int> spread_around(const CaptureSet& set, const std::vector<int>& frames, double at_m,
+                               double reach_m) {
+  std::set<int> chosen;
+  for (int i = 0; i < kAcross && !frames.empty(); ++i) {
+    const double place_m = at_m + reach_m * (2.0 * i / (kAcross - 1) - 1.0);
+    chosen.insert(*std::min_element(frames.begin(), frames.end(), [&](int a, int b) {
+      return std::abs(set.rail_m(a) - place_m) < std::abs(set.rail_m(b) - place_m);
+    }));
+  }
+  return {chosen.begin(), chosen.end()};
+}
+
+}  // namespace
+
+double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossings) {
+  std::vector<double> sides;
+  for (const std::vector<double>& positions : crossing_positions(set, crossings)) {
+    for (std::size_t i = 1; i < positions.size(); ++i) {
+      sides.push_back(positions[i] - positions[i - 1]);
+    }
+  }
+  if (!sides.empty() && median(sides) > 0.0) return median(sides);
+  double longest_m = 0.0;
+  for (const CaptureLine& line : set.lines) longest_m = std::max(longest_m, length_m(set, line));
+  return longest_m * 2.0 / 3.0;
+}
+
+std::vector<int> choose_keyframes(const CaptureSet& set, std::span<const LineCrossing> crossings,
+                                  double keyframes_mm) {
+  std::vector<bool> chosen(set.frames.size(), keyframes_mm <= 0.0);
+  const std::vector<std::vector<double>> positions = crossing_positions(set, crossings);
+  for (std::size_t i = 0; i < set.lines.size() && keyframes_mm > 0.0; ++i) {
+    const CaptureLine& line = set.lines[i];
+    if (line.frames.empty()) continue;
+    chosen[static_cast<std::size_t>(line.frames.front())] = true;
+    chosen[static_cast<std::size_t>(line.frames.back())] = true;
+    for (const double at_m : positions[i]) mark_around(set, line, at_m, &chosen);
+    mark_between(set, line, keyframes_mm * 1e-3, &chosen);
+  }
+  std::vector<int> keyframes;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (chosen[i]) keyframes.push_back(static_cast<int>(i));
+  }
+  return keyframes;
+}
+
+std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineCrossing> crossings,
+                                    std::span<const int> keyframes) {
+  const double side_m = cell_side_m(set, crossings);
+  std::vector<std::vector<int>> by_line;
+  for (const CaptureLine& line : set.lines) by_line.push_back(keyframes_of(line, keyframes));
+  std::set<FramePair> pairs;
+  for (const std::vector<int>& frames : by_line) {
+    add_along(set, frames, kReachAlong * side_m, &pairs);
+  }
+  for (const LineCrossing& crossing : crossings) {
+    const auto around = [&](int line) {
+      const auto index = static_cast<std::size_t>(line);
+      return spread_around(set, by_line[index], rail_position_m(set.lines[index], crossing.at),
+                           kReachAcross * side_m);
+    };
+    const std::vector<int> along_z = around(crossing.along_z);
+    for (const int a : around(crossing.along_x)) {
+      for (const int b : along_z) add_pair(a, b, &pairs);
+    }
+  }
+  return {pairs.begin(), pairs.end()};
+}
+
+std::vector<FacePair> overlapping_faces(const std::array<PanoramaFace, kFaceCount>& faces,
+                                        const Eigen::Matrix3d& world_from_first,
+                                        const Eigen::Matrix3d& world_from_second) {
+  static const double kSame = std::cos(radians_from_degrees(20.0));
+  static const double kOverlapping = std::cos(radians_from_degrees(60.0));
+  std::vector<FacePair> pairs;
+  for (int first = 0; first < kFaceCount; ++first) {
+    const auto axis = [&](const Eigen::Matrix3d& world_from_camera, int face) {
+      return Eigen::Vector3d(world_from_camera *
+                             faces[static_cast<std::size_t>(face)].camera_from_face.col(2));
+    };
+    std::array<double, kFaceCount> cosines{};
+    for (int second = 0; second < kFaceCount; ++second) {
+      cosines[static_cast<std::size_t>(second)] =
+          axis(world_from_first, first).dot(axis(world_from_second, second));
+    }
+    const double best = *std::max_element(cosines.begin(), cosines.end());
+    for (int second = 0; second < kFaceCount; ++second) {
+      const double cosine = cosines[static_cast<std::size_t>(second)];
+      if (cosine == best || (best < kSame && cosine > kOverlapping)) {
+        pairs.push_back({first, second});
+      }
+    }
+  }
+  return pairs;
+}
+
+}  // namespace raywalk

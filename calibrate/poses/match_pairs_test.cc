@@ -1,0 +1,136 @@
+#include "calibrate/poses/match_pairs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/poses/test_rail_scene.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+
+std::vector<int> all_frames(const CaptureSet& set) { return choose_keyframes(set, {}, 0.0); }
+
+TEST(CellSide, IsTheDistanceOfNeighbouringCrossings) {
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    const CaptureSet set = test_grid(61, size);
+    EXPECT_NEAR(cell_side_m(set, crossings_of(set)), size, 1e-9 * size);
+  }
+}
+
+TEST(CellSide, IsGuessedFromTheLengthOfALineThatCrossesNone) {
+  EXPECT_NEAR(cell_side_m(test_line(7, 1.5), {}), 1.0, 1e-12);
+}
+
+TEST(Keyframes, AreAllStationsWithoutADistance) {
+  const CaptureSet set = test_grid(5);
+  EXPECT_EQ(all_frames(set).size(), set.frames.size());
+}
+
+TEST(Keyframes, AreAsFarApartAsAskedAndHoldEndsAndCrossings) {
+  const CaptureSet set = test_grid(61);  // 25 mm apart; crossings at stations 10 and 50
+  const std::vector<LineCrossing> crossings = crossings_of(set);
+  ASSERT_EQ(crossings.size(), 4U);
+  for (const double apart_mm : {25.0, 60.0, 150.0, 400.0, 5000.0}) {
+    const std::vector<int> keyframes = choose_keyframes(set, crossings, apart_mm);
+    EXPECT_TRUE(std::is_sorted(keyframes.begin(), keyframes.end()));
+    for (int line = 0; line < 4; ++line) {
+      const int first = 61 * line;
+      // The crossing lies on a station: that one and the one before it, up to rounding.
+      for (const int station : {0, 60}) EXPECT_THAT(keyframes, Contains(first + station));
+      for (const int crossing : {10, 50}) {
+        const auto close = std::count_if(keyframes.begin(), keyframes.end(), [&](int frame) {
+          return std::abs(frame - first - crossing) <= 1;
+        });
+        EXPECT_GE(close, 2);
+      }
+    }
+    for (std::size_t i = 1; i < keyframes.size(); ++i) {
+      if (keyframes[i] / 61 != keyframes[i - 1] / 61) continue;
+      const double gap_mm = 1e3 * (set.rail_m(keyframes[i]) - set.rail_m(keyframes[i - 1]));
+      EXPECT_LE(gap_mm, std::max(apart_mm, 25.0) * 1.01);
+    }
+  }
+  EXPECT_EQ(choose_keyframes(set, crossings, 5000.0).size(), 4U * 6U);
+}
+
+TEST(Pairs, OfASparseLineAreTheTwoNext) {
+  const CaptureSet set = test_line(5);
+  EXPECT_THAT(choose_pairs(set, {}, all_frames(set)),
+              ElementsAre(FramePair{0, 1}, FramePair{0, 2}, FramePair{1, 2}, FramePair{1, 3},
+                          FramePair{2, 3}, FramePair{2, 4}, FramePair{3, 4}));
+}
+
+TEST(Pairs, OfADenseLineReachAQuarterOfACell) {
+  const CaptureSet set = test_line(61);
+  const std::vector<FramePair> pairs = choose_pairs(set, {}, all_frames(set));
+  EXPECT_THAT(pairs, Contains(FramePair{10, 11}));
+  EXPECT_THAT(pairs, Contains(FramePair{10, 14}));
+  for (const FramePair& pair : pairs) EXPECT_LE(pair.second - pair.first, 10);
+  // The last have no 4th, but the one after the next.
+  EXPECT_EQ(pairs.size(), 60U + 57U + 2U);
+}
+
+TEST(Pairs, CrossBetweenLinesOnlyWhereTheyCross) {
+  const CaptureSet set = test_grid(61);
+  const std::vector<LineCrossing> crossings = crossings_of(set);
+  std::array<int, 4> across{};
+  for (const FramePair& pair : choose_pairs(set, crossings, all_frames(set))) {
+    const CaptureFrame& first = set.frames[static_cast<std::size_t>(pair.first)];
+    const CaptureFrame& second = set.frames[static_cast<std::size_t>(pair.second)];
+    EXPECT_LT(pair.first, pair.second);
+    if (first.line == second.line) continue;
+    EXPECT_NE(set.lines[static_cast<std::size_t>(first.line)].axis,
+              set.lines[static_cast<std::size_t>(second.line)].axis);
+    bool near_one = false;
+    for (std::size_t i = 0; i < crossings.size(); ++i) {
+      const Eigen::Vector3d at(crossings[i].at.x_m, 0, crossings[i].at.z_m);
+      if ((first.nominal_m - at).norm() > 0.201 || (second.nominal_m - at).norm() > 0.201) continue;
+      near_one = true;
+      ++across[i];
+    }
+    EXPECT_TRUE(near_one);
+  }
+  EXPECT_THAT(across, ElementsAre(25, 25, 25, 25));
+}
+
+TEST(Pairs, LeaveOutStationsThatAreNoKeyframes) {
+  const CaptureSet set = test_line(5);
+  const std::vector<int> keyframes{0, 3, 4};
+  EXPECT_THAT(choose_pairs(set, {}, keyframes),
+              ElementsAre(FramePair{0, 3}, FramePair{0, 4}, FramePair{3, 4}));
+}
+
+TEST(OverlappingFaces, AreTheSameInCamerasThatLookTheSameWay) {
+  const auto faces = panorama_faces(std::nullopt);
+  const Eigen::Matrix3d first = world_from_camera({0.1, 0.0, 0.05});
+  const Eigen::Matrix3d second = world_from_camera({-0.1, 0.1, 0.0});
+  const std::vector<FacePair> pairs = overlapping_faces(faces, first, second);
+  ASSERT_EQ(pairs.size(), 4U);
+  for (const FacePair& pair : pairs) EXPECT_EQ(pair.first, pair.second);
+}
+
+TEST(OverlappingFaces, FollowACameraThatWasTurned) {
+  const auto faces = panorama_faces(std::nullopt);
+  const Eigen::Matrix3d ahead = Eigen::Matrix3d::Identity();
+  const auto to_right = overlapping_faces(faces, ahead, world_from_camera({kHalfPi, 0, 0}));
+  ASSERT_EQ(to_right.size(), 4U);
+  for (const FacePair& pair : to_right) {
+    const Eigen::Vector3d first =
+        faces[static_cast<std::size_t>(pair.first)].camera_from_face.col(2);
+    const Eigen::Vector3d second =
+        world_from_camera({kHalfPi, 0, 0}) *
+        faces[static_cast<std::size_t>(pair.second)].camera_from_face.col(2);
+    EXPECT_NEAR(first.dot(second), 1.0, 1e-12);
+  }
+  // Half way between two faces both share half of what is seen.
+  EXPECT_EQ(overlapping_faces(faces, ahead, world_from_camera({0.5 * kHalfPi, 0, 0})).size(), 8U);
+}
+
+}  // namespace
+}  // namespace raywalk

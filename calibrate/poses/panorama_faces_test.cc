@@ -1,0 +1,142 @@
+#include "calibrate/poses/panorama_faces.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calibrate/poses/test_rail_scene.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kFace_px = 64;
+
+FramePose some_pose(unsigned seed) {
+  std::mt19937 random(seed);
+  FramePose pose;
+  pose.position_m = random_vector(&random, 3.0);
+  pose.world_from_camera = random_turn(&random, 180.0);
+  return pose;
+}
+
+DualFisheyeLayout two_lenses() {
+  DualFisheyeLayout lenses;
+  lenses.front_position_m = {0.001, 0.002, 0.006};
+  lenses.back_position_m = {-0.001, 0.0, -0.004};
+  return lenses;
+}
+
+// COLMAP's own way, by its documentation: rotate by the quaternion, add t, divide, scale.
+FacePixel colmap_projection(const ColmapPose& pose, const Eigen::Vector3d& colmap_world) {
+  const Eigen::Vector3d in_image = pose.rotation * colmap_world + pose.translation;
+  const double focal = 0.5 * kFace_px;
+  return {focal * in_image.x() / in_image.z() + 0.5 * kFace_px,
+          focal * in_image.y() / in_image.z() + 0.5 * kFace_px};
+}
+
+TEST(PanoramaFaces, ProjectAsColmapDoes) {
+  const auto faces = panorama_faces(two_lenses());
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    const FramePose camera = some_pose(seed);
+    std::mt19937 random(1000 + seed);
+    const Eigen::Vector3d world = camera.position_m + random_vector(&random, 4.0);
+    for (const PanoramaFace& face : faces) {
+      const Eigen::Vector3d from_lens =
+          camera.world_from_camera.transpose() * (world - camera.position_m) - face.centre_m;
+      const auto ours = face_pixel_of(face, kFace_px, from_lens);
+      const ColmapPose pose = colmap_pose(camera, face);
+      const double depth = (pose.rotation * flipped(world) + pose.translation).z();
+      EXPECT_EQ(ours.has_value(), depth > 0.0);
+      if (!ours) continue;
+      const FacePixel theirs = colmap_projection(pose, flipped(world));
+      EXPECT_NEAR(ours->x, theirs.x, 1e-6 * std::max(1.0, std::abs(theirs.x)));
+      EXPECT_NEAR(ours->y, theirs.y, 1e-6 * std::max(1.0, std::abs(theirs.y)));
+      EXPECT_LT((direction_of(face, kFace_px, *ours) - from_lens.normalized()).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(PanoramaFaces, LieEachInOneLensAndMeetAtFrontSidesAndBack) {
+  const DualFisheyeLayout lenses = two_lenses();
+  const auto faces = panorama_faces(lenses);
+  int front = 0;
+  for (const PanoramaFace& face : faces) {
+    const bool is_front = face.camera_from_face.col(2).z() > 0;
+    front += is_front ? 1 : 0;
+    EXPECT_EQ(face.centre_m, is_front ? lenses.front_position_m : lenses.back_position_m);
+    for (const double x : {0.0, static_cast<double>(kFace_px)}) {
+      for (const double y : {0.0, 0.5 * kFace_px, static_cast<double>(kFace_px)}) {
+        const double z = direction_of(face, kFace_px, {x, y}).z();
+        EXPECT_GE(is_front ? z : -z, -1e-12);
+      }
+    }
+  }
+  EXPECT_EQ(front, 2);
+  EXPECT_EQ(panorama_faces(std::nullopt)[2].centre_m.norm(), 0.0);
+}
+
+// A panorama whose colours tell the direction: what a face shows at a pixel is what the panorama
+// holds in the pixel's direction.
+cv::Mat direction_panorama(int width) {
+  cv::Mat panorama(width / 2, width, CV_8UC3);
+  for (int v = 0; v < panorama.rows; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const Eigen::Vector3d direction = direction_from_angles(
+          angles_from_pixel({static_cast<double>(u), static_cast<double>(v)}, {width, width / 2}));
+      const double grey =
+          128.0 + 60.0 * direction.x() + 40.0 * direction.y() + 20.0 * direction.z();
+      panorama.at<cv::Vec3b>(v, u) = cv::Vec3b::all(static_cast<uchar>(std::lround(grey)));
+    }
+  }
+  return panorama;
+}
+
+TEST(FaceCutter, ShowsWhatThePanoramaHoldsInEachDirection) {
+  const auto faces = panorama_faces(std::nullopt);
+  for (const int width : {256, 2048}) {  // sampled as it is, and reduced before
+    const FaceCutter cutter(faces, {width, width / 2}, kFace_px);
+    const auto cut = cutter.cut(direction_panorama(width));
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      ASSERT_EQ(cut[i].size(), cv::Size(kFace_px, kFace_px));
+      ASSERT_EQ(cut[i].type(), CV_8UC1);
+      for (int y = 0; y < kFace_px; y += 7) {
+        for (int x = 0; x < kFace_px; x += 7) {
+          const Eigen::Vector3d direction = direction_of(faces[i], kFace_px, {x + 0.5, y + 0.5});
+          EXPECT_NEAR(cut[i].at<uchar>(y, x),
+                      128.0 + 60.0 * direction.x() + 40.0 * direction.y() + 20.0 * direction.z(),
+                      1.6);
+        }
+      }
+    }
+  }
+}
+
+TEST(FaceCutter, CutsMasksAndKeepsSeamsClear) {
+  const auto faces = panorama_faces(std::nullopt);
+  const FaceCutter cutter(faces, {256, 128}, kFace_px);
+  cv::Mat mask(128, 256, CV_8UC1, cv::Scalar(255));
+  mask.rowRange(90, 128).setTo(0);  // below -36 degrees
+  const auto plain = cutter.cut_mask(mask, 0.0);
+  const auto clear = cutter.cut_mask(mask, 5.0);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    for (int y = 0; y < kFace_px; ++y) {
+      for (int x = 0; x < kFace_px; ++x) {
+        const Eigen::Vector3d direction = direction_of(faces[i], kFace_px, {x + 0.5, y + 0.5});
+        const double below_deg = -degrees_from_radians(std::asin(direction.y()));
+        if (std::abs(below_deg - 36.6) < 1.0) continue;  // the mask's own edge
+        EXPECT_EQ(plain[i].at<uchar>(y, x) != 0, below_deg < 36.6);
+        const double from_seam_deg = degrees_from_radians(std::asin(std::abs(direction.z())));
+        EXPECT_EQ(clear[i].at<uchar>(y, x) != 0, below_deg < 36.6 && from_seam_deg > 5.0);
+      }
+    }
+  }
+}
+
+TEST(FaceSize, FollowsThePanoramaWithinBounds) {
+  EXPECT_EQ(default_face_px(256), 384);
+  EXPECT_EQ(default_face_px(1024), 512);
+  EXPECT_EQ(default_face_px(4096), 768);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,15 @@
+// The page and the file that tell about solved poses.
+#pragma once
+
+#include "calibrate/base/capture_set.h"
+#include "calibrate/base/frame_poses.h"
+#include "calibrate/poses/solve_poses.h"
+
+namespace raywalk {
+
+// Writes poses-report.json and poses.html into `out`. `start` are the poses that the solution
+// started from.
+void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
+                        const FramePoses& start, const PosesResult& result);
+
+}  // namespace raywalk

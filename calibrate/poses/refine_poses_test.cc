@@ -1,0 +1,256 @@
+#include "calibrate/poses/refine_poses.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/poses/align_poses.h"
+#include "calibrate/poses/pose_covariance.h"
+#include "calibrate/poses/test_rail_scene.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+constexpr PoseAnchor kAnchor{0.1, 0.1};
+
+// Points where the start would triangulate them: off by a few centimetres.
+SeenPoints blurred(SeenPoints points, double size_m, unsigned seed) {
+  std::mt19937 random(seed);
+  for (Eigen::Vector3d& point : points.points_m) point += random_vector(&random, size_m);
+  return points;
+}
+
+// Sums over a set of poses and of their true ones, about their means.
+struct PoseSums {
+  Eigen::Vector3d mean_m{0, 0, 0};
+  double square_m2 = 0.0;
+};
+
+PoseSums sums_of(const FramePoses& poses) {
+  PoseSums sums;
+  for (const auto& pose : poses)
+    sums.mean_m += pose->position_m / static_cast<double>(poses.size());
+  for (const auto& pose : poses) sums.square_m2 += (pose->position_m - sums.mean_m).squaredNorm();
+  return sums;
+}
+
+// Moved onto the truth by a similarity, which pictures do not tell: the one that leaves the
+// smallest squares of rotations (radians) and positions (in their spread) together.
+FramePoses onto_truth(const FramePoses& poses, const FramePoses& truth) {
+  const PoseSums solved = sums_of(poses);
+  const PoseSums right = sums_of(truth);
+  PoseAlignment alignment;
+  alignment.scale = std::sqrt(right.square_m2 / solved.square_m2);
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    sum += truth[i]->world_from_camera * poses[i]->world_from_camera.transpose();
+    sum += static_cast<double>(poses.size()) / right.square_m2 * alignment.scale *
+           (truth[i]->position_m - right.mean_m) *
+           (poses[i]->position_m - solved.mean_m).transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  alignment.rotation = svd.matrixU() * svd.matrixV().transpose();
+  alignment.translation_m = right.mean_m - alignment.scale * alignment.rotation * solved.mean_m;
+  return aligned(poses, alignment);
+}
+
+PoseDifference shape_difference(const FramePoses& poses, const FramePoses& truth) {
+  return largest_difference(onto_truth(poses, truth), truth);
+}
+
+TEST(RefinePoses, FindsExactPosesFromExactBearings) {
+  const CaptureSet set = test_grid(6);
+  const FramePoses truth = test_truth(set, {0.02, 1.5, 0.0, 0.1}, 1);
+  const SeenPoints points = blurred(test_points(set, truth, 400, 1.0, 0.0, 2), 0.05, 3);
+  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const PoseDifference left = shape_difference(refined.poses, truth);
+  EXPECT_LT(left.position_m, 2e-5);
+  EXPECT_LT(left.rotation_rad, 2e-5);
+  EXPECT_LT(refined.noise_px, 0.02);
+}
+
+TEST(RefinePoses, IsAsExactAsItsNoiseAllowsAndTellsTheNoise) {
+  const CaptureSet set = test_grid(6);
+  const FramePoses truth = test_truth(set, {}, 5);
+  const SeenPoints points = blurred(test_points(set, truth, 1500, 1.0, 0.5, 6), 0.05, 7);
+  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  // Points and poses take up part of the noise: 24 * 6 + 1500 * 3 unknowns in 24000 equations.
+  EXPECT_NEAR(refined.noise_px, 0.5 * std::sqrt(1.0 - 4644.0 / 24000.0), 0.04);
+  EXPECT_LT(shape_difference(refined.poses, truth).position_m, 1e-3);
+}
+
+// The carriage rocks by a millimetre, which feedback does not tell, and the start has every station
+// exactly where feedback has it. The pictures know better and have to win.
+TEST(RefinePoses, DoesNotTakeTheSlidersWordForEveryStation) {
+  const CaptureSet set = test_line(31);
+  const FramePoses truth = test_truth(set, {0.0, 0.0, 1e-3, 0.1}, 40);
+  const SeenPoints points = blurred(test_points(set, truth, 1500, 1.0, 0.4, 41), 0.05, 42);
+  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  const double unsolved_m = shape_difference(nominal_poses(set), truth).position_m;
+  EXPECT_GT(unsolved_m, 1e-3);
+  EXPECT_LT(shape_difference(refined.poses, truth).position_m, 0.35 * unsolved_m);
+}
+
+TEST(RefinePoses, SurvivesAFifthOfWrongMatches) {
+  const CaptureSet set = test_grid(6);
+  const FramePoses truth = test_truth(set, {}, 8);
+  SeenPoints points = blurred(test_points(set, truth, 1000, 1.0, 0.3, 9), 0.05, 10);
+  std::mt19937 random(11);
+  for (std::size_t i = 0; i < points.observations.size(); i += 5) {
+    Eigen::Vector3d& bearing = points.observations[i].bearing;
+    bearing = (bearing + random_vector(&random, 0.05)).normalized();
+  }
+  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  EXPECT_LT(shape_difference(refined.poses, truth).position_m, 2e-3);
+  const auto inliers = std::count_if(refined.errors_px.begin(), refined.errors_px.end(),
+                                     [&](double error) { return error < refined.inlier_px; });
+  EXPECT_NEAR(static_cast<double>(inliers), 0.8 * 8000, 0.02 * 8000);
+}
+
+// The lenses of a two-lens camera see from in front and from behind its middle. What one lens alone
+// sees moves along with it and does not tell; what both see does.
+TEST(RefinePoses, SeesEachBearingFromItsOwnLens) {
+  const CaptureSet set = test_grid(6);
+  const FramePoses truth = test_truth(set, {}, 12);
+  SeenPoints points = test_points(set, truth, 400, 1.0, 0.0, 13);
+  for (PointObservation& observation : points.observations) {
+    const FramePose& pose = *truth[static_cast<std::size_t>(observation.frame)];
+    observation.centre_m = {0, 0, observation.bearing.z() > 0 ? 0.005 : -0.005};
+    const Eigen::Vector3d in_camera =
+        pose.world_from_camera.transpose() *
+        (points.points_m[static_cast<std::size_t>(observation.point)] - pose.position_m);
+    observation.bearing = (in_camera - observation.centre_m).normalized();
+  }
+  const FramePoses start = nominal_poses(set);
+  const RefinedPoses refined = refine_poses(set, start, points, kAnchor, 1);
+  EXPECT_LT(shape_difference(refined.poses, truth).position_m, 3e-5);
+  for (PointObservation& observation : points.observations) observation.centre_m.setZero();
+  const RefinedPoses without = refine_poses(set, start, points, kAnchor, 1);
+  EXPECT_GT(without.noise_px, 3 * refined.noise_px);
+}
+
+// Start, truth and figures grow with the capture: nothing is measured in metres of one room.
+TEST(RefinePoses, IsTheSameAtAnySize) {
+  for (const double size : {1e-3, 1e3}) {
+    const CaptureSet set = test_grid(5, size);
+    const FramePoses truth = test_truth(set, {0.02 * size, 1.5, 0.0, 0.1}, 14);
+    const SeenPoints points = blurred(test_points(set, truth, 300, size, 0.2, 15), 0.05 * size, 16);
+    const PoseAnchor anchor{0.1 * size, 0.1};
+    RefinedPoses refined = refine_poses(set, nominal_poses(set), points, anchor, 1);
+    EXPECT_LT(shape_difference(refined.poses, truth).position_m, 1e-3 * size);
+    set_sigmas(&refined, anchor);
+    EXPECT_GT(refined.poses[3]->position_sigma_mm, 1e-3 * size);
+    EXPECT_LT(refined.poses[3]->position_sigma_mm, 1.0 * size);
+  }
+}
+
+TEST(RefinePoses, LeavesFramesThatSeeNothingWithoutAPose) {
+  const CaptureSet set = test_grid(4);
+  FramePoses truth = test_truth(set, {}, 17);
+  truth[5].reset();
+  const SeenPoints points = test_points(set, truth, 200, 1.0, 0.2, 18);
+  const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
+  EXPECT_FALSE(refined.poses[5]);
+  ASSERT_TRUE(refined.poses[4]);
+  EXPECT_EQ(refined.poses[4]->origin, PoseOrigin::kSolved);
+  EXPECT_GT(refined.poses[4]->observations, 30);
+  EXPECT_GT(refined.poses[4]->residual_px, 0.1);
+}
+
+TEST(RefinePoses, SaysWhenNothingIsSeen) {
+  const CaptureSet set = test_grid(4);
+  EXPECT_THROW(refine_poses(set, nominal_poses(set), {}, kAnchor, 1), Error);
+}
+
+// Mean squares of errors over sigmas in several draws: 1 where sigmas are right.
+struct SigmaRatio {
+  double position = 0.0;
+  double rotation = 0.0;
+};
+
+template <typename Spoil>
+SigmaRatio sigma_ratio(const Spoil& spoil) {
+  const CaptureSet set = test_grid(4);
+  const FramePoses truth = test_truth(set, {}, 20);
+  SigmaRatio ratio;
+  int count = 0;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    SeenPoints points = test_points(set, truth, 300, 1.0, 0.4, 100 + seed);
+    spoil(seed, &points);
+    RefinedPoses refined = refine_poses(set, truth, points, kAnchor, 1);
+    set_sigmas(&refined, kAnchor);
+    const FramePoses back = onto_truth(refined.poses, truth);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const double moved_mm = 1e3 * (back[i]->position_m - truth[i]->position_m).norm();
+      const double turned_deg = degrees_from_radians(
+          angle_between(back[i]->world_from_camera, truth[i]->world_from_camera));
+      ratio.position += std::pow(moved_mm / back[i]->position_sigma_mm, 2) / 3.0;
+      ratio.rotation += std::pow(turned_deg / back[i]->rotation_sigma_deg, 2) / 3.0;
+      ++count;
+    }
+  }
+  return {ratio.position / count, ratio.rotation / count};
+}
+
+TEST(PoseCovariance, TellsTheSpreadThatRepeatedNoiseCauses) {
+  const SigmaRatio ratio = sigma_ratio([](unsigned, SeenPoints*) {});
+  EXPECT_NEAR(ratio.position, 1.0, 0.35);
+  EXPECT_NEAR(ratio.rotation, 1.0, 0.35);
+}
+
+// Every observation counts four times, its error too: there are not more than before, and sigmas
+// must not shrink for them.
+TEST(PoseCovariance, IsNotFooledByErrorsThatRepeat) {
+  const SigmaRatio ratio = sigma_ratio([](unsigned, SeenPoints* points) {
+    std::vector<PointObservation> doubled;
+    for (const PointObservation& one : points->observations) {
+      for (int copy = 0; copy < 4; ++copy) doubled.push_back(one);
+    }
+    points->observations = doubled;
+  });
+  EXPECT_NEAR(ratio.position, 1.0, 0.35);
+  EXPECT_NEAR(ratio.rotation, 1.0, 0.35);
+}
+
+TEST(SeenPoints, KeepsPointsOfEnoughFrames) {
+  SeenPoints points;
+  points.points_m = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+  // The second is seen twice by the same frame, which is one panorama all the same.
+  points.observations = {{0, 0, {0, 0, 1}, {0, 0, 0}}, {1, 0, {0, 0, 1}, {0, 0, 0}},
+                         {2, 1, {0, 0, 1}, {0, 0, 0}}, {2, 1, {0, 0, 1}, {0, 0, 0}},
+                         {0, 2, {0, 0, 1}, {0, 0, 0}}, {2, 2, {0, 0, 1}, {0, 0, 0}}};
+  const SeenPoints kept = widely_seen(points, 2);
+  ASSERT_EQ(kept.points_m.size(), 2U);
+  EXPECT_EQ(kept.points_m[1].x(), 3.0);
+  ASSERT_EQ(kept.observations.size(), 4U);
+  EXPECT_EQ(kept.observations[3].point, 1);
+}
+
+TEST(SeenPoints, StrongestGivesEveryFrameItsShareOfLongTracks) {
+  const CaptureSet set = test_grid(5);
+  const FramePoses truth = test_truth(set, {}, 30);
+  SeenPoints points = test_points(set, truth, 2000, 1.0, 0.1, 31);
+  // Half of the points are seen only twice.
+  std::erase_if(points.observations, [last = -1, count = 0](const PointObservation& one) mutable {
+    count = one.point == last ? count + 1 : 1;
+    last = one.point;
+    return one.point % 2 == 1 && count > 2;
+  });
+  const SeenPoints kept = strongest(points, 50);
+  std::vector<int> seen(set.frames.size(), 0);
+  std::vector<int> length(kept.points_m.size(), 0);
+  for (const PointObservation& observation : kept.observations) {
+    ++seen[static_cast<std::size_t>(observation.frame)];
+    ++length[static_cast<std::size_t>(observation.point)];
+  }
+  EXPECT_GE(*std::min_element(seen.begin(), seen.end()), 50);
+  EXPECT_LT(kept.points_m.size(), 600U);
+  EXPECT_GE(*std::min_element(length.begin(), length.end()), 8);
+  EXPECT_EQ(strongest(points, 1000000).observations.size(), points.observations.size());
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,143 @@
+// For tests: lines of stations, where they truly are, and scene points around them, without
+// pictures.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "calibrate/base/capture_set.h"
+#include "calibrate/base/frame_poses.h"
+#include "calibrate/poses/refine_poses.h"
+
+namespace raywalk {
+
+// Adds a line of `stations` from -length / 2 to length / 2 at `across_m`.
+inline void add_test_line(CaptureSet* set, const std::string& id, LineAxis axis, double across_m,
+                          double length_m, int stations) {
+  CaptureLine line{.id = id, .axis = axis, .across_m = across_m};
+  for (int i = 0; i < stations; ++i) {
+    const double along_m = length_m * (static_cast<double>(i) / (stations - 1) - 0.5);
+    CaptureFrame frame;
+    frame.name = id + "_" + std::to_string(i);
+    frame.file = frame.name + ".png";
+    frame.line = static_cast<int>(set->lines.size());
+    frame.nominal_m = axis == LineAxis::kX ? Eigen::Vector3d(along_m, 0, across_m)
+                                           : Eigen::Vector3d(across_m, 0, along_m);
+    line.frames.push_back(static_cast<int>(set->frames.size()));
+    set->frames.push_back(frame);
+  }
+  set->lines.push_back(line);
+}
+
+// x0, x1, z0, z1 around a cell of side 1 m times `scale`, that reach a quarter beyond its corners.
+inline CaptureSet test_grid(int stations, double scale = 1.0) {
+  CaptureSet set;
+  set.source = "test";
+  set.frame = {512, 256};
+  add_test_line(&set, "x0", LineAxis::kX, -0.5 * scale, 1.5 * scale, stations);
+  add_test_line(&set, "x1", LineAxis::kX, 0.5 * scale, 1.5 * scale, stations);
+  add_test_line(&set, "z0", LineAxis::kZ, -0.5 * scale, 1.5 * scale, stations);
+  add_test_line(&set, "z1", LineAxis::kZ, 0.5 * scale, 1.5 * scale, stations);
+  return set;
+}
+
+inline CaptureSet test_line(int stations, double length_m = 1.5) {
+  CaptureSet set;
+  set.source = "test";
+  set.frame = {512, 256};
+  add_test_line(&set, "x0", LineAxis::kX, 0.0, length_m, stations);
+  return set;
+}
+
+// How far rails and stations are off.
+struct RailErrors {
+  double line_m = 0.02;
+  double line_deg = 1.5;
+  double jitter_m = 0.001;
+  double jitter_deg = 0.1;
+};
+
+inline Eigen::Vector3d random_vector(std::mt19937* random, double size) {
+  std::uniform_real_distribution<double> uniform(-size, size);
+  const double x = uniform(*random);
+  const double y = uniform(*random);
+  return {x, y, uniform(*random)};
+}
+
+inline Eigen::Matrix3d random_turn(std::mt19937* random, double deg) {
+  return rotation_from_vector(random_vector(random, radians_from_degrees(deg)));
+}
+
+// Every line turned and moved as a whole, every station a little more.
+inline FramePoses test_truth(const CaptureSet& set, const RailErrors& errors, unsigned seed) {
+  std::mt19937 random(seed);
+  FramePoses poses = nominal_poses(set);
+  for (const CaptureLine& line : set.lines) {
+    const Eigen::Matrix3d turn = random_turn(&random, errors.line_deg);
+    const Eigen::Vector3d move = random_vector(&random, errors.line_m);
+    const Eigen::Vector3d middle = line.axis == LineAxis::kX ? Eigen::Vector3d(0, 0, line.across_m)
+                                                             : Eigen::Vector3d(line.across_m, 0, 0);
+    for (const int frame : line.frames) {
+      FramePose& pose = *poses[static_cast<std::size_t>(frame)];
+      pose.position_m = turn * (pose.position_m - middle) + middle + move +
+                        random_vector(&random, errors.jitter_m);
+      pose.world_from_camera =
+          turn * pose.world_from_camera * random_turn(&random, errors.jitter_deg);
+    }
+  }
+  return poses;
+}
+
+// Points 1.5 to 4 cells away all around, seen by all of a run of stations with normal errors of
+// `noise_px` (panorama 4096 wide) along each of two axes.
+inline SeenPoints test_points(const CaptureSet& set, const FramePoses& truth, int count,
+                              double scale, double noise_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0.0, noise_px / kResidualPx_per_rad);
+  std::uniform_real_distribution<double> distance(1.5, 4.0);
+  std::uniform_int_distribution<int> first(0, static_cast<int>(set.frames.size()) - 1);
+  SeenPoints seen;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d point =
+        scale * distance(random) * random_vector(&random, 1.0).normalized();
+    seen.points_m.push_back(point);
+    const int start = first(random);
+    for (int k = 0; k < 8; ++k) {
+      // A third of the frames of the run are of other lines, as at crossings.
+      const int frame = (start + (k % 3 == 2 ? 7 * k : k)) % static_cast<int>(set.frames.size());
+      const auto& pose = truth[static_cast<std::size_t>(frame)];
+      if (!pose) continue;
+      const Eigen::Vector3d bearing =
+          (pose->world_from_camera.transpose() * (point - pose->position_m)).normalized();
+      const Eigen::Vector3d across = bearing.unitOrthogonal();
+      const double a = noise(random);
+      const double b = noise(random);
+      seen.observations.push_back(
+          {frame, i, (bearing + a * across + b * bearing.cross(across)).normalized(), {0, 0, 0}});
+    }
+  }
+  return seen;
+}
+
+// How far poses are from others, at worst.
+struct PoseDifference {
+  double position_m = 0.0;
+  double rotation_rad = 0.0;
+};
+
+inline PoseDifference largest_difference(const FramePoses& a, const FramePoses& b) {
+  PoseDifference largest;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!a[i] || !b[i]) continue;
+    largest.position_m = std::max(largest.position_m, (a[i]->position_m - b[i]->position_m).norm());
+    largest.rotation_rad = std::max(
+        largest.rotation_rad, angle_between(a[i]->world_from_camera, b[i]->world_from_camera));
+  }
+  return largest;
+}
+
+}  // namespace raywalk
