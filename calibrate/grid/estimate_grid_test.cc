@@ -1,0 +1,85 @@
+#include "calibrate/grid/estimate_grid.h"
+
+#include <gmock/gmock.h>
+
+#include "calibrate/grid/test_grid.h"
+#include "calibrate/grid/test_room.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "core/report/markup_check.h"
+
+namespace raywalk {
+namespace {
+
+using testing::HasSubstr;
+
+GridOptions options_in(const std::filesystem::path& out) {
+  return {.method = GridMethod::kRotation, .out = out};
+}
+
+// Never silently wrong: what is trusted is right.
+TEST(EstimateGridTest, ALineFarFromThePlanIsAlignedOrReported) {
+  for (const double deg : {0.0, 1.5, 8.0}) {
+    const TestDirectory directory;
+    const RoomCapture capture =
+        capture_room(directory.path(),
+                     {.motion_m = Eigen::Vector3d(0.6, -0.4, 0.7) * 0.01 * deg,
+                      .turn_rad = Eigen::Vector3d(0.5, -0.6, 0.62) * radians_from_degrees(deg)});
+    const GridResult result = estimate_grid(capture.set, {}, options_in(directory / "out"));
+    ASSERT_EQ(result.crossings.size(), 1U);
+    const RelativeError error = relative_error(result.poses, capture.truth, 1, 4);
+    if (result.trustworthy) {
+      EXPECT_LT(error.rotation_deg, 0.15);
+      EXPECT_LT(error.position_mm, 8.0);
+    }
+    // From the usual errors of placing it has to find the way.
+    if (deg < 2.0) {
+      EXPECT_LT(error.rotation_deg, 0.15);
+    }
+  }
+}
+
+TEST(EstimateGridTest, SolvedPosesOfAnotherPlaceAreReported) {
+  const TestDirectory directory;
+  const RoomCapture capture = capture_room(directory.path(), {});
+  FramePoses solved = capture.truth;
+  for (int i = 0; i < 3; ++i) {
+    FramePose& pose = *solved[static_cast<size_t>(i)];
+    pose.world_from_camera = matrix_of({0.0, 0.03, 0.0}) * pose.world_from_camera;
+    pose.position_m.y() += 0.03;
+  }
+  GridOptions options = options_in(directory / "out");
+  options.method = GridMethod::kPoses;
+  EXPECT_FALSE(estimate_grid(capture.set, solved, options).trustworthy);
+  EXPECT_TRUE(estimate_grid(capture.set, capture.truth, options).trustworthy);
+}
+
+TEST(EstimateGridTest, WritesItsReports) {
+  const TestDirectory directory;
+  const RoomCapture capture = capture_room(directory.path(), {});
+  const GridResult result = estimate_grid(capture.set, {}, options_in(directory / "out/deep"));
+  const std::string page = read_file(directory / "out/deep/grid.html");
+  EXPECT_EQ(markup_fault(page), "");
+  EXPECT_THAT(page, HasSubstr("x0 × z0"));
+  const GridResult read = read_grid_result(directory / "out/deep/grid.json", capture.set);
+  EXPECT_EQ(read.method, GridMethod::kRotation);
+  EXPECT_EQ(read.trustworthy, result.trustworthy);
+  EXPECT_EQ(read.crossings[0].held_out_matches, result.crossings[0].held_out_matches);
+}
+
+TEST(EstimateGridTest, AMissingPictureIsNamedAndNothingWritten) {
+  const TestDirectory directory;
+  const RoomCapture capture = capture_room(directory.path(), {.blank = true});
+  std::filesystem::remove(capture.set.frames[2].file);
+  try {
+    estimate_grid(capture.set, {}, options_in(directory / "out"));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr(capture.set.frames[2].file.string()));
+  }
+  EXPECT_FALSE(std::filesystem::exists(directory / "out"));
+}
+
+}  // namespace
+}  // namespace raywalk

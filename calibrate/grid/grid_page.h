@@ -1,0 +1,14 @@
+// The report of raywalk-calibrate grid.
+#pragma once
+
+#include <string>
+
+#include "calibrate/grid/grid_result.h"
+
+namespace raywalk {
+
+// A complete HTML page: lines, models tried, crossings before and after, the plan with corrections
+// exaggerated, and the stations' deviations along each line.
+std::string grid_page(const CaptureSet& set, const GridResult& result);
+
+}  // namespace raywalk

@@ -1,0 +1,13 @@
+// What a user has to be told about an estimate beyond its figures.
+#pragma once
+
+#include "calibrate/grid/crossing_figures.h"
+#include "calibrate/grid/grid_result.h"
+
+namespace raywalk {
+
+// Fills in warnings, notes and trustworthy from the lines and crossings of the result. The result
+// can be trusted where there are no warnings, of crossings or of lines.
+void add_warnings(const CaptureSet& set, const GridScale& scale, GridResult* result);
+
+}  // namespace raywalk

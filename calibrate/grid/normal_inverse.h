@@ -1,0 +1,27 @@
+// The covariance of a least-squares problem's unknowns, from the derivatives of its residuals.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <vector>
+
+namespace raywalk {
+
+// The inverse of the normal equations, as far as it is asked for.
+class NormalInverse {
+ public:
+  // Rows are residuals in units of their standard deviations; an unknown whose column is empty is
+  // held and varies with nothing. Throws Error where the unknowns are not determined.
+  explicit NormalInverse(const Eigen::SparseMatrix<double>& jacobian);
+
+  // The covariance of linear combinations of the unknowns, the columns of `combinations`.
+  Eigen::MatrixXd of(const Eigen::MatrixXd& combinations) const;
+
+ private:
+  Eigen::VectorXd scale_;
+  std::vector<bool> held_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
+};
+
+}  // namespace raywalk

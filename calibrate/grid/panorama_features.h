@@ -1,0 +1,61 @@
+// Features of a panorama, as directions: SIFT on perspective views to all sides, so that neither
+// the poles nor the seam stretch or cut what is described.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "core/panorama/panorama_sampler.h"
+
+namespace raywalk {
+
+struct PanoramaFeatures {
+  std::vector<Eigen::Vector3d> bearings{};  // unit, in the camera's frame
+  // One row of unit length per feature; the dot product of two is their likeness.
+  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors{};
+};
+
+// Finds features in panoramas of one size. Safe to use from several threads at once.
+class FeatureFinder {
+ public:
+  // `mask`, CV_8UC1 of the panoramas' size or empty, is 0 where no feature may look.
+  FeatureFinder(PanoramaSize size, cv::Mat mask);
+
+  // `panorama` is CV_8UC3 of the size.
+  PanoramaFeatures find(const cv::Mat& panorama) const;
+
+ private:
+  // A perspective view and where its pixels are in a panorama.
+  struct View {
+    Eigen::Matrix3d camera_from_view = Eigen::Matrix3d::Identity();
+    double focal_px = 1.0;
+    int size_px = 0;
+    std::vector<PixelPosition> pixels{};  // row by row
+
+    Eigen::Vector3d direction(double u, double v) const;
+  };
+
+  static cv::Mat picture_of(const View& view, const PanoramaSampler& panorama);
+  bool allowed(const Eigen::Vector3d& direction) const;
+  bool allowed(const View& view, const cv::KeyPoint& point) const;
+  static View make_view(const Attitude& axis, PanoramaSize size);
+  static bool belongs_to(const View& view, const Eigen::Vector3d& direction);
+
+  std::vector<View> views_;
+  cv::Mat mask_;
+};
+
+// Which features of two panoramas show the same: likest each other in both directions, clearly
+// liker than any other place, and seen at most `gate_rad` apart once turned into a common frame.
+struct FeaturePair {
+  int a = 0;
+  int b = 0;
+};
+std::vector<FeaturePair> match_features(const PanoramaFeatures& a,
+                                        const Eigen::Matrix3d& common_from_a,
+                                        const PanoramaFeatures& b,
+                                        const Eigen::Matrix3d& common_from_b, double gate_rad);
+
+}  // namespace raywalk

@@ -1,0 +1,161 @@
+#include "calibrate/grid/prepared_rails.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/grid/rotation_start.h"
+#include "core/base/median.h"
+
+namespace raywalk {
+namespace {
+
+using P = RailParameter;
+
+// A line's own scatter is known from so many samples on.
+constexpr size_t kSamplesForJitter = 8;
+
+// Scatter is never nothing: the unknowns of a station would not be tied to numbers of this size.
+RailJitter floored(const RailJitter& jitter, const GridScale& scale) {
+  constexpr double kLeastRotation_rad = 1e-5;
+  const double least_m = 1e-4 * scale.spacing_m;
+  return {std::max(jitter.along_m, least_m), std::max(jitter.across_m, least_m),
+          std::max(jitter.rotation_rad, kLeastRotation_rad)};
+}
+
+void set_sigmas(const GridScale& scale, FramePose* pose) {
+  if (!(pose->position_sigma_mm > 0.0)) pose->position_sigma_mm = 1e3 * scale.spacing_m / 200.0;
+  if (!(pose->rotation_sigma_deg > 0.0)) {
+    pose->rotation_sigma_deg = degrees_from_radians(0.1 * scale.pixel_rad);
+  }
+}
+
+// Medians over all solved poses, to tell a poorly supported one by.
+struct Support {
+  double observations = 0.0;
+  double residual_px = 0.0;
+
+  bool good(const FramePose& pose) const {
+    return observations > 0.0 && 2.0 * pose.observations >= observations &&
+           pose.residual_px <= 2.0 * residual_px;
+  }
+};
+
+Support support_of(const FramePoses& poses) {
+  std::vector<double> observations;
+  std::vector<double> residuals;
+  for (const std::optional<FramePose>& pose : poses) {
+    if (!pose) continue;
+    observations.push_back(pose->observations);
+    residuals.push_back(pose->residual_px);
+  }
+  if (observations.empty()) return {};
+  return {median(std::move(observations)), median(std::move(residuals))};
+}
+
+std::vector<RailSample> samples_of(const CaptureSet& set, const CaptureLine& line,
+                                   const FramePoses& solved, const Support& support) {
+  std::vector<RailSample> samples;
+  for (const int index : line.frames) {
+    const std::optional<FramePose>& pose = solved[static_cast<size_t>(index)];
+    if (!pose) continue;
+    const CaptureFrame& frame = set.frames[static_cast<size_t>(index)];
+    samples.push_back({.frame = index,
+                       .rail_m = set.rail_m(index),
+                       .position_m = pose->position_m,
+                       .rotation = pose->world_from_camera * planned_attitude(frame).transpose(),
+                       .position_sigma_m = 1e-3 * pose->position_sigma_mm,
+                       .rotation_sigma_rad = radians_from_degrees(pose->rotation_sigma_deg),
+                       .well_supported = support.good(*pose)});
+  }
+  return samples;
+}
+
+// Of the lines that tell their own, component by component.
+RailJitter pooled_jitter(const PreparedRails& prepared, const GridScale& scale) {
+  std::vector<double> along, across, rotation;
+  for (size_t line = 0; line < prepared.fits.size(); ++line) {
+    if (!prepared.fits[line] || prepared.samples[line].size() < kSamplesForJitter) continue;
+    const RailJitter& jitter = prepared.fits[line]->jitter;
+    along.push_back(jitter.along_m);
+    across.push_back(jitter.across_m);
+    rotation.push_back(jitter.rotation_rad);
+  }
+  if (along.empty()) return assumed_jitter(scale);
+  return {median(std::move(along)), median(std::move(across)), median(std::move(rotation))};
+}
+
+void fit_line_of(PreparedRails* prepared, size_t line, const GridScale& scale) {
+  std::vector<RailSample>& samples = prepared->samples[line];
+  RailStart& rail = prepared->rails[line];
+  if (samples.empty()) return;
+  RailFit fit = fit_rail(rail.frame, samples, scale.spacing_m);
+  std::vector<RailSample> good;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (!fit.rejected[i]) {
+      good.push_back(samples[i]);
+      continue;
+    }
+    prepared->rejected[line].push_back(samples[i].frame);
+    prepared->solved[static_cast<size_t>(samples[i].frame)].reset();
+  }
+  samples = std::move(good);
+  rail.parameters = fit.parameters;
+  rail.kept = fit.kept;
+  prepared->fits[line] = std::move(fit);
+}
+
+}  // namespace
+
+RailJitter assumed_jitter(const GridScale& scale) {
+  return {scale.spacing_m / 25.0, scale.spacing_m / 25.0, radians_from_degrees(0.1)};
+}
+
+PreparedRails prepare_rails(const CaptureSet& set, const FramePoses& solved,
+                            const FramePoses& start, const GridScale& scale) {
+  PreparedRails prepared{.solved = solved};
+  for (std::optional<FramePose>& pose : prepared.solved) {
+    if (pose) set_sigmas(scale, &*pose);
+  }
+  const Support support = support_of(prepared.solved);
+  const std::vector<LineMotion> motions = motions_of_start(set, start);
+  const size_t lines = set.lines.size();
+  prepared.fits.resize(lines);
+  prepared.rejected.resize(lines);
+  for (size_t line = 0; line < lines; ++line) {
+    RailStart rail{.frame = rail_frame(set, static_cast<int>(line))};
+    std::fill_n(rail.kept.begin(), kRigidParameters, true);
+    for (size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      rail.parameters[P::kOffset + i] = motions[line].offset_m[axis];
+      rail.parameters[P::kRotation + i] = motions[line].rotation_rad[axis];
+    }
+    rail.offset_prior_m = fit_scale(scale).motion_m;
+    prepared.rails.push_back(rail);
+    prepared.samples.push_back(samples_of(set, set.lines[line], prepared.solved, support));
+    fit_line_of(&prepared, line, scale);
+  }
+  const RailJitter pooled = pooled_jitter(prepared, scale);
+  for (size_t line = 0; line < lines; ++line) {
+    const bool own = prepared.samples[line].size() >= kSamplesForJitter;
+    prepared.rails[line].jitter = floored(own ? prepared.fits[line]->jitter : pooled, scale);
+  }
+  return prepared;
+}
+
+FramePoses poses_on_rails(const CaptureSet& set, const std::vector<RailStart>& rails,
+                          const FramePoses& solved) {
+  FramePoses poses = solved;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) continue;
+    const RailStart& rail = rails[static_cast<size_t>(set.frames[i].line)];
+    const double rail_m = set.rail_m(static_cast<int>(i));
+    poses[i] = FramePose{
+        .position_m = rail_position(rail.frame, rail.parameters.data(), rail_m),
+        .world_from_camera = matrix_of(rail_rotation(rail.frame, rail.parameters.data(), rail_m)) *
+                             planned_attitude(set.frames[i]),
+        .origin = PoseOrigin::kRail};
+  }
+  return poses;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,110 @@
+// What a rail can do: where its stations are and how they are turned, as functions of the slider's
+// position.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+
+#include "calibrate/base/capture_set.h"
+
+namespace raywalk {
+
+// Where a line was planned, and the scale of its parameters.
+struct RailFrame {
+  LineAxis axis = LineAxis::kX;
+  Eigen::Vector3d middle_m{0, 0, 0};  // world, planned, at the rail position rail_middle_m
+  double rail_middle_m = 0.0;
+  double half_length_m = 1.0;  // the outermost stations are at u = -1 and 1
+
+  double u_of(double rail_m) const { return (rail_m - rail_middle_m) / half_length_m; }
+};
+
+// The Legendre polynomials are orthogonal over the line: bow and twist do not change what offset,
+// direction and rotation mean.
+inline double legendre2(double u) { return 0.5 * (3.0 * u * u - 1.0); }
+inline double legendre3(double u) { return 0.5 * u * (5.0 * u * u - 3.0); }
+
+// Indices of a rail's parameters; metres and radians. Rotation vectors are in world axes and turn
+// the planned attitudes.
+struct RailParameter {
+  enum : int {
+    kOffset = 0,        // x, y, z of the middle against the plan
+    kHeading = 3,       // turns +z towards +x
+    kTilt = 4,          // raises the end of larger rail positions
+    kRotation = 5,      // 3
+    kBow = 8,           // across, up by P2
+    kSBow = 10,         // across, up by P3
+    kTwist = 12,        // 3, by u
+    kCurvedTwist = 15,  // 3, by P2
+    kCount = 18
+  };
+};
+// The first so many are of every line.
+inline constexpr int kRigidParameters = RailParameter::kBow;
+
+using RailParameters = std::array<double, RailParameter::kCount>;
+
+template <typename T>
+struct RailAxes {
+  Eigen::Matrix<T, 3, 1> direction;
+  Eigen::Matrix<T, 3, 1> across;  // horizontal; towards +z of a line along x, +x of one along z
+  Eigen::Matrix<T, 3, 1> up;
+};
+
+template <typename T>
+RailAxes<T> rail_axes(LineAxis axis, const T& heading, const T& tilt) {
+  using std::cos;
+  using std::sin;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  const T c = cos(heading);
+  const T s = sin(heading);
+  const Vector towards_x(c, T(0), -s);
+  const Vector towards_z(s, T(0), c);
+  const Vector& level = axis == LineAxis::kX ? towards_x : towards_z;
+  const Vector& across = axis == LineAxis::kX ? towards_z : towards_x;
+  const Vector upwards(T(0), T(1), T(0));
+  return {level * cos(tilt) + upwards * sin(tilt), across, upwards * cos(tilt) - level * sin(tilt)};
+}
+
+template <typename T>
+Eigen::Matrix<T, 3, 1> rail_position(const RailFrame& frame, const T* parameters, double rail_m) {
+  using P = RailParameter;
+  const RailAxes<T> axes = rail_axes(frame.axis, parameters[P::kHeading], parameters[P::kTilt]);
+  const double u = frame.u_of(rail_m);
+  const T across = parameters[P::kBow] * legendre2(u) + parameters[P::kSBow] * legendre3(u);
+  const T up = parameters[P::kBow + 1] * legendre2(u) + parameters[P::kSBow + 1] * legendre3(u);
+  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> offset(parameters + P::kOffset);
+  return frame.middle_m.cast<T>() + offset + axes.direction * T(rail_m - frame.rail_middle_m) +
+         axes.across * across + axes.up * up;
+}
+
+// The rotation vector that turns a station's planned attitude into the one expected.
+template <typename T>
+Eigen::Matrix<T, 3, 1> rail_rotation(const RailFrame& frame, const T* parameters, double rail_m) {
+  using P = RailParameter;
+  using Vector = Eigen::Map<const Eigen::Matrix<T, 3, 1>>;
+  const double u = frame.u_of(rail_m);
+  return Vector(parameters + P::kRotation) + Vector(parameters + P::kTwist) * T(u) +
+         Vector(parameters + P::kCurvedTwist) * T(legendre2(u));
+}
+
+// Rotation matrix of a rotation vector and back; the angle is in [0, pi].
+inline Eigen::Matrix3d matrix_of(const Eigen::Vector3d& rotation_vector) {
+  const double angle = rotation_vector.norm();
+  if (angle == 0.0) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
+}
+inline Eigen::Vector3d vector_of(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+// The planned attitude of a frame.
+inline Eigen::Matrix3d planned_attitude(const CaptureFrame& frame) {
+  return world_from_camera(frame.nominal_attitude.value_or(Attitude{}));
+}
+
+RailFrame rail_frame(const CaptureSet& set, int line);
+
+}  // namespace raywalk

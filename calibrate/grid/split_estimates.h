@@ -1,0 +1,30 @@
+// How far two estimates from half of the data each differ at a crossing.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "calibrate/grid/crossing_figures.h"
+#include "calibrate/grid/rail_fit.h"
+
+namespace raywalk {
+
+// A line's two fits, from every other sample each.
+struct HalfFits {
+  RailFrame frame{};
+  bool enough = false;  // samples for two
+  std::array<RailFit, 2> fits{};
+  std::array<std::vector<double>, 2> samples_u{};
+  double position_scatter_m = 0.0;  // of one sample, per component
+  double rotation_scatter_rad = 0.0;
+};
+HalfFits fit_halves(const RailFrame& frame, std::span<const RailSample> samples, double spacing_m);
+
+// Of the relative pose of two rails where they cross; zeros where either has too few samples.
+SplitDifference split_by_stations(const HalfFits& x, const HalfFits& z, PlanPoint at);
+
+// The same between the halves of a crossing's matches, at the given poses.
+SplitDifference split_by_matches(const CrossingMatches& crossing, const FramePoses& poses,
+                                 const CrossingFitScale& scale);
+
+}  // namespace raywalk
