@@ -1,0 +1,82 @@
+#include "calibrate/rectify/crossing_overlay.h"
+
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "core/panorama/panorama_sampler.h"
+
+namespace raywalk {
+namespace {
+
+cv::Mat cut(const cv::Mat& panorama, const HorizonWindow& window) {
+  cv::Mat piece(window.height, window.width, panorama.type());
+  for (int v = 0; v < window.height; ++v) {
+    for (int u = 0; u < window.width; ++u) {
+      piece.at<cv::Vec3b>(v, u) =
+          panorama.at<cv::Vec3b>(wrapped_pixel(window.left + u, window.top + v, panorama.size()));
+    }
+  }
+  return piece;
+}
+
+cv::Mat grey(const cv::Mat& picture) {
+  cv::Mat levels;
+  cv::cvtColor(picture, levels, cv::COLOR_BGR2GRAY);
+  return levels;
+}
+
+// How much a picture changes from column to column and from row to row.
+double structure_of(const cv::Mat& levels) {
+  cv::Mat along, down;
+  cv::Sobel(levels, along, CV_32F, 1, 0);
+  cv::Sobel(levels, down, CV_32F, 0, 1);
+  return cv::norm(along, cv::NORM_L1) + cv::norm(down, cv::NORM_L1);
+}
+
+}  // namespace
+
+std::optional<CrossingPair> nearest_pair(const CaptureSet& set, const LineCrossing& crossing,
+                                         const FramePoses& poses) {
+  std::optional<CrossingPair> nearest;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const int a : set.lines[static_cast<std::size_t>(crossing.along_x)].frames) {
+    for (const int b : set.lines[static_cast<std::size_t>(crossing.along_z)].frames) {
+      const auto& first = poses[static_cast<std::size_t>(a)];
+      const auto& second = poses[static_cast<std::size_t>(b)];
+      if (!first || !second) continue;
+      const double distance_m = (first->position_m - second->position_m).norm();
+      if (distance_m >= least_m) continue;
+      least_m = distance_m;
+      nearest = CrossingPair{a, b};
+    }
+  }
+  return nearest;
+}
+
+HorizonWindow telling_window(const cv::Mat& panorama) {
+  const int width = panorama.cols / 4, height = std::max(1, panorama.rows * 2 / 9);
+  HorizonWindow best;
+  double most = -1.0;
+  constexpr int kDirections = 8;
+  for (int i = 0; i < kDirections; ++i) {
+    const HorizonWindow window{i * panorama.cols / kDirections, width, (panorama.rows - height) / 2,
+                               height};
+    const double structure = structure_of(grey(cut(panorama, window)));
+    if (structure <= most) continue;
+    most = structure;
+    best = window;
+  }
+  return best;
+}
+
+Overlay overlay_of(const cv::Mat& first, const cv::Mat& second, const HorizonWindow& window) {
+  const cv::Mat red = grey(cut(first, window)), cyan = grey(cut(second, window));
+  Overlay overlay;
+  cv::merge(std::vector<cv::Mat>{cyan, cyan, red}, overlay.picture);
+  overlay.difference_levels =
+      cv::norm(red, cyan, cv::NORM_L2) / std::sqrt(static_cast<double>(red.total()));
+  return overlay;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,64 @@
+#include "calibrate/rectify/crossing_overlay.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "calibrate/base/test_capture_folder.h"
+
+namespace raywalk {
+namespace {
+
+// Grey but for stripes over one eighth of the turn that starts at column `left`.
+cv::Mat panorama_with_stripes(int left) {
+  cv::Mat panorama(64, 128, CV_8UC3, cv::Scalar(100, 100, 100));
+  for (int u = 0; u < 16; ++u) {
+    if (u % 4 < 2) panorama.col((left + u) % 128) = cv::Scalar(200, 200, 200);
+  }
+  return panorama;
+}
+
+TEST(CrossingOverlayTest, WindowIsWhereTheStructureIs) {
+  for (const int left : {0, 40, 120}) {
+    const HorizonWindow window = telling_window(panorama_with_stripes(left));
+    EXPECT_EQ(window.width, 32);
+    const int into = (left - window.left + 128) % 128;
+    EXPECT_LE(into, 16) << left;  // all sixteen columns within the window
+    EXPECT_EQ(window.top, (64 - window.height) / 2);
+  }
+}
+
+TEST(CrossingOverlayTest, PicturesThatAgreeAreGrey) {
+  const cv::Mat panorama = panorama_with_stripes(120);
+  const HorizonWindow window = telling_window(panorama);
+  const Overlay same = overlay_of(panorama, panorama, window);
+  EXPECT_EQ(same.difference_levels, 0.0);
+  std::vector<cv::Mat> channels;
+  cv::split(same.picture, channels);
+  EXPECT_EQ(cv::norm(channels[0], channels[2], cv::NORM_INF), 0.0);
+  const Overlay moved = overlay_of(panorama, panorama_with_stripes(122), window);
+  EXPECT_GT(moved.difference_levels, 10.0);
+  cv::split(moved.picture, channels);
+  EXPECT_EQ(cv::norm(channels[0], channels[2], cv::NORM_INF), 100.0);
+}
+
+TEST(CrossingOverlayTest, PairIsTheNearestWithPoses) {
+  TestCaptureFolder folder;
+  folder.write_cross();
+  const CaptureSet set = folder.read();
+  const LineCrossing crossing = crossings_of(set).at(0);
+  FramePoses poses = nominal_poses(set);
+  const auto pair = nearest_pair(set, crossing, poses);
+  ASSERT_TRUE(pair);
+  EXPECT_EQ(set.frames[static_cast<std::size_t>(pair->along_x)].name, "a1");
+  EXPECT_EQ(set.frames[static_cast<std::size_t>(pair->along_z)].name, "b1");
+  poses[static_cast<std::size_t>(pair->along_x)].reset();
+  const auto next = nearest_pair(set, crossing, poses);
+  ASSERT_TRUE(next);
+  EXPECT_NE(next->along_x, pair->along_x);
+  for (auto& pose : poses) pose.reset();
+  EXPECT_FALSE(nearest_pair(set, crossing, poses));
+}
+
+}  // namespace
+}  // namespace raywalk

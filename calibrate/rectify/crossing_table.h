@@ -1,0 +1,19 @@
+// The crossings before and after, as a table of a page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calibrate/base/capture_set.h"
+#include "calibrate/grid/grid_result.h"
+#include "core/report/html_page.h"
+
+namespace raywalk {
+
+// "x0 / z1".
+std::string crossing_name(const CaptureSet& set, int along_x, int along_z);
+
+// How far the two lines disagree at every crossing, before and after.
+HtmlTable crossing_table(const CaptureSet& set, const std::vector<CrossingFigures>& crossings);
+
+}  // namespace raywalk

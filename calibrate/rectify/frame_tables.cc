@@ -1,0 +1,109 @@
+#include "calibrate/rectify/frame_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/geometry/line_search.h"
+
+namespace raywalk {
+namespace {
+
+// As RFC 4180 has it.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos && !text.starts_with('#') &&
+      !text.starts_with(' ')) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+// Adding zero turns -0 into 0.
+std::string number(double value) { return fmt::format("{:.9f}", value + 0.0); }
+
+std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
+  std::vector<StationPose> stations;
+  stations.reserve(frames.size());
+  for (const ListedFrame& frame : frames) stations.push_back({frame.file, frame.position_m, {}});
+  return stations;
+}
+
+// Stations that lie to both sides of their line may pass for two lines beside one another.
+std::optional<Grid> grid_at(const std::vector<StationPose>& stations, GridTolerance tolerance,
+                            int lines) {
+  try {
+    Grid grid = find_grid(stations, tolerance);
+    if (static_cast<int>(grid.lines.size()) != lines) return std::nullopt;
+    return grid;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+// A grid and the tolerance that finds it.
+struct FoundGrid {
+  Grid grid{};
+  double tolerance_mm = 0.0;
+};
+
+std::optional<FoundGrid> find_with_tolerance(const std::vector<ListedFrame>& frames, int lines) {
+  if (frames.empty()) return std::nullopt;
+  const std::vector<StationPose> stations = stations_of(frames);
+  if (auto grid = grid_at(stations, {}, lines)) return FoundGrid{std::move(*grid), 0.0};
+  const double spacing_mm = 1000.0 * median_nearest_distance(stations);
+  for (const double share : {0.15, 0.2, 0.3, 0.4, 0.5}) {
+    // Two digits, as a user types it.
+    const double step_mm = std::pow(10.0, std::floor(std::log10(share * spacing_mm)) - 1.0);
+    const double tolerance_mm = std::round(share * spacing_mm / step_mm) * step_mm;
+    if (auto grid = grid_at(stations, {.off_line_m = tolerance_mm / 1000.0}, lines)) {
+      return FoundGrid{std::move(*grid), tolerance_mm};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string frame_list_text(const std::vector<ListedFrame>& frames) {
+  const bool attitudes = std::any_of(frames.begin(), frames.end(),
+                                     [](const ListedFrame& f) { return f.attitude.has_value(); });
+  const bool masks = std::any_of(frames.begin(), frames.end(),
+                                 [](const ListedFrame& frame) { return !frame.mask.empty(); });
+  std::string text = "file,x,y,z";
+  if (attitudes) text += ",yaw,pitch,roll";
+  if (masks) text += ",mask";
+  text += '\n';
+  for (const ListedFrame& frame : frames) {
+    const Eigen::Vector3d& at = frame.position_m;
+    text += fmt::format("{},{},{},{}", csv_field(frame.file), number(at.x()), number(at.y()),
+                        number(at.z()));
+    if (attitudes) {
+      const Attitude attitude = frame.attitude.value_or(Attitude{});
+      text += fmt::format(",{},{},{}", number(degrees_from_radians(attitude.yaw_rad)),
+                          number(degrees_from_radians(attitude.pitch_rad)),
+                          number(degrees_from_radians(attitude.roll_rad)));
+    }
+    if (masks) text += "," + csv_field(frame.mask);
+    text += '\n';
+  }
+  return text;
+}
+
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines) {
+  const auto found = find_with_tolerance(frames, lines);
+  return found ? std::optional(found->tolerance_mm) : std::nullopt;
+}
+
+std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines) {
+  auto found = find_with_tolerance(frames, lines);
+  return found ? std::optional(std::move(found->grid)) : std::nullopt;
+}
+
+}  // namespace raywalk

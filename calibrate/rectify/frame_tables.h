@@ -1,0 +1,34 @@
+// poses.csv and gt.csv of a calibrated capture.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/grid.h"
+#include "core/geometry/sphere.h"
+
+namespace raywalk {
+
+// A row of a frame list.
+struct ListedFrame {
+  std::string file{};  // relative to the list, or absolute
+  Eigen::Vector3d position_m{0, 0, 0};
+  std::optional<Attitude> attitude{};  // none: in world axes
+  std::string mask{};                  // as file; empty: none
+};
+
+// The table file,x,y,z (metres), with columns yaw,pitch,roll (degrees) where a frame has an
+// attitude and a column mask where one has a mask.
+std::string frame_list_text(const std::vector<ListedFrame>& frames);
+
+// How far from its line, in millimetres, raywalk-build-lf pack has to let a station be to find
+// these frames on so many lines (its --line-tolerance-mm); 0: what it takes without being told.
+// None where no tolerance up to half the stations' spacing does.
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines);
+
+// The grid of these frames at that tolerance; none where there is none.
+std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines);
+
+}  // namespace raywalk

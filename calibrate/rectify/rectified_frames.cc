@@ -1,0 +1,144 @@
+#include "calibrate/rectify/rectified_frames.h"
+
+#include <fmt/format.h>
+
+#include <span>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/sha256.h"
+#include "core/panorama/panorama_rotation.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kDirectory = "rectified";
+
+std::vector<int> posed_frames(const FramePoses& poses) {
+  std::vector<int> frames;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) frames.push_back(static_cast<int>(i));
+  }
+  return frames;
+}
+
+// Everything that the pictures depend on.
+std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
+                      const std::vector<LightGain>& gains, const cv::Mat& mask) {
+  std::string inputs;
+  for (const int index : posed_frames(poses)) {
+    const auto i = static_cast<std::size_t>(index);
+    const fs::path& file = set.frames[i].file;
+    inputs +=
+        fmt::format("{} {} {} {}", set.frames[i].name, fs::absolute(file).string(),
+                    fs::file_size(file), fs::last_write_time(file).time_since_epoch().count());
+    for (const double element : poses[i]->world_from_camera.reshaped()) {
+      inputs += fmt::format(" {:.17g}", element);
+    }
+    for (const double gain : gains[i]) inputs += fmt::format(" {:.17g}", gain);
+    inputs += '\n';
+  }
+  if (!mask.empty()) {
+    const cv::Mat whole = mask.clone();  // without gaps between its rows
+    inputs += sha256_hex(std::as_bytes(std::span(whole.data, whole.total())));
+  }
+  return sha256_hex(std::as_bytes(std::span(inputs)));
+}
+
+// The directory being filled: begun anew unless it was begun with the same inputs.
+void prepare(const fs::path& partial, const std::string& inputs) {
+  const fs::path told = partial / "inputs.txt";
+  if (!fs::exists(told) || read_file(told) != inputs) {
+    fs::remove_all(partial);
+    make_directories(partial / "masks");
+    write_file_atomically(told, inputs);
+  }
+}
+
+void write_frame(const CaptureFrame& frame, const FramePose& pose, const LightGain& gain,
+                 const cv::Mat& mask, const fs::path& directory) {
+  const fs::path picture = directory / rectified_file(frame).filename();
+  const fs::path masked = directory / "masks" / rectified_mask_file(frame).filename();
+  if (!mask.empty() && !fs::exists(masked)) {
+    write_image(masked, rotate_mask(mask, pose.world_from_camera));
+  }
+  if (fs::exists(picture)) return;
+  const cv::Mat panorama = read_panorama(frame.file);
+  const LevelsUnderGain levels(gain);
+  write_image(picture, rotate_panorama(panorama, pose.world_from_camera,
+                                       [&levels](const cv::Vec3f& seen) { return levels(seen); }));
+}
+
+void move_into_place(const fs::path& partial, const fs::path& directory, bool masked) {
+  fs::remove(partial / "inputs.txt");
+  if (!masked) fs::remove(partial / "masks");
+  fs::path old = directory;
+  old += ".old";
+  fs::remove_all(old);
+  if (fs::exists(directory)) fs::rename(directory, old);
+  fs::rename(partial, directory);
+  fs::remove_all(old);
+}
+
+}  // namespace
+
+std::vector<LightGain> measure_gains(const CaptureSet& panoramas, const FramePoses& poses,
+                                     const cv::Mat& mask) {
+  const std::vector<int> frames = posed_frames(poses);
+  std::vector<ComparedPicture> pictures(panoramas.frames.size());
+  Progress progress("Comparing exposures", static_cast<std::int64_t>(frames.size()), "frames");
+  parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
+      pictures[frame] = picture_to_compare(read_panorama(panoramas.frames[frame].file), mask,
+                                           poses[frame]->world_from_camera);
+      progress.advance();
+    }
+  });
+  std::vector<ComparedLink> links;
+  for (const FrameLink link : links_of(panoramas, poses)) links.push_back({.link = link});
+  parallel_for(0, static_cast<int>(links.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      ComparedLink& compared = links[static_cast<std::size_t>(i)];
+      compared.colours = compare_colours(pictures[static_cast<std::size_t>(compared.link.from)],
+                                         pictures[static_cast<std::size_t>(compared.link.to)],
+                                         ColourScale::kLight);
+    }
+  });
+  return solve_gains(static_cast<int>(panoramas.frames.size()), links);
+}
+
+fs::path rectified_file(const CaptureFrame& frame) {
+  return fs::path(kDirectory) / (frame.name + ".png");
+}
+
+fs::path rectified_mask_file(const CaptureFrame& frame) {
+  return fs::path(kDirectory) / "masks" / (frame.name + ".png");
+}
+
+void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
+                            const std::vector<LightGain>& gains, const cv::Mat& mask,
+                            const fs::path& out) {
+  const fs::path directory = out / kDirectory;
+  fs::path partial = directory;
+  partial += ".partial";
+  prepare(partial, inputs_of(panoramas, poses, gains, mask));
+  const std::vector<int> frames = posed_frames(poses);
+  Progress progress("Rectifying", static_cast<std::int64_t>(frames.size()), "frames");
+  parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
+      write_frame(panoramas.frames[frame], *poses[frame], gains[frame], mask, partial);
+      progress.advance();
+    }
+  });
+  move_into_place(partial, directory, !mask.empty());
+}
+
+}  // namespace raywalk

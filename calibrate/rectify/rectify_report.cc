@@ -1,0 +1,272 @@
+#include "calibrate/rectify/rectify_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "calibrate/rectify/crossing_table.h"
+#include "calibrate/rectify/rectified_frames.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/report/markup.h"
+#include "core/report/svg_plot.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 1;
+constexpr const char* kReport = "rectify.json";
+
+// Photographic stops, as cameras count exposure.
+double stops(double gain) { return std::log2(gain); }
+
+double mean_stops(const LightGain& gain) {
+  return (stops(gain[0]) + stops(gain[1]) + stops(gain[2])) / 3.0;
+}
+
+ordered_json frame_json(const CaptureFrame& frame, const FramePose& pose, const LightGain& gain) {
+  return {{"name", frame.name},
+          {"file", rectified_file(frame).generic_string()},
+          {"position_m", {pose.position_m.x(), pose.position_m.y(), pose.position_m.z()}},
+          {"gain", {{"red", gain[0]}, {"green", gain[1]}, {"blue", gain[2]}}}};
+}
+
+ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& comparison) {
+  return {{"along_x", set.lines[static_cast<std::size_t>(comparison.along_x)].id},
+          {"along_z", set.lines[static_cast<std::size_t>(comparison.along_z)].id},
+          {"frame_x", comparison.frame_x},
+          {"frame_z", comparison.frame_z},
+          {"before", comparison.before.generic_string()},
+          {"after", comparison.after.generic_string()},
+          {"difference_before", comparison.difference_before},
+          {"difference_after", comparison.difference_after}};
+}
+
+ordered_json connection_json(const ConnectionBeforeAfter& connection) {
+  ordered_json rows = ordered_json::array();
+  for (const ConnectionAtK& row : connection.rows) {
+    rows.push_back({{"k_deg", row.k_deg}, {"before", row.before}, {"after", row.after}});
+  }
+  return {{"width_px", connection.width_px}, {"rows", rows}, {"note", connection.note}};
+}
+
+ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
+                         const RectifyResult& result) {
+  ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) frames.push_back(frame_json(set.frames[i], *poses[i], result.gains[i]));
+  }
+  for (const CrossingComparison& comparison : result.crossings) {
+    crossings.push_back(comparison_json(set, comparison));
+  }
+  ordered_json tolerance;
+  if (result.line_tolerance_mm) tolerance = *result.line_tolerance_mm;
+  return {{"format_version", kFormatVersion},
+          {"grid_frames", result.frames},
+          {"validation_frames", result.validation_frames},
+          {"left_out", result.left_out},
+          {"line_tolerance_mm", tolerance},
+          {"crossings", crossings},
+          {"e_connect", connection_json(result.connection)},
+          {"frames", frames}};
+}
+
+// A number, or NaN where JSON has null for one.
+double number_or_nan(const json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
+int line_named(const CaptureSet& set, const std::string& id) {
+  for (std::size_t i = 0; i < set.lines.size(); ++i) {
+    if (set.lines[i].id == id) return static_cast<int>(i);
+  }
+  throw Error("the capture has no line " + excerpt(id));
+}
+
+CrossingComparison comparison_of(const json& document, const CaptureSet& set) {
+  return {.along_x = line_named(set, document.at("along_x").get<std::string>()),
+          .along_z = line_named(set, document.at("along_z").get<std::string>()),
+          .frame_x = document.at("frame_x").get<std::string>(),
+          .frame_z = document.at("frame_z").get<std::string>(),
+          .before = document.at("before").get<std::string>(),
+          .after = document.at("after").get<std::string>(),
+          .difference_before = number_or_nan(document.at("difference_before")),
+          .difference_after = number_or_nan(document.at("difference_after"))};
+}
+
+ConnectionBeforeAfter connection_of(const json& document) {
+  ConnectionBeforeAfter connection{.width_px = document.at("width_px").get<int>(),
+                                   .note = document.at("note").get<std::string>()};
+  for (const json& row : document.at("rows")) {
+    connection.rows.push_back({.k_deg = row.at("k_deg").get<double>(),
+                               .before = number_or_nan(row.at("before")),
+                               .after = number_or_nan(row.at("after"))});
+  }
+  return connection;
+}
+
+RectifyResult result_of(const json& document, const CaptureSet& set) {
+  if (document.at("format_version").get<int>() > kFormatVersion) {
+    throw Error("written by a newer version of this program");
+  }
+  RectifyResult result{.frames = document.at("grid_frames").get<int>(),
+                       .validation_frames = document.at("validation_frames").get<int>(),
+                       .left_out = document.at("left_out").get<std::vector<std::string>>()};
+  result.gains.assign(set.frames.size(), LightGain{1.0, 1.0, 1.0});
+  for (const json& frame : document.at("frames")) {
+    const auto index = set.find(frame.at("name").get<std::string>());
+    if (!index) throw Error("names a frame that the capture does not have");
+    const json& gain = frame.at("gain");
+    result.gains[static_cast<std::size_t>(*index)] = {gain.at("red").get<double>(),
+                                                      gain.at("green").get<double>(),
+                                                      gain.at("blue").get<double>()};
+  }
+  for (const json& crossing : document.at("crossings")) {
+    result.crossings.push_back(comparison_of(crossing, set));
+  }
+  result.connection = connection_of(document.at("e_connect"));
+  const json& tolerance = document.at("line_tolerance_mm");
+  if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.get<double>();
+  return result;
+}
+
+HtmlFigure overlay_figure(const fs::path& file, const std::string& caption) {
+  return picture_figure(read_picture(file), EmbeddedFormat::kJpeg, caption, caption);
+}
+
+void add_gains(const CaptureSet& set, const FramePoses& poses, const RectifyResult& result,
+               HtmlPage* page) {
+  LinePlot plot{.title = "Gain of every frame",
+                .x_label = "position on the rail / m",
+                .y_label = "mean gain / stops"};
+  double largest = 0.0;
+  for (const CaptureLine& line : set.lines) {
+    PlotSeries series{.name = line.id, .style = PlotStyle::kLineAndPoints};
+    for (const int frame : line.frames) {
+      if (!poses[static_cast<std::size_t>(frame)]) continue;
+      const double gain = mean_stops(result.gains[static_cast<std::size_t>(frame)]);
+      series.points.push_back({set.rail_m(frame), gain});
+      largest = std::max(largest, std::abs(gain));
+    }
+    if (!series.points.empty()) plot.series.push_back(std::move(series));
+  }
+  page->add_section("Exposure");
+  page->add_paragraph(fmt::format(
+      "What each frame's light was multiplied by so that neighbours and crossing lines agree; at "
+      "most {:.3f} stops.",
+      largest));
+  page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the colours")});
+}
+
+std::string facts_text(double value, int decimals) {
+  return std::isfinite(value) ? fixed_number(value, decimals) : "–";
+}
+
+void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) {
+  std::vector<HtmlFact> facts{{"frames", std::to_string(result.frames)},
+                              {"validation frames", std::to_string(result.validation_frames)},
+                              {"left out", std::to_string(result.left_out.size())}};
+  if (!result.connection.rows.empty()) {
+    const ConnectionAtK& row = result.connection.rows.back();
+    facts.push_back({fmt::format("E_connect at k = {:g}", row.k_deg),
+                     facts_text(row.before, 1) + " → " + facts_text(row.after, 1)});
+  }
+  page->add_facts(facts);
+  page->add_paragraph(
+      "Frames are turned onto the world's axes in one resampling; positions are as "
+      "measured, lines as they were fitted. The next step:");
+  page->add_paragraph(pack_command(result, out));
+  if (!result.left_out.empty()) {
+    std::string names;
+    for (const std::string& name : result.left_out) names += (names.empty() ? "" : ", ") + name;
+    page->add_paragraph("Left out, as they have no pose: " + names + ".");
+  }
+}
+
+}  // namespace
+
+std::string pack_command(const RectifyResult& result, const fs::path& out) {
+  std::string command =
+      fmt::format("raywalk-build-lf pack --frames {} --out ROOM.lf", (out / "poses.csv").string());
+  if (result.line_tolerance_mm.value_or(0.0) > 0.0) {
+    command += fmt::format(" --line-tolerance-mm {:g}", *result.line_tolerance_mm);
+  }
+  return command;
+}
+
+void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::path& out,
+                  HtmlPage* page) {
+  if (result.crossings.empty()) return;
+  page->add_section("The lines over one another");
+  page->add_paragraph(
+      "The two panoramas nearest to each crossing, one in red, the other in cyan, in the direction "
+      "with the most structure: where they agree the picture is grey. They were not taken at "
+      "exactly one place, so that near things keep a little parallax.");
+  for (const CrossingComparison& crossing : result.crossings) {
+    const std::string what =
+        fmt::format("{}, frames {} and {}", crossing_name(set, crossing.along_x, crossing.along_z),
+                    crossing.frame_x, crossing.frame_z);
+    page->add_figures(
+        {overlay_figure(out / crossing.before,
+                        fmt::format("{}, before: differ by {:.2f} levels RMS", what,
+                                    crossing.difference_before)),
+         overlay_figure(out / crossing.after, fmt::format("{}, after: differ by {:.2f} levels RMS",
+                                                          what, crossing.difference_after))});
+  }
+}
+
+void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page) {
+  page->add_section("How well neighbouring lines connect");
+  if (connection.rows.empty()) {
+    page->add_paragraph("E_connect was not measured: " + connection.note + ".");
+    return;
+  }
+  page->add_paragraph(fmt::format(
+      "E_connect, equation (11) of the paper, of initial views at {} pixels of width: the mean "
+      "squared difference of 8-bit RGB between what the two lines of a corner show. Before: frames "
+      "as captured, at their planned positions. Initial views keep the vertical parallax, whoever "
+      "calibrated them; what is left of the difference after depth estimation is smaller.",
+      connection.width_px));
+  HtmlTable table{.header = {"k / deg", "before", "after"}};
+  for (const ConnectionAtK& row : connection.rows) {
+    table.rows.push_back({{fmt::format("{:g}", row.k_deg)},
+                          {facts_text(row.before, 1)},
+                          {facts_text(row.after, 1), row.after < row.before}});
+  }
+  page->add_table(table);
+}
+
+void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
+                          const RectifyResult& result, const fs::path& out) {
+  HtmlPage page("Rectified frames", set.source.string());
+  add_head(result, out, &page);
+  if (grid != nullptr && !grid->crossings.empty()) {
+    page.add_section("At the crossings");
+    page.add_table(crossing_table(set, grid->crossings));
+  }
+  add_overlays(set, result, out, &page);
+  add_connection(result.connection, &page);
+  add_gains(set, poses, result, &page);
+  write_file_atomically(out / "rectify.html", page.html());
+  write_file_atomically(out / kReport, result_json(set, poses, result).dump(1) + "\n");
+}
+
+RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {
+  const std::string text = read_file(file);
+  try {
+    return result_of(json::parse(text), set);
+  } catch (const json::exception& e) {
+    throw Error(one_line(fmt::format("{}: damaged ({}); rectify again", file.string(), e.what())));
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}; rectify again", file.string(), e.what()));
+  }
+}
+
+}  // namespace raywalk

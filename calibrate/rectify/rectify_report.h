@@ -1,0 +1,23 @@
+// rectify.json and rectify.html.
+#pragma once
+
+#include <filesystem>
+
+#include "calibrate/rectify/rectify_set.h"
+#include "core/report/html_page.h"
+
+namespace raywalk {
+
+// Writes both into OUT. `grid` may be null.
+void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
+                          const RectifyResult& result, const std::filesystem::path& out);
+
+// Parts of the page that others show too: the overlays, read from OUT, and the connection errors.
+void add_overlays(const CaptureSet& set, const RectifyResult& result,
+                  const std::filesystem::path& out, HtmlPage* page);
+void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page);
+
+// "raywalk-build-lf pack --frames OUT/poses.csv ...", the next step.
+std::string pack_command(const RectifyResult& result, const std::filesystem::path& out);
+
+}  // namespace raywalk

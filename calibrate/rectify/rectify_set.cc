@@ -1,0 +1,170 @@
+#include "calibrate/rectify/rectify_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calibrate/rectify/crossing_overlay.h"
+#include "calibrate/rectify/rectified_frames.h"
+#include "calibrate/rectify/rectify_report.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/panorama/panorama_rotation.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_validation(const CaptureSet& set, const CaptureFrame& frame) {
+  return set.lines[static_cast<std::size_t>(frame.line)].validation;
+}
+
+// Rows of poses.csv, or of gt.csv.
+std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses& poses, bool masked,
+                                        bool validation) {
+  std::vector<ListedFrame> rows;
+  for (std::size_t i = 0; i < set.frames.size(); ++i) {
+    const CaptureFrame& frame = set.frames[i];
+    if (!poses[i] || is_validation(set, frame) != validation) continue;
+    rows.push_back(
+        {.file = rectified_file(frame).generic_string(), .position_m = poses[i]->position_m});
+    if (masked && !validation) rows.back().mask = rectified_mask_file(frame).generic_string();
+  }
+  return rows;
+}
+
+// The frames as they were before: where they were planned, in the camera's axes.
+std::vector<ListedFrame> start_rows(const CaptureSet& set, const FramePoses& start,
+                                    const FramePoses& poses, const std::string& mask) {
+  std::vector<ListedFrame> rows;
+  for (std::size_t i = 0; i < set.frames.size(); ++i) {
+    if (!poses[i] || is_validation(set, set.frames[i])) continue;
+    rows.push_back({.file = fs::absolute(set.frames[i].file).string(),
+                    .position_m = start[i]->position_m,
+                    .attitude = attitude_from_world_from_camera(start[i]->world_from_camera),
+                    .mask = mask});
+  }
+  return rows;
+}
+
+// Lines of poses.csv.
+int count_lines(const CaptureSet& set, const FramePoses& poses) {
+  return static_cast<int>(
+      std::count_if(set.lines.begin(), set.lines.end(), [&poses](const CaptureLine& line) {
+        return !line.validation &&
+               std::any_of(line.frames.begin(), line.frames.end(), [&poses](int frame) {
+                 return poses[static_cast<std::size_t>(frame)].has_value();
+               });
+      }));
+}
+
+std::vector<ListedFrame> absolute_rows(std::vector<ListedFrame> rows, const fs::path& out) {
+  for (ListedFrame& row : rows) {
+    row.file = fs::absolute(out / row.file).string();
+    if (!row.mask.empty()) row.mask = fs::absolute(out / row.mask).string();
+  }
+  return rows;
+}
+
+CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossing,
+                              const CrossingPair& pair, const FramePoses& start,
+                              const fs::path& out) {
+  const auto frame_of = [&](int i) -> const CaptureFrame& {
+    return set.frames[static_cast<std::size_t>(i)];
+  };
+  const auto before = [&](int i) {
+    return rotate_panorama(read_panorama(frame_of(i).file),
+                           start[static_cast<std::size_t>(i)]->world_from_camera);
+  };
+  const auto after = [&](int i) { return read_panorama(out / rectified_file(frame_of(i))); };
+  const cv::Mat first = after(pair.along_x);
+  const HorizonWindow window = telling_window(first);
+  const Overlay agreed = overlay_of(first, after(pair.along_z), window);
+  const Overlay captured = overlay_of(before(pair.along_x), before(pair.along_z), window);
+  const std::string name =
+      fmt::format("{}_{}", set.lines[static_cast<std::size_t>(crossing.along_x)].id,
+                  set.lines[static_cast<std::size_t>(crossing.along_z)].id);
+  CrossingComparison comparison{.along_x = crossing.along_x,
+                                .along_z = crossing.along_z,
+                                .frame_x = frame_of(pair.along_x).name,
+                                .frame_z = frame_of(pair.along_z).name,
+                                .before = fs::path("crossings") / (name + "_before.png"),
+                                .after = fs::path("crossings") / (name + "_after.png"),
+                                .difference_before = captured.difference_levels,
+                                .difference_after = agreed.difference_levels};
+  write_image(out / comparison.before, captured.picture);
+  write_image(out / comparison.after, agreed.picture);
+  return comparison;
+}
+
+std::vector<CrossingComparison> compare_crossings(const CaptureSet& set, const FramePoses& poses,
+                                                  const FramePoses& start, const fs::path& out) {
+  make_directories(out / "crossings");
+  std::vector<CrossingComparison> comparisons;
+  for (const LineCrossing& crossing : crossings_of(set)) {
+    throw_if_interrupted();
+    const auto pair = nearest_pair(set, crossing, poses);
+    if (pair) comparisons.push_back(compare_at(set, crossing, *pair, start, out));
+  }
+  return comparisons;
+}
+
+void require_pose(const FramePoses& poses) {
+  if (std::any_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); })) {
+    return;
+  }
+  throw Error("no frame has a pose; there is nothing to rectify");
+}
+
+void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& rows,
+                  const std::vector<ListedFrame>& truth, const fs::path& out) {
+  write_file_atomically(out / "poses.csv", frame_list_text(rows));
+  if (result.validation_frames > 0) {
+    write_file_atomically(out / "gt.csv", frame_list_text(truth));
+  } else {
+    fs::remove(out / "gt.csv");
+  }
+}
+
+}  // namespace
+
+RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
+                          const GridResult* grid, const RectifyOptions& options) {
+  require_pose(poses);
+  make_directories(options.out);
+  const cv::Mat mask = options.mask.value_or(cv::Mat());
+  const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
+  RectifyResult result;
+  result.gains.assign(panoramas.frames.size(), LightGain{1.0, 1.0, 1.0});
+  if (options.equalise_gain) result.gains = measure_gains(panoramas, poses, mask);
+  write_rectified_frames(panoramas, poses, result.gains, mask, options.out);
+  const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);
+  const auto truth = rectified_rows(panoramas, poses, false, true);
+  result.frames = static_cast<int>(rows.size());
+  result.validation_frames = static_cast<int>(truth.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (!poses[i]) result.left_out.push_back(panoramas.frames[i].name);
+  }
+  result.line_tolerance_mm = line_tolerance_needed_mm(rows, count_lines(panoramas, poses));
+  write_tables(result, rows, truth, options.out);
+  result.crossings = compare_crossings(panoramas, poses, start, options.out);
+  if (options.measure_connection) {
+    const fs::path camera_mask = fs::absolute(options.out / "connection_mask.png");
+    if (!mask.empty()) write_image(camera_mask, mask);
+    const int lines = count_lines(panoramas, poses);
+    result.connection = measure_connection(
+        {start_rows(panoramas, start, poses, mask.empty() ? "" : camera_mask.string()), lines},
+        {absolute_rows(rows, options.out), lines}, options.programs,
+        options.out / "connection.partial");
+    fs::remove(camera_mask);
+  } else {
+    result.connection.note = "not asked for";
+  }
+  write_rectify_report(panoramas, poses, grid, result, options.out);
+  return result;
+}
+
+}  // namespace raywalk

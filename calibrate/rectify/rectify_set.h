@@ -1,0 +1,63 @@
+// The step `rectify`: frames in the world's axes and of one brightness, listed where they were
+// taken, for raywalk-build-lf.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibrate/base/capture_set.h"
+#include "calibrate/base/frame_poses.h"
+#include "calibrate/grid/grid_result.h"
+#include "calibrate/rectify/connection_before_after.h"
+#include "calibrate/rectify/exposure_gains.h"
+
+namespace raywalk {
+
+struct RectifyOptions {
+  std::optional<cv::Mat>
+      mask{};  // CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked
+  bool equalise_gain = true;
+  bool measure_connection = true;
+  // What the comparison "before" is made with: empty: nominal_poses.
+  FramePoses start{};
+  // Where raywalk-build-lf and raywalk-render are; none: beside the running program.
+  std::optional<std::filesystem::path> programs{};
+  std::filesystem::path out{};  // of the calibration
+};
+
+// Two lines' pictures at a crossing.
+struct CrossingComparison {
+  int along_x = 0;  // indices into CaptureSet::lines
+  int along_z = 0;
+  std::string frame_x{}, frame_z{};  // the frames compared
+  std::filesystem::path before{};    // overlay pictures, relative to OUT
+  std::filesystem::path after{};
+  double difference_before = 0.0;  // root mean square of grey levels
+  double difference_after = 0.0;
+};
+
+struct RectifyResult {
+  int frames = 0;                       // in poses.csv
+  int validation_frames = 0;            // in gt.csv
+  std::vector<std::string> left_out{};  // frames without a pose
+  std::vector<LightGain> gains{};       // by frame
+  std::vector<CrossingComparison> crossings{};
+  ConnectionBeforeAfter connection{};
+  // What to give raywalk-build-lf pack as --line-tolerance-mm; 0: nothing. None: no lines found.
+  std::optional<double> line_tolerance_mm{};
+};
+
+// Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
+// (file,x,y,z[,mask]), OUT/gt.csv of validation lines where there are any, rectify.json and
+// rectify.html. Positions are the poses' own. `grid` adds its figures to the page; may be null.
+// Throws Error where no frame has a pose, or a file cannot be read or written; Interrupted.
+RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
+                          const GridResult* grid, const RectifyOptions& options);
+
+// The result as rectify.json holds it. Throws Error naming the file: missing, damaged, newer.
+RectifyResult read_rectify_result(const std::filesystem::path& file, const CaptureSet& set);
+
+}  // namespace raywalk
