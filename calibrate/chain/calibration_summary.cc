@@ -1,0 +1,123 @@
+#include "calibrate/chain/calibration_summary.h"
+
+#include <nlohmann/json.hpp>
+
+#include "calibrate/base/frame_poses_json.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 1;
+
+ordered_json read_json(const fs::path& file) {
+  try {
+    return ordered_json::parse(read_file(file));
+  } catch (const json::exception& e) {
+    throw Error(one_line(file.string() + ": damaged (" + e.what() + "); run the step again"));
+  }
+}
+
+// The texts that a step's JSON lists; none where the step has left none.
+std::vector<std::string> listed_in(const fs::path& file, const char* key) {
+  if (!fs::exists(file)) return {};
+  const ordered_json document = read_json(file);
+  const auto list = document.find(key);
+  if (list == document.end() || !list->is_array()) return {};
+  return list->get<std::vector<std::string>>();
+}
+
+fs::path report_of(const Calibration& calibration, CalibrationStep step) {
+  // poses.json holds the poses alone.
+  const std::string name = step == CalibrationStep::kPoses ? "poses-report" : step_name(step);
+  return calibration.out() / (name + ".json");
+}
+
+ordered_json lens_json(const FisheyeLens& lens, const Eigen::Vector3d& position_m) {
+  return {{"centre_u_px", lens.centre.u},
+          {"centre_v_px", lens.centre.v},
+          {"focal_px", lens.focal_px},
+          {"k1", lens.k[0]},
+          {"k2", lens.k[1]},
+          {"k3", lens.k[2]},
+          {"k4", lens.k[3]},
+          {"largest_angle_deg", degrees_from_radians(lens.largest_angle_rad)},
+          {"x_mm", 1000.0 * position_m.x()},
+          {"y_mm", 1000.0 * position_m.y()},
+          {"z_mm", 1000.0 * position_m.z()}};
+}
+
+ordered_json camera_json(const std::optional<DualFisheyeCamera>& camera) {
+  if (!camera) return nullptr;
+  const DualFisheyeLayout& layout = camera->layout;
+  ordered_json back = lens_json(layout.back, layout.back_position_m);
+  back["yaw_deg"] = degrees_from_radians(layout.back_attitude.yaw_rad);
+  back["pitch_deg"] = degrees_from_radians(layout.back_attitude.pitch_rad);
+  back["roll_deg"] = degrees_from_radians(layout.back_attitude.roll_rad);
+  return {{"picture_width_px", camera->picture.width},
+          {"picture_height_px", camera->picture.height},
+          {"two_files", camera->two_files},
+          {"front", lens_json(layout.front, layout.front_position_m)},
+          {"back", back}};
+}
+
+ordered_json steps_json(const std::vector<StepTaken>& steps) {
+  ordered_json list = ordered_json::array();
+  for (const StepTaken& taken : steps) {
+    list.push_back(
+        {{"step", step_name(taken.step)}, {"seconds", taken.seconds}, {"reused", taken.reused}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::vector<std::string> step_warnings(const Calibration& calibration, CalibrationStep step) {
+  return listed_in(report_of(calibration, step), "warnings");
+}
+
+CalibrationSummary summary_of(const Calibration& calibration) {
+  CalibrationSummary summary;
+  for (const CalibrationStep step : kCalibrationSteps) {
+    if (!calibration.has(step)) continue;
+    for (const std::string& text : step_warnings(calibration, step)) {
+      summary.warnings.push_back(step_name(step) + ": " + text);
+    }
+    for (const std::string& text : listed_in(report_of(calibration, step), "notes")) {
+      summary.notes.push_back(step_name(step) + ": " + text);
+    }
+  }
+  const bool good_lenses = !calibration.has(CalibrationStep::kLens) ||
+                           step_warnings(calibration, CalibrationStep::kLens).empty();
+  summary.trustworthy = good_lenses && calibration.grid().trustworthy;
+  return summary;
+}
+
+void write_calibration_json(const Calibration& calibration, const CalibrationSummary& summary) {
+  const ordered_json grid = read_json(calibration.out() / "grid.json");
+  const ordered_json rectified = read_json(calibration.out() / "rectify.json");
+  const ordered_json document{
+      {"format_version", kFormatVersion},
+      {"source", calibration.captured().source.string()},
+      {"method", grid.at("method")},
+      {"trustworthy", summary.trustworthy},
+      {"warnings", summary.warnings},
+      {"notes", summary.notes},
+      {"lens", camera_json(calibration.camera())},
+      {"scale", grid.at("scale")},
+      {"lines", grid.at("lines")},
+      {"crossings", grid.at("crossings")},
+      {"frames", frame_poses_json(calibration.captured(), calibration.final_poses())},
+      {"e_connect", rectified.at("e_connect")},
+      {"line_tolerance_mm", rectified.at("line_tolerance_mm")},
+      {"keyframe_trade", keyframe_json(summary.trade)},
+      {"steps", steps_json(summary.steps)}};
+  write_file_atomically(calibration.out() / "calibration.json", document.dump(1) + "\n");
+}
+
+}  // namespace raywalk

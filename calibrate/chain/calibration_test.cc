@@ -1,0 +1,133 @@
+// Which steps a capture has, when a step counts as done, and what is said where one is missing.
+#include "calibrate/chain/calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibrate/base/test_capture_folder.h"
+#include "core/base/error.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class CalibrationTest : public ::testing::Test {
+ protected:
+  CalibrationTest() {
+    folder_.write_cross();
+    options_.input.directory = folder_.path();
+    options_.mask.cone_deg = 20.0;
+  }
+  // What an error of the calibration says.
+  template <typename Work>
+  std::string error_of(const Work& work) const {
+    try {
+      Calibration calibration(options_);
+      work(&calibration);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+  bool mask_is_done() const { return Calibration(options_).is_done(CalibrationStep::kMask); }
+
+  TestCaptureFolder folder_;
+  CalibrationOptions options_;
+};
+
+TEST_F(CalibrationTest, StepsFollowFromCaptureAndMethod) {
+  const Calibration panoramas(options_);
+  EXPECT_FALSE(panoramas.has(CalibrationStep::kLens));
+  EXPECT_FALSE(panoramas.has(CalibrationStep::kStitch));
+  EXPECT_TRUE(panoramas.has(CalibrationStep::kPoses));
+  EXPECT_EQ(panoramas.out(), folder_ / "calibration");
+  CalibrationOptions other = options_;
+  other.out = folder_ / "elsewhere";
+  other.input.dual_fisheye = true;
+  other.method = GridMethod::kRotation;
+  const Calibration fisheye(other);
+  EXPECT_TRUE(fisheye.has(CalibrationStep::kStitch));
+  EXPECT_FALSE(fisheye.has(CalibrationStep::kPoses));
+  EXPECT_TRUE(fisheye.has(CalibrationStep::kRectify));
+}
+
+TEST_F(CalibrationTest, StepIsDoneUntilItsInputsOrOptionsChange) {
+  EXPECT_FALSE(mask_is_done());
+  Calibration(options_).run(CalibrationStep::kMask);
+  EXPECT_TRUE(mask_is_done());
+  ASSERT_TRUE(Calibration(options_).mask());
+  // Options of other steps do not matter.
+  options_.poses.keyframes_mm = 100.0;
+  EXPECT_TRUE(mask_is_done());
+  options_.mask.cone_deg = 21.0;
+  EXPECT_FALSE(mask_is_done());
+  options_.mask.cone_deg = 20.0;
+  EXPECT_TRUE(mask_is_done());
+  // A frame that was captured again.
+  folder_.add_picture("a1.png");
+  write_image(folder_ / "a1.png", cv::Mat(8, 16, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_FALSE(mask_is_done());
+}
+
+TEST_F(CalibrationTest, StepWhoseResultIsGoneOrForgottenIsNotDone) {
+  Calibration(options_).run(CalibrationStep::kMask);
+  std::filesystem::remove(folder_ / "calibration/mask.png");
+  EXPECT_FALSE(mask_is_done());
+  Calibration(options_).run(CalibrationStep::kMask);
+  Calibration(options_).forget(CalibrationStep::kMask);
+  EXPECT_FALSE(mask_is_done());
+}
+
+TEST_F(CalibrationTest, MaskOfAnEarlierRunDoesNotStay) {
+  Calibration(options_).run(CalibrationStep::kMask);
+  options_.mask.cone_deg = 0.0;
+  Calibration(options_).run(CalibrationStep::kMask);
+  EXPECT_FALSE(Calibration(options_).mask());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration/mask.html"));
+}
+
+TEST_F(CalibrationTest, MissingStepsAreNamed) {
+  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kGrid); }),
+              AllOf(HasSubstr("poses.json is not there"), HasSubstr("raywalk-calibrate poses")));
+  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kRectify); }),
+              AllOf(HasSubstr("grid.json"), HasSubstr("raywalk-calibrate grid")));
+  options_.input.dual_fisheye = true;
+  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kMask); }),
+              AllOf(HasSubstr("panoramas/"), HasSubstr("raywalk-calibrate stitch")));
+  EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kStitch); }),
+              AllOf(HasSubstr("lens.yaml"), HasSubstr("raywalk-calibrate lens")));
+  EXPECT_THROW(Calibration(options_).run(CalibrationStep::kLens), UsageError);
+}
+
+TEST_F(CalibrationTest, GivenLensesTakeThePlaceOfTheFit) {
+  options_.input.dual_fisheye = true;
+  const DualFisheyeCamera camera{{64, 32}, false, simple_dual_fisheye({64, 32})};
+  write_lens_file(folder_ / "given.yaml", camera);
+  options_.lens_file = folder_ / "given.yaml";
+  Calibration(options_).run(CalibrationStep::kLens);
+  const auto taken = Calibration(options_).camera();
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->picture, (PanoramaSize{16, 8}));  // in the size of the frames
+  EXPECT_NEAR(taken->layout.front.focal_px, camera.layout.front.focal_px / 4.0, 1e-9);
+  EXPECT_TRUE(Calibration(options_).is_done(CalibrationStep::kLens));
+  DualFisheyeCamera other = camera;
+  other.layout.front.focal_px *= 1.01;
+  write_lens_file(folder_ / "given.yaml", other);
+  EXPECT_FALSE(Calibration(options_).is_done(CalibrationStep::kLens));
+}
+
+TEST_F(CalibrationTest, TwoProgramsDoNotWorkInOneDirectory) {
+  const Calibration first(options_);
+  EXPECT_THAT(error_of([](Calibration*) {}), HasSubstr("another raywalk-calibrate"));
+}
+
+TEST_F(CalibrationTest, UnreadableCaptureLeavesNothing) {
+  std::filesystem::remove(folder_ / "b1.png");
+  EXPECT_NE(error_of([](Calibration*) {}), "no error");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration"));
+}
+
+}  // namespace
+}  // namespace raywalk

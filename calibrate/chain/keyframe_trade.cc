@@ -1,0 +1,146 @@
+#include "calibrate/chain/keyframe_trade.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "core/base/median.h"
+#include "core/files/atomic_output.h"
+#include "core/report/markup.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr const char* kStep = "trade";
+constexpr const char* kFile = "trade.json";
+
+struct SolvedTrial {
+  KeyframeTrial trial{};
+  FramePoses poses{};
+};
+
+SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
+  const fs::path directory = calibration.out() / "trade" / fmt::format("{:g}mm", spacing_mm);
+  make_directories(directory);
+  const CaptureSet set = calibration.panoramas();
+  PosesOptions poses = calibration.poses_options();
+  poses.keyframes_mm = spacing_mm;
+  poses.out = directory;
+  GridOptions grid = calibration.grid_options();
+  grid.out = directory;
+  const auto begin = std::chrono::steady_clock::now();
+  const PosesResult solved = solve_poses(set, poses);
+  GridResult estimated = estimate_grid(set, solved.poses, grid);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  return {{.keyframes_mm = spacing_mm,
+           .keyframes = static_cast<int>(solved.keyframes.size()),
+           .seconds = taken.count(),
+           .trustworthy = estimated.trustworthy},
+          std::move(estimated.poses)};
+}
+
+void compare(const FramePoses& densest, SolvedTrial* solved) {
+  std::vector<Eigen::Vector3d> moved_m;
+  std::vector<double> apart_mm, apart_deg;
+  Eigen::Vector3d mean_m(0, 0, 0);
+  for (std::size_t i = 0; i < densest.size(); ++i) {
+    const auto& pose = solved->poses[i];
+    if (!densest[i] || !pose) continue;
+    moved_m.emplace_back(pose->position_m - densest[i]->position_m);
+    mean_m += moved_m.back();
+    apart_deg.push_back(degrees_from_radians(
+        angle_between(pose->world_from_camera, densest[i]->world_from_camera)));
+  }
+  if (moved_m.empty()) return;
+  mean_m /= static_cast<double>(moved_m.size());
+  for (const Eigen::Vector3d& moved : moved_m) apart_mm.push_back(1000.0 * (moved - mean_m).norm());
+  solved->trial.largest_mm = *std::max_element(apart_mm.begin(), apart_mm.end());
+  solved->trial.largest_deg = *std::max_element(apart_deg.begin(), apart_deg.end());
+  solved->trial.median_mm = median(std::move(apart_mm));
+  solved->trial.median_deg = median(std::move(apart_deg));
+}
+
+std::vector<KeyframeTrial> read_trials(const fs::path& file) {
+  std::vector<KeyframeTrial> trials;
+  for (const json& trial : json::parse(read_file(file))) {
+    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").get<double>(),
+                      .keyframes = trial.at("keyframes").get<int>(),
+                      .seconds = trial.at("seconds").get<double>(),
+                      .median_mm = trial.at("median_mm").get<double>(),
+                      .largest_mm = trial.at("largest_mm").get<double>(),
+                      .median_deg = trial.at("median_deg").get<double>(),
+                      .largest_deg = trial.at("largest_deg").get<double>(),
+                      .trustworthy = trial.at("trustworthy").get<bool>()});
+  }
+  return trials;
+}
+
+}  // namespace
+
+std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
+                                             std::vector<double> spacings_mm) {
+  std::sort(spacings_mm.begin(), spacings_mm.end());
+  spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
+  std::string inputs = calibration->fingerprint_without_keyframes();
+  for (const double spacing_mm : spacings_mm) inputs += fmt::format(" {}", spacing_mm);
+  const std::string fingerprint = sha256_of_text(inputs);
+  if (calibration->records().done(kStep, fingerprint)) {
+    return read_trials(calibration->out() / kFile);
+  }
+  std::vector<KeyframeTrial> trials;
+  FramePoses densest;
+  double seconds = 0.0;
+  for (const double spacing_mm : spacings_mm) {
+    SolvedTrial solved = solve(*calibration, spacing_mm);
+    if (trials.empty()) densest = solved.poses;
+    compare(densest, &solved);
+    seconds += solved.trial.seconds;
+    trials.push_back(solved.trial);
+  }
+  write_file_atomically(calibration->out() / kFile, keyframe_json(trials).dump(1) + "\n");
+  calibration->records().note(kStep, fingerprint, seconds, {kFile});
+  return trials;
+}
+
+HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials) {
+  HtmlTable table{.caption =
+                      "Differences from the densest, over all stations: those without a pose "
+                      "of their own follow from their rail",
+                  .header = {"keyframes every", "keyframes", "time / s", "median / mm",
+                             "largest / mm", "median / deg", "largest / deg", "verdict"}};
+  for (const KeyframeTrial& trial : trials) {
+    table.rows.push_back(
+        {{trial.keyframes_mm > 0.0 ? fmt::format("{:g} mm", trial.keyframes_mm) : "station"},
+         {std::to_string(trial.keyframes)},
+         {fixed_number(trial.seconds, 0)},
+         {fixed_number(trial.median_mm, 3)},
+         {fixed_number(trial.largest_mm, 3)},
+         {fixed_number(trial.median_deg, 4)},
+         {fixed_number(trial.largest_deg, 4)},
+         {trial.trustworthy ? "good" : "not to be trusted"}});
+  }
+  return table;
+}
+
+ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials) {
+  ordered_json list = ordered_json::array();
+  for (const KeyframeTrial& trial : trials) {
+    list.push_back({{"keyframes_mm", trial.keyframes_mm},
+                    {"keyframes", trial.keyframes},
+                    {"seconds", trial.seconds},
+                    {"median_mm", trial.median_mm},
+                    {"largest_mm", trial.largest_mm},
+                    {"median_deg", trial.median_deg},
+                    {"largest_deg", trial.largest_deg},
+                    {"trustworthy", trial.trustworthy}});
+  }
+  return list;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,55 @@
+#include "calibrate/chain/run_all.h"
+
+#include <fmt/format.h>
+
+#include "calibrate/chain/calibration_summary.h"
+#include "calibrate/rectify/rectify_report.h"
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk {
+namespace {
+
+StepTaken take(Calibration* calibration, CalibrationStep step, std::ostream& out) {
+  throw_if_interrupted();
+  const bool reused = calibration->is_done(step);
+  if (!reused) calibration->run(step);
+  const double seconds = calibration->seconds(step);
+  out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds,
+                     reused ? "  (done earlier, of the same inputs)" : "")
+      << std::endl;
+  return {.step = step, .seconds = seconds, .reused = reused};
+}
+
+void require_trust(const Calibration& calibration, const CalibrationSummary& summary) {
+  if (summary.trustworthy) return;
+  const std::string first =
+      summary.warnings.empty() ? "its own checks contradict it" : summary.warnings.front();
+  throw Error(fmt::format(
+      "the result is not to be trusted ({} warnings, the first: {}); outputs are kept in {}, "
+      "index.html and calibration.json there tell all",
+      summary.warnings.size(), first, calibration.out().string()));
+}
+
+}  // namespace
+
+void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out) {
+  if (options.redo) calibration->forget(*options.redo);
+  std::vector<StepTaken> steps;
+  for (const CalibrationStep step : kCalibrationSteps) {
+    if (calibration->has(step)) steps.push_back(take(calibration, step, out));
+  }
+  CalibrationSummary summary = summary_of(*calibration);
+  summary.steps = std::move(steps);
+  if (!options.compare_keyframes_mm.empty()) {
+    summary.trade = compare_keyframes(calibration, options.compare_keyframes_mm);
+  }
+  write_calibration_json(*calibration, summary);
+  write_calibration_page(*calibration, summary);
+  out << fmt::format("{}: {}\n{}\n", (calibration->out() / "index.html").string(),
+                     summary.trustworthy ? "good" : "not to be trusted",
+                     pack_command(calibration->rectified(), calibration->out()));
+  require_trust(*calibration, summary);
+}
+
+}  // namespace raywalk

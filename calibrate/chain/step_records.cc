@@ -1,0 +1,112 @@
+#include "calibrate/chain/step_records.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr int kFormatVersion = 1;
+// Larger outputs, pictures, are told by size and time: reading them all again takes long.
+constexpr std::uintmax_t kLargestHashed_bytes = std::uintmax_t{1} << 20;
+
+fs::path records_file(const fs::path& out) { return out / "steps.json"; }
+
+std::string state_of(const fs::path& file) {
+  const std::uintmax_t bytes = fs::file_size(file);
+  if (bytes <= kLargestHashed_bytes) return sha256_of_file(file);
+  return fmt::format("{} bytes at {}", bytes, fs::last_write_time(file).time_since_epoch().count());
+}
+
+bool is_unchanged(const fs::path& file, const std::string& state) {
+  std::error_code none;
+  return fs::is_regular_file(file, none) && state_of(file) == state;
+}
+
+std::map<std::string, StepRecord> read_records(const fs::path& file) {
+  std::map<std::string, StepRecord> records;
+  const json document = json::parse(read_file(file));
+  if (document.at("format_version").get<int>() > kFormatVersion) {
+    throw Error("written by a newer version of this program");
+  }
+  for (const auto& [step, record] : document.at("steps").items()) {
+    records[step] = {.fingerprint = record.at("fingerprint").get<std::string>(),
+                     .seconds = record.at("seconds").get<double>(),
+                     .outputs = record.at("outputs").get<std::map<std::string, std::string>>()};
+  }
+  return records;
+}
+
+}  // namespace
+
+StepRecords::StepRecords(fs::path out) : out_(std::move(out)) {
+  const fs::path file = records_file(out_);
+  if (!fs::exists(file)) return;
+  try {
+    records_ = read_records(file);
+  } catch (const std::exception& e) {
+    spdlog::warn("{}: cannot be read ({}); every step is done anew", file.string(),
+                 one_line(e.what()));
+  }
+}
+
+std::optional<StepRecord> StepRecords::done(const std::string& step,
+                                            const std::string& fingerprint) const {
+  const auto record = last(step);
+  if (!record || record->fingerprint != fingerprint) return std::nullopt;
+  for (const auto& [file, state] : record->outputs) {
+    if (!is_unchanged(out_ / file, state)) return std::nullopt;
+  }
+  return record;
+}
+
+std::optional<StepRecord> StepRecords::last(const std::string& step) const {
+  const auto record = records_.find(step);
+  return record == records_.end() ? std::nullopt : std::optional(record->second);
+}
+
+void StepRecords::note(const std::string& step, const std::string& fingerprint, double seconds,
+                       const std::vector<fs::path>& outputs) {
+  StepRecord record{.fingerprint = fingerprint, .seconds = seconds};
+  for (const fs::path& output : outputs) {
+    record.outputs[output.generic_string()] = state_of(out_ / output);
+  }
+  records_[step] = std::move(record);
+  write();
+}
+
+void StepRecords::forget(const std::string& step) {
+  if (records_.erase(step) > 0) write();
+}
+
+void StepRecords::write() const {
+  ordered_json steps = ordered_json::object();
+  for (const auto& [step, record] : records_) {
+    steps[step] = {{"fingerprint", record.fingerprint},
+                   {"seconds", record.seconds},
+                   {"outputs", record.outputs}};
+  }
+  const ordered_json document{{"format_version", kFormatVersion}, {"steps", steps}};
+  write_file_atomically(records_file(out_), document.dump(1) + "\n");
+}
+
+std::string sha256_of_text(const std::string& text) {
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+std::string sha256_of_file(const fs::path& file) { return sha256_of_text(read_file(file)); }
+
+}  // namespace raywalk

@@ -1,0 +1,73 @@
+// all: the whole chain.
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calibrate/chain/run_all.h"
+#include "calibrate/commands/commands.h"
+#include "calibrate/commands/step_options.h"
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+struct ChainArguments {
+  StepArguments steps{};
+  ChainOptions chain{};
+  std::string redo{};
+};
+
+std::vector<std::string> step_names() {
+  std::vector<std::string> names;
+  for (const CalibrationStep step : kCalibrationSteps) names.push_back(step_name(step));
+  return names;
+}
+
+std::optional<CalibrationStep> step_named(const std::string& name) {
+  for (const CalibrationStep step : kCalibrationSteps) {
+    if (step_name(step) == name) return step;
+  }
+  return std::nullopt;
+}
+
+void run(const ChainArguments& arguments) {
+  set_thread_count(arguments.steps.threads);
+  Calibration calibration(options_of(arguments.steps));
+  ChainOptions chain = arguments.chain;
+  chain.redo = step_named(arguments.redo);
+  run_all(&calibration, chain, std::cout);
+}
+
+}  // namespace
+
+void add_all(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "all", "From captured frames to frames on a true grid: every step that is not done yet");
+  auto arguments = std::make_shared<ChainArguments>();
+  StepArguments* steps = &arguments->steps;
+  add_input(command, steps);
+  add_lens_options(command, steps);
+  add_stitch_options(command, steps);
+  add_mask_options(command, steps);
+  add_poses_options(command, steps);
+  add_method_option(command, steps);
+  add_rectify_options(command, steps);
+  command->add_option("--redo", arguments->redo, "Do this step again, and what follows from it")
+      ->check(CLI::IsMember(step_names()));
+  command
+      ->add_option("--compare-keyframes", arguments->chain.compare_keyframes_mm,
+                   "Solve with these spacings too, mm, and report time against accuracy")
+      ->delimiter(',')
+      ->check(CLI::Range(0.0, 1e6));
+  command->footer(
+      "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
+      "--cone-deg 25\n"
+      "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"
+      "A run that was stopped is gone on with by the same command; steps whose inputs and options "
+      "have not\nchanged are not done again. Exit code 1 also tells of a result that is not to be "
+      "trusted.");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace raywalk

@@ -1,0 +1,157 @@
+// lens, stitch, mask, poses, grid, rectify: one step each.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+#include <string>
+
+#include "calibrate/chain/calibration_summary.h"
+#include "calibrate/commands/commands.h"
+#include "calibrate/commands/step_options.h"
+#include "calibrate/rectify/rectify_report.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Arguments = std::shared_ptr<StepArguments>;
+
+Arguments add_step(CLI::App* command) {
+  auto arguments = std::make_shared<StepArguments>();
+  add_input(command, arguments.get());
+  return arguments;
+}
+
+void tell_result(const Calibration& calibration, CalibrationStep step) {
+  for (const std::string& warning : step_warnings(calibration, step)) spdlog::warn("{}", warning);
+  const fs::path page = calibration.out() / (step_name(step) + ".html");
+  const fs::path shown = fs::exists(page) ? page : calibration.out();
+  fmt::print("{}: done in {:.1f} s; see {}\n", step_name(step), calibration.seconds(step),
+             shown.string());
+}
+
+Calibration run_step(const StepArguments& arguments, CalibrationStep step) {
+  set_thread_count(arguments.threads);
+  Calibration calibration(options_of(arguments));
+  calibration.run(step);
+  tell_result(calibration, step);
+  return calibration;
+}
+
+void run_stitch(const StepArguments& arguments) {
+  set_thread_count(arguments.threads);
+  Calibration calibration(options_of(arguments));
+  if (!calibration.has(CalibrationStep::kStitch)) {
+    fmt::print("stitch: the frames are panoramas already; there is nothing to do\n");
+    return;
+  }
+  // A lens file on the command line is as good as the step that makes one.
+  if (calibration.options().lens_file) calibration.run(CalibrationStep::kLens);
+  calibration.run(CalibrationStep::kStitch);
+  tell_result(calibration, CalibrationStep::kStitch);
+}
+
+void run_mask(const StepArguments& arguments) {
+  const MaskOptions& mask = arguments.options.mask;
+  if (mask.cone_deg == 0.0 && arguments.mask_picture.empty() && !mask.automatic) {
+    throw UsageError("nothing says what to mask; give --cone-deg, --mask-picture or --auto-mask");
+  }
+  run_step(arguments, CalibrationStep::kMask);
+}
+
+void run_grid(const StepArguments& arguments) {
+  const Calibration calibration = run_step(arguments, CalibrationStep::kGrid);
+  const GridResult grid = calibration.grid();
+  if (grid.trustworthy) return;
+  throw Error(fmt::format(
+      "the grid is not to be trusted: {}; grid.html and grid.json in {} are kept and say so",
+      grid.warnings.empty() ? "its own checks contradict it" : grid.warnings.front(),
+      calibration.out().string()));
+}
+
+void run_rectify(const StepArguments& arguments) {
+  const Calibration calibration = run_step(arguments, CalibrationStep::kRectify);
+  fmt::print("{}\n", pack_command(calibration.rectified(), calibration.out()));
+}
+
+}  // namespace
+
+void add_lens(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("lens", "Fit the lenses of a dual-fisheye camera to what it saw");
+  const Arguments arguments = add_step(command);
+  add_lens_options(command, arguments.get());
+  command
+      ->add_option("--ignore-below-deg", arguments->options.lens.ignore_below_deg,
+                   "Half angle below the camera that is not looked at, degrees")
+      ->check(CLI::Range(0.0, 89.0));
+  command->footer(
+      "Example:\n  raywalk-calibrate lens hall --lens-start configs/lenses/theta-like.yaml\n"
+      "  raywalk-calibrate lens hall --lens-start hall.yaml --board 11x8 --square-mm 30 "
+      "--marker-mm 22 --board-pictures board/*.jpg");
+  command->callback([arguments] { run_step(*arguments, CalibrationStep::kLens); });
+}
+
+void add_stitch(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("stitch", "Make panoramas of dual-fisheye frames");
+  const Arguments arguments = add_step(command);
+  command->add_option("--lens", arguments->lens_file,
+                      "Lens file to use (default: what the step lens has left)");
+  add_stitch_options(command, arguments.get());
+  command->footer(
+      "Example:\n  raywalk-calibrate stitch hall\n"
+      "A run that was stopped is gone on with by the same command.");
+  command->callback([arguments] { run_stitch(*arguments); });
+}
+
+void add_mask(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("mask", "Mark what stands below the camera in every frame");
+  const Arguments arguments = add_step(command);
+  add_mask_options(command, arguments.get());
+  command->footer(
+      "Example:\n  raywalk-calibrate mask hall --cone-deg 25\n"
+      "  raywalk-calibrate mask hall --auto-mask");
+  command->callback([arguments] { run_mask(*arguments); });
+}
+
+void add_poses(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("poses", "Solve where every panorama was taken, with COLMAP 3.8");
+  const Arguments arguments = add_step(command);
+  add_poses_options(command, arguments.get());
+  command->footer(
+      "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
+      "A run that was stopped is gone on with by the same command.");
+  command->callback([arguments] { run_step(*arguments, CalibrationStep::kPoses); });
+}
+
+void add_grid(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("grid", "Estimate what the rail did, and how the lines cross");
+  const Arguments arguments = add_step(command);
+  add_method_option(command, arguments.get());
+  command->footer(
+      "Example:\n  raywalk-calibrate grid hall\n"
+      "  raywalk-calibrate grid hall --method rotation");
+  command->callback([arguments] { run_grid(*arguments); });
+}
+
+void add_rectify(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("rectify", "Turn the frames onto the grid's axes, equally bright");
+  const Arguments arguments = add_step(command);
+  command->add_option("--poses", arguments->pose_table,
+                      "Poses from elsewhere: a table file,x,y,z,yaw,pitch,roll in metres and "
+                      "degrees (default: what the step grid has left)");
+  add_rectify_options(command, arguments.get());
+  command->footer(
+      "Example:\n  raywalk-calibrate rectify hall\n"
+      "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf");
+  command->callback([arguments] { run_rectify(*arguments); });
+}
+
+}  // namespace raywalk

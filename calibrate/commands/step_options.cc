@@ -1,0 +1,170 @@
+#include "calibrate/commands/step_options.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/files/number.h"
+
+namespace raywalk {
+namespace {
+
+// "11x8": squares along the two sides of a board.
+void read_squares(const std::string& text, CharucoBoard* board) {
+  const std::size_t cross = text.find('x');
+  const auto columns = parse_whole_number(text.substr(0, cross));
+  const auto rows =
+      cross == std::string::npos ? std::nullopt : parse_whole_number(text.substr(cross + 1));
+  if (!columns || !rows) {
+    throw UsageError(
+        fmt::format("--board {}: not a number of squares; give it as 11x8", excerpt(text)));
+  }
+  board->squares_x = *columns;
+  board->squares_y = *rows;
+}
+
+}  // namespace
+
+void add_input(CLI::App* command, StepArguments* arguments) {
+  command
+      ->add_option("input", arguments->input,
+                   "Capture session, or folder with poses.csv (file,x,y,z in metres)")
+      ->required();
+  command->add_option("--out", arguments->out,
+                      "Directory of the calibration (default: INPUT/calibration)");
+  command
+      ->add_option("--exposure", arguments->options.input.exposure,
+                   "Which one of a session's bracketed exposures, from 0")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--partial", arguments->options.input.partial,
+                    "What there is of a session that is not finished");
+  command->add_flag("--dual-fisheye", arguments->options.input.dual_fisheye,
+                    "The frames of poses.csv are dual-fisheye pictures");
+  command
+      ->add_option("--line-tolerance-mm", arguments->line_tolerance_mm,
+                   "How far a station of poses.csv may lie off its line (default: a tenth of the "
+                   "spacing)")
+      ->check(CLI::Range(1e-6, 1e6));
+  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+}
+
+void add_lens_options(CLI::App* command, StepArguments* arguments) {
+  LensOptions* lens = &arguments->options.lens;
+  command->add_option("--lens-start", arguments->lens_start,
+                      "Lens file with starting values, as in configs/lenses");
+  command
+      ->add_option("--lens", arguments->lens_file,
+                   "Lens file that is calibrated already; takes the place of the fit")
+      ->excludes("--lens-start");
+  command->add_option("--pairs", lens->pairs, "Stations to fit the lenses to")
+      ->check(CLI::Range(6, 10000))
+      ->capture_default_str();
+  CLI::Option* board = command->add_option("--board", arguments->board,
+                                           "Squares of a ChArUco board, 11x8, to fit to instead");
+  command->add_option("--board-pictures", lens->board_pictures, "Pictures of the board")
+      ->needs(board);
+  command->add_option("--square-mm", arguments->charuco.square_mm, "Side of a square of the board")
+      ->needs(board)
+      ->check(CLI::PositiveNumber);
+  command->add_option("--marker-mm", arguments->charuco.marker_mm, "Side of a marker of the board")
+      ->needs(board)
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--dictionary", arguments->charuco.dictionary,
+                   "Markers of the board, by OpenCV's name")
+      ->needs(board)
+      ->capture_default_str();
+}
+
+void add_stitch_options(CLI::App* command, StepArguments* arguments) {
+  StitchOptions* stitch = &arguments->options.stitch;
+  command
+      ->add_option("--width", stitch->width,
+                   "Width of the panoramas in pixels (default: as the lenses resolve)")
+      ->check(CLI::Range(32, 32768));
+  command->add_option("--blend", arguments->blend, "How the lenses are blended")
+      ->check(CLI::IsMember({"multi-band", "feather"}))
+      ->capture_default_str();
+  command->add_option("--blend-deg", stitch->blend_deg, "Width of the blend, degrees")
+      ->check(CLI::Range(0.01, 30.0))
+      ->capture_default_str();
+  command
+      ->add_option("--seam-distance-m", stitch->seam_distance_m,
+                   "Distance at which the lenses agree at the seam (default: infinitely far)")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--no-balance", arguments->no_balance,
+                    "Leave exposure and vignetting of the lenses as they are");
+}
+
+void add_mask_options(CLI::App* command, StepArguments* arguments) {
+  MaskOptions* mask = &arguments->options.mask;
+  command
+      ->add_option("--cone-deg", mask->cone_deg,
+                   "Half angle of the cone below the camera that is not used, degrees")
+      ->check(CLI::Range(0.0, 89.0));
+  command->add_option("--mask-picture", arguments->mask_picture,
+                      "Grey panorama, black where frames are not used");
+  command->add_flag("--auto-mask", mask->automatic, "Find what moves along with the camera");
+}
+
+void add_poses_options(CLI::App* command, StepArguments* arguments) {
+  PosesOptions* poses = &arguments->options.poses;
+  command
+      ->add_option("--keyframes-mm", poses->keyframes_mm,
+                   "Largest distance between the stations that are solved; 0 = every station")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command
+      ->add_option("--face-px", poses->face_px,
+                   "Side of the flat pictures that features are found in (default: as the "
+                   "panoramas resolve)")
+      ->check(CLI::Range(64, 8192));
+}
+
+void add_method_option(CLI::App* command, StepArguments* arguments) {
+  command
+      ->add_option("--method", arguments->method,
+                   "poses: from solved poses, slider and crossings; rotation: from the crossings "
+                   "alone, without COLMAP")
+      ->check(CLI::IsMember({"poses", "rotation"}))
+      ->capture_default_str();
+}
+
+void add_rectify_options(CLI::App* command, StepArguments* arguments) {
+  command->add_flag("--no-gain", arguments->no_gain, "Leave the frames' exposures as they are");
+  command->add_flag("--no-connection", arguments->no_connection,
+                    "Do not measure how the lines connect before and after");
+  command->add_option("--programs", arguments->programs,
+                      "Directory of raywalk-build-lf and raywalk-render, which measure that "
+                      "(default: this program's)");
+}
+
+CalibrationOptions options_of(const StepArguments& arguments) {
+  CalibrationOptions options = arguments.options;
+  options.input.directory = arguments.input;
+  options.out = arguments.out;
+  if (arguments.line_tolerance_mm > 0.0) {
+    options.input.line_tolerance_mm = arguments.line_tolerance_mm;
+  }
+  options.lens.start = arguments.lens_start;
+  if (!arguments.lens_file.empty()) options.lens_file = arguments.lens_file;
+  if (!arguments.board.empty()) {
+    CharucoBoard board = arguments.charuco;
+    read_squares(arguments.board, &board);
+    options.lens.board = board;
+  }
+  options.stitch.blend =
+      arguments.blend == "feather" ? BlendMethod::kFeather : BlendMethod::kMultiBand;
+  options.stitch.balance = !arguments.no_balance;
+  if (!arguments.mask_picture.empty()) options.mask.picture = arguments.mask_picture;
+  options.method = arguments.method == "rotation" ? GridMethod::kRotation : GridMethod::kPoses;
+  if (!arguments.pose_table.empty()) options.pose_table = arguments.pose_table;
+  options.rectify.equalise_gain = !arguments.no_gain;
+  options.rectify.measure_connection = !arguments.no_connection;
+  if (!arguments.programs.empty()) options.rectify.programs = arguments.programs;
+  return options;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,43 @@
+// The options of the steps, which the commands of single steps and `all` share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "calibrate/chain/calibration.h"
+
+namespace raywalk {
+
+// What the command line says; it has to outlive the command.
+struct StepArguments {
+  CalibrationOptions options{};
+  std::string input{};
+  std::string out{};
+  std::string lens_start{};
+  std::string lens_file{};
+  std::string board{};  // "11x8"; empty: no board
+  CharucoBoard charuco{};
+  std::string blend = "multi-band";
+  std::string mask_picture{};
+  std::string method = "poses";
+  std::string pose_table{};
+  std::string programs{};
+  bool no_balance = false;
+  bool no_gain = false;
+  bool no_connection = false;
+  double line_tolerance_mm = 0.0;
+  int threads = 0;
+};
+
+void add_input(CLI::App* command, StepArguments* arguments);
+void add_lens_options(CLI::App* command, StepArguments* arguments);
+void add_stitch_options(CLI::App* command, StepArguments* arguments);
+void add_mask_options(CLI::App* command, StepArguments* arguments);
+void add_poses_options(CLI::App* command, StepArguments* arguments);
+void add_method_option(CLI::App* command, StepArguments* arguments);
+void add_rectify_options(CLI::App* command, StepArguments* arguments);
+
+// The options that were given. Throws UsageError for a board that is none.
+CalibrationOptions options_of(const StepArguments& arguments);
+
+}  // namespace raywalk

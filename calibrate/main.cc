@@ -1,0 +1,25 @@
+// raywalk-calibrate: recovers where every panorama of a capture was taken and corrects the frames,
+// so that the lines agree where they cross.
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "calibrate/commands/commands.h"
+#include "core/base/program.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Calibrates captured grids of 360-degree panoramas", "raywalk-calibrate");
+  app.set_version_flag("--version", std::string("raywalk-calibrate " RAYWALK_VERSION));
+  app.require_subcommand(1);
+  app.footer(
+      "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
+      "--cone-deg 25\n"
+      "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf");
+  raywalk::add_lens(&app);
+  raywalk::add_stitch(&app);
+  raywalk::add_mask(&app);
+  raywalk::add_poses(&app);
+  raywalk::add_grid(&app);
+  raywalk::add_rectify(&app);
+  raywalk::add_all(&app);
+  return raywalk::run_program(app, argc, argv);
+}
