@@ -1,0 +1,234 @@
+// raywalk-calibrate as a user runs it. RAYWALK_CALIBRATE and RAYWALK_CAPTURE are the programs;
+// raywalk-build-lf and raywalk-render lie beside them.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "core/files/csv.h"
+#include "core/files/frame_list.h"
+#include "core/files/image_file.h"
+#include "tests/end_to_end/run_command.h"
+
+namespace raywalk {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+CommandResult calibrate(const std::string& arguments) {
+  return run_command(fmt::format("{} {}", RAYWALK_CALIBRATE, arguments));
+}
+
+void expect_error(const CommandResult& result, int exit_code, const std::string& text) {
+  EXPECT_EQ(result.exit_code, exit_code) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr(text));
+  const std::size_t first = result.errors.find("error: ");
+  EXPECT_NE(first, std::string::npos) << result.errors;
+  EXPECT_EQ(result.errors.find("error: ", first + 1), std::string::npos) << result.errors;
+}
+
+json json_of(const fs::path& file) { return json::parse(read_file(file)); }
+
+// A square of lines in the virtual room, every camera upright; the list says otherwise: each line
+// has an attitude of its own.
+class CalibrateTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    captured_ = new TestDirectory();
+    write_file_atomically(
+        *captured_ / "room.yaml",
+        "grid:\n  spacing_mm: 200\n  overhang_share: 0.2\noutput:\n  width_px: 512\n");
+    const CommandResult result = run_command(
+        fmt::format("{} virtual-room {} --out {} --every-distance 0 --truth-views 0",
+                    RAYWALK_CAPTURE, (*captured_ / "room.yaml").string(), capture().string()));
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    const std::map<std::string, std::string> attitudes{{"x0", "0.8,-0.3,0.2"},
+                                                       {"x1", "-0.6,0.2,0.4"},
+                                                       {"z0", "0.4,0.5,-0.3"},
+                                                       {"z1", "-0.6,-0.4,-0.3"}};
+    std::string list = "file,x,y,z,yaw,pitch,roll\n", truth = list;
+    for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
+      const Eigen::Vector3d& at = frame.position_m;
+      const std::string row = fmt::format("{},{},{},{},", frame.file, at.x(), at.y(), at.z());
+      list += row + attitudes.at(frame.path.stem().string().substr(0, 2)) + "\n";
+      truth += row + "0,0,0\n";
+    }
+    write_file_atomically(capture() / "poses.csv", list);
+    write_file_atomically(capture() / "truth.csv", truth);
+  }
+  static void TearDownTestSuite() { delete captured_; }
+  static fs::path capture() { return *captured_ / "room"; }
+
+  // Into a directory of the test's own.
+  CommandResult run(const std::string& command, const std::string& options = "") const {
+    return calibrate(
+        fmt::format("{} {} --out {} {}", command, capture().string(), out().string(), options));
+  }
+  fs::path out() const { return directory_ / "calibration"; }
+
+  static TestDirectory* captured_;
+  TestDirectory directory_;
+};
+TestDirectory* CalibrateTest::captured_ = nullptr;
+
+TEST_F(CalibrateTest, HelpAndVersionSucceedAndExamplesAreGiven) {
+  for (const char* command : {"", "lens", "stitch", "mask", "poses", "grid", "rectify", "all"}) {
+    const CommandResult help = calibrate(std::string(command) + " --help");
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.output, HasSubstr("Example:\n  raywalk-calibrate")) << command;
+  }
+  EXPECT_THAT(calibrate("--version").output, HasSubstr("raywalk-calibrate "));
+}
+
+TEST_F(CalibrateTest, WrongUsageIsExitCodeTwo) {
+  expect_error(calibrate(""), 2, "subcommand");
+  expect_error(calibrate("all"), 2, "input");
+  expect_error(run("mask"), 2, "--cone-deg");
+  expect_error(run("mask", "--cone-deg 90"), 2, "--cone-deg");
+  expect_error(run("all", "--method guess"), 2, "--method");
+  expect_error(run("all", "--redo dishes"), 2, "--redo");
+  expect_error(run("lens", "--board 11 --lens-start a.yaml"), 2, "11x8");
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+TEST_F(CalibrateTest, InputThatIsNoneIsNamed) {
+  expect_error(calibrate("all /nowhere"), 1, "/nowhere: no such directory");
+  expect_error(calibrate("all " + directory_.path().string()), 1, "neither a capture session");
+  write_file_atomically(directory_ / "session.db", std::string("no database at all"));
+  expect_error(calibrate("all " + directory_.path().string()), 1, "session.db");
+  EXPECT_EQ(directory_.entries(), 1U);
+}
+
+TEST_F(CalibrateTest, EarlierStepsAreAskedFor) {
+  expect_error(run("grid"), 1, "run raywalk-calibrate poses first");
+  expect_error(run("rectify"), 1, "run raywalk-calibrate grid first");
+  const CommandResult stitched = run("stitch");
+  EXPECT_EQ(stitched.exit_code, 0);
+  EXPECT_THAT(stitched.output, HasSubstr("panoramas already"));
+}
+
+TEST_F(CalibrateTest, WithoutColmapTheOtherWayIsProposed) {
+  const CommandResult result = run_command(fmt::format(
+      "PATH= {} all {} --out {}", RAYWALK_CALIBRATE, capture().string(), out().string()));
+  expect_error(result, 1, "--method rotation");
+  EXPECT_THAT(result.errors, HasSubstr("COLMAP"));
+  EXPECT_FALSE(fs::exists(out() / "poses.json"));
+  EXPECT_FALSE(fs::exists(out() / "calibration.json"));
+}
+
+TEST_F(CalibrateTest, DirectoryThatCannotBeWrittenIsNamed) {
+  expect_error(calibrate(fmt::format("mask {} --cone-deg 20 --out {}", capture().string(),
+                                     (capture() / "poses.csv/out").string())),
+               1, "poses.csv/out");
+}
+
+TEST_F(CalibrateTest, OneLineHasNothingToAgreeWith) {
+  const fs::path line = directory_ / "line";
+  fs::create_directories(line);
+  std::string rows = "file,x,y,z\n";
+  for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
+    if (!frame.path.stem().string().starts_with("x0")) continue;
+    rows += fmt::format("{},{},{},{}\n", frame.path.string(), frame.position_m.x(),
+                        frame.position_m.y(), frame.position_m.z());
+  }
+  write_file_atomically(line / "poses.csv", rows);
+  const CommandResult result = calibrate("all " + line.string() + " --method rotation");
+  expect_error(result, 1, "cross");
+  EXPECT_FALSE(fs::exists(line / "calibration/poses.csv"));
+}
+
+// One line shows nothing that any other shows.
+TEST_F(CalibrateTest, ResultThatCannotBeTrustedIsFlaggedAndKept) {
+  const fs::path blind = directory_ / "blind";
+  fs::create_directories(blind);
+  write_image(blind / "grey.png", cv::Mat(256, 512, CV_8UC3, cv::Scalar(90, 90, 90)));
+  std::string rows = "file,x,y,z\n";
+  for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
+    const std::string name = frame.path.stem().string();
+    fs::path file = frame.path;
+    if (name.starts_with("x1")) {
+      file = blind / (name + ".png");
+      fs::copy_file(blind / "grey.png", file);
+    }
+    rows += fmt::format("{},{},{},{}\n", file.string(), frame.position_m.x(), frame.position_m.y(),
+                        frame.position_m.z());
+  }
+  write_file_atomically(blind / "poses.csv", rows);
+  const CommandResult result =
+      calibrate("all " + blind.string() + " --method rotation --no-connection --no-gain");
+  expect_error(result, 1, "not to be trusted");
+  EXPECT_THAT(result.errors, HasSubstr("x1"));
+  const json calibration = json_of(blind / "calibration/calibration.json");
+  EXPECT_EQ(calibration["trustworthy"], false);
+  EXPECT_FALSE(calibration["warnings"].empty());
+  EXPECT_TRUE(fs::exists(blind / "calibration/index.html"));
+}
+
+TEST_F(CalibrateTest, RectifyWithPosesFromElsewhere) {
+  const CommandResult masked = run("mask", "--cone-deg 20");
+  ASSERT_EQ(masked.exit_code, 0) << masked.errors;
+  const CommandResult result =
+      run("rectify", "--no-connection --poses " + (capture() / "truth.csv").string());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("raywalk-build-lf pack --frames"));
+  const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
+  ASSERT_EQ(listed.size(), read_frame_list(capture() / "poses.csv").size());
+  ASSERT_TRUE(listed[0].mask);
+  // The cameras were upright, so the frames stay as they are, but for their gains.
+  const cv::Mat before =
+      read_panorama(capture() / "capture" / (listed[0].path.stem().string() + ".jpg"));
+  EXPECT_LT(cv::norm(before, read_panorama(listed[0].path), cv::NORM_L1) /
+                (3.0 * static_cast<double>(before.total())),
+            2.0);
+}
+
+TEST_F(CalibrateTest, WholeChainAlignsTheLinesAndDoesNothingTwice) {
+  const std::string options = "--method rotation --cone-deg 20";
+  const CommandResult first = run("all", options);
+  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  EXPECT_THAT(first.output, Not(HasSubstr("done earlier")));
+  const json calibration = json_of(out() / "calibration.json");
+  EXPECT_EQ(calibration["method"], "rotation");
+  EXPECT_EQ(calibration["trustworthy"], true);
+  EXPECT_EQ(calibration["crossings"].size(), 4U);
+  for (const json& crossing : calibration["crossings"]) {
+    EXPECT_GT(crossing["before"]["rotation_px"], 5.0);
+    EXPECT_LT(crossing["after"]["rotation_px"], 2.0);
+  }
+  // Truth: all cameras look alike. Common turns cannot be seen.
+  const auto spread = [&](const char* angle) {
+    double least = 360.0, most = -360.0;
+    for (const json& frame : calibration["frames"]) {
+      least = std::min(least, frame[angle].get<double>());
+      most = std::max(most, frame[angle].get<double>());
+    }
+    return most - least;
+  };
+  EXPECT_LT(spread("yaw_deg"), 0.5);    // of 1.4 in the list
+  EXPECT_LT(spread("pitch_deg"), 0.5);  // of 0.9
+  EXPECT_LT(spread("roll_deg"), 0.5);   // of 0.7
+  const json& connection = calibration["e_connect"]["rows"];
+  ASSERT_FALSE(connection.empty()) << calibration["e_connect"]["note"];
+  EXPECT_LT(connection.back()["after"].get<double>(),
+            0.9 * connection.back()["before"].get<double>());
+  EXPECT_THAT(read_file(out() / "index.html"), AllOf(HasSubstr("grid.html"), HasSubstr("x0 / z0")));
+
+  const auto made = fs::last_write_time(out() / "rectified/x0_000.png");
+  const CommandResult second = run("all", options);
+  EXPECT_EQ(second.exit_code, 0);
+  for (const char* step : {"mask", "grid", "rectify"}) {
+    EXPECT_THAT(second.output, ::testing::ContainsRegex(std::string(step) + ".*done earlier"));
+  }
+  EXPECT_EQ(fs::last_write_time(out() / "rectified/x0_000.png"), made);
+}
+
+}  // namespace
+}  // namespace raywalk
