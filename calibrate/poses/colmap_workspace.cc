@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <fstream>
 #include <system_error>
 #include <utility>
 
 #include "calibrate/poses/colmap_database.h"
-#include "calibrate/poses/colmap_model.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -256,9 +253,7 @@ void ColmapWorkspace::read_matches() {
     const auto second = images_.find(pair.second);
     if (first == images_.end() || second == images_.end()) continue;
     ++matched_face_pairs_;
-    if (pair.in_first.size() >= kLeastMatches) {
-      usable_[pair.first] = usable_[pair.second] = true;
-    }
+    if (pair.in_first.size() >= kLeastMatches) usable_.insert({pair.first, pair.second});
     const bool swapped = first->second.frame > second->second.frame;
     const FramePair frames{std::min(first->second.frame, second->second.frame),
                            std::max(first->second.frame, second->second.frame)};
@@ -273,30 +268,52 @@ void ColmapWorkspace::read_matches() {
   for (auto& [frames, matches] : by_frames) matches_.push_back({frames, std::move(matches)});
 }
 
-SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const TriangulationRound& round) {
+ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {
   ColmapModel model;
-  std::map<std::uint32_t, bool> cameras;
+  std::set<std::uint32_t> cameras;
   for (const auto& [id, image] : images_) {
     const auto& pose = poses[static_cast<std::size_t>(image.frame)];
     // COLMAP cannot do with pictures that nothing matches.
     if (!pose || !usable_.contains(id)) continue;
-    if (!std::exchange(cameras[image.camera], true)) {
+    if (cameras.insert(image.camera).second) {
       model.cameras.push_back({image.camera, options_.face_px, 0.5 * options_.face_px});
     }
-    model.images.push_back({id,
-                            image.camera,
-                            image_name(image.frame, image.face),
-                            colmap_pose(*pose, faces_[static_cast<std::size_t>(image.face)]),
-                            {}});
+    const PanoramaFace& face = faces_[static_cast<std::size_t>(image.face)];
+    model.images.push_back(
+        {id, image.camera, image_name(image.frame, image.face), colmap_pose(*pose, face), {}});
   }
+  return model;
+}
+
+SeenPoints ColmapWorkspace::points_of(const ColmapModel& model) const {
+  std::map<std::uint32_t, const ColmapImage*> by_id;
+  for (const ColmapImage& image : model.images) by_id[image.id] = &image;
   SeenPoints seen;
-  if (model.images.size() < 2) return seen;
+  for (const ColmapPoint& point : model.points) {
+    const int index = static_cast<int>(seen.points_m.size());
+    seen.points_m.push_back(flipped(point.position));
+    for (const ColmapTrackElement& element : point.track) {
+      const auto image = images_.find(element.image);
+      if (image == images_.end()) continue;
+      const FacePixel pixel = by_id.at(element.image)->features[element.feature].pixel;
+      const PanoramaFace& face = faces_[static_cast<std::size_t>(image->second.face)];
+      seen.observations.push_back(
+          {image->second.frame, index, bearing(image->second, pixel), face.centre_m});
+    }
+  }
+  return seen;
+}
+
+SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const TriangulationRound& round) {
+  const ColmapModel model = model_of(poses);
+  if (model.images.size() < 2) return {};
   const fs::path start = options_.directory / "start";
   const fs::path result = options_.directory / "model";
   make_directories(start);
   make_directories(result);
   write_colmap_model(start, model);
   const std::string angle = fmt::format("{}", round.angle_deg);
+  const std::string again = fmt::format("{}", std::max(round.angle_deg, 2.0));
   const std::string error_px = fmt::format("{}", round.error_px * options_.face_px / kRoundFace_px);
   colmap_.run({"point_triangulator",
                "--database_path",
@@ -318,7 +335,7 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
                "--Mapper.tri_continue_max_angle_error",
                angle,
                "--Mapper.tri_re_max_angle_error",
-               fmt::format("{}", std::max(round.angle_deg, 2.0)),
+               again,
                "--Mapper.tri_merge_max_reproj_error",
                error_px,
                "--Mapper.tri_complete_max_reproj_error",
@@ -328,21 +345,7 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
                "--Mapper.ba_global_max_refinements",
                "1"},
               log_);
-  const ColmapModel triangulated = read_colmap_model(result);
-  std::map<std::uint32_t, const ColmapImage*> by_id;
-  for (const ColmapImage& image : triangulated.images) by_id[image.id] = &image;
-  for (const ColmapPoint& point : triangulated.points) {
-    const int index = static_cast<int>(seen.points_m.size());
-    seen.points_m.push_back(flipped(point.position));
-    for (const ColmapTrackElement& element : point.track) {
-      const auto image = images_.find(element.image);
-      if (image == images_.end()) continue;
-      const FacePixel pixel = by_id.at(element.image)->features[element.feature].pixel;
-      seen.observations.push_back({image->second.frame, index, bearing(image->second, pixel),
-                                   faces_[static_cast<std::size_t>(image->second.face)].centre_m});
-    }
-  }
-  return seen;
+  return points_of(read_colmap_model(result));
 }
 
 }  // namespace raywalk

@@ -10,12 +10,14 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/poses/colmap_model.h"
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/match_pairs.h"
 #include "calibrate/poses/panorama_faces.h"
@@ -82,7 +84,9 @@ class ColmapWorkspace {
   void read_images();
   void read_matches();
   Eigen::Vector3d bearing(const FaceImage& image, FacePixel pixel) const;
-  std::vector<std::string> list_option() const;
+  // The images that COLMAP can use, where the poses have them, and no points.
+  ColmapModel model_of(const FramePoses& poses) const;
+  SeenPoints points_of(const ColmapModel& model) const;
 
   const CaptureSet& set_;
   std::vector<int> keyframes_;
@@ -92,7 +96,7 @@ class ColmapWorkspace {
   std::filesystem::path log_;
   std::filesystem::path database_;
   std::map<std::uint32_t, FaceImage> images_{};  // by id in the database
-  std::map<std::uint32_t, bool> usable_{};       // images with enough matches to triangulate
+  std::set<std::uint32_t> usable_{};             // images with enough matches to triangulate
   std::vector<FrameMatches> matches_{};
   int matched_face_pairs_ = 0;
 };
