@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "core/files/frame_list.h"
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/geometry/grid.h"
 #include "core/room/room.h"
