@@ -52,7 +52,7 @@ std::string checksum_of_distances(std::span<const float> distance_m,
 
 std::string checksum_of_rays(std::span<const std::uint8_t> rays,
                              std::span<const std::int32_t> valid_rows) {
-  const std::string of_rays = sha256_hex(std::as_bytes(rays));
+  std::string of_rays = sha256_hex(std::as_bytes(rays));
   if (valid_rows.empty()) return of_rays;
   const std::string both = of_rays + sha256_hex(std::as_bytes(valid_rows));
   return sha256_hex(std::as_bytes(std::span(both)));

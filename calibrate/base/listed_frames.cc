@@ -36,6 +36,7 @@ bool are_unique(const std::vector<std::string>& names) {
 
 std::vector<StationPose> stations_of(const std::vector<Frame>& frames) {
   std::vector<StationPose> stations;
+  stations.reserve(frames.size());
   for (const Frame& frame : frames) {
     stations.push_back({.file = frame.file, .position_m = frame.position_m, .where = frame.where});
   }

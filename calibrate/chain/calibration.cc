@@ -316,7 +316,7 @@ std::string Calibration::frames_fingerprint() const {
 }
 
 std::string Calibration::panoramas_fingerprint() const {
-  const std::string frames = frames_fingerprint();
+  std::string frames = frames_fingerprint();
   if (captured_.layout == FrameLayout::kPanorama) return frames;
   const auto stitched = records_.last(step_name(CalibrationStep::kStitch));
   return frames + (stitched ? stitched->fingerprint : "unknown");

@@ -65,7 +65,7 @@ StepRecords::StepRecords(fs::path out) : out_(std::move(out)) {
 
 std::optional<StepRecord> StepRecords::done(const std::string& step,
                                             const std::string& fingerprint) const {
-  const auto record = last(step);
+  auto record = last(step);
   if (!record || record->fingerprint != fingerprint) return std::nullopt;
   for (const auto& [file, state] : record->outputs) {
     if (!is_unchanged(out_ / file, state)) return std::nullopt;

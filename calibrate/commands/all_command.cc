@@ -20,6 +20,7 @@ struct ChainArguments {
 
 std::vector<std::string> step_names() {
   std::vector<std::string> names;
+  names.reserve(std::size(kCalibrationSteps));
   for (const CalibrationStep step : kCalibrationSteps) names.push_back(step_name(step));
   return names;
 }

@@ -48,6 +48,7 @@ std::map<int, PanoramaFeatures> features_of(const CaptureSet& set,
     for (const int frame : crossing.frames_z) features.emplace(frame, PanoramaFeatures{});
   }
   std::vector<std::pair<int, PanoramaFeatures*>> work;
+  work.reserve(features.size());
   for (auto& [frame, found] : features) work.emplace_back(frame, &found);
   const FeatureFinder finder(set.frame, mask.value_or(cv::Mat()));
   Progress progress("features at crossings", static_cast<std::int64_t>(work.size()), "frames");

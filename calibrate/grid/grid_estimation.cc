@@ -122,6 +122,7 @@ Estimation estimate(const CaptureSet& set, const FramePoses& solved, const Frame
   hold_unsolved(fitted, &prepared);
   estimation.solved_error = common_error(tying(fitted), prepared);
   std::vector<RelatedFrames> pairs;
+  pairs.reserve(crossings.size());
   for (const CrossingMatches& crossing : crossings) {
     pairs.push_back({crossing.frames_x.front(), crossing.frames_z.front()});
   }

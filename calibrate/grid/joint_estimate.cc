@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "calibrate/grid/joint_costs.h"
 #include "calibrate/grid/normal_inverse.h"
@@ -121,8 +122,8 @@ class JointProblem {
 
   // Columns of the Jacobian as Ceres has it, without the parameters that are held.
   std::vector<int> tangent_columns() const {
-    std::vector<int> columns;
-    for (int i = 0; i < column_of_rail(0); ++i) columns.push_back(i);
+    std::vector<int> columns(static_cast<size_t>(column_of_rail(0)));
+    std::iota(columns.begin(), columns.end(), 0);
     for (size_t rail = 0; rail < rails_.size(); ++rail) {
       for (int i = 0; i < P::kCount; ++i) {
         if (input_.rails[rail].kept[static_cast<size_t>(i)]) {

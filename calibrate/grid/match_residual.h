@@ -19,6 +19,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 
 namespace raywalk {
 
@@ -79,7 +80,7 @@ Eigen::Matrix<T, 3, 1> direction_difference(const Eigen::Matrix<T, 3, 1>& a_orig
 
 template <typename T>
 Eigen::Matrix<T, 3, 1> rotated(const T* rotation_vector, const Eigen::Vector3d& vector) {
-  const Eigen::Matrix<T, 3, 1> argument = vector.cast<T>();
+  const std::array<T, 3> argument{T(vector.x()), T(vector.y()), T(vector.z())};
   Eigen::Matrix<T, 3, 1> result;
   ceres::AngleAxisRotatePoint(rotation_vector, argument.data(), result.data());
   return result;

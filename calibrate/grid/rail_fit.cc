@@ -89,7 +89,7 @@ void move_rail(const RailFrame& frame, const Eigen::MatrixXd& fit, RailParameter
   const RailAxes<double> axes = rail_axes(frame.axis, p[P::kHeading], p[P::kTilt]);
   const Eigen::Vector3d offset =
       axes.direction * fit(0, 0) + axes.across * fit(0, 1) + axes.up * fit(0, 2);
-  for (int i = 0; i < 3; ++i) p[static_cast<size_t>(P::kOffset + i)] += offset[i];
+  for (int i = 0; i < 3; ++i) p[size_t{P::kOffset} + static_cast<size_t>(i)] += offset[i];
   if (fit.rows() > 1) {
     // Heading turns +z towards +x: a line along x turns away from its across, +z.
     const double sign = frame.axis == LineAxis::kX ? -1.0 : 1.0;

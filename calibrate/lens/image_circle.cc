@@ -90,6 +90,7 @@ std::optional<ImageCircle> find_image_circle(const cv::Mat& brightest,
     if (2 * static_cast<int>(points.size()) < kAzimuths) return std::nullopt;
     const ImageCircle circle = circle_through(points);
     std::vector<double> off_px;
+    off_px.reserve(points.size());
     for (const PixelPosition& point : points) off_px.push_back(off_circle_px(circle, point));
     const double middle_px = median(off_px);
     if (round + 1 == kRounds) {

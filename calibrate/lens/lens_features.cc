@@ -114,7 +114,8 @@ std::vector<Found> spread(std::vector<Found> found, const FisheyeLens& lens, int
     const int ring = std::clamp(static_cast<int>(kRings * share), 0, kRings - 1);
     const double turn = (std::atan2(down, right) + kPi) / kTwoPi;
     const int sector = std::clamp(static_cast<int>(kSectors * turn), 0, kSectors - 1);
-    int& in_cell = count[static_cast<std::size_t>(ring * kSectors + sector)];
+    int& in_cell =
+        count[static_cast<std::size_t>(ring) * kSectors + static_cast<std::size_t>(sector)];
     const bool again = !kept.empty() && distance_px(kept.back().seen, one.seen) == 0.0;
     if (in_cell < most_per_cell && !again) {
       ++in_cell;

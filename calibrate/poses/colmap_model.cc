@@ -81,7 +81,7 @@ class ByteReader {
   std::string take_text() {
     const std::size_t end = bytes_.find('\0', at_);
     if (end == std::string::npos) fail("cut short");
-    const std::string text = bytes_.substr(at_, end - at_);
+    std::string text = bytes_.substr(at_, end - at_);
     at_ = end + 1;
     return text;
   }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
@@ -28,7 +29,10 @@ std::vector<int> choose_keyframes(const CaptureSet& set, std::span<const LineCro
 struct FramePair {
   int first = 0;
   int second = 0;
-  friend auto operator<=>(const FramePair&, const FramePair&) = default;
+  friend bool operator==(const FramePair&, const FramePair&) = default;
+  friend bool operator<(const FramePair& a, const FramePair& b) {
+    return std::tie(a.first, a.second) < std::tie(b.first, b.second);
+  }
 };
 
 // Along a line: the next keyframe and the 4th, 16th, … from it as long as they lie within a quarter

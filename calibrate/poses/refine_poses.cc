@@ -282,6 +282,7 @@ SeenPoints widely_seen(const SeenPoints& points, int least_frames) {
     seen_by[static_cast<std::size_t>(observation.point)].insert(observation.frame);
   }
   std::vector<bool> keep;
+  keep.reserve(seen_by.size());
   for (const std::set<int>& frames : seen_by) {
     keep.push_back(static_cast<int>(frames.size()) >= least_frames);
   }

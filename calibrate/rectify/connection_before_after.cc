@@ -45,7 +45,7 @@ fs::path program_in(const std::optional<fs::path>& programs, const std::string& 
   std::error_code none;
   const fs::path directory =
       programs ? *programs : fs::read_symlink("/proc/self/exe", none).parent_path();
-  const fs::path program = directory / name;
+  fs::path program = directory / name;
   if (fs::is_regular_file(program, none)) return program;
   throw Error(fmt::format("{} is not there; name the directory that holds it with --programs",
                           program.string()));

@@ -57,6 +57,7 @@ struct GainEquation {
 
 Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations, int frames) {
   std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(static_cast<std::size_t>(frames) + 4 * equations.size());
   Eigen::VectorXd right = Eigen::VectorXd::Zero(frames);
   for (int i = 0; i < frames; ++i) entries.emplace_back(i, i, 1.0 / (kPriorLog * kPriorLog));
   for (const GainEquation& equation : equations) {

@@ -43,8 +43,9 @@ void sample_portably(const FisheyePixels& picture, const FisheyeSample* samples,
       const float root = sample.root * colours.bgr[c];
       const float toe = std::min(level * (1.0F / kToe), 1.0F);
       const float corrected = root * level + (kShift * (root - 1.0F)) * toe;
-      levels[kColours * i + c] = static_cast<std::int16_t>(
-          std::min(std::max(corrected, 0.0F), kBrightest) * kLevelParts + 0.5F);
+      // Never negative, so that cutting the fraction off rounds, as the AVX2 loop does.
+      const float parts = std::min(std::max(corrected, 0.0F), kBrightest) * kLevelParts + 0.5F;
+      levels[kColours * i + c] = static_cast<std::int16_t>(parts);
     }
   }
 }

@@ -18,8 +18,8 @@ bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& directi
   const PixelPosition at = pixel_from_angles(angles, captured);
   // All that a pixel of the distances covers there: more from nearer, and towards a pole more
   // columns.
-  const double radius =
-      0.5 + captured.height / view_.distances->size().height * std::max(1.0, 1.0 / seen.norm());
+  const double rows_per_distance = double(captured.height) / view_.distances->size().height;
+  const double radius = 0.5 + rows_per_distance * std::max(1.0, 1.0 / seen.norm());
   const double columns =
       std::min(radius / std::max(1e-6, std::cos(angles.phi_rad)), 0.5 * captured.width);
   const auto first_row = static_cast<int>(std::floor(at.v - radius));
