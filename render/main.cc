@@ -123,7 +123,8 @@ void add_validate(CLI::App* app, Arguments* arguments) {
   add_room(command, arguments);
   command
       ->add_option("--truth", arguments->validate.truth,
-                   "True views: a table with columns file,x,y,z (metres)")
+                   "True views: a table with columns file,x,y,z (metres) and, where wanted, mask (pictures, 0 "
+                   "= not compared)")
       ->required();
   command
       ->add_option("--report", arguments->validate.report,

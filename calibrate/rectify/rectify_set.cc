@@ -31,7 +31,7 @@ std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses&
     if (!poses[i] || is_validation(set, frame) != validation) continue;
     rows.push_back(
         {.file = rectified_file(frame).generic_string(), .position_m = poses[i]->position_m});
-    if (masked && !validation) rows.back().mask = rectified_mask_file(frame).generic_string();
+    if (masked) rows.back().mask = rectified_mask_file(frame).generic_string();
   }
   return rows;
 }
@@ -142,7 +142,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   if (options.equalise_gain) result.gains = measure_gains(panoramas, poses, mask);
   write_rectified_frames(panoramas, poses, result.gains, mask, options.out);
   const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);
-  const auto truth = rectified_rows(panoramas, poses, false, true);
+  const auto truth = rectified_rows(panoramas, poses, !mask.empty(), true);
   result.frames = static_cast<int>(rows.size());
   result.validation_frames = static_cast<int>(truth.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -160,6 +160,7 @@ TEST_F(RectifySetTest, MaskTurnsWithItsFrame) {
   rectify_set(*set_, poses, nullptr, masked);
   const std::vector<Frame> listed = read_frame_list(in_out("poses.csv"));
   ASSERT_TRUE(listed[0].mask);
+  EXPECT_TRUE(read_frame_list(in_out("gt.csv"))[0].mask);
   const cv::Mat turned = read_mask(*listed[0].mask, kSize);
   const int right = kSize.width / 2 + kSize.width * 30 / 360;
   EXPECT_EQ(turned.at<uchar>(kSize.height / 2, right), 0);

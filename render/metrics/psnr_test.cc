@@ -66,6 +66,20 @@ TEST(MeanSquaredError, RefusesAMaskThatSelectsNothingOrDoesNotFit) {
   EXPECT_THROW(mean_squared_error(image, image, cv::Mat::ones(2, 4, CV_32FC1)), Error);
 }
 
+TEST(Psnr, LeavesOutWhatIsMasked) {
+  const cv::Mat a = flat_image({64, 32}, {50, 60, 70});
+  cv::Mat b = flat_image({64, 32}, {55, 65, 75});
+  b.rowRange(20, 32).setTo(cv::Scalar(200, 0, 200));
+  cv::Mat mask = cv::Mat::zeros(a.size(), CV_8UC1);
+  mask.rowRange(0, 20).setTo(255);
+  const double expected_db = 20.0 * std::log10(255.0 / 5.0);
+  EXPECT_LT(psnr_db(a, b), expected_db - 10.0);
+  EXPECT_NEAR(psnr_db(a, b, mask), expected_db, 1e-12);
+  EXPECT_NEAR(ws_psnr_db(a, b, mask), expected_db, 1e-12);
+  EXPECT_NEAR(ws_psnr_db(a, b, cv::Mat(a.size(), CV_8UC1, cv::Scalar(1))), ws_psnr_db(a, b), 1e-12);
+  EXPECT_THROW(ws_psnr_db(a, b, cv::Mat::zeros(a.size(), CV_8UC1)), Error);
+}
+
 TEST(Psnr, HasItsLimits) {
   const cv::Mat image = textured_image({64, 32});
   EXPECT_EQ(psnr_db(image, image), kInfinity);

@@ -1,12 +1,8 @@
 #include "render/validation/quarter_scores.h"
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "render/metrics/fsim.h"
-#include "render/metrics/psnr.h"
-#include "render/metrics/ssim.h"
 #include "render/validation/view_scores.h"
 #include "render/view/view_plan.h"
 
@@ -26,7 +22,7 @@ cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
 }
 
 std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, const cv::Mat& view,
-                                         const cv::Mat& truth) {
+                                         const cv::Mat& truth, const cv::Mat& mask) {
   // Ray-space360's plan without a blend: straight ahead every side is its own line's.
   const ViewPlan plan(grid, viewpoint, {kHalfPi, 0.0});
   std::vector<QuarterScore> scores;
@@ -36,10 +32,13 @@ std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, 
     if (ahead.front_count == 0) continue;
     const cv::Mat seen = quarter_of(view, theta_rad);
     const cv::Mat wanted = quarter_of(truth, theta_rad);
+    const cv::Mat counted = mask.empty() ? mask : quarter_of(mask, theta_rad);
+    if (!counted.empty() && cv::countNonZero(counted) == 0) continue;
+    const ViewScores whole = score_view(seen, wanted, counted);
     scores.push_back({.line_distance_m = ahead.front[0].d_p_m,
-                      .psnr_db = std::min(kMostPsnrDb, psnr_db(seen, wanted)),
-                      .ssim = ssim(seen, wanted),
-                      .fsim = fsim(seen, wanted)});
+                      .psnr_db = whole.psnr_db,
+                      .ssim = whole.ssim,
+                      .fsim = whole.fsim});
   }
   return scores;
 }

@@ -26,9 +26,9 @@ struct QuarterScore {
 // The 90 degrees around longitude `theta_rad` of a panorama whose width is a multiple of 4.
 cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad);
 
-// One score for every side that a line serves. The pictures are panoramas of one size, at least 32
-// pixels wide.
+// One score for every side that a line serves and that is not masked whole. The pictures are
+// panoramas of one size, at least 32 pixels wide; `mask` is as in score_view().
 std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, const cv::Mat& view,
-                                         const cv::Mat& truth);
+                                         const cv::Mat& truth, const cv::Mat& mask = cv::Mat());
 
 }  // namespace raywalk

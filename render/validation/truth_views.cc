@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <set>
 
 #include "core/base/error.h"
@@ -47,6 +48,13 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
                     "least {}",
                     truth.file.string(), truth.width, kLeastWidth_px));
   }
+  if (table.has_column("mask") && !table.text(row, "mask").empty()) {
+    truth.mask = list.parent_path() / table.text(row, "mask");
+    if (cv::countNonZero(read_mask(truth.mask, {truth.width, truth.width / 2})) == 0) {
+      throw Error(truth.mask.string() + " masks every pixel; leave nothing to compare out of the " +
+                  "list");
+    }
+  }
   const double off_height_m = std::abs(table.number(row, "y") - plan.height_m());
   if (off_height_m > kHeightTolerance_m) {
     spdlog::warn("{}: captured {:.3f} m off the height of the lines, which views are rendered at",
@@ -58,7 +66,7 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
 }  // namespace
 
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room) {
-  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {});
+  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"mask"});
   std::vector<TruthView> truths;
   std::set<std::string> names;
   for (std::size_t row = 0; row < table.rows(); ++row) {

@@ -93,6 +93,9 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   int width = 0;
   for (std::size_t t = 0; t < truths.size(); ++t) {
     const cv::Mat truth = read_panorama(truths[t].file);
+    const cv::Mat mask = truths[t].mask.empty()
+                             ? cv::Mat()
+                             : read_mask(truths[t].mask, {truth.cols, truth.rows});
     if (truth.cols != width) renderers = renderers_of(room, modes, width = truth.cols);
     PictureSample* sample = sample_of(validation, t);
     if (sample != nullptr) sample->truth_picture = shrunk_to(truth, kPageWidth_px);
@@ -100,10 +103,11 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
       throw_if_interrupted();
       const RenderedView view = renderers[m]->render(truths[t].viewpoint);
       validation.views.push_back(
-          {t, m, view.report, score_view(view.image, truth),
-           score_quarters(room.grid(), truths[t].viewpoint, view.image, truth)});
+          {t, m, view.report, score_view(view.image, truth, mask),
+           score_quarters(room.grid(), truths[t].viewpoint, view.image, truth, mask)});
       if (sample != nullptr) {
-        sample->by_mode.push_back(compare(view.image, truth, kPageWidth_px));
+        sample->by_mode.push_back(
+            compare(view.image, truth_completed_by(view.image, truth, mask), kPageWidth_px));
       }
       progress.advance();
     }

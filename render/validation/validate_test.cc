@@ -157,6 +157,37 @@ TEST_F(ValidateTest, ATruthMayHaveAnotherSize) {
   EXPECT_EQ(metrics()["views"].size(), 6U);
 }
 
+// A dolly that stands in the true views only: what is masked of them counts in no figure.
+TEST_F(ValidateTest, MaskedPixelsOfATruthAreNotCompared) {
+  make_room({.width = 64});
+  make_two_truths();
+  validate(room_, options_);
+  const json clean = metrics();
+  cv::Mat mask(32, 64, CV_8UC1, cv::Scalar(255));
+  mask.rowRange(24, 32).setTo(0);
+  write_image(directory_ / "mask.png", mask);
+  for (const char* name : {"near.png", "middle.png"}) {
+    cv::Mat picture = read_panorama(directory_ / name);
+    picture.setTo(cv::Scalar(0, 0, 255), mask == 0);
+    write_image(directory_ / name, picture);
+  }
+  validate(room_, options_);
+  const json unmasked = metrics();
+  std::ofstream(directory_ / "gt.csv")
+      << "file,x,y,z,mask\nnear.png,0.4,0,0,mask.png\nmiddle.png,0,0,0,mask.png\n";
+  validate(room_, options_);
+  const json masked = metrics();
+  for (const char* mode : {"initial", "hlf-vd", "two-sided"}) {
+    const auto mean = [mode](const json& all, const char* metric) {
+      return all["means"][mode][metric].get<double>();
+    };
+    EXPECT_LT(mean(unmasked, "psnr_db"), mean(clean, "psnr_db") - 3.0) << mode;
+    EXPECT_GT(mean(masked, "psnr_db"), mean(unmasked, "psnr_db") + 3.0) << mode;
+    EXPECT_GT(mean(masked, "ssim"), mean(unmasked, "ssim")) << mode;
+    EXPECT_GT(mean(masked, "fsim"), mean(unmasked, "fsim")) << mode;
+  }
+}
+
 TEST_F(ValidateTest, ASingleLineIsValidatedWithItsEmptyShare) {
   make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
   make_truth("before", {0.0, -0.25}, 64);
@@ -200,6 +231,18 @@ TEST_F(ValidateTest, RefusesATruthBeforeAnyWork) {
     EXPECT_THAT(error, AllOf(HasSubstr("gt.csv"), HasSubstr(message))) << rows;
     EXPECT_EQ(error.find('\n'), std::string::npos);
     EXPECT_FALSE(fs::exists(options_.report)) << rows;
+  }
+}
+
+TEST_F(ValidateTest, RefusesAMaskThatDoesNotFitOrLeavesNothing) {
+  make_room({.width = 64});
+  make_two_truths();
+  write_image(directory_ / "small.png", cv::Mat(16, 32, CV_8UC1, cv::Scalar(255)));
+  write_image(directory_ / "all.png", cv::Mat::zeros(32, 64, CV_8UC1));
+  for (const char* mask : {"small.png", "all.png", "gone.png"}) {
+    std::ofstream(directory_ / "gt.csv") << "file,x,y,z,mask\nnear.png,0.4,0,0," << mask << '\n';
+    EXPECT_THAT(run_error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr(mask)));
+    EXPECT_FALSE(fs::exists(options_.report)) << mask;
   }
 }
 

@@ -8,11 +8,19 @@
 
 namespace raywalk {
 
-ViewScores score_view(const cv::Mat& view, const cv::Mat& truth) {
-  return {.psnr_db = std::min(kMostPsnrDb, psnr_db(view, truth)),
-          .ws_psnr_db = std::min(kMostPsnrDb, ws_psnr_db(view, truth)),
-          .ssim = ssim(view, truth),
-          .fsim = fsim(view, truth)};
+ViewScores score_view(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask) {
+  const cv::Mat completed = truth_completed_by(view, truth, mask);
+  return {.psnr_db = std::min(kMostPsnrDb, psnr_db(view, truth, mask)),
+          .ws_psnr_db = std::min(kMostPsnrDb, ws_psnr_db(view, truth, mask)),
+          .ssim = ssim(view, completed),
+          .fsim = fsim(view, completed)};
+}
+
+cv::Mat truth_completed_by(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask) {
+  if (mask.empty()) return truth;
+  cv::Mat completed = view.clone();
+  truth.copyTo(completed, mask);
+  return completed;
 }
 
 ViewScores mean_of(std::span<const ViewScores> scores) {

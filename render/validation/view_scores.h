@@ -17,8 +17,13 @@ struct ViewScores {
   double fsim = 0.0;        // on luma
 };
 
-// Throws Error as the metrics do (sizes differ, not CV_8UC3).
-ViewScores score_view(const cv::Mat& view, const cv::Mat& truth);
+// Pixels where `mask` (CV_8UC1 of the pictures' size, or empty) is 0 say nothing: the PSNRs leave
+// them out; to SSIM and FSIM, which compare neighbourhoods, both pictures agree there.
+// Throws Error as the metrics do (sizes differ, not CV_8UC3, nothing but masked pixels).
+ViewScores score_view(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask = cv::Mat());
+
+// The truth, with the view's own pixels where `mask` is 0. Without a mask the truth itself.
+cv::Mat truth_completed_by(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask);
 
 // Mean of each member. `scores` is not empty.
 ViewScores mean_of(std::span<const ViewScores> scores);
