@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace raywalk {
 namespace {
@@ -40,6 +41,26 @@ void warn_of_connection(const LineFit& line, GridResult* result) {
       "its poses stay {}; check that it was captured in the same room and lies where the plan has "
       "it",
       line.id, stay));
+}
+
+// A rail laid where another line belongs gives a grid that agrees with itself, and is not the
+// plan's.
+void warn_of_place(const CaptureSet& set, const LineFit& line, GridResult* result) {
+  const CaptureLine& own = set.lines[static_cast<size_t>(line.line)];
+  const double found_m = own.across_m + 1e-3 * line.across_mm.value;
+  const CaptureLine* nearest = &own;
+  for (const CaptureLine& other : set.lines) {
+    if (other.axis == own.axis &&
+        std::abs(found_m - other.across_m) < std::abs(found_m - nearest->across_m)) {
+      nearest = &other;
+    }
+  }
+  if (nearest == &own) return;
+  result->warnings.push_back(fmt::format(
+      "line {}: found {:.0f} mm from where the plan has it, nearer to the place of line {}; if the "
+      "rail was laid there, exchange the lines in the plan or in poses.csv, else capture the line "
+      "again",
+      line.id, std::abs(line.across_mm.value), nearest->id));
 }
 
 void warn_of_stations(const CaptureSet& set, const LineFit& line, const GridScale& scale,
@@ -100,6 +121,7 @@ void add_warnings(const CaptureSet& set, const GridScale& scale, GridResult* res
   }
   for (const LineFit& line : result->lines) {
     if (set.lines.size() > 1) warn_of_connection(line, result);
+    warn_of_place(set, line, result);
     warn_of_stations(set, line, scale, result);
   }
   warn_of_solved_lines(scale, result);
