@@ -11,6 +11,7 @@
 #include "build_lf/depth/partial_maps.h"
 #include "build_lf/depth/station_gains.h"
 #include "build_lf/depth/sweep_depth.h"
+#include "core/base/median.h"
 #include "core/room/room.h"
 #include "tests/bench/bench_room.h"
 #include "tests/bench/resident_memory.h"
@@ -83,7 +84,7 @@ void bench_depth(benchmark::State& state) {
     const Times times = times_of([&] {
       const double most_per_m = find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
       sweep_maps(room, plan, most_per_m, gains.gain, {}, &partial);
-      fuse_swept_maps(plan, &partial);
+      fuse_swept_maps(plan, room.masked(), &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);
