@@ -170,7 +170,7 @@ TEST_F(RendererTest, LargerPictureShowsTheSameRoom) {
 }
 
 TEST(RendererSizes, TinyPanoramasRender) {
-  for (const int width : {8, 12, 20}) {
+  for (const int width : {4, 8, 12, 20}) {
     SyntheticRoomSpec spec;
     spec.width = width;
     const TestRoom room(spec);

@@ -109,14 +109,15 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
   file.close();
 }
 
-std::vector<float> distance_map(const SyntheticScene& scene, const Eigen::Vector3d& origin_m,
+std::vector<float> distance_map(const SyntheticRoomSpec& spec, const Eigen::Vector3d& origin_m,
                                 PanoramaSize size) {
   std::vector<float> metres;
   for (int u = 0; u < size.width; ++u) {
     for (int v = 0; v < size.height; ++v) {
       const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
-      metres.push_back(
-          static_cast<float>(distance_at(scene, origin_m, direction_from_angles(angles))));
+      const double exact_m = distance_at(spec.scene, origin_m, direction_from_angles(angles));
+      metres.push_back(spec.stored_distance ? spec.stored_distance(u, v, exact_m)
+                                            : static_cast<float>(exact_m));
     }
   }
   return metres;
@@ -139,7 +140,7 @@ void write_distances(const SyntheticRoomSpec& spec, const Line& line,
   file.write_int32("station", stations);
   write_dataset(&file, "distance_m", H5T_NATIVE_FLOAT, shape, [&](std::size_t map) {
     const auto station = static_cast<std::size_t>(stations[map]);
-    return distance_map(spec.scene, line.stations[station].position_m, size);
+    return distance_map(spec, line.stations[station].position_m, size);
   });
   write_dataset(&file, "confidence", H5T_NATIVE_UINT8, shape,
                 [&](std::size_t) { return std::vector<std::uint8_t>(shape[1] * shape[2], 255); });

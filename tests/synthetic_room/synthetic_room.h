@@ -37,6 +37,8 @@ struct SyntheticRoomSpec {
   bool distances = true;     // with exact distance maps
   int distance_every = 1;    // at every so many-th station, from the first on
   int distance_width = 0;    // of the maps, even; 0 = as the panoramas
+  // What the maps hold in the pixel (u, v) where the room is exact_m away; empty: that.
+  std::function<float(int u, int v, double exact_m)> stored_distance{};
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
   std::optional<CameraCompanion> companion{};
 };
