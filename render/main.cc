@@ -22,6 +22,7 @@ struct Arguments {
   std::string room{};
   std::string at{};
   std::string out{};
+  ViewFrame frame{};
   std::string path{};
   ViewFlags flags{};
   ValidateOptions validate{};
@@ -79,6 +80,18 @@ void add_view_flags(CLI::App* command, ViewFlags* flags) {
       ->check(CLI::Range(4, 32768));
 }
 
+void add_frame_flags(CLI::App* command, ViewFrame* frame) {
+  command->add_option("--yaw-deg", frame->yaw_deg, "Turn to the right, degrees");
+  command->add_option("--pitch-deg", frame->pitch_deg, "Look up, degrees");
+  command->add_option("--roll-deg", frame->roll_deg, "Tilt the camera clockwise, degrees");
+  command
+      ->add_option("--fov-deg", frame->fov_deg,
+                   "A flat picture of so many degrees across, instead of a panorama")
+      ->check(CLI::Range(1e-3, kWidestFovDeg));
+  command->add_option("--size", frame->size,
+                      "Of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
+}
+
 void add_view(CLI::App* app, Arguments* arguments) {
   CLI::App* view = app->add_subcommand("view", "Render one view as a picture");
   add_room(view, arguments);
@@ -86,14 +99,20 @@ void add_view(CLI::App* app, Arguments* arguments) {
       ->required();
   view->add_option("--out", arguments->out, "Picture to write, .png or .jpg")->required();
   add_view_flags(view, &arguments->flags);
-  view->footer("Example:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png");
+  add_frame_flags(view, &arguments->frame);
+  view->footer(
+      "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png\n"
+      "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
+      "--size 1440x1600 --out eye.png");
   view->callback([arguments] {
     set_thread_count(arguments->threads);
     const PlanPoint viewpoint = viewpoint_from_text(arguments->at);
     const ViewSettings settings = view_settings(arguments->flags);
+    viewport_of(arguments->frame);
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
-    fmt::print("{}\n", write_view(room, view_mode(settings, room), viewpoint, arguments->out));
+    fmt::print("{}\n", write_view(room, view_mode(settings, room), viewpoint, arguments->frame,
+                                  arguments->out));
   });
 }
 
@@ -123,7 +142,8 @@ void add_validate(CLI::App* app, Arguments* arguments) {
   add_room(command, arguments);
   command
       ->add_option("--truth", arguments->validate.truth,
-                   "True views: a table with columns file,x,y,z (metres) and, where wanted, mask (pictures, 0 "
+                   "True views: a table with columns file,x,y,z (metres) and, where wanted, mask "
+                   "(pictures, 0 "
                    "= not compared)")
       ->required();
   command

@@ -230,6 +230,7 @@ void measure_initial(const Room& room, const CellMeasurement& cell, int count, P
       const ViewInputs inputs{.room = room,
                               .plan = plan,
                               .output = room.panorama(),
+                              .rows = {0, room.panorama().height},
                               .distances = nullptr,
                               .layers = std::nullopt,
                               .fill_maps = {}};

@@ -13,7 +13,7 @@ struct TruthView {
   std::string name{};            // the file's stem
   std::filesystem::path file{};  // of the picture
   PlanPoint viewpoint{};
-  int width = 0;  // of the picture, pixels
+  int width = 0;                 // of the picture, pixels
   std::filesystem::path mask{};  // which of its pixels count; empty: all
   // Plan distance to the nearest line that serves the view: what the vertical parallax grows with.
   double line_distance_m = 0.0;
@@ -24,7 +24,8 @@ struct TruthView {
 // at every picture's header. Views are rendered at the height of the lines: a truth at another
 // height is warned about.
 // Throws Error with file and line: no views, a missing or unsuitable picture (not 2:1, width not a
-// multiple of 4 or under 32) or mask (of another size, all 0), two views of one stem, a viewpoint the room cannot be rendered from.
+// multiple of 4 or under 32) or mask (of another size, all 0), two views of one stem, a viewpoint
+// the room cannot be rendered from.
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room);
 
 }  // namespace raywalk

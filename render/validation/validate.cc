@@ -93,9 +93,8 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   int width = 0;
   for (std::size_t t = 0; t < truths.size(); ++t) {
     const cv::Mat truth = read_panorama(truths[t].file);
-    const cv::Mat mask = truths[t].mask.empty()
-                             ? cv::Mat()
-                             : read_mask(truths[t].mask, {truth.cols, truth.rows});
+    const cv::Mat mask =
+        truths[t].mask.empty() ? cv::Mat() : read_mask(truths[t].mask, {truth.cols, truth.rows});
     if (truth.cols != width) renderers = renderers_of(room, modes, width = truth.cols);
     PictureSample* sample = sample_of(validation, t);
     if (sample != nullptr) sample->truth_picture = shrunk_to(truth, kPageWidth_px);

@@ -14,6 +14,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/geometry/sphere.h"
+
 namespace raywalk {
 
 // A displacement in a column frame, metres.
@@ -55,6 +57,20 @@ struct SamplePositions {
 struct StationSamples {
   const std::uint8_t* rays = nullptr;
   SamplePositions positions;
+};
+
+// Directions on a straight line of a flat picture, in the world frame and of any length but zero:
+// start + i * step for i = 0, 1, ...
+struct RayLine {
+  float start[3] = {0.0f, 0.0f, 1.0f};
+  float step[3] = {0.0f, 0.0f, 0.0f};
+};
+
+// Neighbouring columns of a panorama, around its seam: [column][row][rgb] in memory.
+struct ColumnBlock {
+  PanoramaSize panorama{};
+  int first = 0;    // column of the panorama that the block begins with
+  int columns = 0;  // up to all of them
 };
 
 // Latitudes of a column's rows.
@@ -129,6 +145,13 @@ struct ColumnKernels {
   // column.
   void (*mix_pair)(StationSamples first, StationSamples second, std::int16_t share, int rows,
                    std::uint8_t* rgb);
+
+  // Where the directions of a line lie in a block that holds them. A direction that it does not
+  // hold is given a place in it all the same.
+  void (*aim)(RayLine line, int count, ColumnBlock block, SamplePositions positions);
+
+  // Bilinear samples of one station, or of one block: rgb, one byte beyond the last is written.
+  void (*sample_each)(StationSamples samples, int count, std::uint8_t* rgb);
 
   // rgb[3 row + c] = sum[4 row + c] / 64, rounded. Writes one byte beyond the column.
   void (*finish)(const std::int16_t* sum, int rows, std::uint8_t* rgb);

@@ -76,6 +76,18 @@ TEST_P(KernelSampling, MixPairIsTheMixOfTwoStationsToTheNearestLevel) {
   }
 }
 
+TEST_P(KernelSampling, SampleEachIsEachSampleToTheNearestLevel) {
+  for (const int count : {kRows, 2, 1}) {  // odd and even
+    std::vector<std::uint8_t> rgb(size_t{3} * kRows + 1);
+    kernels_->sample_each(first(), count, rgb.data());
+    for (size_t row = 0; row < static_cast<size_t>(count); ++row) {
+      for (size_t c = 0; c < 3; ++c) {
+        ASSERT_NEAR(rgb[3 * row + c], exact(first_, row, c), 0.5 + 1.0 / 64.0) << row;
+      }
+    }
+  }
+}
+
 TEST_P(KernelSampling, RowsWithoutWeightAreNotRead) {
   first_.left[0] = first_.right[0] = 2000000000;  // nothing is mapped there
   second_.left[0] = second_.right[0] = 2000000000;

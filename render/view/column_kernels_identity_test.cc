@@ -78,6 +78,19 @@ TEST_F(KernelIdentity, FindSamples) {
   }
 }
 
+TEST_F(KernelIdentity, Aim) {
+  for (int i = 0; i < kRepeats; ++i) {
+    RayLine line;
+    for (float& value : line.start) value = static_cast<float>(random_.uniform(-1.0, 1.0));
+    for (float& value : line.step) value = static_cast<float>(random_.uniform(-0.01, 0.01));
+    SampleArrays a(kRows), b(kRows);
+    const ColumnBlock block{{4096, 2048}, 4000, 700};
+    generic_->aim(line, kRows, block, a.positions());
+    avx2_->aim(line, kRows, block, b.positions());
+    ASSERT_TRUE(a == b);
+  }
+}
+
 TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
   std::vector<float> scratch_u(size_t{8} * kRows), scratch_v(scratch_u), fraction(scratch_u);
   for (float& value : fraction) value = static_cast<float>(random_.uniform(0.0, 1.0));
@@ -158,6 +171,12 @@ TEST_F(SamplingIdentity, MixPair) {
     avx2_->mix_pair(first(), second(), share, kRows, rgb_b_.data());
     EXPECT_EQ(without_scratch(rgb_a_), without_scratch(rgb_b_));
   }
+}
+
+TEST_F(SamplingIdentity, SampleEach) {
+  generic_->sample_each(first(), kRows, rgb_a_.data());
+  avx2_->sample_each(first(), kRows, rgb_b_.data());
+  EXPECT_EQ(without_scratch(rgb_a_), without_scratch(rgb_b_));
 }
 
 TEST_F(SamplingIdentity, Finish) {

@@ -103,6 +103,45 @@ TEST_P(KernelPositions, StationAtTheViewpointIsReadWhereTheViewLooks) {
   }
 }
 
+TEST_P(KernelPositions, AimFindsDirectionsInTheColumnsOfABlock) {
+  constexpr int kCount = 300;
+  for (int i = 0; i < 200; ++i) {
+    RayLine line;
+    for (float& value : line.start) value = static_cast<float>(random_.uniform(-1.0, 1.0));
+    for (float& value : line.step) value = static_cast<float>(random_.uniform(-0.01, 0.01));
+    const bool whole = i % 2 == 0;
+    const int first = static_cast<int>(random_.uniform(0.0, kPanorama.width));
+    const ColumnBlock block{kPanorama, first, whole ? kPanorama.width : 100};
+    SampleArrays samples(kCount);
+    kernels_->aim(line, kCount, block, samples.positions());
+    for (int n = 0; n < kCount; ++n) {
+      const auto at = static_cast<size_t>(n);
+      const int left = samples.left[at] / 3 / kPanorama.height;
+      const int right = samples.right[at] / 3 / kPanorama.height;
+      ASSERT_GE(samples.left[at], 0);
+      ASSERT_GE(samples.right[at], 0);
+      // Two rows are read, and never beyond the block.
+      ASSERT_LE(samples.left[at], (block.columns * kPanorama.height - 2) * 3);
+      ASSERT_LE(samples.right[at], (block.columns * kPanorama.height - 2) * 3);
+      const Vector3d direction(line.start[0] + double(n) * line.step[0],
+                               line.start[1] + double(n) * line.step[1],
+                               line.start[2] + double(n) * line.step[2]);
+      const PixelPosition exact = pixel_from_angles(angles_from_direction(direction), kPanorama);
+      PixelPosition found = position_of(samples, at);
+      found.u += first;
+      const double v = std::clamp(exact.v, 0.0, kPanorama.height - 1.0);
+      const double plan = std::hypot(direction.x(), direction.z()) / direction.norm();
+      const double du = std::remainder(found.u - exact.u, kPanorama.width);
+      const double within = std::fmod(exact.u - first + 2.0 * kPanorama.width, kPanorama.width);
+      if (within >= block.columns - 1) continue;  // not held
+      if (!whole) {
+        ASSERT_EQ(right, left + 1);
+      }
+      ASSERT_LT(std::hypot(du * plan, found.v - v), 2e-3) << direction.transpose();
+    }
+  }
+}
+
 TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
   constexpr int kRows = 512;
   const LatitudeTable latitudes(kRows, kRows);

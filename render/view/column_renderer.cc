@@ -26,7 +26,7 @@ void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint
   } else if (view_.distances == nullptr) {
     render_initial(u, sources, rgb);
   } else {
-    render_corrected(u, sources, {0, view_.output.height}, rgb);
+    render_corrected(u, sources, view_.rows, rgb);
   }
 }
 
@@ -36,7 +36,8 @@ bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, 
     return false;
   }
   counts_.all += view_.output.height;
-  render_corrected(u, sources, rows_between_polar_caps(view_.output.height), rgb);
+  render_corrected(u, sources,
+                   common_rows(rows_between_polar_caps(view_.output.height), view_.rows), rgb);
   return true;
 }
 
@@ -62,10 +63,11 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
     mix_source(theta_rad, sources[0], rows, rgb);
   } else {
     blend_sources(theta_rad, sources, rgb);
+    rows = {0, view_.output.height};
   }
   if (scratch_->any_hidden) {
     fill_hidden(theta_rad, depth_theta, rgb);
-    stretch_rest(u, rgb);
+    stretch_rest(u, sources, rows, rgb);
   }
 }
 

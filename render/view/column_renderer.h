@@ -31,6 +31,7 @@ struct ViewInputs {
   const Room& room;
   const ViewPlan& plan;
   PanoramaSize output;
+  RowRun rows;  // that are wanted; others may be left as they are
   // The remaining members are for depth-corrected views; distances is null in an initial view.
   const DistanceView* distances = nullptr;
   std::optional<LayerSpacing> layers;  // none: correct by the exact distances
@@ -60,8 +61,9 @@ class ColumnRenderer {
   ColumnRenderer(const ColumnRenderer&) = delete;
   ColumnRenderer& operator=(const ColumnRenderer&) = delete;
 
-  // Renders output column `u` from the given lines into height * 3 rgb bytes; one byte beyond is
-  // scratch. With no sources the column is marked with a grey pattern.
+  // Renders output column `u` from the given lines into height * 3 rgb bytes, of which the wanted
+  // rows are right; one byte beyond is scratch. With no sources the column is marked with a grey
+  // pattern.
   void render(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
 
   // The same, but in columns with more rows than their distances have it may leave out the rows
@@ -107,7 +109,10 @@ class ColumnRenderer {
   // between two rows differ from both.
   void leave_masked_unresolved(const MapStation& map, int begin, int end,
                                SamplePositions positions);
-  void stretch_rest(int u, std::uint8_t* rgb);
+  // `rendered`: rows that were, where they are seen.
+  void stretch_rest(int u, std::span<const RaySource> sources, RowRun rendered, std::uint8_t* rgb);
+  // A row of a column with one source that was left out, if the source sees it.
+  void render_row(int u, std::span<const RaySource> sources, int row, std::uint8_t* rgb);
   void mark_empty(int u, std::uint8_t* rgb);
 
   const ViewInputs& view_;

@@ -88,7 +88,7 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
                                                   end - begin, scratch_->samples[0].positions());
       // The pixel after the run is not this run's: put back the byte that is written beyond it.
       const std::uint8_t beyond = rgb[3 * end];
-      kernels_.mix_pair(samples, samples, 0, end - begin, rgb + 3 * begin);
+      kernels_.sample_each(samples, end - begin, rgb + 3 * begin);
       rgb[3 * end] = beyond;
       counts_.filled += end - begin;
       leave_masked_unresolved(map, begin, end, samples.positions);
@@ -117,7 +117,18 @@ void ColumnRenderer::leave_masked_unresolved(const MapStation& map, int begin, i
   }
 }
 
-void ColumnRenderer::stretch_rest(int u, std::uint8_t* rgb) {
+void ColumnRenderer::render_row(int u, std::span<const RaySource> sources, int row,
+                                std::uint8_t* rgb) {
+  const auto depth_row = static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)]);
+  if (scratch_->hidden[depth_row] != 0) return;  // filled already
+  const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
+  const std::uint8_t beyond = rgb[3 * row + 3];
+  mix_source(theta_rad, sources[0], {row, row + 1}, rgb);
+  rgb[3 * row + 3] = beyond;
+}
+
+void ColumnRenderer::stretch_rest(int u, std::span<const RaySource> sources, RowRun rendered,
+                                  std::uint8_t* rgb) {
   const int rows = view_.output.height;
   const auto omega = [&](int row) { return scratch_->omega[static_cast<size_t>(row)]; };
   for (const RowRun& run : scratch_->unresolved) {
@@ -131,6 +142,7 @@ void ColumnRenderer::stretch_rest(int u, std::uint8_t* rgb) {
     }
     counts_.stretched += run.end - run.begin;
     if (from < 0) continue;
+    if (from < rendered.begin || from >= rendered.end) render_row(u, sources, from, rgb);
     for (int row = run.begin; row < run.end; ++row) std::copy_n(rgb + 3 * from, 3, rgb + 3 * row);
   }
 }

@@ -76,12 +76,13 @@ void ColumnRenderer::cut_column(int u, std::span<const RaySource> sources, std::
     for (const RaySource& source : sources) {
       const LineVolume& volume = view_.room.volume(source.line);
       for (int next = 0; next < 2; ++next) {
-        columns[count] = volume.column(source.station + next, u).data();
+        columns[count] = volume.column(source.station + next, u).data() + 3 * view_.rows.begin;
         const double share = next == 0 ? 1.0 - source.fraction : source.fraction;
         weights[count++] = fixed_weight(source.weight * share);
       }
     }
-    kernels_.mix_columns(columns, weights, count, 3 * rows, rgb);
+    kernels_.mix_columns(columns, weights, count, 3 * (view_.rows.end - view_.rows.begin),
+                         rgb + 3 * view_.rows.begin);
     return;
   }
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "render/view/column_arrays.h"
 
 namespace raywalk {
 namespace {
@@ -48,6 +49,12 @@ double largest_d_p(const ViewPlan& plan) {
     }
   }
   return largest;
+}
+
+// An odd number of cache lines per column: with a power of two, a row's pixels would fall into the
+// same few sets of the cache when they are collected.
+size_t spread_column_bytes(int height) {
+  return ((3 * static_cast<size_t>(height) / 64 + 1) | 1) * 64;
 }
 
 // Gives a column the mean of its neighbours in the polar caps; rgb.
@@ -146,6 +153,7 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   view_.inputs_.reset(new ViewInputs{.room = room_,
                                      .plan = *view_.plan_,
                                      .output = render_size(),
+                                     .rows = {0, render_size().height},
                                      .layers = std::nullopt,
                                      .fill_maps = {}});
   view_.layers_ = 0;
@@ -181,14 +189,10 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   return view_;
 }
 
-void Renderer::render_columns(RenderedView& view) {
+void Renderer::render_columns(int first, int count, const ColumnSink& sink, ViewReport* report) {
   const ViewInputs& inputs = *view_.inputs_;
   const PanoramaSize size = inputs.output;
-  // An odd number of cache lines per column: with a power of two, a row's pixels would fall into
-  // the same few sets of the cache when they are collected.
-  const size_t column_bytes = ((3 * static_cast<size_t>(size.height) / 64 + 1) | 1) * 64;
-  cv::Mat& image = supersampling_ > 1 ? oversized_ : view.image;
-  image.create(size.height, size.width, CV_8UC3);
+  const size_t column_bytes = spread_column_bytes(size.height);
   // Workers are handed from task to task: their tables and memory cost more than a few columns.
   struct Worker {
     Worker(const ViewInputs& view, size_t bytes) : renderer(view), columns(bytes) {}
@@ -204,25 +208,25 @@ void Renderer::render_columns(RenderedView& view) {
     idle.pop_back();
     return worker;
   };
-  parallel_for(0, size.width, kColumnsPerTask, [&](int begin, int end) {
+  parallel_for(0, count, kColumnsPerTask, [&](int begin, int end) {
     auto worker = take();
-    const auto column_of = [&](int u) {
-      return worker->columns.data() + column_bytes * static_cast<size_t>(u - begin);
+    const auto column_of = [&](int i) {
+      return worker->columns.data() + column_bytes * static_cast<size_t>(i - begin);
     };
     std::vector<int> sparse;
-    for (int u = begin; u < end; ++u) {
+    for (int i = begin; i < end; ++i) {
+      const int u = (first + i) % size.width;
       const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
       const auto column_sources = sources(view_.plan_->column(theta_rad));
-      if (u % 2 == 0 || u == begin || u + 1 == end) {
-        worker->renderer.render(u, column_sources, column_of(u));
-      } else if (worker->renderer.render_sparsely(u, column_sources, column_of(u))) {
-        sparse.push_back(u);
+      if (i % 2 == 0 || i == begin || i + 1 == end) {
+        worker->renderer.render(u, column_sources, column_of(i));
+      } else if (worker->renderer.render_sparsely(u, column_sources, column_of(i))) {
+        sparse.push_back(i);
       }
     }
-    for (const int u : sparse)
-      fill_polar_caps(column_of(u - 1), column_of(u + 1), size.height, column_of(u));
-    column_kernels().write_rows(worker->columns.data(), column_bytes, end - begin, size.height,
-                                image.ptr<std::uint8_t>(0) + 3 * begin, image.step);
+    for (const int i : sparse)
+      fill_polar_caps(column_of(i - 1), column_of(i + 1), size.height, column_of(i));
+    sink(begin, end - begin, worker->columns.data(), column_bytes);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(worker));
   });
@@ -237,9 +241,73 @@ void Renderer::render_columns(RenderedView& view) {
   const auto share = [&](std::int64_t part) {
     return static_cast<double>(part) / static_cast<double>(total.all);
   };
-  view.report.filled_share = share(total.filled);
-  view.report.stretched_share = share(total.stretched);
-  view.report.empty_share = share(total.empty);
+  report->filled_share = share(total.filled);
+  report->stretched_share = share(total.stretched);
+  report->empty_share = share(total.empty);
+}
+
+void Renderer::render_panorama(cv::Mat* image, ViewReport* report) {
+  const PanoramaSize size = view_.inputs_->output;
+  cv::Mat& rendered = supersampling_ > 1 ? oversized_ : *image;
+  rendered.create(size.height, size.width, CV_8UC3);
+  render_columns(
+      0, size.width,
+      [&](int begin, int count, const std::uint8_t* columns, size_t column_bytes) {
+        column_kernels().write_rows(columns, column_bytes, count, size.height,
+                                    rendered.ptr<std::uint8_t>(0) + 3 * begin, rendered.step);
+      },
+      report);
+  if (supersampling_ > 1) {
+    cv::resize(oversized_, *image, cv::Size(options_.width, options_.width / 2), 0, 0,
+               cv::INTER_AREA);
+  }
+}
+
+void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report) {
+  const PanoramaSize panorama = view_.inputs_->output;
+  // A picture much coarser than the panorama is made finer and averaged down.
+  const double coarser = panorama.width / (kTwoPi * focal_length_px(viewport));
+  const int fold = std::max(1, static_cast<int>(std::lround(coarser)));
+  Viewport fine = viewport;
+  fine.width *= fold;
+  fine.height *= fold;
+  const PanoramaPart part = part_shown(fine, panorama);
+  // An initial view fills what is masked from the whole column.
+  if (!room_.masked()) view_.inputs_->rows = part.rows;
+  const size_t column = 3 * static_cast<size_t>(panorama.height);
+  constexpr size_t kReadable = 2;  // bytes before the first sample and behind the last
+  part_.resize(2 * kReadable + column * static_cast<size_t>(part.columns));
+  std::uint8_t* const rays = part_.data() + kReadable;
+  render_columns(
+      part.first_column, part.columns,
+      [&](int begin, int count, const std::uint8_t* columns, size_t column_bytes) {
+        const size_t from = 3 * static_cast<size_t>(part.rows.begin);
+        for (int i = 0; i < count; ++i) {
+          std::copy_n(columns + column_bytes * static_cast<size_t>(i) + from,
+                      3 * static_cast<size_t>(part.rows.end - part.rows.begin),
+                      rays + column * static_cast<size_t>(begin + i) + from);
+        }
+      },
+      report);
+
+  cv::Mat& rendered = fold > 1 ? oversized_ : *image;
+  rendered.create(fine.height, fine.width, CV_8UC3);
+  const ColumnBlock block{panorama, part.first_column, part.columns};
+  const size_t column_bytes = spread_column_bytes(fine.height);
+  parallel_for(0, fine.width, kColumnsPerTask, [&](int begin, int end) {
+    PositionArrays positions(fine.height);
+    std::vector<std::uint8_t> columns(column_bytes * static_cast<size_t>(end - begin));
+    for (int i = begin; i < end; ++i) {
+      column_kernels().aim(rays_of_column(fine, i), fine.height, block, positions.positions());
+      column_kernels().sample_each({rays, positions.positions()}, fine.height,
+                                   columns.data() + column_bytes * static_cast<size_t>(i - begin));
+    }
+    column_kernels().write_rows(columns.data(), column_bytes, end - begin, fine.height,
+                                rendered.ptr<std::uint8_t>(0) + 3 * begin, rendered.step);
+  });
+  if (fold > 1) {
+    cv::resize(oversized_, *image, cv::Size(viewport.width, viewport.height), 0, 0, cv::INTER_AREA);
+  }
 }
 
 RenderedView Renderer::render(PlanPoint viewpoint) {
@@ -249,18 +317,33 @@ RenderedView Renderer::render(PlanPoint viewpoint) {
 }
 
 void Renderer::render(PlanPoint viewpoint, RenderedView& view) {
+  render(viewpoint, nullptr, &view);
+}
+
+RenderedView Renderer::render(PlanPoint viewpoint, const Viewport& viewport) {
+  RenderedView view;
+  render(viewpoint, viewport, view);
+  return view;
+}
+
+void Renderer::render(PlanPoint viewpoint, const Viewport& viewport, RenderedView& view) {
+  require_viewport(viewport);
+  render(viewpoint, &viewport, &view);
+}
+
+void Renderer::render(PlanPoint viewpoint, const Viewport* viewport, RenderedView* view) {
   const auto start = std::chrono::steady_clock::now();
   prepare(viewpoint);
-  view.report.layers = view_.layers_;
-  view.report.limited_corners = view_.plan_->limited_corners();
-  render_columns(view);
-  if (supersampling_ > 1) {
-    cv::resize(oversized_, view.image, cv::Size(options_.width, options_.width / 2), 0, 0,
-               cv::INTER_AREA);
+  view->report.layers = view_.layers_;
+  view->report.limited_corners = view_.plan_->limited_corners();
+  if (viewport != nullptr) {
+    render_flat(*viewport, &view->image, &view->report);
+  } else {
+    render_panorama(&view->image, &view->report);
   }
   const std::chrono::duration<double, std::milli> elapsed =
       std::chrono::steady_clock::now() - start;
-  view.report.render_ms = elapsed.count();
+  view->report.render_ms = elapsed.count();
 }
 
 }  // namespace raywalk

@@ -1,6 +1,8 @@
-// Renders full 360 degree views of a room at any viewpoint between its lines.
+// Renders views of a room at any viewpoint between its lines: full 360 degrees, or the part that a
+// flat picture shows.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -12,6 +14,7 @@
 
 #include "core/room/room.h"
 #include "render/view/column_renderer.h"
+#include "render/view/viewport.h"
 
 namespace raywalk {
 
@@ -32,7 +35,7 @@ struct ViewOptions {
   int width = 0;  // output width in pixels, a multiple of 4 up to 32768; 0 = as captured
 };
 
-// What a view was made of; shares are of all pixels.
+// What a view was made of; shares are of all pixels of the columns that were rendered.
 struct ViewReport {
   int layers = 0;             // 0 in an initial view
   int limited_corners = 0;    // corners connected nearer to physical for want of overhang, of four
@@ -43,7 +46,7 @@ struct ViewReport {
 };
 
 struct RenderedView {
-  cv::Mat image;  // CV_8UC3, BGR, height = width / 2
+  cv::Mat image;  // CV_8UC3, BGR; of a panorama height = width / 2
   ViewReport report;
 };
 
@@ -79,6 +82,12 @@ class Renderer {
   RenderedView render(PlanPoint viewpoint);
   void render(PlanPoint viewpoint, RenderedView& view);
 
+  // A flat picture, from no more of the volumes than it shows. It is resampled from columns as wide
+  // as options.width makes a panorama; much smaller pictures are averaged down. Throws UsageError
+  // as require_viewport does.
+  RenderedView render(PlanPoint viewpoint, const Viewport& viewport);
+  void render(PlanPoint viewpoint, const Viewport& viewport, RenderedView& view);
+
   // Plans a view and, for corrected generations, gathers its distances. The result is overwritten
   // by the next call.
   const PreparedView& prepare(PlanPoint viewpoint);
@@ -87,16 +96,25 @@ class Renderer {
   std::vector<RaySource> sources(const ColumnPlan& column) const;
 
  private:
+  void render(PlanPoint viewpoint, const Viewport* viewport, RenderedView* view);
   PanoramaSize render_size() const;
   OmegaRange range_of(std::span<const MapStation> maps);
-  void render_columns(RenderedView& view);
+  // Takes finished columns of the panorama: `count` of them from column `begin` of the wanted ones
+  // on, rgb, `column_bytes` apart.
+  using ColumnSink = std::function<void(int begin, int count, const std::uint8_t* columns,
+                                        std::size_t column_bytes)>;
+  // Renders `count` columns from `first` on, around the seam.
+  void render_columns(int first, int count, const ColumnSink& sink, ViewReport* report);
+  void render_panorama(cv::Mat* image, ViewReport* report);
+  void render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report);
 
   const Room& room_;
   ViewOptions options_;
   PreparedView view_;
   std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
-  cv::Mat oversized_;      // what is averaged down where supersampling_ > 1
-  int supersampling_ = 1;  // rendered columns per output column
+  cv::Mat oversized_;               // what is averaged down where supersampling_ > 1
+  std::vector<std::uint8_t> part_;  // of the panorama, that a flat picture shows
+  int supersampling_ = 1;           // rendered columns per output column
 };
 
 }  // namespace raywalk

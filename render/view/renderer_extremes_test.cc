@@ -37,9 +37,9 @@ cv::Point2d levels_of(const cv::Mat& picture) {
 TEST(RendererExtremes, ViewpointsOnLinesCornersAndBordersRenderLikeTheirNeighbours) {
   const TestRoom room(four_cells());
   constexpr double kNanometre = 1e-9;
-  const PlanPoint places[] = {{0.0, 0.0},  {1.0, 1.0},  {-1.0, 1.0}, {1.0, 0.0}, {0.0, -1.0},
-                              {0.3, 0.0},  {0.0, -0.7}, {1.0, 0.45}, {0.5, 1.0}, {0.0, 0.125},
-                              {-0.5, -1.0}};
+  const PlanPoint places[] = {{0.0, 0.0},  {1.0, 1.0},   {-1.0, 1.0}, {1.0, 0.0},
+                              {0.0, -1.0}, {0.3, 0.0},   {0.0, -0.7}, {1.0, 0.45},
+                              {0.5, 1.0},  {0.0, 0.125}, {-0.5, -1.0}};
   for (const Generation generation : kCorrected) {
     for (const double k_deg : {45.0, 76.0, 90.0}) {
       const ViewOptions options{.generation = generation, .k_deg = k_deg};

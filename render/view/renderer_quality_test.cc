@@ -176,6 +176,7 @@ TEST(RendererQuality, HiddenPixelsAreBetterFilledFromOtherStationsThanStretched)
   const ViewInputs stretching{.room = filling.room,
                               .plan = filling.plan,
                               .output = filling.output,
+                              .rows = filling.rows,
                               .distances = filling.distances,
                               .layers = filling.layers,
                               .fill_maps = {}};

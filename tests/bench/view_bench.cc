@@ -104,6 +104,51 @@ void bench_view(benchmark::State& state, Generation generation) {
   state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
 }
 
+// A flat picture of 90 degrees, 1440 x 1600 pixels, against the same remap of a whole panorama. The
+// looks are straight, up, down and tilted.
+void bench_flat(benchmark::State& state, Generation generation) {
+  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const Room room = Room::open(bench_room());
+  const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
+  const std::vector<Attitude> looks = {{},
+                                       {.yaw_rad = 2.0, .pitch_rad = -0.4, .roll_rad = 0.1},
+                                       {.yaw_rad = -1.0, .pitch_rad = 0.2},
+                                       {.yaw_rad = 3.1, .pitch_rad = -1.0}};
+  Renderer renderer(room, options);
+  RenderedView flat;
+  const auto render = [&](size_t i) {
+    renderer.render(viewpoints[i % viewpoints.size()],
+                    {.attitude = looks[i % looks.size()], .width = 1440, .height = 1600}, flat);
+    benchmark::DoNotOptimize(flat.image.data);
+  };
+  for (size_t i = 0; i < kPairs; ++i) render(i);
+  PitchRemap remap;
+  remap.run();
+  std::vector<double> flat_s, ratios;
+  for (auto _ : state) {
+    const Times yardstick = times_of([&] { remap.run(); });
+    const Times times = times_of([&] { render(flat_s.size()); });
+    flat_s.push_back(times.wall_s);
+    ratios.push_back(times.wall_s / yardstick.wall_s);
+    state.SetIterationTime(times.wall_s);
+  }
+  state.counters["ratio"] = median(ratios);
+  state.counters["view_ms"] = 1e3 * median(flat_s);
+}
+
+BENCHMARK_CAPTURE(bench_flat, initial, Generation::kInitial)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_flat, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_flat, two_sided, Generation::kTwoSided)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
 BENCHMARK_CAPTURE(bench_view, initial, Generation::kInitial)
     ->Iterations(kPairs)
     ->UseManualTime()

@@ -1,0 +1,143 @@
+// Flat pictures of part of a view, against the room itself and against the panorama.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/panorama/panorama_sampler.h"
+#include "render/view/renderer.h"
+#include "render/view/test_room.h"
+
+namespace raywalk {
+namespace {
+
+constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
+                                       Generation::kTwoSided};
+
+Viewport looking(double yaw_deg, double pitch_deg, double roll_deg, double fov_deg, int width,
+                 int height) {
+  return {.attitude = {radians_from_degrees(yaw_deg), radians_from_degrees(pitch_deg),
+                       radians_from_degrees(roll_deg)},
+          .fov_x_rad = radians_from_degrees(fov_deg),
+          .width = width,
+          .height = height};
+}
+
+// What a pinhole camera in the scene sees.
+cv::Mat true_picture(const SyntheticRoomSpec& spec, PlanPoint at, const Viewport& viewport) {
+  const Eigen::Vector3d from_m(at.x_m, spec.height_m, at.z_m);
+  cv::Mat picture(viewport.height, viewport.width, CV_8UC3);
+  for (int u = 0; u < viewport.width; ++u) {
+    const RayLine line = rays_of_column(viewport, u);
+    for (int v = 0; v < viewport.height; ++v) {
+      Eigen::Vector3d direction;
+      for (int i = 0; i < 3; ++i) direction[i] = double(line.start[i]) + double(v) * line.step[i];
+      const Eigen::Vector3d rgb = color_at(spec.scene, from_m, direction.normalized());
+      picture.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(rgb.z()),
+                                     cv::saturate_cast<uchar>(rgb.y()),
+                                     cv::saturate_cast<uchar>(rgb.x())};
+    }
+  }
+  return picture;
+}
+
+class ViewportRoom : public testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec spec;
+    spec.width = 512;
+    spec.overhang_m = 0.25;
+    return spec;
+  }
+  cv::Mat flat(const ViewOptions& options, PlanPoint at, const Viewport& viewport) const {
+    return Renderer(room_.room(), options).render(at, viewport).image;
+  }
+  const std::vector<Viewport> viewports_ = {
+      looking(0, 0, 0, 90, 160, 120),      looking(180, 10, 0, 60, 101, 140),
+      looking(-70, -35, 25, 100, 160, 90), looking(40, 90, 15, 80, 120, 120),
+      looking(-130, -80, -60, 75, 96, 90), looking(10, 0, 90, 20, 64, 48)};
+
+  TestRoom room_{spec()};
+};
+
+TEST_F(ViewportRoom, CorrectedPicturesAreWhatACameraSees) {
+  for (const Generation generation : {Generation::kHlfVd, Generation::kTwoSided}) {
+    for (const Viewport& viewport : viewports_) {
+      const PlanPoint at{0.12, -0.2};
+      EXPECT_GT(psnr_db(flat({.generation = generation}, at, viewport),
+                        true_picture(spec(), at, viewport)),
+                36.0)
+          << generation_name(generation) << " yaw " << viewport.attitude.yaw_rad;
+    }
+  }
+}
+
+// The same as cutting it from the whole panorama, but for the interpolation: cubic there.
+TEST_F(ViewportRoom, AgreesWithThePanoramaInEveryGeneration) {
+  for (const Generation generation : kGenerations) {
+    for (const int layers : {0, 5}) {
+      const ViewOptions options{.generation = generation, .k_deg = 76.0, .layers = layers};
+      const PlanPoint at{-0.21, 0.3};
+      const PanoramaSampler panorama(room_.image(options, at));
+      for (const Viewport& viewport : viewports_) {
+        const cv::Mat picture = flat(options, at, viewport);
+        ASSERT_EQ(picture.size(), cv::Size(viewport.width, viewport.height));
+        cv::Mat cut(picture.size(), CV_8UC3);
+        for (int u = 0; u < cut.cols; ++u) {
+          const RayLine line = rays_of_column(viewport, u);
+          for (int v = 0; v < cut.rows; ++v) {
+            Eigen::Vector3d direction;
+            for (int i = 0; i < 3; ++i) direction[i] = line.start[i] + v * line.step[i];
+            cut.at<cv::Vec3b>(v, u) = cv::Vec3b(panorama.at(direction));
+          }
+        }
+        EXPECT_GT(psnr_db(picture, cut), 40.0) << generation_name(generation) << layers;
+      }
+    }
+  }
+}
+
+TEST_F(ViewportRoom, ACoarsePictureIsAFineOneAveraged) {
+  const ViewOptions options{.generation = Generation::kHlfVd};
+  const Viewport fine = looking(20, 5, 3, 90, 160, 128);
+  const Viewport coarse = looking(20, 5, 3, 90, 40, 32);
+  cv::Mat averaged;
+  cv::resize(flat(options, {0.1, 0.1}, fine), averaged, {40, 32}, 0, 0, cv::INTER_AREA);
+  EXPECT_LE(largest_difference(flat(options, {0.1, 0.1}, coarse), averaged), 2.0);
+}
+
+TEST_F(ViewportRoom, TheSameRendererMakesPanoramasAndPicturesInTurn) {
+  Renderer renderer(room_.room(), {.generation = Generation::kTwoSided});
+  const cv::Mat panorama = renderer.render({0.2, 0.1}).image;
+  const cv::Mat first = renderer.render({0.2, 0.1}, viewports_[2]).image;
+  renderer.render({-0.4, 0.1}, viewports_[3]);
+  EXPECT_EQ(largest_difference(renderer.render({0.2, 0.1}, viewports_[2]).image, first), 0.0);
+  EXPECT_EQ(largest_difference(renderer.render({0.2, 0.1}).image, panorama), 0.0);
+  EXPECT_THROW(renderer.render({0.2, 0.1}, looking(0, 0, 0, 180, 10, 10)), UsageError);
+}
+
+// Rows that are not shown may hold what a shown hidden pixel is stretched from.
+TEST(ViewportMasks, NothingOfADollyIsShown) {
+  SyntheticRoomSpec spec;
+  spec.width = 256;
+  spec.overhang_m = 0.25;
+  spec.companion = CameraCompanion{
+      .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
+  const TestRoom room(spec);
+  for (const Generation generation : kGenerations) {
+    Renderer renderer(room.room(), {.generation = generation});
+    for (const double pitch_deg : {-90.0, -60.0, -30.0}) {
+      const cv::Mat picture =
+          renderer.render({0.1, 0.2}, looking(30, pitch_deg, 0, 80, 90, 90)).image;
+      cv::Mat magenta;
+      cv::inRange(picture, cv::Scalar(200, 0, 200), cv::Scalar(255, 60, 255), magenta);
+      EXPECT_EQ(cv::countNonZero(magenta), 0) << generation_name(generation) << pitch_deg;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raywalk
