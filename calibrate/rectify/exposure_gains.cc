@@ -1,12 +1,10 @@
 #include "calibrate/rectify/exposure_gains.h"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "core/panorama/gain_graph.h"
 #include "core/panorama/panorama_rotation.h"
 #include "core/panorama/srgb.h"
 #include "core/panorama/transposed_border.h"
@@ -44,55 +42,6 @@ std::vector<int> nearest_two(const CaptureLine& line, const FramePoses& poses, P
                     });
   frames.resize(count);
   return frames;
-}
-
-// log gain(from) - log gain(to) = difference, of one channel.
-struct GainEquation {
-  int from = 0;
-  int to = 0;
-  double difference = 0.0;
-  double error = 1.0;
-  double weight = 1.0;
-};
-
-Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations, int frames) {
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(static_cast<std::size_t>(frames) + 4 * equations.size());
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(frames);
-  for (int i = 0; i < frames; ++i) entries.emplace_back(i, i, 1.0 / (kPriorLog * kPriorLog));
-  for (const GainEquation& equation : equations) {
-    entries.emplace_back(equation.from, equation.from, equation.weight);
-    entries.emplace_back(equation.to, equation.to, equation.weight);
-    entries.emplace_back(equation.from, equation.to, -equation.weight);
-    entries.emplace_back(equation.to, equation.from, -equation.weight);
-    right[equation.from] += equation.weight * equation.difference;
-    right[equation.to] -= equation.weight * equation.difference;
-  }
-  Eigen::SparseMatrix<double> normal(frames, frames);
-  normal.setFromTriplets(entries.begin(), entries.end());
-  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(normal).solve(right);
-}
-
-// Huber's estimate by iterative reweighting (Huber 1981): beyond 1.345 standard errors a link pulls
-// no harder the more it is wrong.
-Eigen::VectorXd solve_robustly(std::vector<GainEquation> equations, int frames) {
-  constexpr double kHuber = 1.345;
-  constexpr int kIterations = 20;
-  for (GainEquation& equation : equations) {
-    equation.weight = 1.0 / (equation.error * equation.error);
-  }
-  Eigen::VectorXd solution = solve_weighted(equations, frames);
-  for (int i = 0; i < kIterations; ++i) {
-    for (GainEquation& equation : equations) {
-      const double residual =
-          std::abs(solution[equation.from] - solution[equation.to] - equation.difference) /
-          equation.error;
-      equation.weight =
-          std::min(1.0, kHuber / std::max(residual, kHuber)) / (equation.error * equation.error);
-    }
-    solution = solve_weighted(equations, frames);
-  }
-  return solution;
 }
 
 cv::Mat shrunk_to_width(const cv::Mat& picture, int width) {
@@ -160,7 +109,7 @@ std::vector<LightGain> solve_gains(int frames, std::span<const ComparedLink> lin
                            .difference = colours.log_ratio[c],
                            .error = colours.log_ratio_error[c]});
     }
-    const Eigen::VectorXd log_gain = solve_robustly(std::move(equations), frames);
+    const Eigen::VectorXd log_gain = solve_gain_graph(equations, frames, kPriorLog);
     for (std::size_t i = 0; i < gains.size(); ++i) {
       gains[i][c] = std::exp(log_gain[static_cast<Eigen::Index>(i)]);
     }

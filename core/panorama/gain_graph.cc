@@ -1,0 +1,71 @@
+#include "core/panorama/gain_graph.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace raywalk {
+namespace {
+
+// Weighted least squares. The normal equations are those of a graph: they leave the mean of every
+// connected part open. Their right side sums to 0 over each part, so with a vanishing multiple of
+// the unit matrix added, which makes them regular, each part's mean comes out as 0. How small it
+// can be is a matter of rounding, which it magnifies: to less than 1e-6 here.
+Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
+                               const std::vector<double>& weights, int pictures,
+                               double prior_weight) {
+  constexpr double kVanishing = 1e-9;
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(static_cast<std::size_t>(pictures) + 4 * equations.size());
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(pictures);
+  double most_weight = 1.0;
+  for (std::size_t i = 0; i < equations.size(); ++i) {
+    const auto [from, to, difference, error] = equations[i];
+    const double weight = weights[i];
+    entries.emplace_back(from, from, weight);
+    entries.emplace_back(to, to, weight);
+    entries.emplace_back(from, to, -weight);
+    entries.emplace_back(to, from, -weight);
+    right[from] += weight * difference;
+    right[to] -= weight * difference;
+    most_weight = std::max(most_weight, weight);
+  }
+  const double diagonal = std::max(prior_weight, kVanishing * most_weight);
+  for (int i = 0; i < pictures; ++i) entries.emplace_back(i, i, diagonal);
+  Eigen::SparseMatrix<double> normal(pictures, pictures);
+  normal.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(normal);
+  return factors.solve(right);
+}
+
+}  // namespace
+
+Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures,
+                                 double prior_error) {
+  constexpr double kHuber = 1.345;
+  constexpr int kMostIterations = 50;
+  constexpr double kConverged = 1e-6;
+  const double prior_weight = 1.0 / (prior_error * prior_error);
+  std::vector<double> weights;
+  weights.reserve(equations.size());
+  for (const GainEquation& equation : equations) {
+    weights.push_back(1.0 / (equation.error * equation.error));
+  }
+  Eigen::VectorXd solution = solve_weighted(equations, weights, pictures, prior_weight);
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    for (std::size_t i = 0; i < equations.size(); ++i) {
+      const GainEquation& equation = equations[i];
+      const double residual =
+          std::fabs(solution[equation.from] - solution[equation.to] - equation.difference) /
+          equation.error;
+      weights[i] =
+          std::min(1.0, kHuber / std::max(residual, kHuber)) / (equation.error * equation.error);
+    }
+    const Eigen::VectorXd last = solution;
+    solution = solve_weighted(equations, weights, pictures, prior_weight);
+    if (pictures == 0 || (solution - last).cwiseAbs().maxCoeff() < kConverged) break;
+  }
+  return solution;
+}
+
+}  // namespace raywalk
