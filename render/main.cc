@@ -80,10 +80,7 @@ void add_view_flags(CLI::App* command, ViewFlags* flags) {
       ->check(CLI::Range(4, 32768));
 }
 
-void add_frame_flags(CLI::App* command, ViewFrame* frame) {
-  command->add_option("--yaw-deg", frame->yaw_deg, "Turn to the right, degrees");
-  command->add_option("--pitch-deg", frame->pitch_deg, "Look up, degrees");
-  command->add_option("--roll-deg", frame->roll_deg, "Tilt the camera clockwise, degrees");
+void add_flat_flags(CLI::App* command, ViewFrame* frame) {
   command
       ->add_option("--fov-deg", frame->fov_deg,
                    "A flat picture of so many degrees across, instead of a panorama")
@@ -99,7 +96,10 @@ void add_view(CLI::App* app, Arguments* arguments) {
       ->required();
   view->add_option("--out", arguments->out, "Picture to write, .png or .jpg")->required();
   add_view_flags(view, &arguments->flags);
-  add_frame_flags(view, &arguments->frame);
+  view->add_option("--yaw-deg", arguments->frame.yaw_deg, "Turn to the right, degrees");
+  view->add_option("--pitch-deg", arguments->frame.pitch_deg, "Look up, degrees");
+  view->add_option("--roll-deg", arguments->frame.roll_deg, "Tilt the camera clockwise, degrees");
+  add_flat_flags(view, &arguments->frame);
   view->footer(
       "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png\n"
       "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
@@ -119,20 +119,24 @@ void add_view(CLI::App* app, Arguments* arguments) {
 void add_path(CLI::App* app, Arguments* arguments) {
   CLI::App* path = app->add_subcommand("path", "Render many views, one picture each");
   add_room(path, arguments);
-  path->add_option("path", arguments->path, "Views: a table with columns name,x,z (metres)")
+  path->add_option("path", arguments->path,
+                   "Views: a table with columns name,x,z (metres) and, where they are turned, "
+                   "yaw,pitch,roll (degrees)")
       ->required();
   path->add_option("--out", arguments->out, "Directory for <name>.png, made if it is missing")
       ->required();
+  add_flat_flags(path, &arguments->frame);
   add_view_flags(path, &arguments->flags);
   path->footer(
       "Example:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
       "A run that was stopped is resumed by the same command.");
   path->callback([arguments] {
     set_thread_count(arguments->threads);
+    viewport_of(arguments->frame);
     const ViewSettings settings = view_settings(arguments->flags);
     const Room room = Room::open(arguments->room);
-    fmt::print("{}\n",
-               write_path(room, view_mode(settings, room), arguments->path, arguments->out));
+    fmt::print("{}\n", write_path(room, view_mode(settings, room), arguments->frame,
+                                  arguments->path, arguments->out));
   });
 }
 

@@ -9,15 +9,9 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/number.h"
-#include "core/panorama/panorama_rotation.h"
 
 namespace raywalk {
 namespace {
-
-Attitude attitude_of(const ViewFrame& frame) {
-  return {radians_from_degrees(frame.yaw_deg), radians_from_degrees(frame.pitch_deg),
-          radians_from_degrees(frame.roll_deg)};
-}
 
 std::string percent(double share) {
   return share > 0.0 && share < 5e-4 ? "under 0.1 %" : fmt::format("{:.1f} %", 100.0 * share);
@@ -33,35 +27,6 @@ PlanPoint viewpoint_from_text(const std::string& text) {
     if (x_m && z_m) return {*x_m, *z_m};
   }
   throw UsageError("--at is " + excerpt(text) + "; give X,Z in metres, for example 0.1,-0.25");
-}
-
-std::optional<Viewport> viewport_of(const ViewFrame& frame) {
-  Viewport viewport{.attitude = attitude_of(frame), .width = 1280, .height = 720};
-  if (frame.fov_deg == 0.0) {
-    if (!frame.size.empty()) {
-      throw UsageError(
-          "--size is that of a flat picture; give --fov-deg too, or --width for a "
-          "panorama");
-    }
-    require_viewport(viewport);
-    return std::nullopt;
-  }
-  viewport.fov_x_rad = radians_from_degrees(frame.fov_deg);
-  if (!frame.size.empty()) {
-    const std::size_t by = frame.size.find('x');
-    const auto width = parse_whole_number(std::string_view(frame.size).substr(0, by));
-    const auto height = by == std::string::npos
-                            ? std::nullopt
-                            : parse_whole_number(std::string_view(frame.size).substr(by + 1));
-    if (!width || !height) {
-      throw UsageError("--size is " + excerpt(frame.size) +
-                       "; give WIDTHxHEIGHT in pixels, for example 1440x1600");
-    }
-    viewport.width = *width;
-    viewport.height = *height;
-  }
-  require_viewport(viewport);
-  return viewport;
 }
 
 void require_writable_picture(const std::filesystem::path& file) {
@@ -96,16 +61,11 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
 
 std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file) {
-  const std::optional<Viewport> viewport = viewport_of(frame);
+  viewport_of(frame);  // refuses what is no picture before any work
   require_writable_picture(file);
   Renderer renderer(room, mode.options);
-  const RenderedView view =
-      viewport ? renderer.render(viewpoint, *viewport) : renderer.render(viewpoint);
-  const Attitude turn = attitude_of(frame);
-  const bool turned = turn.yaw_rad != 0.0 || turn.pitch_rad != 0.0 || turn.roll_rad != 0.0;
-  write_image(file, turned && !viewport
-                        ? rotate_panorama(view.image, world_from_camera(turn).transpose())
-                        : view.image);
+  const RenderedView view = render_framed(&renderer, viewpoint, frame);
+  write_image(file, view.image);
   return fmt::format("{}: {}x{} at {:g},{:g} m, {}", file.string(), view.image.cols,
                      view.image.rows, viewpoint.x_m, viewpoint.z_m,
                      view_summary(mode, view.report));

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -34,22 +35,31 @@ std::string fingerprint_of(const Room& room) {
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
-json settings_of(const Room& room, const ViewMode& mode) {
-  return {{"format_version", kFormatVersion},
-          {"room_sha256", fingerprint_of(room)},
-          {"generation", generation_name(mode.options.generation)},
-          {"connection", mode.connection},
-          {"k_deg", mode.options.k_deg},
-          {"layers", mode.options.layers},
-          {"tolerance_px", mode.options.tolerance_px},
-          {"overlap_deg", mode.options.overlap_deg},
-          {"width_px", mode.options.width}};
+json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
+  json settings{{"format_version", kFormatVersion},
+                {"room_sha256", fingerprint_of(room)},
+                {"generation", generation_name(mode.options.generation)},
+                {"connection", mode.connection},
+                {"k_deg", mode.options.k_deg},
+                {"layers", mode.options.layers},
+                {"tolerance_px", mode.options.tolerance_px},
+                {"overlap_deg", mode.options.overlap_deg},
+                {"width_px", mode.options.width}};
+  if (const std::optional<Viewport> viewport = viewport_of(frame)) {
+    settings["fov_deg"] = frame.fov_deg;
+    settings["size_px"] = fmt::format("{}x{}", viewport->width, viewport->height);
+  }
+  return settings;
 }
 
 json json_of(std::span<const PathView> views) {
   json list = json::array();
   for (const PathView& view : views) {
-    list.push_back({{"name", view.name}, {"x_m", view.viewpoint.x_m}, {"z_m", view.viewpoint.z_m}});
+    json entry{{"name", view.name}, {"x_m", view.viewpoint.x_m}, {"z_m", view.viewpoint.z_m}};
+    if (view.yaw_deg != 0.0) entry["yaw_deg"] = view.yaw_deg;
+    if (view.pitch_deg != 0.0) entry["pitch_deg"] = view.pitch_deg;
+    if (view.roll_deg != 0.0) entry["roll_deg"] = view.roll_deg;
+    list.push_back(std::move(entry));
   }
   return list;
 }
@@ -72,8 +82,11 @@ void require_same_work(json earlier, json now, const fs::path& record) {
   }
   earlier.erase("views");
   now.erase("views");
-  for (const auto& [key, value] : now.items()) {
-    if (!earlier.contains(key) || earlier.at(key) != value) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : now.items()) keys.insert(key);
+  for (const auto& [key, value] : earlier.items()) keys.insert(key);
+  for (const std::string& key : keys) {
+    if (earlier.value(key, json()) != now.value(key, json())) {
       throw Error(fmt::format("{}: the views there were made with another {}; use another --out",
                               record.string(), key == "room_sha256" ? "room" : key));
     }
@@ -96,6 +109,13 @@ void write_record(const fs::path& out, json now) {
     }
   }
   write_file_atomically(record, now.dump(2) + "\n");
+}
+
+ViewFrame turned_as(const PathView& view, ViewFrame frame) {
+  frame.yaw_deg = view.yaw_deg;
+  frame.pitch_deg = view.pitch_deg;
+  frame.roll_deg = view.roll_deg;
+  return frame;
 }
 
 fs::path picture_of(const fs::path& out, const PathView& view) {
@@ -129,24 +149,31 @@ void require_inside(const Room& room, const ViewMode& mode, const fs::path& path
 }  // namespace
 
 std::vector<PathView> read_path(const fs::path& file) {
-  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {});
+  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"yaw", "pitch", "roll"});
   const std::vector<std::string> names = file_names_of_rows(table, "name");
+  const auto degrees = [&](std::size_t row, const char* column) {
+    return table.has_column(column) ? table.number(row, column) : 0.0;
+  };
   std::vector<PathView> views;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    views.push_back({names[row], {table.number(row, "x"), table.number(row, "z")}});
+    views.push_back({.name = names[row],
+                     .viewpoint = {table.number(row, "x"), table.number(row, "z")},
+                     .yaw_deg = degrees(row, "yaw"),
+                     .pitch_deg = degrees(row, "pitch"),
+                     .roll_deg = degrees(row, "roll")});
   }
   if (views.empty()) throw Error(file.string() + ": no views; give at least one line name,x,z");
   return views;
 }
 
-std::string write_path(const Room& room, const ViewMode& mode, const fs::path& path,
-                       const fs::path& out) {
+std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                       const fs::path& path, const fs::path& out) {
   const std::vector<PathView> views = read_path(path);
   require_inside(room, mode, path, views);
   Renderer renderer(room, mode.options);
   make_directories(out);
   require_no_strangers(out, views);
-  json record = settings_of(room, mode);
+  json record = settings_of(room, mode, frame);
   record["views"] = json_of(views);
   write_record(out, std::move(record));
 
@@ -157,7 +184,9 @@ std::string write_path(const Room& room, const ViewMode& mode, const fs::path& p
     for (; done < views.size(); ++done) {
       const fs::path picture = picture_of(out, views[done]);
       if (!fs::exists(picture)) {
-        write_image(picture, renderer.render(views[done].viewpoint).image);
+        write_image(
+            picture,
+            render_framed(&renderer, views[done].viewpoint, turned_as(views[done], frame)).image);
         ++rendered;
       }
       progress.advance();

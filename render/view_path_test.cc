@@ -60,11 +60,11 @@ class ViewPathTest : public ::testing::Test {
   void list(const std::string& text) const { std::ofstream(path()) << text; }
   fs::path path() const { return directory_ / "path.csv"; }
   fs::path out() const { return directory_ / "views"; }
-  std::string run(double k_deg = 80.0) const {
-    return write_path(room_, {.options = {.k_deg = k_deg}}, path(), out());
+  std::string run(double k_deg = 80.0, const ViewFrame& frame = {}) const {
+    return write_path(room_, {.options = {.k_deg = k_deg}}, frame, path(), out());
   }
-  std::string run_error(double k_deg = 80.0) const {
-    return error_of([&] { run(k_deg); });
+  std::string run_error(double k_deg = 80.0, const ViewFrame& frame = {}) const {
+    return error_of([&] { run(k_deg, frame); });
   }
 
   TestDirectory directory_;
@@ -80,6 +80,26 @@ TEST_F(ViewPathTest, WritesEveryViewAndHowItWasMade) {
   EXPECT_EQ(record["generation"], "hlf-vd");
   EXPECT_EQ(record["k_deg"], 80.0);
   EXPECT_EQ(record["views"].size(), 2U);
+}
+
+TEST_F(ViewPathTest, TurnsViewsAsTheTableSays) {
+  list("name,x,z,yaw,pitch\na,0,0,90,0\nb,0.25,-0.25,-20,30\n");
+  const ViewFrame flat{.fov_deg = 60.0, .size = "40x30"};
+  run(80.0, flat);
+  Renderer renderer(room_, {.k_deg = 80.0});
+  ViewFrame turned = flat;
+  turned.yaw_deg = -20.0;
+  turned.pitch_deg = 30.0;
+  const cv::Mat expected = render_framed(&renderer, {0.25, -0.25}, turned).image;
+  EXPECT_EQ(cv::norm(read_picture(out() / "b.png"), expected, cv::NORM_INF), 0.0);
+  const auto record = nlohmann::json::parse(read_file(out() / "views.json"));
+  EXPECT_EQ(record["fov_deg"], 60.0);
+  EXPECT_EQ(record["size_px"], "40x30");
+  EXPECT_EQ(record["views"][1]["pitch_deg"], 30.0);
+  // Panoramas do not go beside flat pictures, nor views turned another way.
+  EXPECT_THAT(run_error(), HasSubstr("another fov_deg"));
+  list("name,x,z,yaw\na,0,0,91\n");
+  EXPECT_THAT(run_error(80.0, flat), HasSubstr("'a' was rendered at another viewpoint"));
 }
 
 TEST_F(ViewPathTest, RendersOnlyWhatIsMissing) {

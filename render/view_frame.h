@@ -1,0 +1,27 @@
+// Where a view looks and how much of it is shown, as a user says it.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "render/view/renderer.h"
+
+namespace raywalk {
+
+struct ViewFrame {
+  double yaw_deg = 0.0;    // to the right
+  double pitch_deg = 0.0;  // up
+  double roll_deg = 0.0;   // the camera clockwise
+  double fov_deg = 0.0;    // of a flat picture's width; 0: a panorama
+  std::string size{};      // of a flat picture, "1440x1600"; empty: 1280x720
+};
+
+// The flat picture that a frame asks for; none where it asks for a panorama. Throws UsageError as
+// require_viewport does, for a size that is none, and for a size without a field of view.
+std::optional<Viewport> viewport_of(const ViewFrame& frame);
+
+// The view that a frame asks for: a flat picture, or a panorama turned by resampling it. Throws
+// UsageError as viewport_of() does, Error as the renderer does.
+RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFrame& frame);
+
+}  // namespace raywalk
