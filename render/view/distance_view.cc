@@ -19,9 +19,12 @@ const DistanceVolume& volume_of(const Room& room, const MapStation& map) {
   return room.distances(map.line);
 }
 
-// Inverse of a stored distance; negative where it is unknown or not to be relied on.
+// Inverse of a stored distance; negative where it is unknown or not to be relied on. What is nearer
+// than a nanometre counts as that: its inverse may be too large for a float.
 float stored_omega(float distance_m, std::uint8_t confidence) {
-  return confidence >= kLeastConfidence && distance_m > 0.0f ? 1.0f / distance_m : kUnseen;
+  constexpr float kLargest = 1e9f;
+  if (confidence < kLeastConfidence || !(distance_m > 0.0f)) return kUnseen;
+  return std::min(1.0f / distance_m, kLargest);
 }
 
 // Marks the pixels that the points of a column cover with the nearest surface seen there.
