@@ -27,14 +27,20 @@ function(raywalk_library name)
   target_link_libraries(${name} PUBLIC raywalk_options ${ARG_LINK})
 endfunction()
 
-# raywalk_test(<name> SOURCES ... LINK ...): one GoogleTest executable, every case known to ctest.
+# raywalk_test(<name> [TOGETHER] SOURCES ... LINK ...): one GoogleTest executable, every case known to
+# ctest. TOGETHER: cases that share what is costly to make run in one process, known as one test.
 function(raywalk_test name)
   if(NOT RAYWALK_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
+  if(ARG_TOGETHER)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES COST 100)  # long: begun first
+  else()
+    gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
+  endif()
 endfunction()
