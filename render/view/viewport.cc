@@ -68,10 +68,16 @@ BorderRange border_range(const Viewport& viewport, const Eigen::Matrix3d& turn) 
   BorderWalk walk(turn);
   const int w = viewport.width;
   const int h = viewport.height;
-  for (int i = 0; i < w; ++i) walk.visit(camera_ray(viewport, i, 0));
-  for (int j = 0; j < h; ++j) walk.visit(camera_ray(viewport, w - 1, j));
-  for (int i = w - 1; i >= 0; --i) walk.visit(camera_ray(viewport, i, h - 1));
-  for (int j = h - 1; j >= 0; --j) walk.visit(camera_ray(viewport, 0, j));
+  constexpr int kSamples = 256;  // of a side: more cost more than the few columns they save
+  for (int side = 0; side < 4; ++side) {
+    for (int i = 0; i < kSamples; ++i) {
+      const double along = static_cast<double>(side < 2 ? i : kSamples - i) / kSamples;
+      const double across = side == 0 || side == 3 ? 0.0 : 1.0;
+      walk.visit(side % 2 == 0 ? camera_ray(viewport, along * (w - 1), across * (h - 1))
+                               : camera_ray(viewport, across * (w - 1), along * (h - 1)));
+    }
+  }
+  walk.visit(camera_ray(viewport, 0, 0));
   return walk.range();
 }
 
