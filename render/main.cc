@@ -147,8 +147,7 @@ void add_validate(CLI::App* app, Arguments* arguments) {
   command
       ->add_option("--truth", arguments->validate.truth,
                    "True views: a table with columns file,x,y,z (metres) and, where wanted, mask "
-                   "(pictures, 0 "
-                   "= not compared)")
+                   "(pictures, 0 = not compared)")
       ->required();
   command
       ->add_option("--report", arguments->validate.report,

@@ -265,9 +265,11 @@ void Renderer::render_panorama(cv::Mat* image, ViewReport* report) {
 
 void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report) {
   const PanoramaSize panorama = view_.inputs_->output;
-  // A picture much coarser than the panorama is made finer and averaged down.
+  // A picture much coarser than the panorama is made finer and averaged down, as far as a picture
+  // of that size can be made.
   const double coarser = panorama.width / (kTwoPi * focal_length_px(viewport));
-  const int fold = std::max(1, static_cast<int>(std::lround(coarser)));
+  const int most_fold = kLargestViewport_px / std::max(viewport.width, viewport.height);
+  const int fold = std::max(1, std::min(most_fold, static_cast<int>(std::lround(coarser))));
   Viewport fine = viewport;
   fine.width *= fold;
   fine.height *= fold;

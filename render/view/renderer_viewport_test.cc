@@ -1,7 +1,9 @@
 // Flat pictures of part of a view, against the room itself and against the panorama.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -44,6 +46,21 @@ cv::Mat true_picture(const SyntheticRoomSpec& spec, PlanPoint at, const Viewport
   return picture;
 }
 
+// The picture cut from a whole panorama; interpolated by cubics.
+cv::Mat cut_from(const cv::Mat& panorama, const Viewport& viewport) {
+  const PanoramaSampler sampler(panorama);
+  cv::Mat cut(viewport.height, viewport.width, CV_8UC3);
+  for (int u = 0; u < cut.cols; ++u) {
+    const RayLine line = rays_of_column(viewport, u);
+    for (int v = 0; v < cut.rows; ++v) {
+      Eigen::Vector3d direction;
+      for (int i = 0; i < 3; ++i) direction[i] = line.start[i] + v * line.step[i];
+      cut.at<cv::Vec3b>(v, u) = cv::Vec3b(sampler.at(direction));
+    }
+  }
+  return cut;
+}
+
 class ViewportRoom : public testing::Test {
  protected:
   static SyntheticRoomSpec spec() {
@@ -75,26 +92,18 @@ TEST_F(ViewportRoom, CorrectedPicturesAreWhatACameraSees) {
   }
 }
 
-// The same as cutting it from the whole panorama, but for the interpolation: cubic there.
+// But for the interpolation.
 TEST_F(ViewportRoom, AgreesWithThePanoramaInEveryGeneration) {
   for (const Generation generation : kGenerations) {
     for (const int layers : {0, 5}) {
       const ViewOptions options{.generation = generation, .k_deg = 76.0, .layers = layers};
       const PlanPoint at{-0.21, 0.3};
-      const PanoramaSampler panorama(room_.image(options, at));
+      const cv::Mat panorama = room_.image(options, at);
       for (const Viewport& viewport : viewports_) {
         const cv::Mat picture = flat(options, at, viewport);
         ASSERT_EQ(picture.size(), cv::Size(viewport.width, viewport.height));
-        cv::Mat cut(picture.size(), CV_8UC3);
-        for (int u = 0; u < cut.cols; ++u) {
-          const RayLine line = rays_of_column(viewport, u);
-          for (int v = 0; v < cut.rows; ++v) {
-            Eigen::Vector3d direction;
-            for (int i = 0; i < 3; ++i) direction[i] = line.start[i] + v * line.step[i];
-            cut.at<cv::Vec3b>(v, u) = cv::Vec3b(panorama.at(direction));
-          }
-        }
-        EXPECT_GT(psnr_db(picture, cut), 40.0) << generation_name(generation) << layers;
+        EXPECT_GT(psnr_db(picture, cut_from(panorama, viewport)), 40.0)
+            << generation_name(generation) << layers;
       }
     }
   }
@@ -119,7 +128,57 @@ TEST_F(ViewportRoom, TheSameRendererMakesPanoramasAndPicturesInTurn) {
   EXPECT_THROW(renderer.render({0.2, 0.1}, looking(0, 0, 0, 180, 10, 10)), UsageError);
 }
 
-// Rows that are not shown may hold what a shown hidden pixel is stretched from.
+// A coarse picture is made finer first, but not of any size.
+TEST_F(ViewportRoom, NarrowPicturesOfAWideFieldRender) {
+  const cv::Mat picture =
+      flat({.generation = Generation::kInitial}, {0.1, 0.1}, looking(0, 0, 0, 170, 1, 4000));
+  EXPECT_EQ(picture.size(), cv::Size(1, 4000));
+}
+
+// Rows that are not wanted may hold what wanted ones are stretched from, where no station sees a
+// point: here none is asked beyond the column's own, and maps that contradict each other hide much.
+TEST(WantedRows, AreThoseOfTheWholeColumn) {
+  SyntheticRoomSpec spec;
+  spec.width = 256;
+  spec.overhang_m = 0.25;
+  spec.distance_width = 64;
+  spec.stored_distance = [](int u, int v, double exact_m) {
+    return static_cast<float>((u / 2 + v / 2) % 2 == 0 ? exact_m : 0.1 * exact_m);
+  };
+  const TestRoom room(spec);
+  std::int64_t stretched = 0;
+  for (const Generation generation : kGenerations) {
+    Renderer renderer(room.room(), {.generation = generation});
+    const ViewInputs& prepared = renderer.prepare({0.1, -0.2}).inputs();
+    const auto inputs = [&](RowRun rows) {
+      return ViewInputs{.room = prepared.room,
+                        .plan = prepared.plan,
+                        .output = prepared.output,
+                        .rows = rows,
+                        .distances = prepared.distances,
+                        .layers = prepared.layers,
+                        .fill_maps = {}};
+    };
+    const ViewInputs whole = inputs({0, prepared.output.height});
+    for (const RowRun rows : {RowRun{10, 40}, {50, 51}, {70, 128}}) {
+      const ViewInputs wanted = inputs(rows);
+      ColumnRenderer all(whole), part(wanted);
+      for (int u = 0; u < 256; ++u) {
+        const double theta_rad = angles_from_pixel({double(u), 0.0}, whole.output).theta_rad;
+        const auto sources = renderer.sources(whole.plan.column(theta_rad));
+        std::vector<std::uint8_t> expected(3 * 128 + 4), found(3 * 128 + 4, 0xAA);
+        all.render(u, sources, expected.data());
+        part.render(u, sources, found.data());
+        ASSERT_TRUE(std::equal(expected.begin() + 3 * rows.begin, expected.begin() + 3 * rows.end,
+                               found.begin() + 3 * rows.begin))
+            << generation_name(generation) << " column " << u << " rows from " << rows.begin;
+      }
+      stretched += all.counts().stretched;
+    }
+  }
+  EXPECT_GT(stretched, 1000);
+}
+
 TEST(ViewportMasks, NothingOfADollyIsShown) {
   SyntheticRoomSpec spec;
   spec.width = 256;
