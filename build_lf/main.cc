@@ -67,6 +67,9 @@ void add_depth(CLI::App* app, Arguments* arguments) {
                     "Width of the maps in pixels; 0 = as captured, at most 1024");
   depth->add_option("--valid-mask", options->valid_mask,
                     "Grey image in world axes; black pixels of every panorama are not used");
+  depth->add_option("--hold-out", options->hold_out,
+                    "Leave out one of every n stations and keep the maps in room.lf/held-out, for "
+                    "raywalk-render trade --held-out; 0 = use all");
   depth->add_flag("--truth", options->compare_truth,
                   "Compare with the distances that were packed with the room");
   depth->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")

@@ -28,6 +28,9 @@ struct DepthOptions {
   // 8-bit grey, as large as the maps, in world axes; 0 = not to be used.
   std::optional<std::filesystem::path> valid_mask{};
   bool compare_truth = false;  // with the distances that were packed with the room
+  // Estimate as if one of every so many stations (held_out_stations()) had never been captured, and
+  // keep the maps in held_out_directory() for raywalk-render trade --held-out; 0: use all.
+  int hold_out = 0;
 };
 
 struct DepthPlan {

@@ -42,6 +42,9 @@ struct DepthSummary {
   std::string method{};
   PanoramaSize size;
   int stations = 0;
+  int every = 0;             // as asked for: a map at every n-th station; 0: as the grid requires
+  int hold_out = 0;          // one of so many stations was left out; 0: none
+  std::string valid_mask{};  // file of pixels that were not used; empty: all were
   double reach_m = 0.0;
   double nearest_m = 0.0;  // what the sweep looked for; 0: the method has no such limit
   int layers = 0;

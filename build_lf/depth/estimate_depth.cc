@@ -24,6 +24,7 @@
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
 #include "core/room/connection_errors.h"
+#include "core/room/kept_stations.h"
 
 namespace raywalk {
 namespace {
@@ -51,6 +52,26 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
   text += manifest_to_json(room.manifest());  // where the stations are
   if (options.valid_mask) text += read_file(*options.valid_mask);
   return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+// The room, or the part of it that distances are to be told from.
+Room room_to_estimate(const DepthOptions& options) {
+  Room room = Room::open(options.room);
+  if (options.hold_out == 0) return room;
+  if (options.hold_out < 2)
+    throw UsageError("--hold-out: give 2 or more, or 0 to use all stations");
+  if (options.compare_truth) {
+    throw UsageError("--truth compares the distances of all stations; give it without --hold-out");
+  }
+  return room.subset(all_but(room.grid(), held_out_stations(room.grid(), options.hold_out)));
+}
+
+// Where the maps go, and what is told of them.
+fs::path output_of(const DepthOptions& options) {
+  if (options.hold_out == 0) return options.room;
+  fs::path output = held_out_directory(options.room);
+  make_directories(output);
+  return output;
 }
 
 // Throws UsageError where the method cannot do what is asked for.
@@ -208,19 +229,23 @@ void require_truth(const GivenDistances& given, const fs::path& room) {
 
 DepthSummary estimate_depth(const DepthOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const Room room = Room::open(options.room);
+  const Room room = room_to_estimate(options);
   require_method(room, options);
   DepthPlan plan = plan_depth(room, options);
   const cv::Mat valid = read_valid_mask(options, plan.size);
-  const GivenDistances given(room);
+  const GivenDistances given(Room::open(options.room));
   if (options.compare_truth) require_truth(given, options.room);
   DepthSummary summary{.room = options.room.string(),
                        .method = name_of(options.method),
                        .size = plan.size,
                        .stations = stations_of(room.grid()),
+                       .every = options.every,
+                       .hold_out = options.hold_out,
+                       .valid_mask = options.valid_mask.value_or(fs::path()).string(),
                        .reach_m = plan.reach_m};
   const StationGains gains = examine_frames(room, &plan, &summary);
-  PartialMaps partial(options.room, fingerprint_of(room, options, plan));
+  const fs::path output = output_of(options);
+  PartialMaps partial(output, fingerprint_of(room, options, plan));
   make_maps(room, options.method, plan, gains, valid, &partial, &summary);
   for (const SweepReference& reference : plan.maps) {
     summary.maps.push_back(summary_of(room, plan, final_map(partial, plan, reference)));
@@ -231,15 +256,19 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   }
   const std::vector<InverseDistanceMap> shown = maps_to_show(room, plan, partial);
   write_volumes(room, options.method, plan, partial);
-  partial.complete(given.in_use() ? kGivenDistances : "");
-  // What was measured on the distances that were there no longer holds.
-  std::error_code ignored;
-  fs::remove(connection_errors_path(options.room), ignored);
+  if (options.hold_out > 0) {
+    partial.complete("");
+  } else {
+    partial.complete(given.in_use() ? kGivenDistances : "");
+    // What was measured on the distances that were there no longer holds.
+    std::error_code ignored;
+    fs::remove(connection_errors_path(options.room), ignored);
+  }
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_memory_mb = peak_memory_mb();
-  summary.page = (options.room / "depth.html").string();
-  write_file_atomically(options.room / "depth.html", depth_page(room, summary, shown));
-  write_file_atomically(options.room / "depth.json", depth_summary_to_json(summary));
+  summary.page = (output / "depth.html").string();
+  write_file_atomically(output / "depth.html", depth_page(room, summary, shown));
+  write_file_atomically(output / "depth.json", depth_summary_to_json(summary));
   return summary;
 }
 

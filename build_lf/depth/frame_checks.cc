@@ -39,6 +39,7 @@ class LineChecks {
              const StationGains& gains, std::vector<FrameFinding>* findings)
       : line_index_(line),
         line_(room.grid().lines[static_cast<size_t>(line)]),
+        volume_(room.volume(line)),
         file_(line_volume_path(room.directory(), line_.id)),
         gains_(gains.gain[static_cast<size_t>(line)]),
         findings_(findings) {
@@ -53,14 +54,15 @@ class LineChecks {
     const Hdf5File file = Hdf5File::open(file_);
     if (!file.has_dataset("sha256")) return;
     const std::vector<std::string> checksums = file.read_strings("sha256");
-    if (checksums.size() != line_.stations.size()) {
+    const auto stored = static_cast<size_t>(volume_.stations_in_file());
+    if (checksums.size() != stored) {
       throw Error(file_.string() + ": holds " + std::to_string(checksums.size()) +
-                  " checksums for " + std::to_string(line_.stations.size()) +
-                  " stations; pack the room again");
+                  " checksums for " + std::to_string(stored) + " stations; pack the room again");
     }
     std::map<std::string, int> first;
     for (int i = 0; i < stations(); ++i) {
-      const auto [earlier, is_new] = first.emplace(checksums[static_cast<size_t>(i)], i);
+      const auto [earlier, is_new] =
+          first.emplace(checksums[static_cast<size_t>(volume_.index_in_file(i))], i);
       if (is_new) continue;
       report(i, FrameFault::kSameFile, earlier->second, way_m(earlier->second, i));
       copies_.push_back(i);
@@ -197,6 +199,7 @@ class LineChecks {
 
   int line_index_;
   const Line& line_;
+  const LineVolume& volume_;
   std::filesystem::path file_;
   const std::vector<ColourGain>& gains_;
   std::map<std::pair<int, int>, StationLink> links_;  // by station

@@ -25,35 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr int kMostViews = 48;
 
-Line thinned_line(const Line& line, const std::vector<int>& kept) {
-  Line thinned = line;
-  thinned.stations.clear();
-  double height_sum_m = 0.0;
-  for (const int station : kept) {
-    thinned.stations.push_back(line.stations[static_cast<size_t>(station)]);
-    height_sum_m += thinned.stations.back().position_m.y();
-  }
-  thinned.height_m = height_sum_m / static_cast<double>(kept.size());
-  return thinned;
-}
-
-// The maps of kept stations, and the indices these stations have from now on.
-struct KeptMaps {
-  std::vector<int> maps;
-  std::vector<std::int32_t> stations;
-};
-
-KeptMaps kept_maps(const DistanceVolume& volume, const std::vector<int>& kept) {
-  KeptMaps result;
-  for (int map = 0; map < volume.maps(); ++map) {
-    const auto found = std::ranges::lower_bound(kept, volume.stations()[static_cast<size_t>(map)]);
-    if (found == kept.end() || *found != volume.stations()[static_cast<size_t>(map)]) continue;
-    result.maps.push_back(map);
-    result.stations.push_back(static_cast<std::int32_t>(found - kept.begin()));
-  }
-  return result;
-}
-
 // All columns of a station or map, which follow each other in memory.
 template <typename T>
 std::vector<T> all_columns(std::span<const T> first_column, int columns) {
@@ -95,29 +66,30 @@ StationDistances distances_of(const DistanceVolume& volume, int map, int width) 
   return distances;
 }
 
-void write_line(const Room& room, int index, const std::vector<int>& kept, const Line& line,
-                int distance_width, const fs::path& out, Progress* progress) {
-  const LineVolume& rays = room.volume(index);
+// `part` is the room of the kept stations alone.
+void write_line(const Room& part, int index, int distance_width, const fs::path& out,
+                Progress* progress) {
+  const Line& line = part.grid().lines[static_cast<size_t>(index)];
+  const LineVolume& rays = part.volume(index);
   const fs::path rays_file = line_volume_path(out, line.id);
   if (!fs::exists(rays_file)) {
     write_line_volume(rays_file, line,
-                      {.panorama = room.panorama(),
+                      {.panorama = part.panorama(),
                        .masked = rays.masked(),
-                       .read = [&](size_t i) { return rays_of(rays, kept[i]); }},
+                       .read = [&](size_t i) { return rays_of(rays, static_cast<int>(i)); }},
                       progress);
   }
-  const DistanceVolume& distances = room.distances(index);
-  const KeptMaps maps = kept_maps(distances, kept);
+  const DistanceVolume& distances = part.distances(index);
   const fs::path distances_file = distance_volume_path(out, line.id);
-  if (maps.maps.empty() || fs::exists(distances_file)) return;
+  if (distances.maps() == 0 || fs::exists(distances_file)) return;
   const int width = std::min(distance_width, distances.size().width);
-  const Hdf5File source = Hdf5File::open(distance_volume_path(room.directory(), line.id));
+  const Hdf5File source = Hdf5File::open(distance_volume_path(part.directory(), line.id));
   write_distance_volume(
       distances_file, line,
-      {.stations = maps.stations,
+      {.stations = {distances.stations().begin(), distances.stations().end()},
        .size = {width, width / 2},
        .origin = source.text_attribute("origin").value_or(kGivenOrigin),
-       .read = [&](size_t i) { return distances_of(distances, maps.maps[i], width); }},
+       .read = [&](size_t i) { return distances_of(distances, static_cast<int>(i), width); }},
       progress);
 }
 
@@ -128,11 +100,10 @@ std::string fingerprint_of(const Room& room, const KeptStations& kept, int dista
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
-std::int64_t images_of(const Room& room, const KeptStations& kept) {
+std::int64_t images_of(const Room& room) {
   std::int64_t images = 0;
-  for (size_t line = 0; line < kept.size(); ++line) {
-    images += std::ssize(kept[line]);
-    images += std::ssize(kept_maps(room.distances(static_cast<int>(line)), kept[line]).maps);
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    images += room.volume(line).stations() + room.distances(line).maps();
   }
   return images;
 }
@@ -165,15 +136,14 @@ std::uint64_t bytes_in(const fs::path& directory) {
 void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
                         const fs::path& out) {
   PartialRoom partial(out, fingerprint_of(room, kept, distance_width));
-  RoomManifest manifest{room.panorama(), {{}, room.grid().cells}, {}};
-  Progress progress("thinning", images_of(room, kept), "images");
-  for (size_t i = 0; i < kept.size(); ++i) {
-    const Line line = thinned_line(room.grid().lines[i], kept[i]);
-    write_line(room, static_cast<int>(i), kept[i], line, distance_width, partial.directory(),
-               &progress);
-    manifest.rays_sha256.push_back(
-        checksum_of_line(line_volume_path(partial.directory(), line.id)));
-    manifest.grid.lines.push_back(line);
+  const Room part = room.subset(kept);
+  RoomManifest manifest = part.manifest();
+  manifest.rays_sha256.clear();
+  Progress progress("thinning", images_of(part), "images");
+  for (int i = 0; i < static_cast<int>(kept.size()); ++i) {
+    write_line(part, i, distance_width, partial.directory(), &progress);
+    manifest.rays_sha256.push_back(checksum_of_line(
+        line_volume_path(partial.directory(), manifest.grid.lines[static_cast<size_t>(i)].id)));
   }
   write_file_atomically(manifest_path(partial.directory()), manifest_to_json(manifest));
   Room::open(partial.directory());  // what was written can be read

@@ -2,15 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
 
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
 namespace raywalk {
-
-// The stations kept of each line, increasing indices; the first and the last among them.
-using KeptStations = std::vector<std::vector<int>>;
 
 // Writes the room `out` that holds `kept` alone: the same lines, cells, rays, and the distances of
 // those stations, sampled at `distance_width` where their maps are wider. It appears only when

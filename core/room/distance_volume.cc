@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/room/hdf5_file.h"
@@ -35,12 +37,16 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
     volume.given_ = hdf5.text_attribute("origin").value_or(kGivenOrigin) == kGivenOrigin;
   }
   check_stations(volume.stations_, stations_of_line, file.string());
-  volume.distance_ = MappedDataset::open(file, "distance_m", ElementType::kFloat32);
-  volume.confidence_ = MappedDataset::open(file, "confidence", ElementType::kUint8);
-  const std::vector<std::size_t>& shape = volume.distance_.shape();
+  volume.stored_.resize(volume.stations_.size());
+  std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
+  volume.distance_ = std::make_shared<MappedDataset>(
+      MappedDataset::open(file, "distance_m", ElementType::kFloat32));
+  volume.confidence_ =
+      std::make_shared<MappedDataset>(MappedDataset::open(file, "confidence", ElementType::kUint8));
+  const std::vector<std::size_t>& shape = volume.distance_->shape();
   if (shape.size() != 3 || shape[0] != volume.stations_.size() || shape[1] != 2 * shape[2] ||
       shape[1] > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
-      volume.confidence_.shape() != shape) {
+      volume.confidence_->shape() != shape) {
     throw Error(
         fmt::format("{}: 'distance_m' and 'confidence' are not both [{} maps][theta][phi] with "
                     "twice as many theta as phi",
@@ -48,6 +54,20 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
   }
   volume.size_ = {static_cast<int>(shape[1]), static_cast<int>(shape[2])};
   return volume;
+}
+
+DistanceVolume DistanceVolume::subset(std::span<const int> stations_of_line) const {
+  DistanceVolume part = *this;
+  part.stations_.clear();
+  part.stored_.clear();
+  for (size_t station = 0; station < stations_of_line.size(); ++station) {
+    const auto found =
+        std::lower_bound(stations_.begin(), stations_.end(), stations_of_line[station]);
+    if (found == stations_.end() || *found != stations_of_line[station]) continue;
+    part.stations_.push_back(static_cast<int>(station));
+    part.stored_.push_back(stored_[static_cast<size_t>(found - stations_.begin())]);
+  }
+  return part;
 }
 
 }  // namespace raywalk

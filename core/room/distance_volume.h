@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -34,6 +35,10 @@ class DistanceVolume {
   // of a newer format version, misshapen, or names a station the line does not have.
   static DistanceVolume open(const std::filesystem::path& file, int stations_of_line);
 
+  // The maps of some of the line's stations alone (increasing), which count from 0 on; the mapping
+  // is shared.
+  DistanceVolume subset(std::span<const int> stations_of_line) const;
+
   int maps() const { return static_cast<int>(stations_.size()); }
   // Station index of each map, increasing.
   std::span<const int> stations() const { return stations_; }
@@ -42,25 +47,27 @@ class DistanceVolume {
   bool given() const { return given_; }
   // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
   std::span<const float> distance_column(int map, int theta) const {
-    return {static_cast<const float*>(distance_.data()) + offset(map, theta), rows()};
+    return {static_cast<const float*>(distance_->data()) + offset(map, theta), rows()};
   }
   std::span<const std::uint8_t> confidence_column(int map, int theta) const {
-    return {static_cast<const std::uint8_t*>(confidence_.data()) + offset(map, theta), rows()};
+    return {static_cast<const std::uint8_t*>(confidence_->data()) + offset(map, theta), rows()};
   }
 
  private:
   size_t rows() const { return static_cast<size_t>(size_.height); }
   size_t offset(int map, int theta) const {
-    return (static_cast<size_t>(map) * static_cast<size_t>(size_.width) +
+    return (static_cast<size_t>(stored_[static_cast<size_t>(map)]) *
+                static_cast<size_t>(size_.width) +
             static_cast<size_t>(theta)) *
            rows();
   }
 
   std::vector<int> stations_;
+  std::vector<int> stored_;  // of each map, its index in the file
   PanoramaSize size_;
   bool given_ = false;
-  MappedDataset distance_;
-  MappedDataset confidence_;
+  std::shared_ptr<const MappedDataset> distance_;
+  std::shared_ptr<const MappedDataset> confidence_;
 };
 
 }  // namespace raywalk

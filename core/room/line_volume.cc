@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <numeric>
+
 #include "core/base/error.h"
 #include "core/room/hdf5_file.h"
 
@@ -30,17 +32,29 @@ LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
   const auto count = static_cast<size_t>(stations);
   const auto width = static_cast<size_t>(panorama.width);
   LineVolume volume;
-  volume.rays_ = MappedDataset::open(file, "rays", ElementType::kUint8);
-  volume.rays_.expect_scattered_reads();
-  volume.stations_ = stations;
+  volume.rays_ =
+      std::make_shared<MappedDataset>(MappedDataset::open(file, "rays", ElementType::kUint8));
+  volume.rays_->expect_scattered_reads();
+  volume.stored_.resize(count);
+  std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
   volume.panorama_ = panorama;
-  require_shape(volume.rays_, {count, width, static_cast<size_t>(panorama.height), 3}, "rays",
+  require_shape(*volume.rays_, {count, width, static_cast<size_t>(panorama.height), 3}, "rays",
                 file);
   if (masked) {
-    volume.valid_rows_ = MappedDataset::open(file, "valid_rows", ElementType::kInt32);
-    require_shape(volume.valid_rows_, {count, width, 2}, "valid_rows", file);
+    volume.valid_rows_ = std::make_shared<MappedDataset>(
+        MappedDataset::open(file, "valid_rows", ElementType::kInt32));
+    require_shape(*volume.valid_rows_, {count, width, 2}, "valid_rows", file);
   }
   return volume;
+}
+
+LineVolume LineVolume::subset(std::span<const int> stations) const {
+  LineVolume part = *this;
+  part.stored_.clear();
+  for (const int station : stations) {
+    part.stored_.push_back(stored_[static_cast<size_t>(station)]);
+  }
+  return part;
 }
 
 }  // namespace raywalk

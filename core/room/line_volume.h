@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "core/geometry/sphere.h"
 #include "core/room/mapped_dataset.h"
@@ -45,42 +46,60 @@ class LineVolume {
   // `valid_rows` is not [stations][width][2].
   static LineVolume open(const std::filesystem::path& file, int stations, PanoramaSize panorama);
 
-  int stations() const { return stations_; }
+  // The same rays of some of the stations alone, which count from 0 on in the order given; the
+  // mapping is shared. Each of `stations` must be in [0, stations()).
+  LineVolume subset(std::span<const int> stations) const;
+
+  int stations() const { return static_cast<int>(stored_.size()); }
+  // A station's index in the file, where a subset counts otherwise, and how many the file holds.
+  int index_in_file(int station) const { return stored_[static_cast<size_t>(station)]; }
+  int stations_in_file() const { return static_cast<int>(rays_->shape()[0]); }
   PanoramaSize panorama() const { return panorama_; }
   // height * 3 bytes, RGB, top to bottom. `theta` in [0, width), `station` in [0, stations).
   std::span<const std::uint8_t> column(int station, int theta) const {
     const size_t bytes = static_cast<size_t>(panorama_.height) * 3;
-    return {static_cast<const std::uint8_t*>(rays_.data()) + index_of(station, theta) * bytes,
+    return {static_cast<const std::uint8_t*>(rays_->data()) + index_of(station, theta) * bytes,
             bytes};
   }
 
+  // Asks for bytes of a station's rays to be fetched from the disk, without waiting; `begin` counts
+  // from the station's first column on.
+  void fetch(int station, std::size_t begin, std::size_t bytes) const {
+    rays_->fetch(column(station, 0).data() + begin, bytes);
+  }
+  // Whether the middle row of a column can be read without waiting (see MappedDataset).
+  bool in_memory(int station, int theta) const {
+    return rays_->in_memory(column(station, theta).data() + 3 * (panorama_.height / 2));
+  }
+
   // Whether any station has a mask.
-  bool masked() const { return valid_rows_.data() != nullptr; }
+  bool masked() const { return valid_rows_ != nullptr; }
   // The rows of a column that may be used, within [0, height); the whole column where the line has
   // no masks.
   RowRun valid_rows(int station, int theta) const {
     if (!masked()) return {0, panorama_.height};
     const auto* run =
-        static_cast<const std::int32_t*>(valid_rows_.data()) + 2 * index_of(station, theta);
+        static_cast<const std::int32_t*>(valid_rows_->data()) + 2 * index_of(station, theta);
     return {std::max(run[0], 0), std::min(run[1], panorama_.height)};
   }
   // valid_rows() of all columns of a station as they are stored: [theta][2]; empty where the line
   // has no masks.
   std::span<const std::int32_t> stored_valid_rows(int station) const {
     if (!masked()) return {};
-    return {static_cast<const std::int32_t*>(valid_rows_.data()) + 2 * index_of(station, 0),
+    return {static_cast<const std::int32_t*>(valid_rows_->data()) + 2 * index_of(station, 0),
             2 * static_cast<size_t>(panorama_.width)};
   }
 
  private:
   size_t index_of(int station, int theta) const {
-    return static_cast<size_t>(station) * static_cast<size_t>(panorama_.width) +
+    const int stored = stored_[static_cast<size_t>(station)];
+    return static_cast<size_t>(stored) * static_cast<size_t>(panorama_.width) +
            static_cast<size_t>(theta);
   }
 
-  MappedDataset rays_;
-  MappedDataset valid_rows_;
-  int stations_ = 0;
+  std::shared_ptr<const MappedDataset> rays_;
+  std::shared_ptr<const MappedDataset> valid_rows_;  // null without masks
+  std::vector<int> stored_;                          // of each station, its index in the file
   PanoramaSize panorama_;
 };
 

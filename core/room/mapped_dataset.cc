@@ -6,7 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <limits>
 #include <system_error>
 #include <utility>
@@ -81,6 +83,17 @@ Extent locate(const fs::path& path, const std::string& dataset_name, const Eleme
   return extent;
 }
 
+std::size_t page_bytes() {
+  static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  return bytes;
+}
+
+// Where the page of a mapped byte begins, as the system's calls take it.
+std::byte* page_of(const void* byte) {
+  auto* at = const_cast<std::byte*>(static_cast<const std::byte*>(byte));
+  return at - reinterpret_cast<std::uintptr_t>(at) % page_bytes();
+}
+
 // A file descriptor, needed only until the mapping exists.
 class ReadDescriptor {
  public:
@@ -130,7 +143,7 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
                             file_bytes - std::min(file_bytes, extent.offset), extent.bytes));
   }
   // mmap wants an offset that is a whole number of pages.
-  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const std::size_t page = page_bytes();
   // The page before is mapped too where there is one: vector loads may begin a few bytes early.
   const std::size_t before = extent.offset % page + (extent.offset >= page ? page : 0);
   MappedDataset mapped;
@@ -145,6 +158,22 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
   mapped.data_ = static_cast<const std::byte*>(mapping) + before;
   mapped.shape_ = extent.shape;
   return mapped;
+}
+
+void MappedDataset::fetch(const void* begin, std::size_t bytes) const {
+  // Linux reads no more than the disk's read-ahead for one piece of advice, 128 KiB unless somebody
+  // set another.
+  constexpr std::size_t kPiece = std::size_t{128} << 10;
+  std::byte* at = page_of(begin);
+  std::byte* const end = const_cast<std::byte*>(static_cast<const std::byte*>(begin)) + bytes;
+  for (; at < end; at += kPiece) {
+    ::madvise(at, std::min(kPiece, static_cast<std::size_t>(end - at)), MADV_WILLNEED);
+  }
+}
+
+bool MappedDataset::in_memory(const void* byte) const {
+  unsigned char resident = 1;
+  return ::mincore(page_of(byte), 1, &resident) != 0 || (resident & 1U) != 0;
 }
 
 void MappedDataset::expect_scattered_reads() const {

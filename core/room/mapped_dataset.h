@@ -33,6 +33,13 @@ class MappedDataset {
   // reading ahead from the disk would fetch many times what is needed. Advice only.
   void expect_scattered_reads() const;
 
+  // Asks the system to begin fetching bytes of data() from the disk; does not wait for them. Advice
+  // only.
+  void fetch(const void* begin, std::size_t bytes) const;
+  // Whether a byte of data() can be read without waiting for the disk, as far as the system tells;
+  // it tells of nobody else's files, which all count as in memory.
+  bool in_memory(const void* byte) const;
+
  private:
   void* mapping_ = nullptr;
   std::size_t mapping_bytes_ = 0;

@@ -1,6 +1,8 @@
 #include "core/room/room.h"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -22,8 +24,10 @@ fs::path line_volume_path(const fs::path& room, const std::string& line_id) {
   return room / "lines" / (line_id + ".h5");
 }
 
+fs::path distances_directory(const fs::path& room) { return room / "distances"; }
+
 fs::path distance_volume_path(const fs::path& room, const std::string& line_id) {
-  return room / "distances" / (line_id + ".h5");
+  return distances_directory(room) / (line_id + ".h5");
 }
 
 Room Room::open(const fs::path& directory) {
@@ -42,12 +46,61 @@ Room Room::open(const fs::path& directory) {
     const int stations = static_cast<int>(line.stations.size());
     room.volumes_.push_back(
         LineVolume::open(line_volume_path(directory, line.id), stations, room.panorama()));
-    const fs::path distances = distance_volume_path(directory, line.id);
-    room.distances_.push_back(fs::exists(distances, error)
-                                  ? DistanceVolume::open(distances, stations)
-                                  : DistanceVolume());
   }
+  room.open_distances(distances_directory(directory));
   return room;
+}
+
+Room Room::subset(const KeptStations& kept) const {
+  if (kept.size() != volumes_.size()) {
+    throw UsageError("stations are chosen of another number of lines than the room has");
+  }
+  Room part;
+  part.directory_ = directory_;
+  part.manifest_ = manifest_;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    Line& line = part.manifest_.grid.lines[i];
+    const std::vector<Station>& all = grid().lines[i].stations;
+    line.stations.clear();
+    const bool increasing = std::ranges::is_sorted(kept[i], std::less_equal());
+    if (kept[i].size() < 2) {
+      throw UsageError("line " + line.id + " is left without two stations; leave out fewer");
+    }
+    if (!increasing || kept[i].front() < 0 || kept[i].back() >= static_cast<int>(all.size())) {
+      throw UsageError("stations are chosen that line " + line.id + " does not have, or twice");
+    }
+    double height_sum_m = 0.0;
+    for (const int station : kept[i]) {
+      line.stations.push_back(all[static_cast<size_t>(station)]);
+      height_sum_m += line.stations.back().position_m.y();
+    }
+    line.height_m = height_sum_m / static_cast<double>(kept[i].size());
+    part.volumes_.push_back(volumes_[i].subset(kept[i]));
+    part.distances_.push_back(distances_[i].subset(kept[i]));
+  }
+  return part;
+}
+
+Room Room::with_distances(const fs::path& directory) const {
+  std::vector<std::vector<int>> all;
+  for (const LineVolume& volume : volumes_) {
+    all.emplace_back(static_cast<std::size_t>(volume.stations()));
+    std::iota(all.back().begin(), all.back().end(), 0);
+  }
+  Room other = subset(all);
+  other.open_distances(directory);
+  return other;
+}
+
+void Room::open_distances(const fs::path& directory) {
+  distances_.clear();
+  for (const Line& line : grid().lines) {
+    const fs::path file = directory / (line.id + ".h5");
+    std::error_code error;
+    distances_.push_back(fs::exists(file, error)
+                             ? DistanceVolume::open(file, static_cast<int>(line.stations.size()))
+                             : DistanceVolume());
+  }
 }
 
 bool Room::has_distances() const {

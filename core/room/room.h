@@ -36,8 +36,12 @@ RoomManifest manifest_from_json(const std::string& text, const std::string& sour
 std::filesystem::path manifest_path(const std::filesystem::path& room);
 std::filesystem::path line_volume_path(const std::filesystem::path& room,
                                        const std::string& line_id);
+std::filesystem::path distances_directory(const std::filesystem::path& room);
 std::filesystem::path distance_volume_path(const std::filesystem::path& room,
                                            const std::string& line_id);
+
+// Stations of each line (core/room/kept_stations.h chooses): increasing indices, at least two.
+using KeptStations = std::vector<std::vector<int>>;
 
 // An opened room: volumes are mapped, nothing is read until it is touched.
 class Room {
@@ -45,6 +49,15 @@ class Room {
   // Opens a complete room. Throws Error when the directory, the manifest or a volume is missing,
   // truncated or does not match the manifest.
   static Room open(const std::filesystem::path& directory);
+
+  // The room with some of its stations alone, as if the others and their distance maps had never
+  // been captured. Mappings are shared. Throws UsageError where a line is left with fewer than two
+  // stations, or the choice is not one of this room's.
+  Room subset(const KeptStations& kept) const;
+
+  // The room with other distance maps of its stations: `directory` holds them as the room's own
+  // `distances` does. Throws Error as open() does.
+  Room with_distances(const std::filesystem::path& directory) const;
 
   const std::filesystem::path& directory() const { return directory_; }
   const RoomManifest& manifest() const { return manifest_; }
@@ -58,6 +71,8 @@ class Room {
   bool masked() const;
 
  private:
+  void open_distances(const std::filesystem::path& directory);
+
   std::filesystem::path directory_;
   RoomManifest manifest_;
   std::vector<LineVolume> volumes_;

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <spawn.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
+#include "core/room/kept_stations.h"
 #include "render/metrics/psnr.h"
 #include "tests/end_to_end/run_command.h"
 
@@ -112,6 +114,41 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_TRUE(report_of(room.room())["truth"].is_null());
   EXPECT_EQ(files_in(directory / "distances-given"), given);
   EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
+}
+
+TEST(DepthCommandTest, HeldOutStationsLeaveNoTrace) {
+  const SyntheticRoomSpec spec = furnished_room(64);
+  const Grid grid = synthetic_grid(spec);
+  const auto left_out = held_out_stations(grid, 4);
+  DepthTestRoom room(spec);
+  room.give_distances(spec.scene, {64, 32}, 8);
+  const DepthTestRoom damaged(spec, [&](StationIndex station, cv::Mat* frame) {
+    const auto& of_line = left_out[static_cast<size_t>(station.line)];
+    if (std::ranges::binary_search(of_line, station.station)) frame->setTo(0);
+  });
+  const auto given = files_in(room.room().directory() / "distances");
+  for (const DepthTestRoom* each : {&std::as_const(room), &damaged}) {
+    const CommandResult result = depth(each->room(), "--hold-out 4");
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.output, HasSubstr("held-out/depth.html"));
+  }
+  const fs::path held_out = held_out_directory(room.room().directory());
+  EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
+  EXPECT_EQ(files_in(room.room().directory() / "distances"), given);
+  EXPECT_FALSE(fs::exists(room.room().directory() / "depth.json"));
+  const Room part = room.room().subset(all_but(grid, left_out));
+  const Room of_whole = part.with_distances(held_out / "distances");
+  const Room of_damaged =
+      part.with_distances(held_out_directory(damaged.room().directory()) / "distances");
+  for (int line = 0; line < 4; ++line) {
+    ASSERT_GT(of_whole.distances(line).maps(), 0);
+    ASSERT_EQ(of_whole.distances(line).maps(), of_damaged.distances(line).maps());
+    for (int theta = 0; theta < 64; ++theta) {
+      const auto expected = of_damaged.distances(line).distance_column(0, theta);
+      EXPECT_THAT(of_whole.distances(line).distance_column(0, theta),
+                  ::testing::ElementsAreArray(expected));
+    }
+  }
 }
 
 // The dolly's disc of the floor in every frame.
@@ -260,6 +297,8 @@ TEST(DepthCommandTest, FailuresAreOneLineAndLeaveTheRoomAsItWas) {
   expect_error(room.room(), "--valid-mask " + mask, 1, "the mask is 32x16, but 64x32");
   expect_error(room.room(), "--valid-mask missing.png", 1, "missing.png");
   expect_error(room.room(), "--truth", 1, "pack it with --distance");
+  expect_error(room.room(), "--hold-out 1", 2, "--hold-out: give 2 or more");
+  expect_error(room.room(), "--hold-out 4 --truth", 2, "without --hold-out");
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
   // A file where a directory should be cannot be written by root either.
   std::ofstream(directory / "distances.partial") << "in the way";
