@@ -35,6 +35,7 @@ th, td { padding: .35rem .9rem; text-align: right; border-bottom: 1px solid var(
 th { font-weight: 600; }
 thead th { border-bottom: 2px solid var(--rule); }
 th:first-child { text-align: left; }
+tbody th { white-space: normal; min-width: 9rem; }
 a { color: var(--accent); }
 .best { background: var(--best); font-weight: 700; }
 .figures { display: grid; gap: 1.4rem; margin: 1.2rem 0;
@@ -43,6 +44,20 @@ figure { margin: 0; background: var(--panel); border: 1px solid var(--rule); bor
   padding: .8rem; break-inside: avoid; }
 figure img { display: block; max-width: 100%; height: auto; margin: 0 auto; border-radius: 4px; }
 figure svg { display: block; margin: 0 auto; }
+.cards { display: grid; gap: 1.4rem; margin: 1.2rem 0; align-items: start;
+  grid-template-columns: repeat(auto-fill, minmax(min(100%, 480px), 1fr)); }
+.card { background: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
+  padding: .8rem 1rem; break-inside: avoid; scroll-margin-top: 1rem; }
+.card:target { border-color: var(--accent); box-shadow: 0 0 0 2px var(--accent); }
+.card h3 { display: flex; justify-content: space-between; gap: 1rem; font-size: 1rem;
+  margin: 0 0 .6rem; }
+.card h3 a { font-weight: 400; white-space: nowrap; }
+.card img { display: block; width: 100%; height: auto; border-radius: 4px; }
+.values { columns: 2; column-gap: 1.6rem; margin: .7rem 0 0; font-size: .88rem;
+  border-top: 1px solid var(--rule); padding-top: .5rem; }
+.values div { display: flex; justify-content: space-between; gap: .8rem; break-inside: avoid; }
+.values dt { color: var(--soft); }
+.values dd { margin: 0; font-variant-numeric: tabular-nums; text-align: right; }
 figcaption { color: var(--soft); font-size: .9rem; padding-top: .6rem; }
 </style>
 )";
@@ -52,10 +67,34 @@ std::string element(std::string_view tag, std::string_view text) {
   return "<" + name + ">" + escape_markup(text) + "</" + name + ">\n";
 }
 
+std::string link_element(const std::string& target, const std::string& text) {
+  return "<a href=\"" + escape_markup(target) + "\">" + escape_markup(text) + "</a>";
+}
+
 std::string table_cell(const HtmlCell& cell, bool names_row) {
   const std::string opening = names_row ? "<th scope=\"row\"" : "<td";
-  return opening + (cell.emphasised ? " class=\"best\">" : ">") + escape_markup(cell.text) +
+  const std::string text =
+      cell.link.empty() ? escape_markup(cell.text) : link_element(cell.link, cell.text);
+  return opening + (cell.emphasised ? " class=\"best\">" : ">") + text +
          (names_row ? "</th>" : "</td>");
+}
+
+// A list of names and values.
+std::string fact_list(std::span<const HtmlFact> facts, std::string_view css_class) {
+  std::string markup = "<dl class=\"" + std::string(css_class) + "\">\n";
+  for (const HtmlFact& fact : facts) {
+    markup += "<div>" + element("dt", fact.name) + element("dd", fact.value) + "</div>\n";
+  }
+  return markup + "</dl>\n";
+}
+
+std::string card_element(const HtmlCard& card) {
+  std::string markup = "<section class=\"card\" id=\"" + escape_markup(card.anchor) + "\">\n<h3>" +
+                       element("span", card.heading);
+  if (!card.back.file.empty()) markup += link_element(card.back.file, card.back.text);
+  markup += "</h3>\n" + card.picture;
+  for (const std::vector<HtmlFact>& group : card.facts) markup += fact_list(group, "values");
+  return markup + "</section>\n";
 }
 
 std::string table_row(const std::vector<HtmlCell>& row) {
@@ -93,17 +132,17 @@ HtmlPage::HtmlPage(std::string_view title, std::string_view subtitle)
   body_ += "</header>\n";
 }
 
-void HtmlPage::add_section(std::string_view heading) { body_ += element("h2", heading); }
+void HtmlPage::add_section(std::string_view heading, std::string_view anchor) {
+  if (anchor.empty()) {
+    body_ += element("h2", heading);
+  } else {
+    body_ += "<h2 id=\"" + escape_markup(anchor) + "\">" + escape_markup(heading) + "</h2>\n";
+  }
+}
 
 void HtmlPage::add_paragraph(std::string_view text) { body_ += element("p", text); }
 
-void HtmlPage::add_facts(std::span<const HtmlFact> facts) {
-  body_ += "<dl class=\"facts\">\n";
-  for (const HtmlFact& fact : facts) {
-    body_ += "<div>" + element("dt", fact.name) + element("dd", fact.value) + "</div>\n";
-  }
-  body_ += "</dl>\n";
-}
+void HtmlPage::add_facts(std::span<const HtmlFact> facts) { body_ += fact_list(facts, "facts"); }
 
 void HtmlPage::add_facts(std::initializer_list<HtmlFact> facts) {
   add_facts(std::span<const HtmlFact>(facts.begin(), facts.size()));
@@ -127,8 +166,7 @@ void HtmlPage::add_table(const HtmlTable& table) {
 void HtmlPage::add_links(std::span<const HtmlLink> links) {
   body_ += "<ul>\n";
   for (const HtmlLink& link : links) {
-    body_ +=
-        "<li><a href=\"" + escape_markup(link.file) + "\">" + escape_markup(link.text) + "</a>";
+    body_ += "<li>" + link_element(link.file, link.text);
     if (!link.note.empty()) body_ += ": " + escape_markup(link.note);
     body_ += "</li>\n";
   }
@@ -147,6 +185,12 @@ void HtmlPage::add_figures(std::span<const HtmlFigure> figures) {
 
 void HtmlPage::add_figures(std::initializer_list<HtmlFigure> figures) {
   add_figures(std::span<const HtmlFigure>(figures.begin(), figures.size()));
+}
+
+void HtmlPage::add_cards(std::span<const HtmlCard> cards) {
+  body_ += "<div class=\"cards\">\n";
+  for (const HtmlCard& card : cards) body_ += card_element(card);
+  body_ += "</div>\n";
 }
 
 std::string HtmlPage::html() const {

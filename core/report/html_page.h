@@ -38,6 +38,7 @@ HtmlFigure picture_figure(const cv::Mat& image, EmbeddedFormat format, std::stri
 struct HtmlCell {
   std::string text{};       // plain text
   bool emphasised = false;  // bold and tinted, as the best value of a row
+  std::string link{};       // where a click on it goes; empty: nowhere
 };
 
 // The first column names the row; the others are aligned to the right, as numbers are.
@@ -60,12 +61,22 @@ struct HtmlLink {
   std::string note{};  // what is there to see
 };
 
+// One of many things of a kind, to be found by its anchor.
+struct HtmlCard {
+  std::string anchor{};                        // "#anchor" leads to it; unique in the page
+  std::string heading{};                       // plain text
+  HtmlLink back{};                             // to where it was come from; no file: none
+  std::string picture{};                       // markup, as picture_figure makes it; may be empty
+  std::vector<std::vector<HtmlFact>> facts{};  // in groups
+};
+
 // All text is escaped. Content appears in the order it was added.
 class HtmlPage {
  public:
   explicit HtmlPage(std::string_view title, std::string_view subtitle = {});
 
-  void add_section(std::string_view heading);
+  // `anchor`: "#anchor" leads to it.
+  void add_section(std::string_view heading, std::string_view anchor = {});
   void add_paragraph(std::string_view text);
   void add_facts(std::span<const HtmlFact> facts);
   void add_facts(std::initializer_list<HtmlFact> facts);
@@ -76,6 +87,9 @@ class HtmlPage {
   // Side by side as far as the window has room, else one below the other.
   void add_figures(std::span<const HtmlFigure> figures);
   void add_figures(std::initializer_list<HtmlFigure> figures);
+
+  // Side by side as far as the window has room; the one that a link led to stands out.
+  void add_cards(std::span<const HtmlCard> cards);
 
   // The complete page so far.
   std::string html() const;

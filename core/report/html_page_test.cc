@@ -154,5 +154,27 @@ TEST(HtmlPage, LinksToOtherReports) {
   EXPECT_THAT(page.html(), HasSubstr("<a href=\"a&amp;b.html\">&lt;Poses&gt;</a></li>"));
 }
 
+TEST(HtmlPage, CardsAreFoundByTheirAnchors) {
+  HtmlPage page("Cards");
+  page.add_section("Overview & more", "top");
+  page.add_table({.header = {"name"}, .rows = {{{.text = "a<b", .link = "#card-1"}}}});
+  const std::vector<HtmlCard> cards{
+      {.anchor = "card-1",
+       .heading = "a<b",
+       .back = {.file = "#top", .text = "back"},
+       .picture = picture_figure(gradient(), EmbeddedFormat::kPng, "a", "").markup,
+       .facts = {{{"width", "32 px"}}, {{"time", "<1 ms"}}}},
+      {.anchor = "card-2", .heading = "empty"}};
+  page.add_cards(cards);
+  const std::string html = page.html();
+  EXPECT_EQ(markup_fault(html), "");
+  EXPECT_THAT(html, HasSubstr("<h2 id=\"top\">Overview &amp; more</h2>"));
+  EXPECT_THAT(html, HasSubstr("<th scope=\"row\"><a href=\"#card-1\">a&lt;b</a></th>"));
+  EXPECT_THAT(html, HasSubstr("id=\"card-1\""));
+  EXPECT_THAT(html, HasSubstr("<a href=\"#top\">back</a>"));
+  EXPECT_THAT(html, HasSubstr("<dd>&lt;1 ms</dd>"));
+  EXPECT_THAT(html, HasSubstr("id=\"card-2\""));
+}
+
 }  // namespace
 }  // namespace raywalk

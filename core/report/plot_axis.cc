@@ -31,29 +31,111 @@ double tick_spacing(AxisRange range, int tick_count) {
   return decade * (mantissa >= 5.0 ? 5.0 : mantissa >= 2.0 ? 2.0 : 1.0);
 }
 
+// The same for a logarithmic axis: positive.
+AxisRange positive_range(AxisRange range) {
+  const auto usable = [](double value) { return std::isfinite(value) && value > 0.0; };
+  const double min = usable(range.min) ? std::max(range.min, 1.0 / kLargestValue) : 1.0;
+  const double max = usable(range.max) ? std::min(range.max, kLargestValue) : min;
+  if (max > min * (1.0 + 1e-9)) return {min, max};
+  return {min / std::sqrt(10.0), min * std::sqrt(10.0)};
+}
+
+AxisRange usable_on(AxisScale scale, AxisRange range) {
+  return scale == AxisScale::kLinear ? usable_range(range) : positive_range(range);
+}
+
+// Rounding may push a tick that belongs to an end just outside it.
+constexpr double kTickSlack = 1e-9;
+
+std::vector<double> linear_ticks(AxisRange range, int tick_count) {
+  const double spacing = tick_spacing(range, tick_count);
+  const double first = std::ceil(range.min / spacing - kTickSlack);
+  const double last = std::floor(range.max / spacing + kTickSlack);
+  const auto count = static_cast<int>(last - first) + 1;
+  std::vector<double> ticks;
+  ticks.reserve(static_cast<std::size_t>(std::max(count, 0)));
+  for (int i = 0; i < count; ++i) ticks.push_back((first + i) * spacing);
+  return ticks;
+}
+
+// 1, 2 and 5 times every power of ten in the range.
+std::vector<double> rounded_logarithmic_ticks(AxisRange range) {
+  const int first = static_cast<int>(std::floor(std::log10(range.min)));
+  const int last = static_cast<int>(std::floor(std::log10(range.max) + kTickSlack));
+  std::vector<double> ticks;
+  for (int decade = first; decade <= last; ++decade) {
+    for (const double step : {1.0, 2.0, 5.0}) {
+      const double tick = step * std::pow(10.0, decade);
+      const bool inside =
+          tick >= range.min * (1.0 - kTickSlack) && tick <= range.max * (1.0 + kTickSlack);
+      if (inside) ticks.push_back(tick);
+    }
+  }
+  return ticks;
+}
+
+// Powers of ten in the range, some left out where there are many.
+std::vector<double> decades(AxisRange range, int tick_count) {
+  const int first = static_cast<int>(std::ceil(std::log10(range.min) - kTickSlack));
+  const int last = static_cast<int>(std::floor(std::log10(range.max) + kTickSlack));
+  const int step = (last - first) / std::max(1, tick_count) + 1;
+  std::vector<double> ticks;
+  for (int decade = first; decade <= last; decade += step) {
+    ticks.push_back(std::pow(10.0, decade));
+  }
+  return ticks;
+}
+
+int decimals_of(double spacing) {
+  return std::clamp(static_cast<int>(-std::floor(std::log10(spacing) + kTickSlack)), 0, 15);
+}
+
 }  // namespace
 
-PlotAxis::PlotAxis(AxisRange range, double first_px, double last_px, int tick_count)
-    : range_(usable_range(range)), first_px_(first_px), last_px_(last_px) {
-  const double spacing = tick_spacing(range_, tick_count);
-  decimals_ = std::clamp(static_cast<int>(-std::floor(std::log10(spacing) + 1e-9)), 0, 15);
-  // Rounding may push a tick that belongs to an end just outside it.
-  const double slack = 1e-9;
-  const double first = std::ceil(range_.min / spacing - slack);
-  const double last = std::floor(range_.max / spacing + slack);
-  const auto count = static_cast<int>(last - first) + 1;
-  for (int i = 0; i < count; ++i) ticks_.push_back((first + i) * spacing);
+PlotAxis::PlotAxis(AxisRange range, double first_px, double last_px, int tick_count,
+                   AxisScale scale)
+    : scale_(scale),
+      range_(usable_on(scale, range)),
+      first_px_(first_px),
+      last_px_(last_px),
+      decimals_(decimals_of(tick_spacing(range_, tick_count))) {
+  if (scale == AxisScale::kLinear) {
+    ticks_ = linear_ticks(range_, tick_count);
+  } else {
+    find_logarithmic_ticks(tick_count);
+  }
+}
+
+void PlotAxis::find_logarithmic_ticks(int tick_count) {
+  ticks_ = rounded_logarithmic_ticks(range_);
+  if (ticks_.size() < 2) {
+    ticks_ = linear_ticks(range_, tick_count);
+  } else if (2 * std::ssize(ticks_) > 3 * tick_count) {
+    ticks_ = decades(range_, tick_count);
+    powers_ = true;
+  }
 }
 
 double PlotAxis::pixel(double value) const {
-  const double share = (value - range_.min) / (range_.max - range_.min);
+  const double share = scale_ == AxisScale::kLinear
+                           ? (value - range_.min) / (range_.max - range_.min)
+                           : std::log(value / range_.min) / std::log(range_.max / range_.min);
   return first_px_ + share * (last_px_ - first_px_);
 }
 
-std::string PlotAxis::label(double tick) const { return fixed_number(tick, decimals_); }
+std::string PlotAxis::label(double tick) const {
+  if (scale_ == AxisScale::kLinear) return fixed_number(tick, decimals_);
+  if (!powers_) return plain_number(tick, std::max(decimals_, decimals_of(tick)));
+  const auto decade = static_cast<int>(std::lround(std::log10(tick)));
+  return decade == 0 ? "1" : "1e" + std::to_string(decade);
+}
 
-AxisRange rounded_range(AxisRange range, int tick_count) {
-  const AxisRange usable = usable_range(range);
+AxisRange rounded_range(AxisRange range, int tick_count, AxisScale scale) {
+  const AxisRange usable = usable_on(scale, range);
+  if (scale == AxisScale::kLogarithmic) {
+    return {std::pow(10.0, std::floor(std::log10(usable.min) + kTickSlack)),
+            std::pow(10.0, std::ceil(std::log10(usable.max) - kTickSlack))};
+  }
   const double spacing = tick_spacing(usable, tick_count);
   return {std::floor(usable.min / spacing) * spacing, std::ceil(usable.max / spacing) * spacing};
 }

@@ -54,6 +54,63 @@ TEST(PlotAxis, StandsARangeThatIsNone) {
   }
 }
 
+TEST(PlotAxis, EqualFactorsAreEqualDistancesOnALogarithmicAxis) {
+  const PlotAxis axis({0.5, 32.0}, 100.0, 700.0, 6, AxisScale::kLogarithmic);
+  EXPECT_DOUBLE_EQ(axis.pixel(0.5), 100.0);
+  EXPECT_NEAR(axis.pixel(1.0), 200.0, 1e-9);
+  EXPECT_NEAR(axis.pixel(2.0), 300.0, 1e-9);
+  EXPECT_NEAR(axis.pixel(32.0), 700.0, 1e-9);
+  EXPECT_THAT(axis.ticks(), Pointwise(DoubleNear(1e-12), {0.5, 1.0, 2.0, 5.0, 10.0, 20.0}));
+  EXPECT_EQ(axis.label(0.5), "0.5");
+  EXPECT_EQ(axis.label(20.0), "20");
+}
+
+TEST(PlotAxis, LogarithmicTicksSuitNarrowAndWideRanges) {
+  const PlotAxis wide({1e-3, 1e5}, 0.0, 1.0, 6, AxisScale::kLogarithmic);
+  EXPECT_THAT(wide.ticks(), Pointwise(DoubleNear(1e-6), {1e-3, 1e-1, 1e1, 1e3, 1e5}));
+  EXPECT_EQ(wide.label(wide.ticks()[0]), "1e-3");
+  const PlotAxis narrow({1.1, 1.95}, 0.0, 1.0, 4, AxisScale::kLogarithmic);
+  EXPECT_THAT(narrow.ticks(), Pointwise(DoubleNear(1e-12), {1.2, 1.4, 1.6, 1.8}));
+  EXPECT_EQ(narrow.label(narrow.ticks()[0]), "1.2");
+}
+
+TEST(LogarithmicAxis, GivesEveryDecadeTheSameLength) {
+  const PlotAxis axis({1e-6, 1e2}, 0.0, 800.0, 10, AxisScale::kLogarithmic);
+  EXPECT_NEAR(axis.pixel(1e-6), 0.0, 1e-9);
+  EXPECT_NEAR(axis.pixel(1e-2), 400.0, 1e-9);
+  EXPECT_NEAR(axis.pixel(std::sqrt(10.0)), 650.0, 1e-9);
+  EXPECT_NEAR(axis.pixel(1e2), 800.0, 1e-9);
+}
+
+TEST(LogarithmicAxis, HasTicksAtPowersOfTen) {
+  const PlotAxis all({3e-3, 2e1}, 0.0, 1.0, 6, AxisScale::kLogarithmic);
+  EXPECT_THAT(all.ticks(), Pointwise(DoubleNear(1e-12), {0.01, 0.1, 1.0, 10.0}));
+  EXPECT_EQ(all.label(all.ticks()[0]), "1e-2");
+  EXPECT_EQ(all.label(all.ticks()[2]), "1");
+  EXPECT_EQ(all.label(all.ticks()[3]), "1e1");
+  // Fourteen decades are too many for six ticks.
+  const PlotAxis some({1e-6, 1e8}, 0.0, 1.0, 6, AxisScale::kLogarithmic);
+  EXPECT_THAT(some.ticks().size(), testing::AllOf(testing::Ge(4U), testing::Le(8U)));
+}
+
+TEST(LogarithmicAxis, StandsARangeThatIsNone) {
+  for (const AxisRange range : {AxisRange{3.0, 3.0}, AxisRange{kInfinity, -kInfinity},
+                                AxisRange{-1.0, 1.0}, AxisRange{0.0, 0.0}, AxisRange{5.0, 2.0},
+                                AxisRange{std::nan(""), 1.0}, AxisRange{5e-324, 1e308}}) {
+    const PlotAxis axis(range, 0.0, 100.0, 5, AxisScale::kLogarithmic);
+    EXPECT_GT(axis.range().min, 0.0);
+    EXPECT_LT(axis.range().min, axis.range().max);
+    EXPECT_THAT(axis.ticks().size(), testing::AllOf(testing::Ge(1U), testing::Le(12U)));
+    EXPECT_TRUE(std::isfinite(axis.pixel(axis.ticks().front())));
+  }
+}
+
+TEST(RoundedRange, GrowsToTheNextDecades) {
+  const AxisRange range = rounded_range({3e-5, 20.0}, 5, AxisScale::kLogarithmic);
+  EXPECT_NEAR(range.min, 1e-5, 1e-17);
+  EXPECT_NEAR(range.max, 100.0, 1e-10);
+}
+
 TEST(RoundedRange, GrowsToTheNextTicks) {
   const AxisRange range = rounded_range({0.13, 0.97}, 5);
   EXPECT_NEAR(range.min, 0.1, 1e-12);

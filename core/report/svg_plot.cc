@@ -41,12 +41,19 @@ constexpr std::string_view kStyle = R"(<style>
 .raywalk-plot .c2 { --c: var(--s2); } .raywalk-plot .c3 { --c: var(--s3); }
 .raywalk-plot .c4 { --c: var(--s4); } .raywalk-plot .c5 { --c: var(--s5); }
 .raywalk-plot .line { stroke: var(--c); } .raywalk-plot .dot { fill: var(--c); }
+.raywalk-plot .ring { fill: none; stroke: var(--c); stroke-width: 1.4; pointer-events: all; }
+.raywalk-plot a:hover circle { stroke: var(--ink); stroke-width: 2; }
 </style>
 )";
 
 std::string px(double value) { return plain_number(value, 2); }
 
-bool is_finite(const PlotPoint& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
+bool has_place(double value, AxisScale scale) {
+  return std::isfinite(value) && (scale == AxisScale::kLinear || value > 0.0);
+}
+bool has_place(const PlotPoint& point, const LinePlot& plot) {
+  return has_place(point.x, plot.x_scale) && has_place(point.y, plot.y_scale);
+}
 
 std::string text_element(double x, double y, std::string_view attributes, std::string_view text) {
   return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\" " + std::string(attributes) + ">" +
@@ -64,20 +71,48 @@ double text_px(std::string_view text) {
 }
 
 // Consecutive classes repeat after kColours.
-std::string colour_class(std::size_t series) {
-  return std::string(1, 'c').append(std::to_string(series % kColours));
+std::string colour_class(std::size_t colour) {
+  return std::string(1, 'c').append(std::to_string(colour % kColours));
 }
 
-bool has_line(PlotStyle style) { return style != PlotStyle::kPoints; }
+bool has_line(PlotStyle style) {
+  return style == PlotStyle::kLine || style == PlotStyle::kLineAndPoints;
+}
 bool has_points(PlotStyle style) { return style != PlotStyle::kLine; }
 
-AxisRange data_range(const std::vector<PlotSeries>& all,
+std::string marker(double x, double y, PlotStyle style, const std::string& colour) {
+  const char* shape = style == PlotStyle::kRings ? "ring " : "dot ";
+  return "<circle class=\"" + (shape + colour) + "\" cx=\"" + px(x) + "\" cy=\"" + px(y) +
+         "\" r=\"3.6\"/>\n";
+}
+
+// A marker that leads somewhere and says something.
+std::string marked(const std::string& marker, const PlotMark& mark) {
+  const std::string title =
+      mark.title.empty() ? "" : "<title>" + escape_markup(mark.title) + "</title>\n";
+  if (mark.link.empty()) return "<g>\n" + title + marker + "</g>\n";
+  return "<a href=\"" + escape_markup(mark.link) + "\">\n" + title + marker + "</a>\n";
+}
+
+// The place of a text, pixels.
+struct TextBox {
+  double left = 0.0;
+  double right = 0.0;
+  double baseline = 0.0;
+
+  bool overlaps(const TextBox& other) const {
+    return left < other.right && other.left < right &&
+           std::abs(baseline - other.baseline) < kFontPx;
+  }
+};
+
+AxisRange data_range(const LinePlot& plot,
                      const std::function<double(const PlotPoint&)>& coordinate) {
   AxisRange range{std::numeric_limits<double>::infinity(),
                   -std::numeric_limits<double>::infinity()};
-  for (const PlotSeries& series : all) {
+  for (const PlotSeries& series : plot.series) {
     for (const PlotPoint& point : series.points) {
-      if (!is_finite(point)) continue;
+      if (!has_place(point, plot)) continue;
       range.min = std::min(range.min, coordinate(point));
       range.max = std::max(range.max, coordinate(point));
     }
@@ -97,6 +132,10 @@ std::vector<LegendPlace> legend_places(const std::vector<PlotSeries>& all, doubl
   std::vector<LegendPlace> places;
   LegendPlace next;
   for (const PlotSeries& series : all) {
+    if (series.name.empty()) {
+      places.push_back(next);
+      continue;
+    }
     const double entry_px = kLegendKeyPx + text_px(series.name);
     if (next.x > 0.0 && next.x + entry_px > width_px) next = {0.0, next.y + kLegendRowPx};
     places.push_back(next);
@@ -143,15 +182,16 @@ class SvgPlot {
   }
 
   static PlotAxis x_axis(const LinePlot& plot, const Frame& frame) {
-    const AxisRange range = plot.x_range.value_or(
-        data_range(plot.series, [](const PlotPoint& point) { return point.x; }));
-    return {range, frame.left, frame.right, kXTicks};
+    const AxisRange range =
+        plot.x_range.value_or(data_range(plot, [](const PlotPoint& point) { return point.x; }));
+    return {range, frame.left, frame.right, kXTicks, plot.x_scale};
   }
 
   static PlotAxis y_axis(const LinePlot& plot, const Frame& frame) {
-    const AxisRange data = data_range(plot.series, [](const PlotPoint& point) { return point.y; });
-    const AxisRange range = plot.y_range ? *plot.y_range : rounded_range(data, kYTicks);
-    return {range, frame.bottom, frame.top, kYTicks};
+    const AxisRange data = data_range(plot, [](const PlotPoint& point) { return point.y; });
+    const AxisRange range =
+        plot.y_range ? *plot.y_range : rounded_range(data, kYTicks, plot.y_scale);
+    return {range, frame.bottom, frame.top, kYTicks, plot.y_scale};
   }
 
   void open() {
@@ -188,6 +228,7 @@ class SvgPlot {
     std::vector<PlotReference> references = plot_.references;
     std::ranges::sort(references, {}, &PlotReference::x);
     std::erase_if(references, [&](const PlotReference& reference) {
+      if (!has_place(reference.x, plot_.x_scale)) return true;
       const double x = x_.pixel(reference.x);
       return !(x >= frame_.left && x <= frame_.right);
     });
@@ -217,7 +258,7 @@ class SvgPlot {
       run.clear();
     };
     for (const PlotPoint& point : series.points) {
-      if (!is_finite(point)) {
+      if (!has_place(point, plot_)) {
         end_run();
         continue;
       }
@@ -228,15 +269,36 @@ class SvgPlot {
   }
 
   void draw_points(const PlotSeries& series, const std::string& colour) {
-    for (const PlotPoint& point : series.points) {
-      if (!is_finite(point)) continue;
-      svg_ += dot(x_.pixel(point.x), y_.pixel(point.y), colour);
+    for (std::size_t i = 0; i < series.points.size(); ++i) {
+      if (!has_place(series.points[i], plot_)) continue;
+      const double x = x_.pixel(series.points[i].x);
+      const double y = y_.pixel(series.points[i].y);
+      const std::string drawn = marker(x, y, series.style, colour);
+      if (i < series.marks.size()) {
+        draw_label(x, y, series.marks[i].label);
+        svg_ += marked(drawn, series.marks[i]);
+      } else {
+        svg_ += drawn;
+      }
     }
   }
 
-  static std::string dot(double x, double y, const std::string& colour) {
-    return "<circle class=\"dot " + colour + "\" cx=\"" + px(x) + "\" cy=\"" + px(y) +
-           "\" r=\"3.6\"/>\n";
+  // To the left and above the point, or where another label lies there to the right and below. A
+  // label that has no room at all is left out, as it would make both unreadable.
+  void draw_label(double x, double y, const std::string& label) {
+    if (label.empty()) return;
+    const double width = text_px(label);
+    const TextBox before{x - kNoteGapPx - width, x - kNoteGapPx, y - kNoteGapPx};
+    const TextBox after{x + kNoteGapPx, x + kNoteGapPx + width, y + kNoteGapPx + kFontPx};
+    for (const TextBox& place : {before, after}) {
+      const bool free = std::ranges::none_of(
+          labels_, [&](const TextBox& other) { return place.overlaps(other); });
+      if (!free) continue;
+      labels_.push_back(place);
+      svg_ +=
+          text_element(place.left, place.baseline, "class=\"note\" text-anchor=\"start\"", label);
+      return;
+    }
   }
 
   // A nested <svg> clips to its own rectangle; its viewBox keeps the picture's coordinates.
@@ -248,8 +310,9 @@ class SvgPlot {
             "\" viewBox=\"" + box + "\"" + (clips() ? "" : " overflow=\"visible\"") + ">\n";
     for (std::size_t i = 0; i < plot_.series.size(); ++i) {
       const PlotSeries& series = plot_.series[i];
-      if (has_line(series.style)) draw_line(series, colour_class(i));
-      if (has_points(series.style)) draw_points(series, colour_class(i));
+      const std::string colour = colour_class(series.colour.value_or(i));
+      if (has_line(series.style)) draw_line(series, colour);
+      if (has_points(series.style)) draw_points(series, colour);
     }
     svg_ += "</svg>\n";
   }
@@ -277,10 +340,10 @@ class SvgPlot {
       const double x = frame_.left + places[i].x;
       const double y = legend_top(plot_) + places[i].y + 8.0;
       const PlotSeries& series = plot_.series[i];
-      if (has_line(series.style)) {
-        svg_ += line_element(x, y, x + 18.0, y, "line " + colour_class(i));
-      }
-      if (has_points(series.style)) svg_ += dot(x + 9.0, y, colour_class(i));
+      if (series.name.empty()) continue;
+      const std::string colour = colour_class(series.colour.value_or(i));
+      if (has_line(series.style)) svg_ += line_element(x, y, x + 18.0, y, "line " + colour);
+      if (has_points(series.style)) svg_ += marker(x + 9.0, y, series.style, colour);
       svg_ += text_element(x + kLegendKeyPx, y + 4.0, "text-anchor=\"start\"", series.name);
     }
   }
@@ -289,6 +352,7 @@ class SvgPlot {
   Frame frame_;
   PlotAxis x_;
   PlotAxis y_;
+  std::vector<TextBox> labels_;  // of points, that are drawn
   std::string svg_;
 };
 

@@ -1,6 +1,8 @@
-// Line plots as SVG: several series over two linear axes, with ticks, a legend and reference lines.
+// Line plots as SVG: several series over two axes, each linear or logarithmic, with ticks, a legend
+// and reference lines.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,12 +16,24 @@ struct PlotPoint {
   double y = 0.0;
 };
 
-enum class PlotStyle { kLine, kPoints, kLineAndPoints };
+// kRings: points that are drawn hollow, for what matters less.
+enum class PlotStyle { kLine, kPoints, kLineAndPoints, kRings };
+
+// What a point leads to and says.
+struct PlotMark {
+  std::string link{};   // where a click on it goes; empty: nowhere
+  std::string title{};  // shown where the reader points at it
+  std::string label{};  // printed beside it, where there is room
+};
 
 struct PlotSeries {
-  std::string name{};               // in the legend
-  std::vector<PlotPoint> points{};  // a point that is not finite leaves a gap
+  std::string name{};  // in the legend; empty: not there
+  // A point that is not finite, or has no place on a logarithmic axis, leaves a gap.
+  std::vector<PlotPoint> points{};
   PlotStyle style = PlotStyle::kLine;
+  std::vector<PlotMark> marks{};  // of each point; empty: none
+  // Its colour's place in the palette; none: its own place among the series.
+  std::optional<std::size_t> colour{};
 };
 
 // A dashed line across the plot at x = value, labelled at its top.
@@ -36,6 +50,8 @@ struct LinePlot {
   std::vector<PlotReference> references{};
   std::optional<AxisRange> x_range{};  // none: exactly the data's
   std::optional<AxisRange> y_range{};  // none: the data's, grown to round numbers
+  AxisScale x_scale = AxisScale::kLinear;
+  AxisScale y_scale = AxisScale::kLinear;
   int width_px = 640;
   int height_px = 400;
 };

@@ -142,6 +142,23 @@ TEST(SvgPlot, LeavesAGapWhereAPointIsNotFinite) {
   EXPECT_EQ(svg.find("inf"), std::string::npos);
 }
 
+TEST(SvgPlot, DrawsLogarithmicAxesAndLeavesAGapWhereAValueIsNotPositive) {
+  LinePlot plot = simple_plot();
+  plot.x_scale = plot.y_scale = AxisScale::kLogarithmic;
+  plot.series[0].points = {{1e-2, 1e-8}, {1.0, 1e-4}, {2.0, 0.0}, {10.0, 1e-3}, {100.0, 1.0}};
+  plot.references = {{-1.0, "nowhere"}};
+  const std::string svg = svg_from_plot(plot);
+  const auto lines = polylines(svg);
+  ASSERT_EQ(lines.size(), 2U);
+  ASSERT_EQ(lines[0].size(), 2U);
+  EXPECT_NEAR(lines[0][0].x, tick_label(svg, "middle", "1e-2").x, 0.02);
+  EXPECT_NEAR(lines[0][1].x, tick_label(svg, "middle", "1").x, 0.02);
+  EXPECT_NEAR(lines[0][0].y, tick_label(svg, "end", "1e-8").y - 4.0, 0.02);
+  EXPECT_NEAR(lines[0][1].y, tick_label(svg, "end", "1e-4").y - 4.0, 0.02);
+  EXPECT_EQ(markup_fault(svg), "");
+  EXPECT_THAT(svg, Not(HasSubstr("nowhere")));
+}
+
 TEST(SvgPlot, DrawsPointsLinesOrBoth) {
   LinePlot plot = simple_plot();
   plot.series[0].style = PlotStyle::kPoints;
@@ -177,6 +194,64 @@ TEST(SvgPlot, HonoursAGivenRange) {
   const std::string svg = svg_from_plot(plot);
   EXPECT_NEAR(polylines(svg)[0][2].y, tick_label(svg, "end", "2.0").y - 4.0, 0.02);
   EXPECT_FALSE(std::isnan(tick_label(svg, "end", "4.0").y));
+}
+
+TEST(SvgPlot, LogarithmicPointsLieAtTheirTicksToo) {
+  LinePlot plot = simple_plot();
+  plot.x_scale = AxisScale::kLogarithmic;
+  plot.series[0].points = {{-1.0, 1.0}, {0.0, 1.0}, {1.0, 0.0}, {10.0, 1.0}, {100.0, 2.0}};
+  plot.x_range = AxisRange{1.0, 100.0};
+  const std::string svg = svg_from_plot(plot);
+  ASSERT_EQ(polylines(svg).size(), 1U);  // what is not positive has no place
+  ASSERT_EQ(polylines(svg)[0].size(), 3U);
+  EXPECT_NEAR(polylines(svg)[0][1].x, tick_label(svg, "middle", "10").x, 0.02);
+  EXPECT_EQ(markup_fault(svg), "");
+}
+
+TEST(SvgPlot, PointsLeadSomewhereAndSayWhatTheyAre) {
+  LinePlot plot = simple_plot();
+  plot.series[0].style = PlotStyle::kRings;
+  plot.series[0].marks = {{.link = "#a&b", .title = "first <one>", .label = "no. 1"}, {}, {}};
+  const std::string svg = svg_from_plot(plot);
+  EXPECT_EQ(markup_fault(svg), "");
+  EXPECT_THAT(svg, HasSubstr("<a href=\"#a&amp;b\">\n<title>first &lt;one&gt;</title>\n<circle "
+                             "class=\"ring c0\""));
+  EXPECT_EQ(count(svg, "<a href"), 1U);
+  EXPECT_EQ(count(svg, ">no. 1<"), 1U);
+  EXPECT_TRUE(polylines(svg).empty());
+}
+
+// Where the label of a point is printed.
+std::vector<PlotPoint> notes(const std::string& svg) {
+  const std::regex note("<text x=\"([-0-9.]+)\" y=\"([-0-9.]+)\" class=\"note\"");
+  std::vector<PlotPoint> found;
+  for (std::sregex_iterator i(svg.begin(), svg.end(), note), end; i != end; ++i) {
+    found.push_back({std::stod((*i)[1]), std::stod((*i)[2])});
+  }
+  return found;
+}
+
+TEST(SvgPlot, LabelsOfPointsDoNotOverlap) {
+  LinePlot plot = simple_plot();
+  plot.series[0].points = {{5.0, 1.0}, {5.0, 1.0}, {5.0, 1.0}, {9.0, 2.0}};
+  plot.series[0].marks = {{.label = "a"}, {.label = "b"}, {.label = "c"}, {.label = "d"}};
+  const std::vector<PlotPoint> labels = notes(svg_from_plot(plot));
+  plot.series[0].style = PlotStyle::kPoints;
+  const std::vector<PlotPoint> places = notes(svg_from_plot(plot));
+  EXPECT_TRUE(labels.empty());   // a line has no points to label
+  ASSERT_EQ(places.size(), 3U);  // the third at one place has no room
+  EXPECT_LT(places[0].x, places[1].x);
+  EXPECT_LT(places[0].y, places[1].y - 12.0);
+}
+
+TEST(SvgPlot, ASeriesMayStayOutOfTheLegendAndChooseItsColour) {
+  LinePlot plot = simple_plot();
+  plot.series.push_back({.name = "", .points = {{1.0, 1.0}}, .style = PlotStyle::kPoints});
+  plot.series[1].colour = 4;
+  const std::string svg = svg_from_plot(plot);
+  EXPECT_EQ(count(svg, "class=\"dot c4\""), 1U);
+  plot.series[1].name = "named";
+  EXPECT_EQ(count(svg_from_plot(plot), "class=\"dot c4\""), 2U);
 }
 
 TEST(SvgPlot, StandsAPlotWithoutData) {
