@@ -52,11 +52,18 @@ struct SamplePositions {
   std::int32_t* weight_lower = nullptr;
 };
 
+// How much `rays` hold: a column's bytes, and those of all columns.
+struct RayExtent {
+  std::int32_t column_bytes = 0;
+  std::int32_t bytes = 0;
+};
+
 // A station's rays and where in them a column's samples lie. The two bytes before `rays` must be
 // readable (in a volume they are: a file header comes first).
 struct StationSamples {
   const std::uint8_t* rays = nullptr;
   SamplePositions positions;
+  RayExtent extent{};  // only cubic samples ask for it
 };
 
 // Directions on a straight line of a flat picture, in the world frame and of any length but zero:
@@ -99,6 +106,26 @@ struct ProjectedPoints {
 struct LayerSpacing {
   float omega_min = 0.0f;
   float step = 0.0f;
+};
+
+// Largest move of a point in a panorama, as tangents of the angles that its columns and its rows
+// are apart; both positive.
+struct MoveLimit {
+  float tan_theta = 0.0f;
+  float tan_phi = 0.0f;
+};
+
+// Reads samples at given positions in one way of interpolation. Sums, weights and what is written
+// are as in ColumnKernels' functions of the same names, which are those of linear interpolation.
+struct SampleReaders {
+  void (*mix_pair)(StationSamples first, StationSamples second, std::int16_t share, int rows,
+                   std::uint8_t* rgb);
+  void (*accumulate_pair)(StationSamples first, StationSamples second, std::int16_t share,
+                          const std::int16_t* weight, int rows, std::int16_t* sum);
+  void (*sample_each)(StationSamples samples, int count, std::uint8_t* rgb);
+  // accumulate_pair of one station alone.
+  void (*accumulate_each)(StationSamples samples, const std::int16_t* weight, int rows,
+                          std::int16_t* sum);
 };
 
 struct ColumnKernels {
@@ -183,6 +210,35 @@ struct ColumnKernels {
   // inverse distance from there. The tables hold 2 * rows entries.
   void (*project_ring)(RowTable ring, const float* omega, int ring_rows, float d_p, float* position,
                        float* omega_from_line);
+
+  // Samples of the pixel whose centre is nearest (halfway: the right, the lower), as it is stored.
+  SampleReaders nearest;
+  SampleReaders linear;
+  // Samples of the 4 x 4 pixels around, weighted by Keys' cubic with a = -1/2, which is exact where
+  // levels are quadratic in rows and in columns; fractions of a pixel are rounded to 1/1024.
+  // Columns continue around the seam; beyond a pole its own row is repeated. Levels may overshoot
+  // and are cut off last.
+  SampleReaders cubic;
+
+  // find_shifts for the rows [first, first + count) of `rows` alone, and place_shifted for what
+  // lies there: arrays begin with row `first`, and with output row first * per_row. Output rows in
+  // the outer half of the first and of the last row are right only at a pole, [0] or [rows - 1].
+  void (*find_shifts_within)(RowTable table, const float* omega, int first, int count, int rows,
+                             ColumnOffset offset, ColumnTarget target, float* shift_u,
+                             float* shift_v);
+  void (*place_shifted_within)(const float* shift_u, const float* shift_v, int first, int count,
+                               int rows, int per_row, const float* fraction, ColumnTarget target,
+                               float* shift_out_u, float* shift_out_v, SamplePositions positions);
+
+  // near[row] = 0 where two stations (offsets viewpoint - station; 0 is the viewpoint itself) do
+  // not see a row's point less than `limit` apart; left as it is elsewhere.
+  void (*keep_near)(RowTable table, const float* omega, int rows, ColumnOffset a, ColumnOffset b,
+                    MoveLimit limit, std::uint8_t* near);
+
+  // accumulate_pair for two columns as they are stored, 3 * rows bytes each.
+  void (*accumulate_stored)(const std::uint8_t* first, const std::uint8_t* second,
+                            std::int16_t share, const std::int16_t* weight, int rows,
+                            std::int16_t* sum);
 };
 
 // The fastest kernels this processor can run.

@@ -29,7 +29,8 @@ class KernelSampling : public Kernels {
 
   double exact(const SampleArrays& samples, size_t row, size_t c) const {
     const double fu = weight_of(samples.weight_right[row]) / 32768.0;
-    const double fv = weight_of(samples.weight_lower[row]) / 32768.0;
+    // Down the column samples are interpolated in 1/128.
+    const double fv = std::round(weight_of(samples.weight_lower[row]) / 256.0) / 128.0;
     const std::uint8_t* left = rays() + samples.left[row] + c;
     const std::uint8_t* right = rays() + samples.right[row] + c;
     const double upper = left[0] + fu * (right[0] - left[0]);
@@ -48,8 +49,8 @@ class KernelSampling : public Kernels {
 
 INSTANTIATE_TEST_SUITE_P(Sets, KernelSampling, testing::Values("generic", "avx2"), kernel_set_name);
 
-// A sample's two interpolations, the mix of two of them and the weight each round to the nearest
-// 1/64 grey level: twice that in all.
+// A sample's interpolation across the columns and the mix of two round to the nearest 1/128 grey
+// level, sums and the weight to 1/64: twice that in all.
 TEST_P(KernelSampling, AccumulatePairAddsTheWeightedMixOfTwoStations) {
   for (const std::int16_t share : {0, 1234, 32767}) {
     constexpr std::int16_t kBefore = 1000;

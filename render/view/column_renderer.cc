@@ -8,8 +8,10 @@
 #include "render/view/sample_check.h"
 
 namespace raywalk {
-
-RowRun rows_between_polar_caps(int height) { return {height / 6, height - height / 6}; }
+RowRun rows_between_polar_caps(int height, int step) {
+  const int cap = step == 2 ? height / 6 : height * 2 / 25;  // cos 60 deg = 1/2, cos 75.6 deg < 1/4
+  return {cap, height - cap};
+}
 
 ColumnRenderer::ColumnRenderer(const ViewInputs& view)
     : view_(view),
@@ -18,6 +20,13 @@ ColumnRenderer::ColumnRenderer(const ViewInputs& view)
           view, view.distances != nullptr ? view.distances->size().height : 0)) {}
 
 ColumnRenderer::~ColumnRenderer() = default;
+
+PixelCounts ColumnRenderer::counts() const {
+  PixelCounts counts = counts_;
+  counts.work.found = scratch_->reader.found();
+  counts.work.samples = counts.work.found + scratch_->reader.stored();
+  return counts;
+}
 
 void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   counts_.all += view_.output.height;
@@ -30,14 +39,15 @@ void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint
   }
 }
 
-bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
-  if (sources.size() != 1 || scratch_->rows_per_distance == 1) {
+bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, int step,
+                                     std::uint8_t* rgb) {
+  if (sources.empty() || scratch_->rows_per_distance == 1) {
     render(u, sources, rgb);
     return false;
   }
   counts_.all += view_.output.height;
-  render_corrected(u, sources,
-                   common_rows(rows_between_polar_caps(view_.output.height), view_.rows), rgb);
+  render_corrected(
+      u, sources, common_rows(rows_between_polar_caps(view_.output.height, step), view_.rows), rgb);
   return true;
 }
 
@@ -60,10 +70,9 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
   prepare_omega(u);
   weigh_sources(theta_rad, depth_theta, sources);
   if (sources.size() == 1) {
-    mix_source(theta_rad, sources[0], rows, rgb);
+    mix_source(u, theta_rad, sources[0], rows, rgb);
   } else {
-    blend_sources(theta_rad, sources, rgb);
-    rows = {0, view_.output.height};
+    blend_sources(u, theta_rad, sources, rows, rgb);
   }
   if (scratch_->any_hidden) {
     fill_hidden(theta_rad, depth_theta, rgb);
@@ -71,33 +80,34 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
   }
 }
 
-void ColumnRenderer::mix_source(double theta_rad, const RaySource& source, RowRun rows,
+void ColumnRenderer::mix_source(int u, double theta_rad, const RaySource& source, RowRun rows,
                                 std::uint8_t* rgb) {
   if (view_.layers) scratch_->exact_omega = scratch_->omega;
   snap_to_layers(source);
-  const auto from_row = [&](StationSamples samples) {
-    samples.positions.offset_left += rows.begin;
-    samples.positions.offset_right += rows.begin;
-    samples.positions.weight_right += rows.begin;
-    samples.positions.weight_lower += rows.begin;
-    return samples;
-  };
-  kernels_.mix_pair(from_row(find_samples(theta_rad, source, 0)),
-                    from_row(find_samples(theta_rad, source, 1)), fixed_weight(source.fraction),
-                    rows.end - rows.begin, rgb + 3 * rows.begin);
+  for (const RowPiece& piece : split_rows(u, theta_rad, source, rows)) {
+    mix_piece(u, theta_rad, source, piece, rgb);
+  }
   if (view_.layers) std::swap(scratch_->omega, scratch_->exact_omega);
 }
 
-void ColumnRenderer::blend_sources(double theta_rad, std::span<const RaySource> sources,
-                                   std::uint8_t* rgb) {
-  std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
-  if (view_.layers) scratch_->exact_omega = scratch_->omega;
+void ColumnRenderer::blend_sources(int u, double theta_rad, std::span<const RaySource> sources,
+                                   RowRun rows, std::uint8_t* rgb) {
+  if (scratch_->any_shared) std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
   for (size_t i = 0; i < sources.size(); ++i) {
-    snap_to_layers(sources[i]);
-    add_source(theta_rad, sources[i], scratch_->source_weights[i]);
-    if (view_.layers) scratch_->omega = scratch_->exact_omega;
+    const auto& weights = scratch_->source_weights[i];
+    for (size_t row = 0; row < scratch_->needed.size(); ++row) {
+      scratch_->needed[row] = weights[row] > 0;
+    }
+    if (scratch_->any_shared) {
+      add_source(u, theta_rad, sources[i], weights, rows);
+    } else {
+      mix_source(u, theta_rad, sources[i], rows, rgb);
+    }
   }
-  kernels_.finish(scratch_->sum.data(), view_.output.height, rgb);
+  if (scratch_->any_shared) {
+    kernels_.finish(scratch_->sum.data() + 4 * rows.begin, rows.end - rows.begin,
+                    rgb + 3 * rows.begin);
+  }
 }
 
 void ColumnRenderer::prepare_omega(int u) {
@@ -146,6 +156,7 @@ std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int 
   if (view_.layers) scratch_->exact_omega = scratch_->omega;
   snap_to_layers(source);
   for (int next = 0; next < 2; ++next) {
+    if (!reads(usual_reading(source), next)) continue;
     const SamplePositions at = find_samples(theta_rad, source, next).positions;
     SampleCheck check(volume, source.station + next);
     for (size_t row = 0; row < scratch_->omega.size(); ++row) {
@@ -157,36 +168,45 @@ std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int 
   return usable;
 }
 
+double ColumnRenderer::blend_share(std::span<const RaySource> sources, size_t which) {
+  double span_m = 0.0;
+  for (const RaySource& source : sources) span_m += std::fabs(source.d_p_m);
+  const double nearness =
+      span_m > 0.0 ? 1.0 / (std::fabs(sources[which].d_p_m) / span_m + 1e-4) : 1.0;
+  return sources[which].weight * nearness;
+}
+
 void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
                                    std::span<const RaySource> sources) {
   const size_t rows = static_cast<size_t>(view_.distances->size().height);
+  std::span<const std::uint8_t> visible[4];
+  look_from_sources(theta_rad, depth_theta, sources, visible);
   scratch_->any_hidden = false;
   if (sources.size() == 1) {
-    const auto visible = usable_rows(theta_rad, depth_theta, sources[0], 0);
     for (size_t row = 0; row < rows; ++row) {
-      scratch_->hidden[row] = !visible[row];
-      scratch_->any_hidden |= !visible[row];
+      scratch_->needed[row] = visible[0][row];
+      scratch_->hidden[row] = !visible[0][row];
+      scratch_->any_hidden |= !visible[0][row];
     }
     return;
   }
   scratch_->source_weights.resize(std::max(scratch_->source_weights.size(), sources.size()));
-  double span_m = 0.0;
-  for (const RaySource& source : sources) span_m += std::fabs(source.d_p_m);
-  // A source counts the more the nearer its line is: alone when the viewpoint is on it.
   float share[4];
-  std::span<const std::uint8_t> visible[4];
   for (size_t i = 0; i < sources.size(); ++i) {
-    visible[i] = usable_rows(theta_rad, depth_theta, sources[i], i);
-    const double nearness =
-        span_m > 0.0 ? 1.0 / (std::fabs(sources[i].d_p_m) / span_m + 1e-4) : 1.0;
-    share[i] = static_cast<float>(sources[i].weight * nearness);
+    share[i] = static_cast<float>(blend_share(sources, i));
     scratch_->source_weights[i].resize(rows);
   }
+  scratch_->any_shared = !leaves_rows_out();
   for (size_t row = 0; row < rows; ++row) {
     float total = 0.0f;
-    for (size_t i = 0; i < sources.size(); ++i) total += visible[i][row] ? share[i] : 0.0f;
+    int seeing = 0;
+    for (size_t i = 0; i < sources.size(); ++i) {
+      total += visible[i][row] ? share[i] : 0.0f;
+      seeing += visible[i][row];
+    }
     scratch_->hidden[row] = total <= 0.0f;
     scratch_->any_hidden |= total <= 0.0f;
+    scratch_->any_shared |= seeing > 1;
     const float scale = total > 0.0f ? static_cast<float>(kWeightOne) / total : 0.0f;
     for (size_t i = 0; i < sources.size(); ++i) {
       scratch_->source_weights[i][row] =
@@ -201,16 +221,14 @@ void ColumnRenderer::snap_to_layers(const RaySource& source) {
                           static_cast<float>(source.d_p_m), *view_.layers, scratch_->omega.data());
 }
 
-void ColumnRenderer::add_source(double theta_rad, const RaySource& source,
-                                std::span<const std::int16_t> weights) {
-  const int rows = view_.output.height;
-  for (int row = 0; row < rows; ++row) {
-    const auto i = static_cast<size_t>(row);
-    scratch_->row_weight[i] = weights[static_cast<size_t>(scratch_->mapping->nearest[i])];
+void ColumnRenderer::add_source(int u, double theta_rad, const RaySource& source,
+                                std::span<const std::int16_t> weights, RowRun rows) {
+  if (view_.layers) scratch_->exact_omega = scratch_->omega;
+  snap_to_layers(source);
+  for (const RowPiece& piece : split_rows(u, theta_rad, source, rows)) {
+    add_piece(u, theta_rad, source, piece, weights);
   }
-  kernels_.accumulate_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
-                           fixed_weight(source.fraction), scratch_->row_weight.data(), rows,
-                           scratch_->sum.data());
+  if (view_.layers) std::swap(scratch_->omega, scratch_->exact_omega);
 }
 
 StationSamples ColumnRenderer::find_samples(double theta_rad, const RaySource& source, int next) {
@@ -227,15 +245,29 @@ StationSamples ColumnRenderer::find_samples(double theta_rad, const RaySource& s
   kernels_.place_shifted(scratch_->shift_u.data(), scratch_->shift_v.data(), depth_rows,
                          scratch_->rows_per_distance, scratch_->fraction.data(), target,
                          scratch_->row_shift_u.data(), scratch_->row_shift_v.data(), positions);
-  return {view_.room.volume(source.line).column(station, 0).data(), positions};
+  return samples_at(source.line, station, positions);
+}
+
+StationSamples ColumnRenderer::samples_at(int line, int station, SamplePositions positions) const {
+  const LineVolume& volume = view_.room.volume(line);
+  const std::int32_t column_bytes = 3 * volume.panorama().height;
+  return {volume.column(station, 0).data(),
+          positions,
+          {column_bytes, column_bytes * volume.panorama().width}};
 }
 
 StationSamples ColumnRenderer::find_samples(double theta_rad, int line, int station, int first_row,
                                             int rows, SamplePositions positions) {
-  kernels_.find_samples(scratch_->latitudes.table(first_row), scratch_->omega.data() + first_row,
-                        rows, offset_from(line, station, theta_rad), target_of(theta_rad),
-                        positions);
-  return {view_.room.volume(line).column(station, 0).data(), positions};
+  const float* omega = scratch_->omega.data() + first_row;
+  if (scratch_->precise) {
+    scratch_->precise->find(first_row, {omega, static_cast<size_t>(rows)},
+                            displacement_from(line, station), theta_rad, view_.room.panorama(),
+                            positions);
+  } else {
+    kernels_.find_samples(scratch_->latitudes.table(first_row), omega, rows,
+                          offset_from(line, station, theta_rad), target_of(theta_rad), positions);
+  }
+  return samples_at(line, station, positions);
 }
 
 ColumnTarget ColumnRenderer::target_of(double theta_rad) const {
@@ -245,10 +277,13 @@ ColumnTarget ColumnRenderer::target_of(double theta_rad) const {
   return {captured.width, captured.height, position.whole, position.part};
 }
 
-ColumnOffset ColumnRenderer::offset_from(int line, int station, double theta_rad) const {
+Eigen::Vector3d ColumnRenderer::displacement_from(int line, int station) const {
   const Line& geometry = view_.room.grid().lines[static_cast<size_t>(line)];
-  return column_offset(viewpoint_m() - geometry.stations[static_cast<size_t>(station)].position_m,
-                       theta_rad);
+  return viewpoint_m() - geometry.stations[static_cast<size_t>(station)].position_m;
+}
+
+ColumnOffset ColumnRenderer::offset_from(int line, int station, double theta_rad) const {
+  return column_offset(displacement_from(line, station), theta_rad);
 }
 
 Eigen::Vector3d ColumnRenderer::viewpoint_m() const {

@@ -1,24 +1,18 @@
 // What a ColumnRenderer keeps from one column to the next; only it needs this.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "render/view/column_arrays.h"
 #include "render/view/column_renderer.h"
+#include "render/view/precise_positions.h"
+#include "render/view/sample_reader.h"
 #include "render/view/visibility.h"
 
 namespace raywalk {
-
-inline constexpr int kWeightOne = 32767;  // full weight of the kernels' fixed point
-
-inline std::int16_t fixed_weight(double weight) {
-  return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
-}
 
 // What is known of one column of the distance view for the sources last used with it.
 struct ColumnRenderer::DepthColumn {
@@ -42,29 +36,38 @@ struct ColumnRenderer::Scratch {
         exact_omega(omega),
         zero_omega(omega),
         samples{PositionArrays(view.output.height), PositionArrays(view.output.height)},
+        reader(view.room, view.interpolation, view.touched),
         sum(omega.size() * 4),
         row_weight(omega.size()) {
+    if (view.arithmetic == Arithmetic::kDouble) {
+      precise = std::make_unique<PrecisePositions>(view.output.height);
+    }
     if (depth_rows > 0) {
       mapping = std::make_unique<RowMapping>(view.output.height, depth_rows);
       depth_omega.resize(static_cast<size_t>(depth_rows));
       fraction.resize(omega.size());
       hidden.resize(static_cast<size_t>(depth_rows));
       ring = std::make_unique<RingVisibility>(depth_rows);
+      depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
+      needed.resize(static_cast<size_t>(depth_rows));
       // Where a column has 2, 4 or 8 times the rows of its distances, positions are found at the
-      // distances' rows and interpolated. Explicit layers are exact to the pixel instead.
+      // distances' rows and interpolated. Explicit layers, and double arithmetic, are exact to the
+      // pixel instead.
       const int ratio = view.output.height / depth_rows;
       const bool whole = ratio * depth_rows == view.output.height;
-      if (whole && !view.layers && (ratio == 2 || ratio == 4 || ratio == 8)) {
+      if (whole && !view.layers && !precise && (ratio == 2 || ratio == 4 || ratio == 8)) {
         rows_per_distance = ratio;
-        depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
         for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows));
         for (auto* shift : {&row_shift_u, &row_shift_v}) shift->resize(omega.size());
       }
     }
   }
   LatitudeTable latitudes;
+  std::unique_ptr<PrecisePositions> precise;  // where positions are to be found in double
   std::vector<float> omega, exact_omega, zero_omega;
   PositionArrays samples[2];  // of the two stations around A
+  SampleReader reader;
+  std::vector<RowPiece> pieces;
   std::vector<std::int16_t> sum, row_weight;
   std::vector<RowRun> unresolved;  // hidden rows that no station sees
   std::unique_ptr<RowMapping> mapping;
@@ -77,6 +80,13 @@ struct ColumnRenderer::Scratch {
   std::array<std::vector<std::uint8_t>, 4> usable;        // [source][depth row], of masked lines
   std::vector<std::uint8_t> hidden;                       // [depth row]
   bool any_hidden = false;
+  double skip_px = 0.0;                               // of the column in hand (work_skipped.h)
+  bool any_shared = true;                             // a row that several sources have a part in
+  std::array<std::vector<std::uint8_t>, 4> left_out;  // [source][depth row]: visible but for those
+  std::vector<std::uint8_t> dropped;                  // [depth row]
+  std::vector<std::uint8_t> needed;                   // [depth row], of one source
+  std::vector<std::uint8_t> near;                     // [depth row] or [row]
+  std::vector<Reading> readings;                      // the same
   std::unique_ptr<RingVisibility> ring;
   DepthColumn depth;
 };

@@ -29,7 +29,15 @@ float stored_omega(float distance_m, std::uint8_t confidence) {
 
 // Marks the pixels that the points of a column cover with the nearest surface seen there.
 void splat(const PointArrays& column, const float* omega_map, PanoramaSize size, float* image) {
-  for (size_t i = 0; i < column.omega.size(); ++i) {
+  // Neighbouring points mostly fall into one column, but it is seldom the one before.
+  constexpr size_t kLookAhead = 24;
+  const size_t rows = column.omega.size();
+  for (size_t i = 0; i < rows; ++i) {
+    if (i + kLookAhead < rows) {
+      const int u = std::clamp(column.last_column[i + kLookAhead], 0, size.width - 1);
+      const int row = std::clamp(column.first_row[i + kLookAhead], 0, size.height - 1);
+      __builtin_prefetch(image + u * std::ptrdiff_t{size.height} + row, 1);
+    }
     if (omega_map[i] < 0.0f) continue;
     const float omega = column.omega[i];
     for (int u = column.first_column[i]; u <= column.last_column[i]; ++u) {

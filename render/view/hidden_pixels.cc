@@ -86,10 +86,12 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
       const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
       const StationSamples samples = find_samples(theta_rad, map.line, map.station, begin,
                                                   end - begin, scratch_->samples[0].positions());
-      // The pixel after the run is not this run's: put back the byte that is written beyond it.
-      const std::uint8_t beyond = rgb[3 * end];
-      kernels_.sample_each(samples, end - begin, rgb + 3 * begin);
-      rgb[3 * end] = beyond;
+      scratch_->reader.mix({.line = map.line,
+                            .count = 1,
+                            .station = {map.station},
+                            .at = {samples},
+                            .rows = end - begin},
+                           rgb + 3 * begin);
       counts_.filled += end - begin;
       leave_masked_unresolved(map, begin, end, samples.positions);
     }
@@ -123,7 +125,11 @@ void ColumnRenderer::render_row(int u, std::span<const RaySource> sources, int r
   if (scratch_->hidden[depth_row] != 0) return;  // filled already
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
   const std::uint8_t beyond = rgb[3 * row + 3];
-  mix_source(theta_rad, sources[0], {row, row + 1}, rgb);
+  if (sources.size() == 1) {
+    mix_source(u, theta_rad, sources[0], {row, row + 1}, rgb);
+  } else {
+    blend_sources(u, theta_rad, sources, {row, row + 1}, rgb);
+  }
   rgb[3 * row + 3] = beyond;
 }
 

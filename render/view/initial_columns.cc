@@ -66,23 +66,33 @@ RowRun output_rows(RowRun rows, int captured_height, int height) {
 
 }  // namespace
 
+void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> sources,
+                                        std::uint8_t* rgb) {
+  const int rows = view_.rows.end - view_.rows.begin;
+  std::uint8_t* const out = rgb + 3 * view_.rows.begin;
+  const std::uint8_t* columns[4];
+  std::int16_t weights[4];
+  int count = 0;
+  for (const RaySource& source : sources) {
+    const LineVolume& volume = view_.room.volume(source.line);
+    for (int next = 0; next < 2; ++next) {
+      if (!reads(usual_reading(source), next)) continue;
+      columns[count] = volume.column(source.station + next, u).data() + 3 * view_.rows.begin;
+      scratch_->reader.count_stored(source.line, columns[count], rows);
+      weights[count++] = fixed_weight(source.weight * station_share(source, next));
+    }
+  }
+  if (count == 1) {
+    std::copy_n(columns[0], 3 * rows, out);
+  } else {
+    kernels_.mix_columns(columns, weights, count, 3 * rows, out);
+  }
+}
+
 void ColumnRenderer::cut_column(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   const int rows = view_.output.height;
   if (view_.output == view_.room.panorama()) {
-    // Output columns are captured columns: mix them as they are.
-    const std::uint8_t* columns[4];
-    std::int16_t weights[4];
-    int count = 0;
-    for (const RaySource& source : sources) {
-      const LineVolume& volume = view_.room.volume(source.line);
-      for (int next = 0; next < 2; ++next) {
-        columns[count] = volume.column(source.station + next, u).data() + 3 * view_.rows.begin;
-        const double share = next == 0 ? 1.0 - source.fraction : source.fraction;
-        weights[count++] = fixed_weight(source.weight * share);
-      }
-    }
-    kernels_.mix_columns(columns, weights, count, 3 * (view_.rows.end - view_.rows.begin),
-                         rgb + 3 * view_.rows.begin);
+    mix_stored_columns(u, sources, rgb);
     return;
   }
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
@@ -91,9 +101,8 @@ void ColumnRenderer::cut_column(int u, std::span<const RaySource> sources, std::
   for (const RaySource& source : sources) {
     std::fill(scratch_->row_weight.begin(), scratch_->row_weight.end(),
               fixed_weight(source.weight));
-    kernels_.accumulate_pair(find_samples(theta_rad, source, 0), find_samples(theta_rad, source, 1),
-                             fixed_weight(source.fraction), scratch_->row_weight.data(), rows,
-                             scratch_->sum.data());
+    scratch_->reader.accumulate(samples_of(theta_rad, source, {{0, rows}, usual_reading(source)}),
+                                scratch_->row_weight.data(), scratch_->sum.data());
   }
   std::swap(scratch_->omega, scratch_->zero_omega);
   kernels_.finish(scratch_->sum.data(), rows, rgb);
@@ -117,8 +126,8 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
   for (size_t i = 0; i < sources.size(); ++i) {
     const RaySource& source = sources[i];
     for (int next = 0; next < 2; ++next) {
-      const double part = next == 0 ? 1.0 - source.fraction : source.fraction;
-      if (part <= 0.0) continue;
+      const double part = station_share(source, next);
+      if (part <= 0.0 || !reads(usual_reading(source), next)) continue;
       shares.push_back(
           {i, next, source.weight * part, rows_to_cut(u, source.line, source.station + next)});
     }

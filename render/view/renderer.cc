@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -11,20 +10,20 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/base/huge_pages.h"
 #include "core/base/parallel.h"
+#include "core/room/kept_stations.h"
 #include "render/view/column_arrays.h"
+#include "render/view/read_ahead.h"
+#include "render/view/sample_reader.h"
 
 namespace raywalk {
 namespace {
 
-constexpr int kMapsPerLine = 2;  // the nearest, and one to look past what hides from it
-constexpr int kMostMaps = 4;
-constexpr int kMostFillMaps = 32;
+constexpr int kMapsPerLine = 2;       // the nearest, and one to look past what hides from it
 constexpr int kMostFartherMaps = 32;  // more of them where masks hide what is below
 // 400 kB of pixels at 2048 rows: stays in the second-level cache.
 constexpr int kColumnsPerTask = 64;
-
-constexpr std::array<const char*, 3> kGenerationNames{"initial", "hlf-vd", "two-sided"};
 
 // Length of the plan that the maps of a view should be spread over: the shorter side of the
 // viewpoint's cell, or in an open grid the longest line.
@@ -57,51 +56,33 @@ size_t spread_column_bytes(int height) {
   return ((3 * static_cast<size_t>(height) / 64 + 1) | 1) * 64;
 }
 
-// Gives a column the mean of its neighbours in the polar caps; rgb.
-void fill_polar_caps(const std::uint8_t* left, const std::uint8_t* right, int height,
+// Gives a column the mean of those step / 2 to its left and right in the polar caps; rgb.
+void fill_polar_caps(const std::uint8_t* left, const std::uint8_t* right, int height, int step,
                      std::uint8_t* rgb) {
   const auto mean = [&](int begin, int end) {
     for (int i = 3 * begin; i < 3 * end; ++i) {
       rgb[i] = static_cast<std::uint8_t>((left[i] + right[i] + 1) / 2);
     }
   };
-  const RowRun between = rows_between_polar_caps(height);
+  const RowRun between = rows_between_polar_caps(height, step);
   mean(0, between.begin);
   mean(between.end, height);
 }
 
+std::optional<Room> part_of(const Room& room, int stride) {
+  if (stride <= 1) return std::nullopt;  // below one is refused with the other options
+  return room.subset(every_nth_station(room, stride));
+}
+
 }  // namespace
 
-std::string generation_name(Generation generation) {
-  return kGenerationNames[static_cast<size_t>(generation)];
-}
-
-Generation generation_from_name(const std::string& name) {
-  for (size_t i = 0; i < kGenerationNames.size(); ++i) {
-    if (name == kGenerationNames[i]) return static_cast<Generation>(i);
-  }
-  throw UsageError(fmt::format("unknown generation '{}'; use initial, hlf-vd or two-sided", name));
-}
-
-Renderer::Renderer(const Room& room, const ViewOptions& options) : room_(room), options_(options) {
-  if (!(options.k_deg >= 45.0 && options.k_deg <= 90.0)) {
-    throw UsageError(fmt::format("k is {} degrees; it must be in 45..90", options.k_deg));
-  }
-  if (!(options.overlap_deg >= 0.0 && options.overlap_deg <= 45.0)) {
-    throw UsageError(
-        fmt::format("overlap is {} degrees; it must be in 0..45", options.overlap_deg));
-  }
-  if (options.layers < 0) throw UsageError("the number of depth layers must be positive");
-  if (!(options.tolerance_px > 0.0 && std::isfinite(options.tolerance_px))) {
-    throw UsageError(
-        fmt::format("the tolerance is {} pixels; it must be positive", options.tolerance_px));
-  }
+Renderer::Renderer(const Room& room, const ViewOptions& options)
+    : part_of_room_(part_of(room, options.station_stride)),
+      room_(part_of_room_ ? *part_of_room_ : room),
+      options_(options) {
   if (options_.width == 0) options_.width = room.panorama().width;
-  if (options_.width < 4 || options_.width % 4 != 0 || options_.width > 32768) {
-    throw UsageError(
-        fmt::format("output width {} must be a multiple of 4 in 4..32768", options_.width));
-  }
-  if (options.generation != Generation::kInitial && !room.has_distances()) {
+  require_view_options(options_);
+  if (options.generation != Generation::kInitial && !room_.has_distances()) {
     throw Error(fmt::format(
         "{}: the room has no distances, which {} needs; estimate them with raywalk-build-lf depth, "
         "give them to raywalk-build-lf pack --distance DIR, or use --generation initial",
@@ -143,6 +124,10 @@ OmegaRange Renderer::range_of(std::span<const MapStation> maps) {
   return range;
 }
 
+void Renderer::count_bytes(bool wanted) {
+  touched_ = wanted ? std::make_unique<TouchedRays>(room_) : nullptr;
+}
+
 const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   if (!std::isfinite(viewpoint.x_m) || !std::isfinite(viewpoint.z_m)) {
     throw UsageError("the viewpoint must be two finite numbers in metres");
@@ -155,16 +140,24 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
                                      .output = render_size(),
                                      .rows = {0, render_size().height},
                                      .layers = std::nullopt,
-                                     .fill_maps = {}});
+                                     .arithmetic = options_.arithmetic,
+                                     .fill_maps = {},
+                                     .interpolation = options_.interpolation,
+                                     .stations_mixed = options_.stations_mixed,
+                                     .second_side = options_.second_side,
+                                     .skip_px = options_.skip_px,
+                                     .touched = touched_.get()});
   view_.layers_ = 0;
   if (options_.generation == Generation::kInitial) return view_;
 
   const Eigen::Vector3d viewpoint_m(viewpoint.x_m, view_.plan_->height_m(), viewpoint.z_m);
   const double gap_m = 0.125 * plan_scale_m(room_, viewpoint);
   const auto lines = view_.plan_->lines();
-  view_.maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMapsPerLine, kMostMaps);
-  view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, kMostFillMaps, kMostFillMaps);
-  if (room_.masked()) {
+  view_.maps_ =
+      nearest_maps(room_, lines, viewpoint_m, gap_m, kMapsPerLine, options_.distance_maps);
+  view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, options_.fill_stations,
+                                  options_.fill_stations);
+  if (room_.masked() && options_.fill_stations > 0) {
     const auto farther = farther_maps(room_, view_.fill_maps_, viewpoint_m, kMostFartherMaps);
     view_.fill_maps_.insert(view_.fill_maps_.end(), farther.begin(), farther.end());
   }
@@ -195,7 +188,9 @@ void Renderer::render_columns(int first, int count, const ColumnSink& sink, View
   const size_t column_bytes = spread_column_bytes(size.height);
   // Workers are handed from task to task: their tables and memory cost more than a few columns.
   struct Worker {
-    Worker(const ViewInputs& view, size_t bytes) : renderer(view), columns(bytes) {}
+    Worker(const ViewInputs& view, size_t bytes)
+        : read_ahead(view), renderer(view), columns(bytes) {}
+    ReadAhead read_ahead;
     ColumnRenderer renderer;
     std::vector<std::uint8_t> columns;  // rgb, one after the other
   };
@@ -208,36 +203,56 @@ void Renderer::render_columns(int first, int count, const ColumnSink& sink, View
     idle.pop_back();
     return worker;
   };
+  const auto sources_of = [&](int u) {
+    return sources(view_.plan_->column(angles_from_pixel({double(u), 0.0}, size).theta_rad));
+  };
   parallel_for(0, count, kColumnsPerTask, [&](int begin, int end) {
     auto worker = take();
     const auto column_of = [&](int i) {
       return worker->columns.data() + column_bytes * static_cast<size_t>(i - begin);
     };
-    std::vector<int> sparse;
+    worker->read_ahead.fetch(first + begin, end - begin, sources_of);
+    // Columns that want for the mean of those `step` / 2 to both sides.
+    struct Sparse {
+      int column = 0;
+      int step = 0;
+    };
+    std::vector<Sparse> sparse;
+    const auto step_of = [&](int i) {
+      const int step = i % 2 != 0 ? 2 : (i % 4 != 0 ? 4 : 1);
+      return i - step / 2 >= begin && i + step / 2 < end ? step : 1;
+    };
     for (int i = begin; i < end; ++i) {
       const int u = (first + i) % size.width;
-      const double theta_rad = angles_from_pixel({double(u), 0.0}, size).theta_rad;
-      const auto column_sources = sources(view_.plan_->column(theta_rad));
-      if (i % 2 == 0 || i == begin || i + 1 == end) {
+      const auto column_sources = sources_of(u);
+      const int step = step_of(i);
+      if (step == 1) {
         worker->renderer.render(u, column_sources, column_of(i));
-      } else if (worker->renderer.render_sparsely(u, column_sources, column_of(i))) {
-        sparse.push_back(i);
+      } else if (worker->renderer.render_sparsely(u, column_sources, step, column_of(i))) {
+        sparse.push_back({i, step});
       }
     }
-    for (const int i : sparse)
-      fill_polar_caps(column_of(i - 1), column_of(i + 1), size.height, column_of(i));
+    // The wider apart first: the others' neighbours are among them.
+    std::ranges::stable_sort(sparse, std::greater(), &Sparse::step);
+    for (const auto& [i, step] : sparse) {
+      fill_polar_caps(column_of(i - step / 2), column_of(i + step / 2), size.height, step,
+                      column_of(i));
+    }
     sink(begin, end - begin, worker->columns.data(), column_bytes);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(worker));
   });
   PixelCounts total;
   for (const auto& worker : idle) {
-    const PixelCounts& counts = worker->renderer.counts();
+    const PixelCounts counts = worker->renderer.counts();
     total.all += counts.all;
     total.filled += counts.filled;
     total.stretched += counts.stretched;
     total.empty += counts.empty;
+    total.work += counts.work;
   }
+  report->pixels = total.all;
+  report->work = total.work;
   const auto share = [&](std::int64_t part) {
     return static_cast<double>(part) / static_cast<double>(total.all);
   };
@@ -250,6 +265,7 @@ void Renderer::render_panorama(cv::Mat* image, ViewReport* report) {
   const PanoramaSize size = view_.inputs_->output;
   cv::Mat& rendered = supersampling_ > 1 ? oversized_ : *image;
   rendered.create(size.height, size.width, CV_8UC3);
+  advise_huge_pages(rendered.data, rendered.step * static_cast<size_t>(size.height));
   render_columns(
       0, size.width,
       [&](int begin, int count, const std::uint8_t* columns, size_t column_bytes) {
@@ -294,15 +310,19 @@ void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport*
 
   cv::Mat& rendered = fold > 1 ? oversized_ : *image;
   rendered.create(fine.height, fine.width, CV_8UC3);
+  advise_huge_pages(rendered.data, rendered.step * static_cast<size_t>(fine.height));
   const ColumnBlock block{panorama, part.first_column, part.columns};
+  const auto block_column = static_cast<std::int32_t>(column);
+  const RayExtent extent{block_column, block_column * part.columns};
+  const SampleReaders& readers = readers_of(options_.interpolation);
   const size_t column_bytes = spread_column_bytes(fine.height);
   parallel_for(0, fine.width, kColumnsPerTask, [&](int begin, int end) {
     PositionArrays positions(fine.height);
     std::vector<std::uint8_t> columns(column_bytes * static_cast<size_t>(end - begin));
     for (int i = begin; i < end; ++i) {
       column_kernels().aim(rays_of_column(fine, i), fine.height, block, positions.positions());
-      column_kernels().sample_each({rays, positions.positions()}, fine.height,
-                                   columns.data() + column_bytes * static_cast<size_t>(i - begin));
+      readers.sample_each({rays, positions.positions(), extent}, fine.height,
+                          columns.data() + column_bytes * static_cast<size_t>(i - begin));
     }
     column_kernels().write_rows(columns.data(), column_bytes, end - begin, fine.height,
                                 rendered.ptr<std::uint8_t>(0) + 3 * begin, rendered.step);
@@ -336,6 +356,7 @@ void Renderer::render(PlanPoint viewpoint, const Viewport& viewport, RenderedVie
 void Renderer::render(PlanPoint viewpoint, const Viewport* viewport, RenderedView* view) {
   const auto start = std::chrono::steady_clock::now();
   prepare(viewpoint);
+  if (touched_) touched_->clear();
   view->report.layers = view_.layers_;
   view->report.limited_corners = view_.plan_->limited_corners();
   if (viewport != nullptr) {
@@ -343,6 +364,7 @@ void Renderer::render(PlanPoint viewpoint, const Viewport* viewport, RenderedVie
   } else {
     render_panorama(&view->image, &view->report);
   }
+  view->report.bytes_touched = touched_ ? touched_->bytes() : 0;
   const std::chrono::duration<double, std::milli> elapsed =
       std::chrono::steady_clock::now() - start;
   view->report.render_ms = elapsed.count();

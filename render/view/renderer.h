@@ -2,6 +2,7 @@
 // flat picture shows.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -14,35 +15,23 @@
 
 #include "core/room/room.h"
 #include "render/view/column_renderer.h"
+#include "render/view/touched_rays.h"
+#include "render/view/view_options.h"
 #include "render/view/viewport.h"
 
 namespace raywalk {
-
-enum class Generation { kInitial, kHlfVd, kTwoSided };
-
-// "initial", "hlf-vd", "two-sided", and back; throws UsageError on any other name.
-std::string generation_name(Generation generation);
-Generation generation_from_name(const std::string& name);
-
-struct ViewOptions {
-  Generation generation = Generation::kHlfVd;
-  double k_deg = 90.0;       // in [45, 90]; 45 is LFU, 90 is Ray-space360
-  double overlap_deg = 5.0;  // width of the blend at a connection, in [0, 45]
-  int layers = 0;            // depth layers; 0 = as many as `tolerance_px` needs
-  // Inverse distances to count automatic layers for; none = those of the maps around the view.
-  std::optional<OmegaRange> scene{};
-  double tolerance_px = 0.5;  // largest move of a pixel that the layers may cause, output pixels
-  int width = 0;  // output width in pixels, a multiple of 4 up to 32768; 0 = as captured
-};
 
 // What a view was made of; shares are of all pixels of the columns that were rendered.
 struct ViewReport {
   int layers = 0;             // 0 in an initial view
   int limited_corners = 0;    // corners connected nearer to physical for want of overhang, of four
   double filled_share = 0.0;  // hidden from the lines in use, filled from other stations
-  double stretched_share = 0.0;  // seen by no station
-  double empty_share = 0.0;      // served by no line
-  double render_ms = 0.0;        // from plan to finished picture
+  double stretched_share = 0.0;    // seen by no station
+  double empty_share = 0.0;        // served by no line
+  std::int64_t pixels = 0;         // of the columns that were rendered
+  WorkCounts work{};               // in those pixels
+  std::int64_t bytes_touched = 0;  // of the rays, in whole 64-byte lines; where it is counted
+  double render_ms = 0.0;          // from plan to finished picture
 };
 
 struct RenderedView {
@@ -88,6 +77,9 @@ class Renderer {
   RenderedView render(PlanPoint viewpoint, const Viewport& viewport);
   void render(PlanPoint viewpoint, const Viewport& viewport, RenderedView& view);
 
+  // Whether views count the bytes of the rays that they read, which makes them slower by far.
+  void count_bytes(bool wanted);
+
   // Plans a view and, for corrected generations, gathers its distances. The result is overwritten
   // by the next call.
   const PreparedView& prepare(PlanPoint viewpoint);
@@ -108,9 +100,11 @@ class Renderer {
   void render_panorama(cv::Mat* image, ViewReport* report);
   void render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report);
 
+  std::optional<Room> part_of_room_;  // where not every station is used
   const Room& room_;
   ViewOptions options_;
   PreparedView view_;
+  std::unique_ptr<TouchedRays> touched_;                  // null: bytes are not counted
   std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
   cv::Mat oversized_;               // what is averaged down where supersampling_ > 1
   std::vector<std::uint8_t> part_;  // of the panorama, that a flat picture shows

@@ -3,12 +3,24 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "core/geometry/sphere.h"
 #include "render/view/column_kernels.h"
 
 namespace raywalk {
+
+// Sines and cosines of latitude of rows spaced as a panorama of `height` rows spaces them, from the
+// zenith on, as many as the spans hold.
+template <typename Real>
+void fill_latitudes(int height, std::span<Real> sin_phi, std::span<Real> cos_phi) {
+  for (size_t row = 0; row < sin_phi.size(); ++row) {
+    const double phi_rad = kHalfPi - (static_cast<double>(row) + 0.5) / height * kPi;
+    sin_phi[row] = static_cast<Real>(std::sin(phi_rad));
+    cos_phi[row] = static_cast<Real>(std::cos(phi_rad));
+  }
+}
 
 // `count` rows spaced as a panorama of `height` rows spaces them, from the zenith on. With
 // count = 2 * height the table goes once around the great circle: down the column and, beyond the
@@ -17,11 +29,7 @@ class LatitudeTable {
  public:
   LatitudeTable(int height, int count)
       : sin_phi_(static_cast<size_t>(count)), cos_phi_(static_cast<size_t>(count)) {
-    for (int row = 0; row < count; ++row) {
-      const double phi_rad = kHalfPi - (row + 0.5) / height * kPi;
-      sin_phi_[static_cast<size_t>(row)] = static_cast<float>(std::sin(phi_rad));
-      cos_phi_[static_cast<size_t>(row)] = static_cast<float>(std::cos(phi_rad));
-    }
+    fill_latitudes<float>(height, sin_phi_, cos_phi_);
   }
   RowTable table(int first_row = 0) const {
     return {sin_phi_.data() + first_row, cos_phi_.data() + first_row};
@@ -32,13 +40,24 @@ class LatitudeTable {
   std::vector<float> cos_phi_;
 };
 
+// A displacement in a column frame, metres.
+struct PreciseOffset {
+  double forward = 0.0;
+  double up = 0.0;
+  double side = 0.0;
+};
+
 // A world displacement in the frame of the column at theta: forward, up, to the right.
-inline ColumnOffset column_offset(const Eigen::Vector3d& displacement_m, double theta_rad) {
+inline PreciseOffset precise_offset(const Eigen::Vector3d& displacement_m, double theta_rad) {
   const double s = std::sin(theta_rad);
   const double c = std::cos(theta_rad);
-  return {static_cast<float>(displacement_m.x() * s + displacement_m.z() * c),
-          static_cast<float>(displacement_m.y()),
-          static_cast<float>(displacement_m.x() * c - displacement_m.z() * s)};
+  return {displacement_m.x() * s + displacement_m.z() * c, displacement_m.y(),
+          displacement_m.x() * c - displacement_m.z() * s};
+}
+inline ColumnOffset column_offset(const Eigen::Vector3d& displacement_m, double theta_rad) {
+  const PreciseOffset offset = precise_offset(displacement_m, theta_rad);
+  return {static_cast<float>(offset.forward), static_cast<float>(offset.up),
+          static_cast<float>(offset.side)};
 }
 
 // A continuous column position split into a whole column in [0, width) and the part beyond it.

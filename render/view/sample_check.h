@@ -1,6 +1,7 @@
 // Whether samples of a station touch rays that are not to be used.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/room/line_volume.h"
@@ -18,20 +19,33 @@ class SampleCheck {
   bool valid(std::int32_t offset_left, std::int32_t offset_right) {
     return left_.valid(*this, offset_left) && right_.valid(*this, offset_right);
   }
+  // The same of all 4 x 4 pixels of a cubic sample.
+  bool valid_around(std::int32_t offset_left, std::int32_t offset_right) {
+    const std::int32_t bytes = column_bytes_ * volume_.panorama().width;
+    const std::int32_t before = offset_left - column_bytes_;
+    const std::int32_t after = offset_right + column_bytes_;
+    return left_.valid(*this, offset_left, 1) && right_.valid(*this, offset_right, 1) &&
+           before_.valid(*this, before < 0 ? before + bytes : before, 1) &&
+           after_.valid(*this, after >= bytes ? after - bytes : after, 1);
+  }
 
  private:
   struct Column {
     std::int32_t offset = -1;  // of its first row; negative: none looked up yet
     RowRun rows;
 
-    bool valid(const SampleCheck& check, std::int32_t sample) {
+    // `beyond`: so many rows above and below the sample's two are read too, as far as there are
+    // any.
+    bool valid(const SampleCheck& check, std::int32_t sample, int beyond = 0) {
       if (offset < 0 || sample < offset || sample >= offset + check.column_bytes_) {
         const int theta = sample / check.column_bytes_;
         offset = theta * check.column_bytes_;
         rows = check.volume_.valid_rows(check.station_, theta);
       }
       const int upper = (sample - offset) / 3;
-      return upper >= rows.begin && upper + 1 < rows.end;
+      const int last = check.column_bytes_ / 3 - 1;
+      return std::max(upper - beyond, 0) >= rows.begin &&
+             std::min(upper + 1 + beyond, last) < rows.end;
     }
   };
 
@@ -40,6 +54,8 @@ class SampleCheck {
   std::int32_t column_bytes_;
   Column left_;
   Column right_;
+  Column before_;  // the one before the left, and the one after the right
+  Column after_;
 };
 
 }  // namespace raywalk

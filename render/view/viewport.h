@@ -29,7 +29,7 @@ double focal_length_px(const Viewport& viewport);
 // The directions of a column's pixels, from the top.
 RayLine rays_of_column(const Viewport& viewport, int column);
 
-// The columns and rows of a panorama that the samples of a viewport lie in.
+// The columns and rows of a panorama that the samples of a viewport lie in, cubic ones too.
 struct PanoramaPart {
   int first_column = 0;  // in [0, width)
   int columns = 0;       // from there on, around the seam

@@ -1,0 +1,40 @@
+// Where a station saw the points of a column, in double precision throughout: what
+// Arithmetic::kDouble asks for, and what the float kernels are judged by. Distances are taken as
+// the (float) inverse distances that they are stored as.
+//
+// The C library's atan2 is within an ulp, but not the same to the last bit on every processor:
+// positions, rounded to 1/32768 pixel, may rarely differ by one such step from machine to machine.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/geometry/sphere.h"
+#include "render/view/column_kernels.h"
+#include "render/view/row_table.h"
+
+namespace raywalk {
+
+class PrecisePositions {
+ public:
+  // For columns of `rows` rows.
+  explicit PrecisePositions(int rows);
+
+  // As ColumnKernels::find_samples: where a station at `displacement_m` (viewpoint - station, world
+  // frame) saw the points of the column that looks along `theta_rad`, for the rows from `first_row`
+  // on that `omega` has values for, in panoramas of the size `captured`.
+  void find(int first_row, std::span<const float> omega, const Eigen::Vector3d& displacement_m,
+            double theta_rad, PanoramaSize captured, SamplePositions positions) const;
+
+  // One row's position before it is rounded: columns to the right of where the panorama looks along
+  // the column's direction, and rows from the top, which may reach half a row over a pole.
+  PixelPosition seen_at(int row, double omega, const PreciseOffset& offset,
+                        PanoramaSize captured) const;
+
+ private:
+  std::vector<double> sin_phi_;
+  std::vector<double> cos_phi_;
+};
+
+}  // namespace raywalk

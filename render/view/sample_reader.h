@@ -1,0 +1,66 @@
+// Reads samples of stations in the way a view asks for, and counts them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/room/room.h"
+#include "render/view/column_kernels.h"
+#include "render/view/touched_rays.h"
+#include "render/view/view_options.h"
+
+namespace raywalk {
+
+// Full weight of the kernels' fixed point.
+inline constexpr int kWeightOne = 32767;
+std::int16_t fixed_weight(double weight);
+
+// The fastest kernels that interpolate so.
+const SampleReaders& readers_of(Interpolation interpolation);
+
+// Where consecutive rows of a column are read: in one station, or in two neighbours that are mixed.
+struct RowSamples {
+  int line = -1;
+  int count = 0;  // of stations
+  std::array<int, 2> station{};
+  std::array<StationSamples, 2> at{};
+  std::int16_t share = 0;  // of the second station, in 1/32768
+  int rows = 0;
+};
+
+class SampleReader {
+ public:
+  // `touched` may be null. References must outlive the reader.
+  SampleReader(const Room& room, Interpolation interpolation, TouchedRays* touched);
+
+  // Writes rows * 3 bytes and puts back the one beyond them, which must be there.
+  void mix(const RowSamples& samples, std::uint8_t* rgb);
+  // Adds weight / 32768 of each row to sums as ColumnKernels::accumulate_pair has them.
+  void accumulate(const RowSamples& samples, const std::int16_t* weight, std::int16_t* sum);
+  // Counts rows of a station's column, from `first_row` on, that are read as they are stored.
+  void count_stored(int line, const std::uint8_t* first_row, int rows);
+
+  // Samples read at a place of their own, and in columns as they are stored.
+  std::int64_t found() const { return found_; }
+  std::int64_t stored() const { return stored_; }
+
+ private:
+  // Calls read(kernels, begin, end) for runs of rows that are read in one way: cubic samples whose
+  // 4 x 4 pixels are not all valid are read linearly.
+  template <typename Read>
+  void in_runs(const RowSamples& samples, Read read);
+  // `weight` null: all rows are read.
+  void count(const RowSamples& samples, const std::int16_t* weight);
+  void touch(const RowSamples& samples, Interpolation interpolation, int begin, int end,
+             const std::int16_t* weight);
+
+  const Room& room_;
+  Interpolation interpolation_;
+  const SampleReaders& readers_;
+  const SampleReaders& linear_;
+  TouchedRays* touched_;
+  std::int64_t found_ = 0;
+  std::int64_t stored_ = 0;
+};
+
+}  // namespace raywalk
