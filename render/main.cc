@@ -8,6 +8,9 @@
 
 #include "core/base/parallel.h"
 #include "core/base/program.h"
+#include "render/measured_choice.h"
+#include "render/presets.h"
+#include "render/trade/trade.h"
 #include "render/validation/connect_error_file.h"
 #include "render/validation/error_model_report.h"
 #include "render/validation/validate.h"
@@ -25,21 +28,87 @@ struct Arguments {
   ViewFrame frame{};
   std::string path{};
   ViewFlags flags{};
+  Demand demand{};
   ValidateOptions validate{};
   std::vector<std::string> generations{};
   ConnectErrorOptions connect_error{};
   ErrorModelOptions error_model{};
+  TradeOptions trade{};
   int threads = 0;
 };
 
 const std::vector<std::string> kGenerations{"initial", "hlf-vd", "two-sided"};
+const std::vector<std::string> kPresets{"fast", "balanced", "accurate"};
 const std::vector<std::string> kConnections{"hybrid", "lfu", "rayspace360"};
+
+// The ready-made settings for a room.
+std::vector<NamedMode> preset_modes(const Room& room) {
+  const SceneNumbers scene = scene_numbers(room);
+  std::vector<NamedMode> modes;
+  for (const std::string& name : kPresets) {
+    const Preset preset = preset_of(name, scene);
+    modes.push_back({name, preset.reason, view_mode(preset.settings, room)});
+  }
+  return modes;
+}
+
+// The settings for a room; says why where they were chosen for it.
+ViewSettings chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
+  const bool demanded = demand.budget_ms || demand.min_psnr_db;
+  const Preset preset =
+      demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
+  if (!preset.reason.empty()) fmt::print("{}\n", preset.reason);
+  return preset.settings;
+}
 
 void add_room(CLI::App* command, Arguments* arguments) {
   command->add_option("room", arguments->room, "Room directory, made by raywalk-build-lf pack")
       ->required();
   command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
       ->check(CLI::Range(0, 1024));
+}
+
+void add_trade_flags(CLI::App* command, ViewFlags* flags) {
+  command
+      ->add_option("--preset", flags->preset,
+                   "What other flags leave open, by the room's distances, spacing and width: fast, "
+                   "balanced or accurate")
+      ->check(CLI::IsMember(kPresets));
+  command
+      ->add_option("--interpolation", flags->interpolation,
+                   "How a pixel is read from a panorama: nearest, linear (default) or cubic")
+      ->check(CLI::IsMember({"nearest", "linear", "cubic"}));
+  command
+      ->add_option("--arithmetic", flags->arithmetic,
+                   "Of the loops that find what is to be read: float (default) or double")
+      ->check(CLI::IsMember({"float", "double"}));
+  command
+      ->add_option("--stations-mixed", flags->stations_mixed,
+                   "Around the point where a ray crosses a line: both stations (2, default) or the "
+                   "nearer alone (1)")
+      ->check(CLI::Range(1, 2));
+  command
+      ->add_option("--station-stride", flags->station_stride,
+                   "Use one station of every so many (default 1)")
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option("--distance-maps", flags->distance_maps,
+                   "Distance maps that a view's distances are gathered from (default 4)")
+      ->check(CLI::Range(1, 4));
+  command
+      ->add_option("--fill-stations", flags->fill_stations,
+                   "Stations asked for what the lines in use do not see (default 32)")
+      ->check(CLI::Range(0, 32));
+  command
+      ->add_option("--second-side", flags->second_side,
+                   "Where both sides of a two-sided view see a point: blend (default), or read the "
+                   "second where-hidden from the nearer")
+      ->check(CLI::IsMember({"blend", "where-hidden"}));
+  command
+      ->add_option("--skip-px", flags->skip_px,
+                   "Leave out work that moves a pixel by no more than so many captured pixels "
+                   "(default 0)")
+      ->check(CLI::Range(0.0, 4.0));
 }
 
 void add_connection_flags(CLI::App* command, ViewFlags* flags) {
@@ -65,6 +134,20 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
       ->add_option("--overlap-deg", flags->overlap_deg,
                    "Width of the blend at a connection, degrees (default 5)")
       ->check(CLI::Range(0.0, 45.0));
+  add_trade_flags(command, flags);
+}
+
+// What is asked of a view, where a trade was measured on the room.
+void add_demand_flags(CLI::App* command, Demand* demand) {
+  command
+      ->add_option("--budget-ms", demand->budget_ms,
+                   "The best setting that renders a panorama in so many milliseconds, by what "
+                   "raywalk-render trade measured on the room")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--min-psnr-db", demand->min_psnr_db,
+                   "The fastest setting that reached so many dB there")
+      ->check(CLI::Range(0.0, 100.0));
 }
 
 void add_view_flags(CLI::App* command, ViewFlags* flags) {
@@ -96,6 +179,7 @@ void add_view(CLI::App* app, Arguments* arguments) {
       ->required();
   view->add_option("--out", arguments->out, "Picture to write, .png or .jpg")->required();
   add_view_flags(view, &arguments->flags);
+  add_demand_flags(view, &arguments->demand);
   view->add_option("--yaw-deg", arguments->frame.yaw_deg, "Turn to the right, degrees");
   view->add_option("--pitch-deg", arguments->frame.pitch_deg, "Look up, degrees");
   view->add_option("--roll-deg", arguments->frame.roll_deg, "Tilt the camera clockwise, degrees");
@@ -107,10 +191,11 @@ void add_view(CLI::App* app, Arguments* arguments) {
   view->callback([arguments] {
     set_thread_count(arguments->threads);
     const PlanPoint viewpoint = viewpoint_from_text(arguments->at);
-    const ViewSettings settings = view_settings(arguments->flags);
+    view_settings(arguments->flags);  // refuses what contradicts itself before any work
     viewport_of(arguments->frame);
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
+    const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
     fmt::print("{}\n", write_view(room, view_mode(settings, room), viewpoint, arguments->frame,
                                   arguments->out));
   });
@@ -127,14 +212,16 @@ void add_path(CLI::App* app, Arguments* arguments) {
       ->required();
   add_flat_flags(path, &arguments->frame);
   add_view_flags(path, &arguments->flags);
+  add_demand_flags(path, &arguments->demand);
   path->footer(
       "Example:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
       "A run that was stopped is resumed by the same command.");
   path->callback([arguments] {
     set_thread_count(arguments->threads);
     viewport_of(arguments->frame);
-    const ViewSettings settings = view_settings(arguments->flags);
+    view_settings(arguments->flags);
     const Room room = Room::open(arguments->room);
+    const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
     fmt::print("{}\n", write_path(room, view_mode(settings, room), arguments->frame,
                                   arguments->path, arguments->out));
   });
@@ -167,8 +254,9 @@ void add_validate(CLI::App* app, Arguments* arguments) {
   command->footer("Example:\n  raywalk-render validate room.lf --truth gt.csv --report report");
   command->callback([arguments] {
     set_thread_count(arguments->threads);
-    const ViewSettings settings = view_settings(arguments->flags);
+    view_settings(arguments->flags);
     const Room room = Room::open(arguments->room);
+    const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
     arguments->validate.connect.overlap_deg = settings.overlap_deg;
     arguments->validate.modes = view_modes(settings, arguments->generations, room);
     fmt::print("{}\n", validate(room, arguments->validate));
@@ -229,6 +317,46 @@ void add_error_model(CLI::App* app, Arguments* arguments) {
   command->callback([options] { write_error_model_report(*options, std::cout); });
 }
 
+void add_trade(CLI::App* app, Arguments* arguments) {
+  TradeOptions* options = &arguments->trade;
+  CLI::App* command = app->add_subcommand(
+      "trade", "Measure what each dial of rendering costs in time and gives in accuracy");
+  add_room(command, arguments);
+  command->add_option("--truth", options->truth,
+                      "True views: a table with columns file,x,y,z (metres) and, where wanted, "
+                      "mask (pictures, 0 = not compared)");
+  command
+      ->add_option("--held-out", options->held_out,
+                   "Leave out one of every n stations and render them again: besides --truth, or "
+                   "where there is none")
+      ->check(CLI::Range(2, 1'000'000));
+  command
+      ->add_option("--report", options->report,
+                   "Directory for index.html, trade.json and trade.csv, made if it is missing")
+      ->required();
+  command->add_option("--also", options->also,
+                      "The same place packed at another width or with other distances; may be "
+                      "repeated");
+  command->add_flag("--full", options->full,
+                    "The grids of dials that interact, with every true view: about a thousand "
+                    "settings (default: some 40, with 6 views)");
+  command->add_option("--repetitions", options->repetitions, "How often every view is timed")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->footer(
+      "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"
+      "  raywalk-render trade room.lf --held-out 8 --report trade\n"
+      "What was measured is kept in the room, for view --budget-ms and --min-psnr-db.\n"
+      "A run that was stopped is gone on with by the same command.");
+  command->callback([arguments, options] {
+    set_thread_count(arguments->threads);
+    const Room room = Room::open(arguments->room);
+    options->centres = view_modes(view_settings({}), {}, room);
+    options->presets = preset_modes(room);
+    fmt::print("{}\n", trade(room, *options));
+  });
+}
+
 }  // namespace
 }  // namespace raywalk
 
@@ -244,5 +372,6 @@ int main(int argc, char** argv) {
   raywalk::add_validate(&app, &arguments);
   raywalk::add_connect_error(&app, &arguments);
   raywalk::add_error_model(&app, &arguments);
+  raywalk::add_trade(&app, &arguments);
   return raywalk::run_program(app, argc, argv);
 }

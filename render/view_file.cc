@@ -17,6 +17,16 @@ std::string percent(double share) {
   return share > 0.0 && share < 5e-4 ? "under 0.1 %" : fmt::format("{:.1f} %", 100.0 * share);
 }
 
+// What skip_px left out of a corrected view.
+std::string left_out(const WorkCounts& work, std::int64_t pixels) {
+  const auto share = [](std::int64_t part, std::int64_t all) {
+    return percent(all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0.0);
+  };
+  return fmt::format(", left out: {} of corrections, {} of second stations, {} of second sides",
+                     share(work.uncorrected, work.readings), share(work.one_station, work.readings),
+                     share(work.one_side, pixels));
+}
+
 }  // namespace
 
 PlanPoint viewpoint_from_text(const std::string& text) {
@@ -55,6 +65,9 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   }
   if (report.empty_share > 0.0) {
     text += ", " + percent(report.empty_share) + " empty: no line serves it";
+  }
+  if (mode.options.skip_px > 0.0 && mode.options.generation != Generation::kInitial) {
+    text += left_out(report.work, report.pixels);
   }
   return text + fmt::format(", {:.0f} ms", report.render_ms);
 }

@@ -15,6 +15,7 @@ namespace raywalk {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing::ThrowsMessage;
 
 TEST(ViewFrame, IsAPanoramaUnlessItHasAFieldOfView) {
@@ -74,6 +75,20 @@ TEST_F(WriteView, TurnsAPanorama) {
   cv::Mat flipped;
   cv::flip(straight, flipped, -1);
   EXPECT_LE(cv::norm(over, flipped, cv::NORM_INF), 1.0);
+}
+
+TEST(ViewSummary, SaysWhatWasLeftOut) {
+  ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "as asked for"};
+  ViewReport report;
+  report.pixels = 1000;
+  report.work = {.readings = 2000, .uncorrected = 250, .one_station = 1000, .one_side = 30};
+  EXPECT_THAT(view_summary(mode, report),
+              HasSubstr("left out: 12.5 % of corrections, 50.0 % of second stations, 3.0 % of "
+                        "second sides"));
+  mode.options.generation = Generation::kInitial;
+  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("left out")));
+  mode.options = {};
+  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("left out")));
 }
 
 TEST_F(WriteView, WritesAFlatPictureThatShowsWhereItLooks) {

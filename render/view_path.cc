@@ -12,7 +12,7 @@
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
 #include "core/files/row_names.h"
-#include "core/files/sha256.h"
+#include "core/room/room_fingerprint.h"
 
 namespace raywalk {
 namespace {
@@ -22,22 +22,9 @@ using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
 
-// Changes when the rays or the distance maps of a room do. Distance files are immutable once they
-// are there, so a replaced one shows in its size or time.
-std::string fingerprint_of(const Room& room) {
-  std::string text = manifest_to_json(room.manifest());
-  for (const Line& line : room.grid().lines) {
-    const fs::path file = distance_volume_path(room.directory(), line.id);
-    if (!fs::exists(file)) continue;
-    text += fmt::format("{} {} {}\n", line.id, fs::file_size(file),
-                        fs::last_write_time(file).time_since_epoch().count());
-  }
-  return sha256_hex(std::as_bytes(std::span(text)));
-}
-
 json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
   json settings{{"format_version", kFormatVersion},
-                {"room_sha256", fingerprint_of(room)},
+                {"room_sha256", room_fingerprint(room)},
                 {"generation", generation_name(mode.options.generation)},
                 {"connection", mode.connection},
                 {"k_deg", mode.options.k_deg},

@@ -17,16 +17,26 @@ namespace {
 constexpr double kLfuKDeg = 45.0;
 constexpr double kRayspace360KDeg = 90.0;
 constexpr int kMostLayers = 65536;
+constexpr int kMostStride = 1'000'000;
 
 SettingsSchema schema_of(ViewSettings* settings) {
   SettingsSchema schema;
-  schema.choice("generation", &settings->generation, {"initial", "hlf-vd", "two-sided"})
+  schema.choice("preset", &settings->preset, {"none", "fast", "balanced", "accurate"})
+      .choice("generation", &settings->generation, {"initial", "hlf-vd", "two-sided"})
       .choice("connection", &settings->connection, {"hybrid", "lfu", "rayspace360"})
       .text("k_deg", &settings->k_deg)
       .text("layers", &settings->layers)
       .number("tolerance_px", &settings->tolerance_px, 0.01, 100.0)
       .number("overlap_deg", &settings->overlap_deg, 0.0, 45.0)
-      .integer("width_px", &settings->width_px, 0, 32768);
+      .integer("width_px", &settings->width_px, 0, 32768)
+      .choice("interpolation", &settings->interpolation, {"nearest", "linear", "cubic"})
+      .choice("arithmetic", &settings->arithmetic, {"float", "double"})
+      .choice("second_side", &settings->second_side, {"blend", "where-hidden"})
+      .integer("stations_mixed", &settings->stations_mixed, 1, 2)
+      .integer("station_stride", &settings->station_stride, 1, kMostStride)
+      .integer("distance_maps", &settings->distance_maps, 1, 4)
+      .integer("fill_stations", &settings->fill_stations, 0, 32)
+      .number("skip_px", &settings->skip_px, 0.0, 4.0);
   return schema;
 }
 
@@ -86,6 +96,14 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
   mode.options.tolerance_px = settings.tolerance_px;
   mode.options.overlap_deg = settings.overlap_deg;
   mode.options.width = settings.width_px;
+  mode.options.interpolation = interpolation_from_name(settings.interpolation);
+  mode.options.arithmetic = arithmetic_from_name(settings.arithmetic);
+  mode.options.second_side = second_side_from_name(settings.second_side);
+  mode.options.stations_mixed = settings.stations_mixed;
+  mode.options.station_stride = settings.station_stride;
+  mode.options.distance_maps = settings.distance_maps;
+  mode.options.fill_stations = settings.fill_stations;
+  mode.options.skip_px = settings.skip_px;
   if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
     mode.options.k_deg = *k_deg;
     mode.k_source = settings.connection == "hybrid" ? "as asked for" : "of this connection";
@@ -99,8 +117,8 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
 
 }  // namespace
 
-ViewSettings view_settings(const ViewFlags& flags) {
-  ViewSettings settings;
+ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
+  ViewSettings settings = base;
   if (flags.settings) {
     schema_of(&settings).load(*flags.settings);
     try {
@@ -113,6 +131,7 @@ ViewSettings view_settings(const ViewFlags& flags) {
   if (flags.connection && !flags.k_deg && *flags.connection != settings.connection) {
     settings.k_deg = "auto";
   }
+  override_with(flags.preset, &settings.preset);
   override_with(flags.generation, &settings.generation);
   override_with(flags.connection, &settings.connection);
   override_with(flags.k_deg, &settings.k_deg);
@@ -120,6 +139,14 @@ ViewSettings view_settings(const ViewFlags& flags) {
   override_with(flags.tolerance_px, &settings.tolerance_px);
   override_with(flags.overlap_deg, &settings.overlap_deg);
   override_with(flags.width_px, &settings.width_px);
+  override_with(flags.interpolation, &settings.interpolation);
+  override_with(flags.arithmetic, &settings.arithmetic);
+  override_with(flags.second_side, &settings.second_side);
+  override_with(flags.stations_mixed, &settings.stations_mixed);
+  override_with(flags.station_stride, &settings.station_stride);
+  override_with(flags.distance_maps, &settings.distance_maps);
+  override_with(flags.fill_stations, &settings.fill_stations);
+  override_with(flags.skip_px, &settings.skip_px);
   require_consistent(settings);
   return settings;
 }

@@ -38,15 +38,55 @@ class ViewSettingsTest : public ::testing::Test {
 };
 
 TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
-  const ViewSettings shipped = view_settings({.settings = RAYWALK_VIEW_YAML});
-  const ViewSettings defaults;
-  EXPECT_EQ(shipped.generation, defaults.generation);
-  EXPECT_EQ(shipped.connection, defaults.connection);
-  EXPECT_EQ(shipped.k_deg, defaults.k_deg);
-  EXPECT_EQ(shipped.layers, defaults.layers);
-  EXPECT_EQ(shipped.tolerance_px, defaults.tolerance_px);
-  EXPECT_EQ(shipped.overlap_deg, defaults.overlap_deg);
-  EXPECT_EQ(shipped.width_px, defaults.width_px);
+  EXPECT_TRUE(view_settings({.settings = RAYWALK_VIEW_YAML}) == ViewSettings());
+}
+
+TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
+  const ViewSettings by_file = view_settings(
+      file_flags("interpolation: cubic\narithmetic: double\nsecond_side: where-hidden\n"
+                 "stations_mixed: 1\nstation_stride: 3\ndistance_maps: 2\nfill_stations: 5\n"
+                 "skip_px: 0.25\n"));
+  ViewSettings expected;
+  expected.interpolation = "cubic";
+  expected.arithmetic = "double";
+  expected.second_side = "where-hidden";
+  expected.stations_mixed = 1;
+  expected.station_stride = 3;
+  expected.distance_maps = 2;
+  expected.fill_stations = 5;
+  expected.skip_px = 0.25;
+  EXPECT_TRUE(by_file == expected);
+  ViewFlags flags;
+  flags.interpolation = "cubic";
+  flags.arithmetic = "double";
+  flags.second_side = "where-hidden";
+  flags.stations_mixed = 1;
+  flags.station_stride = 3;
+  flags.distance_maps = 2;
+  flags.fill_stations = 5;
+  flags.skip_px = 0.25;
+  EXPECT_TRUE(view_settings(flags) == expected);
+  // And they reach the renderer.
+  write_synthetic_room({.width = 32}, directory_ / "room.lf");
+  const ViewOptions options = view_mode(expected, Room::open(directory_ / "room.lf")).options;
+  EXPECT_EQ(options.interpolation, Interpolation::kCubic);
+  EXPECT_EQ(options.arithmetic, Arithmetic::kDouble);
+  EXPECT_EQ(options.second_side, SecondSide::kWhereHidden);
+  EXPECT_EQ(options.stations_mixed, 1);
+  EXPECT_EQ(options.station_stride, 3);
+  EXPECT_EQ(options.distance_maps, 2);
+  EXPECT_EQ(options.fill_stations, 5);
+  EXPECT_EQ(options.skip_px, 0.25);
+}
+
+TEST_F(ViewSettingsTest, DialsOutOfRangeAreRefused) {
+  for (const char* line : {"stations_mixed: 3", "station_stride: 0", "distance_maps: 5",
+                           "fill_stations: -1", "skip_px: 4.1", "skip_px: .nan",
+                           "interpolation: best", "second_side: always", "preset: quick"}) {
+    EXPECT_THAT(message_of(file_flags(std::string("k_deg: auto\n") + line)),
+                HasSubstr("view.yaml:2"))
+        << line;
+  }
 }
 
 TEST_F(ViewSettingsTest, FlagsOverrideTheFile) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <set>
 
@@ -86,6 +87,20 @@ std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room&
     throw Error(list.string() + ": no views; give at least one line file,x,y,z");
   }
   return truths;
+}
+
+std::vector<std::size_t> spread_over_distance(std::span<const TruthView> truths, std::size_t most) {
+  std::vector<std::size_t> order(truths.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return truths[a].line_distance_m < truths[b].line_distance_m;
+  });
+  const std::size_t count = std::min(most, order.size());
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < count; ++i) {
+    chosen.push_back(order[count == 1 ? 0 : i * (order.size() - 1) / (count - 1)]);
+  }
+  return chosen;
 }
 
 }  // namespace raywalk

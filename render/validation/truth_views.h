@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,5 +28,9 @@ struct TruthView {
 // multiple of 4 or under 32) or mask (of another size, all 0), two views of one stem, a viewpoint
 // the room cannot be rendered from.
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room);
+
+// Indices of at most `most` truths, spread over the distance from the line: the nearest, the
+// farthest, and some between, nearest first.
+std::vector<std::size_t> spread_over_distance(std::span<const TruthView> truths, std::size_t most);
 
 }  // namespace raywalk

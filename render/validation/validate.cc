@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -22,21 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostSamples = 3;
 constexpr int kPageWidth_px = 720;  // of a picture on the page: sharp at half the page's width
-
-// Indices of the truths to show: the nearest to a line, the farthest, and some between.
-std::vector<std::size_t> sample_truths(std::span<const TruthView> truths) {
-  std::vector<std::size_t> order(truths.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return truths[a].line_distance_m < truths[b].line_distance_m;
-  });
-  const std::size_t count = std::min(kMostSamples, order.size());
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < count; ++i) {
-    chosen.push_back(order[count == 1 ? 0 : i * (order.size() - 1) / (count - 1)]);
-  }
-  return chosen;
-}
 
 std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
                                                     std::span<const ViewMode> modes, int width) {
@@ -85,7 +69,7 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   Validation validation;
   validation.volume = room.directory().string();
   validation.has_distances = room.has_distances();
-  for (const std::size_t truth : sample_truths(truths)) {
+  for (const std::size_t truth : spread_over_distance(truths, kMostSamples)) {
     validation.samples.push_back({.truth = truth});
   }
   Progress progress("validating", static_cast<std::int64_t>(truths.size() * modes.size()), "views");

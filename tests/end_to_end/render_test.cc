@@ -47,6 +47,29 @@ class RenderTest : public ::testing::Test {
     EXPECT_EQ(directory_.entries(), left);
   }
 
+  static std::string joined(const std::vector<std::string>& arguments) {
+    std::string text;
+    for (const std::string& argument : arguments) text += argument + " ";
+    return text;
+  }
+  // Runs a program and presses Ctrl-C as soon as a file is there.
+  static void interrupt_once_there(std::vector<std::string> arguments, const fs::path& awaited) {
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    ASSERT_EQ(posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+    while (!fs::exists(awaited)) {
+      ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before it could be interrupted";
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    kill(child, SIGINT);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+  }
+
   TestDirectory directory_;
 };
 
@@ -197,6 +220,54 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
   expect_error(render(command), 1, "gt.csv:3", 3);
 }
 
+TEST_F(RenderTest, TradesAreStoppedByCtrlCAndGoneOnWith) {
+  make_room();
+  write_image(file("truth.png"), render_truth({.overhang_m = 0.25}, {0.1, 0.2}, 64));
+  std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
+  const std::vector<std::string> command{RAYWALK_RENDER, "trade",         room(), "--truth",
+                                         file("gt.csv"), "--repetitions", "5",    "--report",
+                                         file("trade")};
+  const fs::path partial = file("trade/trade.partial.json");
+  interrupt_once_there(command, partial);
+  const auto kept = nlohmann::json::parse(std::ifstream(partial))["settings"].size();
+  EXPECT_GE(kept, 1U);
+  EXPECT_FALSE(fs::exists(file("trade/trade.json")));
+
+  const CommandResult resumed = run_command(joined(command));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.output, AllOf(HasSubstr("PSNR dB"), HasSubstr("index.html")));
+  const auto settings = nlohmann::json::parse(std::ifstream(file("trade/trade.json")))["settings"];
+  const std::string measured_now = std::to_string(settings.size() - kept) + " settings (100 %)";
+  EXPECT_THAT(resumed.errors, HasSubstr(measured_now));
+  EXPECT_FALSE(fs::exists(partial));
+}
+
+TEST_F(RenderTest, ViewsAreChosenByPresetAndByWhatATradeMeasured) {
+  make_room();
+  const std::string view = "view " + room() + " --at 0.1,0.2 --out " + file("view.png") + " ";
+  const CommandResult preset = render(view + "--preset accurate");
+  EXPECT_EQ(preset.exit_code, 0) << preset.errors;
+  EXPECT_THAT(preset.output, AllOf(HasSubstr("preset accurate: "), HasSubstr("two-sided")));
+  expect_error(render(view + "--budget-ms 1000"), 1, "run raywalk-render trade on it first", 2);
+
+  const CommandResult trade =
+      render("trade " + room() + " --held-out 4 --repetitions 1 --report " + file("trade"));
+  ASSERT_EQ(trade.exit_code, 0) << trade.errors;
+  EXPECT_THAT(trade.output, HasSubstr("preset fast"));
+  const CommandResult chosen = render(view + "--budget-ms 100000");
+  EXPECT_EQ(chosen.exit_code, 0) << chosen.errors;
+  EXPECT_THAT(chosen.output, HasSubstr("the best within 100000 ms"));
+  expect_error(render(view + "--min-psnr-db 99"), 1, "reaches 99 dB", 3);
+  expect_error(render(view + "--preset best"), 2, "--preset", 3);
+}
+
+TEST_F(RenderTest, TradeRefusesATruthBeforeAnyWork) {
+  make_room();
+  const std::string command =
+      "trade " + room() + " --truth " + file("gt.csv") + " --report " + file("trade");
+  expect_error(render(command), 1, "gt.csv");
+}
+
 // A path of so many views that the last come long after the first.
 class RenderPathTest : public RenderTest {
  protected:
@@ -211,11 +282,7 @@ class RenderPathTest : public RenderTest {
     return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--generation",
             "initial",      "--width", "1024", "--out",          file("views")};
   }
-  std::string command() const {
-    std::string text;
-    for (const std::string& argument : arguments()) text += argument + " ";
-    return text;
-  }
+  std::string command() const { return joined(arguments()); }
   // Complete pictures; anything that is neither one nor the record is a failure.
   size_t pictures() const {
     size_t count = 0;
@@ -229,21 +296,7 @@ class RenderPathTest : public RenderTest {
 };
 
 TEST_F(RenderPathTest, CtrlCStopsInGoodOrderAndTheSameCommandGoesOn) {
-  std::vector<std::string> words = arguments();
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  ASSERT_EQ(posix_spawn(&child, RAYWALK_RENDER, nullptr, nullptr, argv.data(), environ), 0);
-  while (!fs::exists(file("views/view1.png"))) {
-    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before it could be interrupted";
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  kill(child, SIGINT);
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 130);
+  interrupt_once_there(arguments(), file("views/view1.png"));
   const size_t before = pictures();
   EXPECT_GE(before, 2U);
   EXPECT_LT(before, static_cast<size_t>(kViews));

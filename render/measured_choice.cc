@@ -1,0 +1,157 @@
+#include "render/measured_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/files/atomic_output.h"
+#include "core/panorama/pitch_remap.h"
+#include "core/room/requirements.h"
+#include "render/trade/trade.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+ViewSettings settings_from(const nlohmann::json& dials) {
+  ViewSettings settings;
+  settings.generation = dials.at("generation");
+  settings.k_deg = fmt::format("{}", dials.at("k_deg").get<double>());
+  settings.overlap_deg = dials.at("overlap_deg");
+  const auto& layers = dials.at("layers");
+  settings.layers = layers.is_string() ? layers.get<std::string>() : layers.dump();
+  settings.width_px = dials.at("width_px");
+  settings.interpolation = dials.at("interpolation");
+  settings.arithmetic = dials.at("arithmetic");
+  settings.second_side = dials.at("second_side");
+  settings.stations_mixed = dials.at("stations_mixed");
+  settings.station_stride = dials.at("station_stride");
+  settings.distance_maps = dials.at("distance_maps");
+  settings.fill_stations = dials.at("fill_stations");
+  settings.skip_px = dials.at("skip_px");
+  return settings;
+}
+
+// Five runs, of which the median counts; the first one, cold, does not.
+double time_of_remap_ms(int width_px) {
+  PitchRemap remap(width_px);
+  std::vector<double> times_ms;
+  for (int run = 0; run < 6; ++run) {
+    const auto start = std::chrono::steady_clock::now();
+    remap.run();
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    if (run > 0) times_ms.push_back(took.count());
+  }
+  return median(std::move(times_ms));
+}
+
+std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* better,
+                       const Demand& demand, double remap_ms) {
+  std::string reason = fmt::format(
+      "{}: {:.2f} dB at {:.3g} ms by the trade measured on this room ({:.2g} times "
+      "cv::remap, which takes {:.3g} ms here)",
+      chosen.name, chosen.psnr_db, chosen.ratio * remap_ms, chosen.ratio, remap_ms);
+  if (demand.min_psnr_db) {
+    return reason + fmt::format(": the fastest with at least {:g} dB", *demand.min_psnr_db);
+  }
+  reason += fmt::format(": the best within {:g} ms", *demand.budget_ms);
+  if (better != nullptr) {
+    reason += fmt::format("; {:.2f} dB would take {:.3g} ms ({})", better->psnr_db,
+                          better->ratio * remap_ms, better->name);
+  }
+  return reason;
+}
+
+}  // namespace
+
+MeasuredTrade measured_trade_from_json(const std::string& text, const std::string& source) {
+  try {
+    const auto json = nlohmann::json::parse(text);
+    if (json.at("format_version") != 1) {
+      throw Error(source + ": written by a newer version; measure again with raywalk-render trade");
+    }
+    MeasuredTrade trade{json.at("distances_sha256"), json.at("width_px"), {}};
+    const auto& room = json.at("rooms").at(0);
+    const auto& threads = json.at("machine").at("threads");
+    for (const auto& setting : json.at("settings")) {
+      if (setting.at("depth") != room.at("depth") || setting.at("threads") != threads ||
+          setting.at("stored_width_px") != room.at("stored_width_px")) {
+        continue;
+      }
+      trade.choices.push_back(
+          {setting.at("name"), settings_from(setting), setting.at("ratio"), setting.at("psnr_db")});
+    }
+    if (trade.choices.empty()) throw Error(source + ": holds no setting of its own room");
+    return trade;
+  } catch (const nlohmann::json::exception&) {
+    throw Error(source + ": is damaged; measure again with raywalk-render trade");
+  }
+}
+
+Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double remap_ms) {
+  std::vector<MeasuredChoice> by_time = trade.choices;
+  std::ranges::stable_sort(by_time, {}, &MeasuredChoice::ratio);
+  const auto best = std::ranges::max_element(by_time, {}, &MeasuredChoice::psnr_db);
+  if (demand.min_psnr_db && best->psnr_db < *demand.min_psnr_db) {
+    throw Error(
+        fmt::format("no setting measured on this room reaches {:g} dB; the best, {}, has "
+                    "{:.2f} dB at {:.3g} ms",
+                    *demand.min_psnr_db, best->name, best->psnr_db, best->ratio * remap_ms));
+  }
+  const auto enough = [&](const MeasuredChoice& choice) {
+    return !demand.min_psnr_db || choice.psnr_db >= *demand.min_psnr_db;
+  };
+  const auto in_time = [&](const MeasuredChoice& choice) {
+    return !demand.budget_ms || choice.ratio * remap_ms <= *demand.budget_ms;
+  };
+  // Fastest first: of those that suffice the first, else the best of those in time.
+  const MeasuredChoice* chosen = nullptr;
+  const MeasuredChoice* better = nullptr;
+  for (const MeasuredChoice& choice : by_time) {
+    if (!enough(choice)) continue;
+    const bool improves =
+        chosen == nullptr || (!demand.min_psnr_db && choice.psnr_db > chosen->psnr_db);
+    if (!improves) continue;
+    if (in_time(choice)) {
+      chosen = &choice;
+    } else if (better == nullptr) {
+      better = &choice;
+    }
+  }
+  if (chosen == nullptr) {
+    throw Error(
+        fmt::format("no setting measured on this room meets a budget of {:g} ms{}; the "
+                    "fastest takes {:.3g} ms ({})",
+                    *demand.budget_ms,
+                    demand.min_psnr_db ? fmt::format(" with {:g} dB", *demand.min_psnr_db) : "",
+                    better->ratio * remap_ms, better->name));
+  }
+  return {chosen->settings, reason_for(*chosen, better, demand, remap_ms)};
+}
+
+Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
+  const fs::path file = trade_path(room.directory());
+  std::error_code error;
+  if (!fs::exists(file, error)) {
+    throw Error(
+        fmt::format("{}: nothing was measured on this room to choose by; run raywalk-render "
+                    "trade on it first",
+                    room.directory().string()));
+  }
+  const MeasuredTrade trade = measured_trade_from_json(read_file(file), file.string());
+  if (trade.distances_sha256 != distances_sha256(room)) {
+    throw Error(file.string() +
+                ": was measured on other distances than the room has now; run raywalk-render trade "
+                "again");
+  }
+  Preset chosen = choose_setting(trade, demand, time_of_remap_ms(trade.width_px));
+  chosen.settings = view_settings(flags, chosen.settings);
+  return chosen;
+}
+
+}  // namespace raywalk

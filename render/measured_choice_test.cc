@@ -1,0 +1,169 @@
+#include "render/measured_choice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+#include "core/room/requirements.h"
+#include "render/trade/trade.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+template <typename Work>
+std::string error_of(const Work& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+MeasuredTrade some_trade() {
+  const auto choice = [](const char* name, double ratio, double psnr_db) {
+    MeasuredChoice made{name, {}, ratio, psnr_db};
+    made.settings.generation = name;
+    return made;
+  };
+  return {"",
+          512,
+          {choice("two-sided", 4.0, 37.0), choice("initial", 0.5, 17.0),
+           choice("hlf-vd", 2.0, 36.0), choice("slow", 5.0, 35.0)}};
+}
+
+TEST(MeasuredChoiceTest, TheBestWithinTheBudgetAndWhatMoreTimeWouldGive) {
+  const Preset chosen = choose_setting(some_trade(), {.budget_ms = 25.0}, 10.0);
+  EXPECT_EQ(chosen.settings.generation, "hlf-vd");
+  EXPECT_THAT(chosen.reason, AllOf(HasSubstr("36.00 dB at 20 ms"), HasSubstr("within 25 ms"),
+                                   HasSubstr("37.00 dB would take 40 ms (two-sided)")));
+  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 1e6}, 10.0).settings.generation,
+            "two-sided");
+}
+
+TEST(MeasuredChoiceTest, ASlowerMachineGetsAFasterSetting) {
+  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 5.0).settings.generation,
+            "two-sided");
+  EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 40.0).settings.generation, "initial");
+}
+
+TEST(MeasuredChoiceTest, TheFastestThatIsGoodEnough) {
+  const Preset chosen = choose_setting(some_trade(), {.min_psnr_db = 35.5}, 10.0);
+  EXPECT_EQ(chosen.settings.generation, "hlf-vd");
+  EXPECT_THAT(chosen.reason, HasSubstr("the fastest with at least 35.5 dB"));
+}
+
+TEST(MeasuredChoiceTest, DemandsThatNothingMeetsSayWhatThereIs) {
+  EXPECT_THAT(error_of([] { choose_setting(some_trade(), {.budget_ms = 4.0}, 10.0); }),
+              AllOf(HasSubstr("budget of 4 ms"), HasSubstr("5 ms (initial)")));
+  EXPECT_THAT(error_of([] { choose_setting(some_trade(), {.min_psnr_db = 40.0}, 10.0); }),
+              AllOf(HasSubstr("reaches 40 dB"), HasSubstr("37.00 dB at 40 ms")));
+  EXPECT_THAT(error_of([] {
+                choose_setting(some_trade(), {.budget_ms = 19.0, .min_psnr_db = 35.0}, 10.0);
+              }),
+              AllOf(HasSubstr("19 ms with 35 dB"), HasSubstr("20 ms (hlf-vd)")));
+}
+
+TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> log_ratio(-3.0, 3.0), psnr_db(10.0, 50.0);
+  for (int trial = 0; trial < 500; ++trial) {
+    MeasuredTrade trade;
+    for (int i = 0; i < 1 + trial % 9; ++i) {
+      MeasuredChoice choice{std::to_string(i), {}, std::exp(log_ratio(random)), psnr_db(random)};
+      choice.settings.layers = choice.name;
+      trade.choices.push_back(choice);
+    }
+    Demand demand;
+    if (trial % 3 != 1) demand.budget_ms = 10.0 * std::exp(log_ratio(random));
+    if (trial % 3 != 0) demand.min_psnr_db = psnr_db(random);
+    const auto meets = [&](const MeasuredChoice& choice) {
+      return (!demand.budget_ms || 10.0 * choice.ratio <= *demand.budget_ms) &&
+             (!demand.min_psnr_db || choice.psnr_db >= *demand.min_psnr_db);
+    };
+    if (std::ranges::none_of(trade.choices, meets)) {
+      EXPECT_THROW(choose_setting(trade, demand, 10.0), Error);
+      continue;
+    }
+    const std::string name = choose_setting(trade, demand, 10.0).settings.layers;
+    const auto chosen = std::ranges::find(trade.choices, name, &MeasuredChoice::name);
+    ASSERT_NE(chosen, trade.choices.end());
+    EXPECT_TRUE(meets(*chosen));
+    for (const MeasuredChoice& other : trade.choices) {
+      if (!meets(other)) continue;
+      if (demand.min_psnr_db) {
+        EXPECT_GE(other.ratio, chosen->ratio);
+      } else {
+        EXPECT_LE(other.psnr_db, chosen->psnr_db);
+      }
+    }
+  }
+}
+
+// A trade of one room in the file's own form.
+std::string trade_json(const std::string& distances, const std::string& threads = "2") {
+  return R"({"format_version": 1, "distances_sha256": ")" + distances + R"(", "width_px": 32,
+    "machine": {"threads": 2}, "rooms": [{"stored_width_px": 32, "depth": "given, 32 px"}],
+    "settings": [{"name": "quick", "generation": "hlf-vd", "k_deg": 76.5, "overlap_deg": 5,
+      "layers": "auto", "width_px": 32, "interpolation": "nearest", "arithmetic": "float",
+      "stations_mixed": 1, "station_stride": 2, "distance_maps": 3, "fill_stations": 8,
+      "second_side": "blend", "skip_px": 0.25, "threads": )" +
+         threads + R"(, "stored_width_px": 32, "depth": "given, 32 px", "ratio": 1.5,
+      "psnr_db": 30}]})";
+}
+
+class DemandedSettingsTest : public ::testing::Test {
+ protected:
+  DemandedSettingsTest() {
+    write_synthetic_room({.width = 32}, path_);
+    room_ = Room::open(path_);
+  }
+  std::string message(const Demand& demand) {
+    return error_of([&] { demanded_settings({}, demand, room_); });
+  }
+  TestDirectory directory_;
+  std::filesystem::path path_ = directory_ / "room.lf";
+  Room room_;
+};
+
+TEST_F(DemandedSettingsTest, AreThoseOfTheRoomsTradeWithFlagsOnTop) {
+  write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)));
+  ViewFlags flags;
+  flags.skip_px = 1.0;
+  const Preset chosen = demanded_settings(flags, {.min_psnr_db = 25.0}, room_);
+  ViewSettings expected;
+  expected.k_deg = "76.5";
+  expected.width_px = 32;
+  expected.interpolation = "nearest";
+  expected.stations_mixed = 1;
+  expected.station_stride = 2;
+  expected.distance_maps = 3;
+  expected.fill_stations = 8;
+  expected.skip_px = 1.0;
+  EXPECT_TRUE(chosen.settings == expected);
+  EXPECT_THAT(chosen.reason, HasSubstr("quick: 30.00 dB"));
+}
+
+TEST_F(DemandedSettingsTest, NeedATradeOfTheRoomAsItIs) {
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("run raywalk-render trade on it first"));
+  write_file_atomically(trade_path(path_), trade_json("other"));
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("other distances"));
+  write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_), "1"));
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("no setting of its own room"));
+  write_file_atomically(trade_path(path_), "{\"format_version\": 2}");
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("newer version"));
+  write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)).substr(0, 200));
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("is damaged"));
+}
+
+}  // namespace
+}  // namespace raywalk

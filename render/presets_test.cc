@@ -1,0 +1,144 @@
+#include "render/presets.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/files/test_directory.h"
+#include "render/view/renderer.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kNames[] = {"fast", "balanced", "accurate"};
+
+// A cell of 1 m, surfaces from 0.5 to 4 m.
+SceneNumbers some_scene() {
+  return {.has_distances = true,
+          .scene = {0.25, 2.0},
+          .omega_error = 0.01,
+          .spacing_m = 0.025,
+          .reach_m = 0.5,
+          .width_px = 1024};
+}
+
+TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> exponent(-4.0, 4.0);
+  const auto any = [&] { return std::pow(10.0, exponent(random)); };
+  for (int i = 0; i < 1000; ++i) {
+    const double far = any();
+    SceneNumbers scene{.has_distances = true,
+                       .scene = {1.0 / far, 1.0 / far + any()},
+                       .omega_error = 1e-3 * any(),
+                       .spacing_m = any(),
+                       .reach_m = any(),
+                       .width_px = 4 << (i % 13)};
+    SceneNumbers larger = scene;
+    constexpr double kScale = 1024.0;  // exact
+    larger.scene = {scene.scene.min / kScale, scene.scene.max / kScale};
+    larger.omega_error /= kScale;
+    larger.spacing_m *= kScale;
+    larger.reach_m *= kScale;
+    for (const char* name : kNames) {
+      EXPECT_TRUE(preset_of(name, scene).settings == preset_of(name, larger).settings) << name;
+      EXPECT_EQ(preset_of(name, scene).reason.find("nan"), std::string::npos);
+    }
+  }
+}
+
+TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
+  SceneNumbers scene = some_scene();
+  EXPECT_EQ(preset_of("fast", scene).settings.generation, "hlf-vd");
+  scene.scene = {0.0, 1.0 / 100.0};  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
+  EXPECT_EQ(preset_of("fast", scene).settings.generation, "initial");
+  scene.scene.max = 1.0 / 80.0;  // 1.02 px
+  EXPECT_EQ(preset_of("fast", scene).settings.generation, "hlf-vd");
+}
+
+TEST(PresetsTest, OneStationIsEnoughWhereBothShowThePointInOnePlace) {
+  SceneNumbers scene = some_scene();
+  // Ghost = spacing * error * W / 2 pi: 0.025 * 0.01 * 163 = 0.04 px.
+  EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 1);
+  scene.omega_error = 0.2;  // 0.8 px
+  EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 2);
+  scene.spacing_m = 0.0125;
+  EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 1);
+}
+
+TEST(PresetsTest, DoubleIsForPanoramasWhereFloatIsTooCoarse) {
+  SceneNumbers scene = some_scene();
+  EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "float");
+  scene.width_px = 32768;
+  EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "double");
+  scene = some_scene();
+  scene.scene.max = 1e4;
+  EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "double");
+}
+
+TEST(PresetsTest, WithoutDistancesViewsAreInitial) {
+  for (const char* name : kNames) {
+    const Preset preset = preset_of(name, {.spacing_m = 0.1, .reach_m = 0.5, .width_px = 1024});
+    EXPECT_EQ(preset.settings.generation, "initial");
+    EXPECT_THAT(preset.reason, HasSubstr("no distances"));
+  }
+  EXPECT_THROW(preset_of("best", some_scene()), UsageError);
+}
+
+class PresetSettingsTest : public ::testing::Test {
+ protected:
+  PresetSettingsTest() {
+    write_synthetic_room({.width = 64}, directory_ / "room.lf");
+    room_ = Room::open(directory_ / "room.lf");
+  }
+  TestDirectory directory_;
+  Room room_;
+};
+
+TEST_F(PresetSettingsTest, NumbersAreTheRooms) {
+  const SceneNumbers numbers = scene_numbers(room_);
+  EXPECT_TRUE(numbers.has_distances);
+  EXPECT_NEAR(numbers.spacing_m, 0.125, 1e-9);
+  EXPECT_NEAR(numbers.reach_m, 0.5, 1e-9);
+  EXPECT_EQ(numbers.width_px, 64);
+  const SceneBox walls = SyntheticRoomSpec().scene.walls;
+  const double farthest_m = (walls.max_m - walls.min_m).norm();
+  EXPECT_GT(numbers.scene.min, 1.0 / farthest_m);
+  EXPECT_GT(numbers.scene.max, numbers.scene.min);
+  EXPECT_TRUE(std::isfinite(numbers.scene.max));
+  EXPECT_NEAR(numbers.omega_error, kTwoPi / (64 * 0.5), 1e-9);
+}
+
+TEST_F(PresetSettingsTest, FlagsAndFileAreOnTopOfThePreset) {
+  const Preset plain = preset_settings({.preset = "accurate"}, room_);
+  EXPECT_EQ(plain.settings.interpolation, "cubic");
+  EXPECT_EQ(plain.settings.generation, "two-sided");
+  EXPECT_THAT(plain.reason, HasSubstr("preset accurate: "));
+  std::ofstream(directory_ / "view.yaml") << "preset: accurate\ngeneration: hlf-vd\nskip_px: 1\n";
+  ViewFlags flags{.settings = directory_ / "view.yaml"};
+  flags.skip_px = 0.5;
+  const Preset mixed = preset_settings(flags, room_);
+  EXPECT_EQ(mixed.settings.interpolation, "cubic");
+  EXPECT_EQ(mixed.settings.generation, "hlf-vd");
+  EXPECT_EQ(mixed.settings.skip_px, 0.5);
+  EXPECT_TRUE(preset_settings({}, room_).settings == ViewSettings());
+  EXPECT_TRUE(preset_settings({}, room_).reason.empty());
+}
+
+TEST_F(PresetSettingsTest, EveryPresetRenders) {
+  for (const char* name : kNames) {
+    const Preset preset = preset_settings({.preset = name}, room_);
+    Renderer renderer(room_, view_mode(preset.settings, room_).options);
+    EXPECT_EQ(renderer.render({0.1, 0.2}).image.cols, 64) << name;
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,308 @@
+#include "render/trade/trade.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <list>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
+#include "core/room/requirements.h"
+#include "core/room/room_fingerprint.h"
+#include "render/trade/captured_views.h"
+#include "render/trade/held_out_views.h"
+#include "render/trade/measure_setting.h"
+#include "render/trade/trade_json.h"
+#include "render/trade/trade_page.h"
+#include "render/trade/trade_partial.h"
+#include "render/trade/trade_sweep.h"
+#include "render/validation/validate.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kQuickViews = 6;
+constexpr std::size_t kFullHeldOutViews = 12;
+constexpr int kQuickConnectViewpoints = 5;
+constexpr int kFullConnectViewpoints = 13;
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+std::string pixels_sha256(const cv::Mat& picture) {
+  const cv::Mat rows = picture.isContinuous() ? picture : picture.clone();
+  return sha256_hex(std::as_bytes(std::span(rows.data, rows.total() * rows.elemSize())));
+}
+
+// Changes when anything does that measurements depend on, but for the settings.
+std::string fingerprint_of(const TradeInput& input) {
+  std::string text = fmt::format("{} {} {} {} {}\n", input.sweep, input.truth, input.repetitions,
+                                 thread_count(), cpu_name());
+  for (const TradeRoom& room : input.rooms) text += room_fingerprint(*room.room) + "\n";
+  std::vector<TradeView> views = input.rooms.front().views;
+  views.insert(views.end(), input.held_out.begin(), input.held_out.end());
+  for (const TradeView& view : views) {
+    text += fmt::format("{} {} {} {} {}\n", view.name, view.viewpoint.x_m, view.viewpoint.z_m,
+                        pixels_sha256(view.truth), pixels_sha256(view.mask));
+  }
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs::path& file) {
+  TradePartial partial(file, fingerprint_of(input));
+  std::vector<MeasuredSetting> settings;
+  for (const TradeSetting& setting : input.settings) settings.push_back({.setting = setting});
+  const auto left = std::ranges::count_if(
+      input.settings, [&](const TradeSetting& setting) { return !partial.find(setting); });
+  PitchRemap yardstick(input.rooms.front().views.front().truth.cols);
+  Progress progress("trade", left, "settings");
+  for (MeasuredSetting& measured : settings) {
+    const TradeSetting& setting = measured.setting;
+    if (const auto found = partial.find(setting)) {
+      measured.measured = *found;
+      continue;
+    }
+    measured.measured =
+        measure_setting(setting, input.rooms[setting.room].views, input.repetitions, &yardstick);
+    if (!input.held_out.empty()) {
+      measured.measured.held_out = score_setting(setting, input.held_out);
+    }
+    partial.add(setting, measured.measured);
+    progress.advance();
+  }
+  return settings;
+}
+
+// Generations, one mode of each, and limit angles that settings of a room have.
+struct ConnectionsOfRoom {
+  std::vector<ViewMode> modes{};
+  std::set<double> k_list_deg{};
+};
+
+ConnectionsOfRoom connections_of(std::span<const MeasuredSetting> settings, std::size_t room) {
+  ConnectionsOfRoom found;
+  for (const MeasuredSetting& measured : settings) {
+    if (measured.setting.room != room) continue;
+    const ViewMode& mode = measured.setting.mode;
+    found.k_list_deg.insert(mode.options.k_deg);
+    const bool known = std::ranges::any_of(found.modes, [&](const ViewMode& other) {
+      return other.options.generation == mode.options.generation;
+    });
+    if (!known) found.modes.push_back(mode);
+  }
+  return found;
+}
+
+void give_connection_error(const ConnectErrorRow& row, std::size_t room,
+                           std::vector<MeasuredSetting>* settings) {
+  for (MeasuredSetting& measured : *settings) {
+    const ViewOptions& options = measured.setting.mode.options;
+    if (measured.setting.room != room || options.k_deg != row.k_deg) continue;
+    if (options.generation == row.generation) measured.measured.e_connect = row.e_connect;
+  }
+}
+
+// The connection error of every room at each generation and k that its settings have; the other
+// dials hardly change it.
+void measure_connections(const TradeInput& input, std::vector<MeasuredSetting>* settings) {
+  for (std::size_t room = 0; room < input.rooms.size(); ++room) {
+    const ConnectionsOfRoom wanted = connections_of(*settings, room);
+    if (wanted.modes.empty()) continue;
+    const ConnectErrorOptions options{
+        .viewpoints = input.connect_viewpoints,
+        .k_list_deg = {wanted.k_list_deg.begin(), wanted.k_list_deg.end()}};
+    for (const ConnectError& error :
+         connection_errors(*input.rooms[room].room, wanted.modes, options)) {
+      for (const ConnectErrorRow& row : error.rows) give_connection_error(row, room, settings);
+    }
+  }
+}
+
+fs::path partial_file(const fs::path& report) { return report / "trade.partial.json"; }
+
+void prepare_report(const fs::path& report, const fs::path& room) {
+  make_directories(report);
+  const AtomicFile room_probe(trade_path(room));
+  for (const char* name : {"trade.json", "trade.csv", "index.html", "trade.partial.json"}) {
+    const AtomicFile probe(report / name);
+  }
+}
+
+// Opened rooms stay where they are while views refer to them.
+std::list<Room> open_others(const Room& room, const std::vector<fs::path>& directories) {
+  std::list<Room> rooms;
+  for (const fs::path& directory : directories) {
+    rooms.push_back(Room::open(directory));
+    require_same_lines(room, rooms.back());
+  }
+  return rooms;
+}
+
+// A second room of the same width and depth is told from the first by where it lies.
+void tell_apart(std::vector<TradeRoom>* rooms) {
+  std::set<std::pair<int, std::string>> known;
+  for (TradeRoom& room : *rooms) {
+    const int width_px = room.room->panorama().width;
+    if (known.emplace(width_px, room.depth).second) continue;
+    room.depth += ", " + room.room->directory().string();
+    known.emplace(width_px, room.depth);
+  }
+}
+
+std::string agreement_text(const Trade& trade) {
+  const RankAgreement agreement = rank_agreement(trade.settings);
+  return fmt::format(
+      "held-out stations put the settings in the order of the truth with a rank correlation of "
+      "{:.3f} (PSNR), {:.3f} (WS-PSNR), {:.3f} (SSIM), {:.3f} (FSIM)\n",
+      agreement.psnr_db, agreement.ws_psnr_db, agreement.ssim, agreement.fsim);
+}
+
+std::string summary_of(const Trade& trade, const fs::path& report) {
+  std::string text = fmt::format("{:>8}  {:>7}  {:>8}  {:>6}  {}\n", "ms", "x remap", "PSNR dB",
+                                 "SSIM", "settings that no other beats");
+  for (const std::size_t i : psnr_front(trade)) {
+    const MeasuredSetting& setting = trade.settings[i];
+    const TradeMeasurement& measured = setting.measured;
+    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  {}\n", measured.ms, measured.ratio,
+                        measured.scores.psnr_db, measured.scores.ssim, setting.setting.name);
+  }
+  for (const TradedPreset& preset : trade.presets) {
+    const TradeMeasurement& measured = trade.settings[preset.setting].measured;
+    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  preset {}\n", measured.ms,
+                        measured.ratio, measured.scores.psnr_db, measured.scores.ssim, preset.name);
+  }
+  if (!trade.held_out_views.empty()) text += agreement_text(trade);
+  for (const TradedRoom& room : trade.rooms) {
+    if (room.depth != kNoDepth) continue;
+    text += room.directory +
+            ": no distances, so only initial settings were swept; estimate them "
+            "with raywalk-build-lf depth\n";
+  }
+  return text + (report / "index.html").string();
+}
+
+// Presets are settings like others, on all threads and at the truths' width; those that the sweep
+// does not have are added.
+void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, TradeInput* input) {
+  for (const NamedMode& preset : presets) {
+    TradeSetting setting{.name = "preset " + preset.name,
+                         .mode = preset.mode,
+                         .threads = base.threads,
+                         .stored_width_px = input->rooms.front().room->panorama().width,
+                         .depth = input->rooms.front().depth};
+    setting.mode.options.width = base.width_px;
+    const auto alike = std::ranges::find_if(input->settings, [&](const TradeSetting& other) {
+      return dials_of(other) == dials_of(setting);
+    });
+    const auto index = static_cast<std::size_t>(alike - input->settings.begin());
+    if (alike == input->settings.end()) input->settings.push_back(setting);
+    input->presets.push_back({preset.name, preset.reason, index});
+  }
+}
+
+}  // namespace
+
+fs::path trade_path(const fs::path& room) { return room / "trade.json"; }
+
+Trade measure_trade(const TradeInput& input, const fs::path& partial) {
+  const TradeRoom& main = input.rooms.front();
+  Trade trade{.truth = input.truth,
+              .sweep = input.sweep,
+              .width_px = main.views.front().truth.cols,
+              .threads = thread_count(),
+              .cpu = cpu_name(),
+              .repetitions = input.repetitions,
+              .connect_viewpoints = input.connect_viewpoints};
+  for (const TradeRoom& room : input.rooms) {
+    trade.rooms.push_back(
+        {room.room->directory().string(), room.room->panorama().width, room.depth});
+  }
+  for (const TradeView& view : main.views) trade.views.push_back(view.name);
+  for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);
+  if (main.room->has_distances()) trade.distances_sha256 = distances_sha256(*main.room);
+  trade.presets = input.presets;
+  try {
+    trade.settings = measure_settings(input, partial);
+    measure_connections(input, &trade.settings);
+  } catch (const Interrupted&) {
+    throw Interrupted("interrupted; the same command goes on with the settings that are left");
+  }
+  std::vector<double> remap_ms;
+  for (const MeasuredSetting& setting : trade.settings) {
+    remap_ms.push_back(setting.measured.remap_ms);
+  }
+  trade.remap_ms = median(remap_ms);
+  find_fronts(&trade.settings);
+  return trade;
+}
+
+std::string write_trade(const TradeInput& input, const fs::path& report) {
+  prepare_report(report, input.rooms.front().room->directory());
+  const Trade trade = measure_trade(input, partial_file(report));
+  const std::string page = trade_page(trade, trade_pictures(trade, input.rooms));
+  const std::string json = trade_json(trade);
+  write_file_atomically(report / "trade.json", json);
+  write_file_atomically(trade_path(input.rooms.front().room->directory()), json);
+  write_file_atomically(report / "trade.csv", trade_csv(trade));
+  write_file_atomically(report / "index.html", page);
+  fs::remove(partial_file(report));
+  return summary_of(trade, report);
+}
+
+std::string trade(const Room& room, const TradeOptions& options) {
+  if (options.truth.empty() && options.held_out == 0) {
+    throw UsageError("give true views with --truth, or --held-out to do without");
+  }
+  if (options.held_out > 0 && !options.also.empty()) {
+    throw UsageError("--held-out renders the stations of one room; give --also with --truth alone");
+  }
+  const std::list<Room> others = open_others(room, options.also);
+  std::vector<TradeView> views;
+  if (!options.truth.empty()) {
+    const std::vector<TruthView> truths = read_truth(options.truth, room);
+    views = captured_views(room, truths, options.full ? truths.size() : kQuickViews);
+  }
+  HeldOutViews held_out;
+  if (options.held_out > 0) {
+    prepare_report(options.report, room.directory());  // before minutes of estimating distances
+    held_out =
+        held_out_views(room, options.held_out, options.full ? kFullHeldOutViews : kQuickViews);
+  }
+  const std::string held_out_text = fmt::format("one of {} stations, held out", options.held_out);
+  TradeInput input{
+      .truth = options.truth.empty() ? held_out_text : options.truth.string(),
+      .sweep = options.full ? "full" : "quick",
+      .repetitions = options.repetitions,
+      .connect_viewpoints = options.full ? kFullConnectViewpoints : kQuickConnectViewpoints};
+  if (options.truth.empty()) {
+    input.rooms.push_back({&room, depth_name(room), held_out.views});
+  } else {
+    input.rooms.push_back(trade_room(room, views));
+    input.held_out = held_out.views;
+  }
+  for (const Room& other : others) input.rooms.push_back(trade_room(other, views));
+  tell_apart(&input.rooms);
+  const SweepBase base{.centres = options.centres,
+                       .rooms = input.rooms,
+                       .width_px = input.rooms.front().views.front().truth.cols,
+                       .threads = thread_count()};
+  input.settings = options.full ? full_sweep(base) : quick_sweep(base);
+  add_presets(options.presets, base, &input);
+  return write_trade(input, options.report);
+}
+
+}  // namespace raywalk

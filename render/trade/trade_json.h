@@ -1,0 +1,23 @@
+// What a trade has measured, for programs to read.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "render/trade/trade_result.h"
+
+namespace raywalk {
+
+// trade.json, as README.md lists its keys. A value that was not measured is null.
+std::string trade_json(const Trade& trade);
+
+// trade.csv: one row per setting, with the numbers of trade.json under the same names; the fronts
+// are columns pareto_psnr_db, ... of 0 and 1. What is null there is empty.
+std::string trade_csv(const Trade& trade);
+
+// A measurement by the names of trade.json, and back; throws nlohmann::json::exception for anything
+// else.
+nlohmann::ordered_json json_of(const TradeMeasurement& measured);
+TradeMeasurement measurement_from(const nlohmann::ordered_json& json);
+
+}  // namespace raywalk

@@ -1,0 +1,374 @@
+#include "render/trade/trade.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/files/atomic_output.h"
+#include "core/files/csv_records.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+#include "core/report/markup_check.h"
+#include "core/room/requirements.h"
+#include "render/trade/captured_views.h"
+#include "render/validation/connect_error.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class TradeTest : public ::testing::Test {
+ protected:
+  TradeTest() {
+    make_room({.overhang_m = 0.25, .width = 64});
+    write_image(directory_ / "near.png", render_truth(spec_, {0.4, 0.0}, 64));
+    write_image(directory_ / "middle.png", render_truth(spec_, {0.0, 0.1}, 64));
+    list("near.png,0.4,0,0\nmiddle.png,0,0,0.1\n");
+    options_.truth = directory_ / "gt.csv";
+    options_.report = directory_ / "report";
+    options_.repetitions = 1;
+    options_.centres = {mode(Generation::kInitial), mode(Generation::kHlfVd)};
+  }
+  void make_room(const SyntheticRoomSpec& spec) {
+    spec_ = spec;
+    write_synthetic_room(spec, directory_ / "room.lf");
+    room_ = Room::open(directory_ / "room.lf");
+  }
+  static ViewMode mode(Generation generation) {
+    return {.options = {.generation = generation, .k_deg = 80.0}};
+  }
+  void list(const std::string& rows) const {
+    std::ofstream(directory_ / "gt.csv") << "file,x,y,z\n" << rows;
+  }
+  // A few settings only, so that it is soon done.
+  TradeInput input(const std::vector<ViewOptions>& dials) const {
+    TradeInput input{.truth = options_.truth.string(), .repetitions = 1, .connect_viewpoints = 2};
+    input.rooms = {trade_room(room_, captured_views(room_, read_truth(options_.truth, room_), 2))};
+    for (const ViewOptions& options : dials) {
+      TradeSetting setting{.name = "setting " + std::to_string(input.settings.size()),
+                           .mode = {.options = options},
+                           .threads = thread_count(),
+                           .stored_width_px = 64,
+                           .depth = input.rooms[0].depth};
+      if (setting.mode.options.width == 0) setting.mode.options.width = 64;
+      input.settings.push_back(setting);
+    }
+    return input;
+  }
+  TradeInput few() const {
+    return input({{.generation = Generation::kInitial, .k_deg = 90.0},
+                  {.k_deg = 90.0},
+                  {.k_deg = 45.0, .layers = 4},
+                  {.k_deg = 90.0, .width = 32},
+                  {.generation = Generation::kTwoSided, .k_deg = 90.0}});
+  }
+  fs::path partial() const { return options_.report / "trade.partial.json"; }
+  json written() const { return json::parse(read_file(options_.report / "trade.json")); }
+  std::string page() const { return read_file(options_.report / "index.html"); }
+  std::string run_error() const {
+    try {
+      trade(room_, options_);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+
+  TestDirectory directory_;
+  SyntheticRoomSpec spec_;
+  Room room_;
+  TradeOptions options_;
+};
+
+std::set<std::string> keys_of(const json& object) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.insert(key);
+  return keys;
+}
+
+TEST_F(TradeTest, WritesWhatItPromises) {
+  const std::string said = trade(room_, options_);
+  EXPECT_THAT(said, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
+  std::set<std::string> files;
+  for (const auto& entry : fs::directory_iterator(options_.report)) {
+    files.insert(entry.path().filename().string());
+  }
+  EXPECT_EQ(files, (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
+  const json all = written();
+  EXPECT_EQ(all["format_version"], 1);
+  EXPECT_EQ(all["room"], room_.directory().string());
+  EXPECT_EQ(all["views"].size(), 2U);
+  EXPECT_EQ(all["width_px"], 64);
+  EXPECT_GE(all["machine"]["threads"], 1);
+  EXPECT_GT(all["remap_ms"], 0.0);
+  EXPECT_GT(all["settings"].size(), 25U);
+  const json& first = all["settings"][0];
+  EXPECT_EQ(keys_of(first), (std::set<std::string>{"name",
+                                                   "generation",
+                                                   "k_deg",
+                                                   "overlap_deg",
+                                                   "layers",
+                                                   "width_px",
+                                                   "interpolation",
+                                                   "arithmetic",
+                                                   "stations_mixed",
+                                                   "station_stride",
+                                                   "distance_maps",
+                                                   "fill_stations",
+                                                   "second_side",
+                                                   "skip_px",
+                                                   "threads",
+                                                   "stored_width_px",
+                                                   "depth",
+                                                   "ms",
+                                                   "ratio",
+                                                   "cpu_ratio",
+                                                   "remap_ms",
+                                                   "peak_mb",
+                                                   "mapped_mb",
+                                                   "touched_mb",
+                                                   "psnr_db",
+                                                   "ws_psnr_db",
+                                                   "ssim",
+                                                   "fsim",
+                                                   "held_out_psnr_db",
+                                                   "held_out_ws_psnr_db",
+                                                   "held_out_ssim",
+                                                   "held_out_fsim",
+                                                   "e_connect",
+                                                   "pareto"}));
+  EXPECT_EQ(keys_of(first["pareto"]),
+            (std::set<std::string>{"psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect"}));
+}
+
+TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
+  write_trade(few(), options_.report);
+  const json settings = written()["settings"];
+  std::vector<ViewScores> scores;
+  for (const auto& [name, at] :
+       {std::pair("near.png", PlanPoint{0.4, 0.0}), std::pair("middle.png", PlanPoint{0.0, 0.1})}) {
+    const cv::Mat view = Renderer(room_, {.k_deg = 45.0, .layers = 4}).render(at).image;
+    scores.push_back(score_view(view, read_panorama(directory_ / name)));
+  }
+  EXPECT_NEAR(settings[2]["psnr_db"].get<double>(), mean_of(scores).psnr_db, 1e-9);
+  EXPECT_NEAR(settings[2]["fsim"].get<double>(), mean_of(scores).fsim, 1e-9);
+  // Corrected is better than initial, as wide as the truth better than half.
+  EXPECT_GT(settings[1]["psnr_db"], settings[0]["psnr_db"]);
+  EXPECT_GT(settings[1]["psnr_db"], settings[3]["psnr_db"]);
+  EXPECT_GT(settings[3]["psnr_db"], 10.0);
+}
+
+// E_connect belongs to a generation and its k, and not to the other dials.
+TEST_F(TradeTest, ConnectionErrorsAreThoseOfGenerationAndK) {
+  make_room({.overhang_m = 0.25, .width = 128});
+  write_trade(few(), options_.report);
+  const json settings = written()["settings"];
+  const ConnectError measured = measure_connect_error(
+      room_, Generation::kHlfVd, {.viewpoints = 2, .k_list_deg = {45.0, 90.0}});
+  EXPECT_EQ(settings[2]["e_connect"], measured.rows[0].e_connect);
+  EXPECT_EQ(settings[1]["e_connect"], measured.rows[1].e_connect);
+  EXPECT_EQ(settings[3]["e_connect"], settings[1]["e_connect"]);
+  EXPECT_NE(settings[0]["e_connect"], settings[1]["e_connect"]);
+}
+
+TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
+  write_trade(few(), options_.report);
+  const auto records = split_csv(read_file(options_.report / "trade.csv"), "trade.csv");
+  const json settings = written()["settings"];
+  ASSERT_EQ(records.size(), settings.size() + 1);
+  const std::vector<std::string>& header = records[0].fields;
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const std::vector<std::string>& row = records[i + 1].fields;
+    ASSERT_EQ(row.size(), header.size());
+    std::size_t compared = 0;
+    for (std::size_t column = 0; column < header.size(); ++column) {
+      const std::string& key = header[column];
+      const bool front = key.starts_with("pareto_");
+      const json value = front ? settings[i]["pareto"][key.substr(7)] : settings[i][key];
+      if (value.is_null()) {
+        EXPECT_EQ(row[column], "") << key;
+      } else if (value.is_boolean()) {
+        EXPECT_EQ(row[column], value.get<bool>() ? "1" : "0") << key;
+      } else if (value.is_string()) {
+        EXPECT_EQ(row[column], value.get<std::string>()) << key;
+      } else {
+        EXPECT_EQ(std::stod(row[column]), value.get<double>()) << key;
+        ++compared;
+      }
+    }
+    EXPECT_GE(compared, 15U);
+  }
+}
+
+TEST_F(TradeTest, EveryPointOfThePageLeadsToItsSetting) {
+  write_trade(few(), options_.report);
+  EXPECT_EQ(markup_fault(page()), "");
+  for (int i = 1; i <= 5; ++i) {
+    const std::string anchor = "setting-" + std::to_string(i);
+    EXPECT_THAT(page(), AllOf(HasSubstr("<a href=\"#" + anchor + "\">\n<title>"),
+                              HasSubstr("id=\"" + anchor + "\"")));
+  }
+  EXPECT_THAT(page(), AllOf(HasSubstr("Error of setting 2 at "), HasSubstr("data:image/jpeg"),
+                            Not(HasSubstr("<script")), Not(HasSubstr("src=\"http"))));
+}
+
+// Apart from what a clock or the system tells.
+json timeless(json trade) {
+  trade.erase("remap_ms");
+  for (json& setting : trade["settings"]) {
+    for (const char* key :
+         {"ms", "ratio", "cpu_ratio", "remap_ms", "peak_mb", "mapped_mb", "pareto"}) {
+      setting.erase(key);
+    }
+  }
+  return trade;
+}
+
+TEST_F(TradeTest, GoesOnWhereAStoppedRunEnded) {
+  const TradeInput all = few();
+  write_trade(all, options_.report);
+  const json whole = written();
+  TradeInput begun = all;
+  begun.settings.resize(2);
+  measure_trade(begun, partial());
+  const json kept = json::parse(read_file(partial()));
+  ASSERT_EQ(kept["settings"].size(), 2U);
+  write_trade(all, options_.report);
+  EXPECT_EQ(timeless(written()), timeless(whole));
+  // What was measured before the stop was not measured again.
+  std::set<double> times_ms;
+  for (const json& setting : kept["settings"]) {
+    times_ms.insert(setting["measured"]["ms"].get<double>());
+  }
+  for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
+  EXPECT_FALSE(fs::exists(partial()));
+}
+
+TEST_F(TradeTest, NeverMixesInputs) {
+  const TradeInput all = few();
+  fs::create_directories(options_.report);
+  measure_trade(all, partial());
+  TradeInput other = all;
+  other.repetitions = 2;
+  EXPECT_THROW(measure_trade(other, partial()), Error);
+  other = all;
+  other.rooms[0].views[0].truth = ~other.rooms[0].views[0].truth;
+  EXPECT_THROW(measure_trade(other, partial()), Error);
+  std::ofstream(partial()) << "{";
+  EXPECT_THROW(measure_trade(all, partial()), Error);
+}
+
+TEST_F(TradeTest, OtherRoomsAreSweptAsFurtherValues) {
+  write_synthetic_room({.overhang_m = 0.25, .width = 32}, directory_ / "small.lf");
+  write_synthetic_room({.overhang_m = 0.25, .width = 64}, directory_ / "same.lf");
+  options_.centres = {mode(Generation::kInitial)};
+  options_.also = {directory_ / "small.lf", directory_ / "same.lf"};
+  trade(room_, options_);
+  std::set<std::string> names;
+  const json all = written();
+  for (const json& setting : all["settings"]) names.insert(setting["name"]);
+  EXPECT_THAT(names, Contains("initial, stored 32 px wide, depth given, 32 px"));
+  EXPECT_THAT(names, Contains("initial, depth given, 64 px, " + (directory_ / "same.lf").string()));
+  EXPECT_EQ(all["rooms"].size(), 3U);
+}
+
+TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
+  make_room({.overhang_m = 0.25, .width = 64, .distances = false});
+  options_.centres = {mode(Generation::kInitial)};
+  EXPECT_THAT(trade(room_, options_), HasSubstr("no distances"));
+  EXPECT_THAT(page(), HasSubstr("has no distances"));
+  const json all = written();
+  EXPECT_FALSE(all["settings"].empty());
+  for (const json& setting : all["settings"]) EXPECT_EQ(setting["generation"], "initial");
+}
+
+TEST_F(TradeTest, ASingleLineHasNoConnectionError) {
+  make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
+  list("near.png,0,0,-0.25\n");
+  write_trade(input({{.generation = Generation::kInitial, .k_deg = 90.0}}), options_.report);
+  EXPECT_TRUE(written()["settings"][0]["e_connect"].is_null());
+  EXPECT_EQ(written()["settings"][0]["pareto"]["e_connect"], false);
+}
+
+TEST_F(TradeTest, RefusesBadInputBeforeAnyWork) {
+  list("gone.png,0,0,0\n");
+  EXPECT_THAT(run_error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr("gone.png")));
+  list("near.png,9,0,0\n");
+  EXPECT_THAT(run_error(), HasSubstr("gt.csv:2"));
+  list("near.png,0.4,0,0\n");
+  options_.also = {directory_ / "none.lf"};
+  EXPECT_THAT(run_error(), HasSubstr("none.lf"));
+  write_synthetic_room({.side_m = 1.25, .width = 64}, directory_ / "elsewhere.lf");
+  options_.also = {directory_ / "elsewhere.lf"};
+  EXPECT_THAT(run_error(), AllOf(HasSubstr("elsewhere.lf"), HasSubstr("--also")));
+  EXPECT_FALSE(fs::exists(options_.report));
+  options_.also.clear();
+  std::ofstream(directory_ / "file") << "x";
+  options_.report = directory_ / "file" / "report";
+  EXPECT_THAT(run_error(), HasSubstr("report"));
+}
+
+class HeldOutTradeTest : public TradeTest {
+ protected:
+  HeldOutTradeTest() {
+    make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
+    options_.held_out = 4;
+    options_.presets = {{"plain", "it is central", mode(Generation::kHlfVd)},
+                        {"own", "it is not", {.options = {.k_deg = 55.0, .layers = 7}}}};
+  }
+};
+
+TEST_F(HeldOutTradeTest, RanksSettingsBesidesTheTruthAndKeepsThemInTheRoom) {
+  const std::string said = trade(room_, options_);
+  EXPECT_THAT(said, AllOf(HasSubstr("rank correlation"), HasSubstr("preset own")));
+  const json trade = written();
+  EXPECT_EQ(read_file(trade_path(room_.directory())), read_file(options_.report / "trade.json"));
+  EXPECT_EQ(trade["distances_sha256"], distances_sha256(room_));
+  EXPECT_FALSE(trade["held_out_views"].empty());
+  // Without correction, or with hardly any, both see the same loss.
+  EXPECT_GT(trade["rank_correlation"]["psnr_db"], 0.3);
+  for (const json& setting : trade["settings"]) {
+    EXPECT_GT(setting["held_out_psnr_db"], 5.0) << setting["name"];
+  }
+  ASSERT_EQ(trade["presets"].size(), 2U);
+  EXPECT_EQ(trade["presets"][0]["setting"], "hlf-vd");
+  EXPECT_EQ(trade["presets"][1]["setting"], "preset own");
+  EXPECT_EQ(trade["settings"].back()["layers"], 7);
+  EXPECT_THAT(page(), AllOf(HasSubstr("Held-out stations against the truth"),
+                            HasSubstr("own: it is not.")));
+}
+
+TEST_F(HeldOutTradeTest, DoesWithoutTruth) {
+  options_.truth.clear();
+  trade(room_, options_);
+  const json trade = written();
+  EXPECT_EQ(trade["truth"], "one of 4 stations, held out");
+  EXPECT_TRUE(trade["rank_correlation"].is_null());
+  EXPECT_FALSE(trade["views"].empty());
+  EXPECT_TRUE(trade["settings"][0]["held_out_psnr_db"].is_null());
+  EXPECT_GT(trade["settings"][1]["psnr_db"], trade["settings"][0]["psnr_db"]);
+}
+
+TEST_F(HeldOutTradeTest, NeedsSomethingToCompareWith) {
+  options_.truth.clear();
+  options_.held_out = 0;
+  EXPECT_THAT(run_error(), HasSubstr("--truth, or --held-out"));
+  options_.held_out = 4;
+  options_.also = {directory_ / "room.lf"};
+  EXPECT_THAT(run_error(), HasSubstr("--also with --truth alone"));
+}
+
+}  // namespace
+}  // namespace raywalk
