@@ -115,6 +115,17 @@ fs::path bench_room() {
   return room;
 }
 
+std::vector<PlanPoint> viewpoints_in(const Cell& cell) {
+  constexpr double kPlaces[][2] = {{0.5, 0.5},   {0.75, 0.75}, {0.25, 0.6},
+                                   {0.56, 0.95}, {0.05, 0.9},  {0.13, 0.28}};
+  std::vector<PlanPoint> points;
+  for (const auto& place : kPlaces) {
+    points.push_back({cell.x_min_m + place[0] * (cell.x_max_m - cell.x_min_m),
+                      cell.z_min_m + place[1] * (cell.z_max_m - cell.z_min_m)});
+  }
+  return points;
+}
+
 double bytes_under(const fs::path& directory) {
   double bytes = 0.0;
   for (const auto& entry : fs::recursive_directory_iterator(directory)) {

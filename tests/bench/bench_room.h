@@ -3,8 +3,10 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "build_lf/pack_plan.h"
+#include "core/geometry/grid.h"
 
 namespace raywalk {
 
@@ -17,6 +19,9 @@ PackOptions bench_capture();
 
 // The packed room of bench_capture(); packed on the first call.
 std::filesystem::path bench_room();
+
+// Viewpoints in the middle of a cell, in its quarters, near a line and near a corner.
+std::vector<PlanPoint> viewpoints_in(const Cell& cell);
 
 // Bytes of all files under a directory.
 double bytes_under(const std::filesystem::path& directory);

@@ -12,10 +12,11 @@
 #include "build_lf/depth/station_gains.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "core/base/median.h"
+#include "core/base/resident_memory.h"
+#include "core/base/timing.h"
 #include "core/room/room.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/resident_memory.h"
-#include "tests/bench/timing.h"
+#include "tests/bench/plain_copy.h"
 
 namespace raywalk {
 namespace {
@@ -66,7 +67,9 @@ DepthPlan plan_of(const Room& room, size_t count) {
 }
 
 // Distance maps 1024 wide of so many stations of the room, from panoramas to fused maps. Time is to
-// grow linearly with the stations and memory not at all: `s_per_map` and `peak_MB`.
+// grow linearly with the stations and memory not at all: `s_per_map` and `peak_MB`. `MB_per_s` is
+// bytes of the panoramas that maps are made for, `copy_MB_per_s` those of a plain copy of a volume
+// in the same run.
 void bench_depth(benchmark::State& state) {
   const Room room = Room::open(bench_room());
   const DepthPlan plan = plan_of(room, static_cast<size_t>(state.range(0)));
@@ -92,9 +95,15 @@ void bench_depth(benchmark::State& state) {
     state.SetIterationTime(times.wall_s);
   }
   fs::remove_all(work);
+  const fs::path volume = line_volume_path(bench_room(), room.grid().lines.front().id);
+  const double copy_s = times_of([&] { copy_to_disk(volume, work); }).wall_s;
+  fs::remove_all(work);
   const auto maps = static_cast<double>(plan.maps.size());
   state.counters["s_per_map"] = median(seconds) / maps;
   state.counters["cpu_s_per_map"] = median(cpu_seconds) / maps;
+  const PanoramaSize size = room.panorama();
+  state.counters["MB_per_s"] = 3e-6 * size.width * size.height * maps / median(seconds);
+  state.counters["copy_MB_per_s"] = 1e-6 * static_cast<double>(fs::file_size(volume)) / copy_s;
   state.counters["peak_MB"] = 1e-6 * peak_bytes;
 }
 

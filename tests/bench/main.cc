@@ -1,5 +1,5 @@
-// raywalk-bench: how long views and packing take, as ratios to cv::remap and to a plain copy, and
-// how distance maps scale.
+// raywalk-bench: how long views and packing take, as ratios to cv::remap and to a plain copy, how
+// distance maps scale, and how exact the arithmetic is.
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +9,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/program.h"
+#include "tests/bench/error_plots.h"
 
 namespace raywalk {
 namespace {
@@ -40,10 +41,18 @@ int main(int argc, char** argv) {
   int threads = 0;
   app.add_option("--threads", threads, "Threads for Raywalk and OpenCV alike; 0 = all cores")
       ->check(CLI::Range(0, 1024));
+  std::string error_plots;
+  app.add_option("--error-plots", error_plots,
+                 "Write plots of numerical error into this directory instead of measuring times")
+      ->check(CLI::ExistingDirectory);
   app.allow_extras();
   app.callback([&] {
     raywalk::set_thread_count(threads);
-    raywalk::run_benchmarks(argv[0], app.remaining());
+    if (error_plots.empty()) {
+      raywalk::run_benchmarks(argv[0], app.remaining());
+    } else {
+      raywalk::write_error_plots(error_plots);
+    }
   });
   return raywalk::run_program(app, argc, argv);
 }

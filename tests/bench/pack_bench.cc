@@ -1,15 +1,13 @@
 #include <benchmark/benchmark.h>
-#include <fcntl.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <vector>
 
 #include "build_lf/pack_room.h"
-#include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/timing.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/timing.h"
+#include "tests/bench/plain_copy.h"
 
 namespace raywalk {
 namespace {
@@ -17,20 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPairs = 3;
-
-void flush_to_disk(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool flushed = descriptor >= 0 && ::fsync(descriptor) == 0;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!flushed) throw Error("cannot flush " + file.string());
-}
-
-void copy_to_disk(const fs::path& from, const fs::path& to) {
-  fs::copy(from, to, fs::copy_options::recursive);
-  for (const auto& entry : fs::recursive_directory_iterator(to)) {
-    if (entry.is_regular_file()) flush_to_disk(entry.path());
-  }
-}
 
 // Packing a capture of 4096x2048 JPEG frames, distance maps included, against a plain copy of the
 // packed files. Both end with the data on the disk.

@@ -15,9 +15,9 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/timing.h"
 
 namespace raywalk {
 namespace {

@@ -1,58 +1,20 @@
 #include <benchmark/benchmark.h>
 
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/base/resident_memory.h"
+#include "core/base/timing.h"
 #include "core/geometry/sphere.h"
+#include "core/panorama/pitch_remap.h"
 #include "core/room/room.h"
 #include "render/view/renderer.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/resident_memory.h"
-#include "tests/bench/timing.h"
 
 namespace raywalk {
 namespace {
 
 constexpr int kPairs = 12;
-
-// The yardstick: a panorama pitched by 30 degrees.
-class PitchRemap {
- public:
-  PitchRemap()
-      : source_(kBenchWidth / 2, kBenchWidth, CV_8UC3),
-        map_u_(source_.size(), CV_32FC1),
-        map_v_(source_.size(), CV_32FC1) {
-    cv::randu(source_, 0, 256);
-    const PanoramaSize size{source_.cols, source_.rows};
-    const Eigen::Matrix3d pitch = world_from_camera({.pitch_rad = radians_from_degrees(30.0)});
-    for (int v = 0; v < size.height; ++v) {
-      for (int u = 0; u < size.width; ++u) {
-        const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
-        const PixelPosition from =
-            pixel_from_angles(angles_from_direction(pitch * direction_from_angles(angles)), size);
-        map_u_.at<float>(v, u) = static_cast<float>(from.u);
-        map_v_.at<float>(v, u) = static_cast<float>(from.v);
-      }
-    }
-  }
-  void run() { cv::remap(source_, result_, map_u_, map_v_, cv::INTER_LINEAR, cv::BORDER_WRAP); }
-
- private:
-  cv::Mat source_, map_u_, map_v_, result_;
-};
-
-// In the middle, in the quarters, near a line and near a corner.
-std::vector<PlanPoint> viewpoints_in(const Cell& cell) {
-  constexpr double kPlaces[][2] = {{0.5, 0.5},   {0.75, 0.75}, {0.25, 0.6},
-                                   {0.56, 0.95}, {0.05, 0.9},  {0.13, 0.28}};
-  std::vector<PlanPoint> points;
-  for (const auto& place : kPlaces) {
-    points.push_back({cell.x_min_m + place[0] * (cell.x_max_m - cell.x_min_m),
-                      cell.z_min_m + place[1] * (cell.z_max_m - cell.z_min_m)});
-  }
-  return points;
-}
 
 // What one view adds to the resident set, starting from a room none of which has been read.
 struct ResidentGrowth {
@@ -74,14 +36,15 @@ ResidentGrowth resident_growth(const ViewOptions& options) {
 // the same size on the same threads. The two alternate, so that what else the machine does hits
 // both; `ratio` is the median over the pairs, `cpu_ratio` the same of the processor time. `peak_MB`
 // and `mapped_MB` are the ResidentGrowth, `room_MB` the bytes of the room.
-void bench_view(benchmark::State& state, Generation generation) {
-  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+void bench_options(benchmark::State& state, ViewOptions options) {
+  options.k_deg = 76.0;
+  options.width = kBenchWidth;
   const ResidentGrowth growth = resident_growth(options);
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   Renderer renderer(room, options);
   for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint);
-  PitchRemap remap;
+  PitchRemap remap(kBenchWidth);
   remap.run();
 
   std::vector<double> view_s, remap_s, ratios, cpu_ratios;
@@ -104,6 +67,20 @@ void bench_view(benchmark::State& state, Generation generation) {
   state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
 }
 
+void bench_view(benchmark::State& state, Generation generation) {
+  bench_options(state, {.generation = generation});
+}
+
+// As the preset fast renders: one station, two maps, half a pixel left uncorrected.
+void bench_fast(benchmark::State& state, Generation generation) {
+  bench_options(state, {.generation = generation,
+                        .stations_mixed = 1,
+                        .distance_maps = 2,
+                        .fill_stations = 8,
+                        .second_side = SecondSide::kWhereHidden,
+                        .skip_px = 0.5});
+}
+
 // A flat picture of 90 degrees, 1440 x 1600 pixels, against the same remap of a whole panorama. The
 // looks are straight, up, down and tilted.
 void bench_flat(benchmark::State& state, Generation generation) {
@@ -122,7 +99,7 @@ void bench_flat(benchmark::State& state, Generation generation) {
     benchmark::DoNotOptimize(flat.image.data);
   };
   for (size_t i = 0; i < kPairs; ++i) render(i);
-  PitchRemap remap;
+  PitchRemap remap(kBenchWidth);
   remap.run();
   std::vector<double> flat_s, ratios;
   for (auto _ : state) {
@@ -145,6 +122,15 @@ BENCHMARK_CAPTURE(bench_flat, hlf_vd, Generation::kHlfVd)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bench_flat, two_sided, Generation::kTwoSided)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+BENCHMARK_CAPTURE(bench_fast, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_fast, two_sided, Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

@@ -1,0 +1,53 @@
+#include "tests/bench/error_curves.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kPerDecade = 8;
+constexpr int kCasesPerPoint = 150;
+
+}  // namespace
+
+RandomArguments::RandomArguments(unsigned seed) : state_(seed) {}
+
+// splitmix64: the standard library's distributions differ from one to the next.
+double RandomArguments::uniform(double least, double most) {
+  state_ += 0x9e3779b97f4a7c15ULL;
+  unsigned long long z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  z ^= z >> 31;
+  return least + static_cast<double>(z >> 11) * 0x1p-53 * (most - least);
+}
+
+double RandomArguments::log_uniform(double least, double most) {
+  return std::exp(uniform(std::log(least), std::log(most)));
+}
+
+void write_error_curves(ErrorCurves curves, const std::filesystem::path& file) {
+  RandomArguments random(1);
+  for (const std::string& name : curves.names) curves.plot.series.push_back({.name = name});
+  const double decades = std::log10(curves.most / curves.least);
+  const int points = static_cast<int>(std::lround(decades * kPerDecade));
+  const double step = std::pow(curves.most / curves.least, 1.0 / points);
+  for (int i = 0; i < points; ++i) {
+    const double low = curves.least * std::pow(step, i);
+    std::vector<double> worst(curves.names.size(), kNoError);
+    for (int n = 0; n < kCasesPerPoint; ++n) {
+      const auto errors = curves.errors(random.log_uniform(low, low * step), random);
+      for (size_t c = 0; c < worst.size(); ++c) worst[c] = std::max(worst[c], errors[c]);
+    }
+    for (size_t c = 0; c < worst.size(); ++c) {
+      curves.plot.series[c].points.push_back({low * std::sqrt(step), worst[c]});
+    }
+  }
+  curves.plot.x_scale = curves.plot.y_scale = AxisScale::kLogarithmic;
+  write_file_atomically(file, svg_from_plot(curves.plot));
+}
+
+}  // namespace raywalk

@@ -1,0 +1,121 @@
+#include <benchmark/benchmark.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/timing.h"
+#include "core/room/room.h"
+#include "render/view/renderer.h"
+#include "tests/bench/bench_room.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRounds = 5;
+
+// Drops a file's pages from the system's cache; nobody may have it mapped. What was just written is
+// flushed first: only clean pages can go.
+void drop_from_cache(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool dropped = descriptor >= 0 && ::fsync(descriptor) == 0 &&
+                       ::posix_fadvise(descriptor, 0, 0, POSIX_FADV_DONTNEED) == 0;
+  if (descriptor >= 0) ::close(descriptor);
+  if (!dropped) throw Error("cannot drop " + file.string() + " from the cache");
+}
+
+// By this process so far.
+double bytes_read_from_disk() {
+  std::ifstream counts("/proc/self/io");
+  for (std::string word; counts >> word;) {
+    double bytes = 0.0;
+    if (word == "read_bytes:" && counts >> bytes) return bytes;
+  }
+  throw Error("/proc/self/io has no read_bytes; the benchmark needs Linux");
+}
+
+void drop_room_from_cache(const fs::path& room) {
+  for (const auto& entry : fs::recursive_directory_iterator(room)) {
+    if (entry.is_regular_file()) drop_from_cache(entry.path());
+  }
+}
+
+// As far as the memory reaches.
+void read_room_into_cache(const fs::path& room) {
+  std::vector<char> piece(std::size_t{4} << 20);
+  for (const auto& entry : fs::recursive_directory_iterator(room)) {
+    if (!entry.is_regular_file()) continue;
+    std::ifstream file(entry.path(), std::ios::binary);
+    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size()))) continue;
+  }
+}
+
+// From a closed room to its first view on the screen, with the room's files in the cache or not:
+// `open_ms` and `view_ms` are the parts, `read_MB` is what was read from the disk for it.
+void bench_first_view(benchmark::State& state, Generation generation, bool cold) {
+  const fs::path directory = bench_room();
+  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const auto places = viewpoints_in(Room::open(directory).grid().cells.front());
+  if (!cold) read_room_into_cache(directory);
+  std::vector<double> open_s, view_s, total_s, read_bytes;
+  for (auto _ : state) {
+    if (cold) drop_room_from_cache(directory);
+    const double read_before = bytes_read_from_disk();
+    const PlanPoint viewpoint = places[total_s.size() % places.size()];
+    Room room;
+    open_s.push_back(times_of([&] { room = Room::open(directory); }).wall_s);
+    const Times first =
+        times_of([&] { benchmark::DoNotOptimize(Renderer(room, options).render(viewpoint)); });
+    view_s.push_back(first.wall_s);
+    total_s.push_back(open_s.back() + view_s.back());
+    read_bytes.push_back(bytes_read_from_disk() - read_before);
+    state.SetIterationTime(total_s.back());
+  }
+  state.counters["open_ms"] = 1e3 * median(open_s);
+  state.counters["view_ms"] = 1e3 * median(view_s);
+  state.counters["first_view_ms"] = 1e3 * median(total_s);
+  state.counters["read_MB"] = 1e-6 * median(read_bytes);
+}
+
+void bench_first_view_cold(benchmark::State& state, Generation generation) {
+  bench_first_view(state, generation, true);
+}
+
+void bench_first_view_warm(benchmark::State& state, Generation generation) {
+  bench_first_view(state, generation, false);
+}
+
+BENCHMARK_CAPTURE(bench_first_view_cold, initial, Generation::kInitial)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, Generation::kTwoSided)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_first_view_warm, initial, Generation::kInitial)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, Generation::kTwoSided)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,94 @@
+#include <cmath>
+
+#include "core/geometry/error_model.h"
+#include "core/geometry/sphere.h"
+#include "tests/bench/error_curves.h"
+#include "tests/bench/error_plots.h"
+
+namespace raywalk {
+namespace {
+
+// (2) and (4) as the paper prints them.
+template <typename Real>
+Real printed_shift(double d_src_m, double phi_rad, double apart_m) {
+  using std::atan2, std::cos, std::sin;
+  const Real phi = phi_rad;
+  const Real up = Real(d_src_m) * Real(sin(phi));
+  const Real ahead = Real(d_src_m) * Real(cos(phi));
+  return Real(atan2(up, ahead)) - Real(atan2(up, Real(ahead + Real(apart_m))));
+}
+
+// (3) as the paper prints it.
+template <typename Real>
+Real printed_bending(double d_src_m, double phi_rad, double theta_rad, double step_m) {
+  using std::cos, std::sin, std::sqrt;
+  const Real c = Real(d_src_m) * Real(cos(Real(phi_rad)));
+  const Real theta = theta_rad;
+  const Real ahead = c * Real(cos(theta));
+  const Real aside = c * Real(sin(theta)) + Real(step_m);
+  return Real(sqrt(Real(ahead * ahead + aside * aside))) - c;
+}
+
+double relative_error(const Exact& value, const Exact& exact) {
+  return std::fabs(static_cast<double>(Exact((value - exact) / exact)));
+}
+
+const std::vector<std::string> kForms{"as printed, float", "as printed, double",
+                                      "as printed, long double", "closed form, double"};
+
+std::vector<double> shift_errors(double d_src_m, double phi_rad, double apart_m) {
+  const Exact exact = printed_shift<Exact>(d_src_m, phi_rad, apart_m);
+  return {relative_error(printed_shift<float>(d_src_m, phi_rad, apart_m), exact),
+          relative_error(printed_shift<double>(d_src_m, phi_rad, apart_m), exact),
+          relative_error(printed_shift<long double>(d_src_m, phi_rad, apart_m), exact),
+          relative_error(latitude_shift(d_src_m, phi_rad, apart_m), exact)};
+}
+
+std::vector<double> bending_errors(double d_src_m, double phi_rad, double theta_rad,
+                                   double step_m) {
+  const Exact exact = printed_bending<Exact>(d_src_m, phi_rad, theta_rad, step_m);
+  return {relative_error(printed_bending<float>(d_src_m, phi_rad, theta_rad, step_m), exact),
+          relative_error(printed_bending<double>(d_src_m, phi_rad, theta_rad, step_m), exact),
+          relative_error(printed_bending<long double>(d_src_m, phi_rad, theta_rad, step_m), exact),
+          relative_error(bending_distance(d_src_m, phi_rad, theta_rad, step_m), exact)};
+}
+
+ErrorCurves model_curves(const std::string& title, const std::string& x_label) {
+  return {.plot = {.title = title, .x_label = x_label, .y_label = "largest relative error"},
+          .names = kForms};
+}
+
+}  // namespace
+
+void write_model_error_plots(const std::filesystem::path& directory) {
+  ErrorCurves distance =
+      model_curves("(4) at 0.1 m between acquisition points", "distance of the source (m)");
+  distance.most = 1e8;
+  distance.errors = [](double d_src_m, RandomArguments& random) {
+    return shift_errors(d_src_m, random.uniform(0.2, 1.4), 0.1);
+  };
+  write_error_curves(std::move(distance), directory / "model-distance.svg");
+
+  ErrorCurves step = model_curves("(3) at 1 to 10 m", "step between stations (m)");
+  step.most = 10.0;
+  step.errors = [](double step_m, RandomArguments& random) {
+    return bending_errors(random.log_uniform(1.0, 10.0), random.uniform(-1.4, 1.4),
+                          random.uniform(0.2, 1.4), step_m);
+  };
+  write_error_curves(std::move(step), directory / "model-step.svg");
+
+  ErrorCurves latitude =
+      model_curves("(4) at 1 to 10 m, 0.1 m between acquisition points", "phi (degrees)");
+  latitude.most = 90.0;
+  latitude.errors = [](double phi_deg, RandomArguments& random) {
+    return shift_errors(random.log_uniform(1.0, 10.0), radians_from_degrees(phi_deg), 0.1);
+  };
+  write_error_curves(std::move(latitude), directory / "model-phi.svg");
+}
+
+void write_error_plots(const std::filesystem::path& directory) {
+  write_position_error_plots(directory);
+  write_model_error_plots(directory);
+}
+
+}  // namespace raywalk

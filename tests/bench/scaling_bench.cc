@@ -1,0 +1,77 @@
+#include <benchmark/benchmark.h>
+
+#include <vector>
+
+#include "core/base/median.h"
+#include "core/base/parallel.h"
+#include "core/base/timing.h"
+#include "core/panorama/pitch_remap.h"
+#include "core/room/room.h"
+#include "render/view/renderer.h"
+#include "tests/bench/bench_room.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kRounds = 12;
+
+// Keeps the number of threads as it was for what runs next.
+class ThreadCount {
+ public:
+  ThreadCount() = default;
+  ~ThreadCount() { set_thread_count(before_); }
+  ThreadCount(const ThreadCount&) = delete;
+  ThreadCount& operator=(const ThreadCount&) = delete;
+
+ private:
+  int before_ = thread_count();
+};
+
+// How much faster a view is on two threads than on one, and how much faster cv::remap is on the
+// same machine at the same time: `relative` is the one by the other. Each round takes all four, so
+// that what else the machine does hits all of them; figures are medians over the rounds.
+void bench_scaling(benchmark::State& state, Generation generation) {
+  const ThreadCount restored;
+  const Room room = Room::open(bench_room());
+  const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
+  Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
+  RenderedView view;
+  for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint, view);
+  PitchRemap remap(kBenchWidth);
+  remap.run();
+
+  std::vector<double> view_gains, remap_gains, relative;
+  for (auto _ : state) {
+    const PlanPoint viewpoint = viewpoints[relative.size() % viewpoints.size()];
+    double view_s[2];
+    double remap_s[2];
+    for (int extra = 0; extra < 2; ++extra) {
+      set_thread_count(1 + extra);
+      remap_s[extra] = times_of([&] { remap.run(); }).wall_s;
+      view_s[extra] = times_of([&] { renderer.render(viewpoint, view); }).wall_s;
+    }
+    view_gains.push_back(view_s[0] / view_s[1]);
+    remap_gains.push_back(remap_s[0] / remap_s[1]);
+    relative.push_back(view_gains.back() / remap_gains.back());
+    state.SetIterationTime(view_s[1]);
+  }
+  state.counters["view_gain"] = median(view_gains);
+  state.counters["remap_gain"] = median(remap_gains);
+  state.counters["relative"] = median(relative);
+}
+
+BENCHMARK_CAPTURE(bench_scaling, initial, Generation::kInitial)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_scaling, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_scaling, two_sided, Generation::kTwoSided)
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace raywalk
