@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <numeric>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -82,12 +81,7 @@ Room Room::subset(const KeptStations& kept) const {
 }
 
 Room Room::with_distances(const fs::path& directory) const {
-  std::vector<std::vector<int>> all;
-  for (const LineVolume& volume : volumes_) {
-    all.emplace_back(static_cast<std::size_t>(volume.stations()));
-    std::iota(all.back().begin(), all.back().end(), 0);
-  }
-  Room other = subset(all);
+  Room other = *this;
   other.open_distances(directory);
   return other;
 }

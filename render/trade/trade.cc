@@ -222,6 +222,7 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
   const TradeRoom& main = input.rooms.front();
   Trade trade{.truth = input.truth,
               .sweep = input.sweep,
+              .distances_sha256 = distances_sha256(*main.room),
               .width_px = main.views.front().truth.cols,
               .threads = thread_count(),
               .cpu = cpu_name(),
@@ -233,7 +234,6 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
   }
   for (const TradeView& view : main.views) trade.views.push_back(view.name);
   for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);
-  if (main.room->has_distances()) trade.distances_sha256 = distances_sha256(*main.room);
   trade.presets = input.presets;
   try {
     trade.settings = measure_settings(input, partial);

@@ -289,6 +289,8 @@ TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
   options_.centres = {mode(Generation::kInitial)};
   EXPECT_THAT(trade(room_, options_), HasSubstr("no distances"));
   EXPECT_THAT(page(), HasSubstr("has no distances"));
+  // The room keeps it, and views may be chosen by it.
+  EXPECT_EQ(written()["distances_sha256"], distances_sha256(room_));
   const json all = written();
   EXPECT_FALSE(all["settings"].empty());
   for (const json& setting : all["settings"]) EXPECT_EQ(setting["generation"], "initial");

@@ -151,15 +151,18 @@ struct ColumnKernels {
   void (*find_samples)(RowTable table, const float* omega, int rows, ColumnOffset offset,
                        ColumnTarget target, SamplePositions positions);
 
-  // The same in two steps, for columns with several times as many rows as their distances have.
-  // First by how many columns and rows a station saw each row's point shifted ...
-  void (*find_shifts)(RowTable table, const float* omega, int rows, ColumnOffset offset,
-                      ColumnTarget target, float* shift_u, float* shift_v);
-  // ... then these shifts, interpolated by `fraction` of the way from one row to the next (the
-  // first and last `per_row` / 2 rows take the nearest), as sample positions of rows * per_row
-  // output rows. shift_out_u and shift_out_v are scratch of rows * per_row values.
-  void (*place_shifted)(const float* shift_u, const float* shift_v, int rows, int per_row,
-                        const float* fraction, ColumnTarget target, float* shift_out_u,
+  // The same in two steps, for columns with several times as many rows as their distances have, of
+  // whose `rows` rows [first, first + count) are looked at: arrays and table begin with row
+  // `first`, those of output rows with output row first * per_row. First by how many columns and
+  // rows a station saw each row's point shifted ...
+  void (*find_shifts)(RowTable table, const float* omega, int first, int count, int rows,
+                      ColumnOffset offset, ColumnTarget target, float* shift_u, float* shift_v);
+  // ... then these shifts, interpolated by `fraction` of the way from one row to the next, as
+  // sample positions of count * per_row output rows; the first and last `per_row` / 2 of them take
+  // the nearest shift, which is right at the poles only. shift_out_u and shift_out_v are scratch of
+  // count * per_row values.
+  void (*place_shifted)(const float* shift_u, const float* shift_v, int first, int count, int rows,
+                        int per_row, const float* fraction, ColumnTarget target, float* shift_out_u,
                         float* shift_out_v, SamplePositions positions);
 
   // Adds bilinear samples of two neighbouring stations, mixed first + (second - first) * share /
@@ -219,16 +222,6 @@ struct ColumnKernels {
   // Columns continue around the seam; beyond a pole its own row is repeated. Levels may overshoot
   // and are cut off last.
   SampleReaders cubic;
-
-  // find_shifts for the rows [first, first + count) of `rows` alone, and place_shifted for what
-  // lies there: arrays begin with row `first`, and with output row first * per_row. Output rows in
-  // the outer half of the first and of the last row are right only at a pole, [0] or [rows - 1].
-  void (*find_shifts_within)(RowTable table, const float* omega, int first, int count, int rows,
-                             ColumnOffset offset, ColumnTarget target, float* shift_u,
-                             float* shift_v);
-  void (*place_shifted_within)(const float* shift_u, const float* shift_v, int first, int count,
-                               int rows, int per_row, const float* fraction, ColumnTarget target,
-                               float* shift_out_u, float* shift_out_v, SamplePositions positions);
 
   // near[row] = 0 where two stations (offsets viewpoint - station; 0 is the viewpoint itself) do
   // not see a row's point less than `limit` apart; left as it is elsewhere.

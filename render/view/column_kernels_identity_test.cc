@@ -98,16 +98,16 @@ TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
     const auto omega = random_.omegas(kRows);
     const ColumnOffset offset = random_.offset(2.0);
     std::vector<float> u_a(kRows), v_a(kRows), u_b(kRows), v_b(kRows);
-    generic_->find_shifts(latitudes_.table(), omega.data(), kRows, offset, target_, u_a.data(),
-                          v_a.data());
-    avx2_->find_shifts(latitudes_.table(), omega.data(), kRows, offset, target_, u_b.data(),
-                       v_b.data());
+    generic_->find_shifts(latitudes_.table(), omega.data(), 0, kRows, kRows, offset, target_,
+                          u_a.data(), v_a.data());
+    avx2_->find_shifts(latitudes_.table(), omega.data(), 0, kRows, kRows, offset, target_,
+                       u_b.data(), v_b.data());
     ASSERT_EQ(u_a, u_b);
     ASSERT_EQ(v_a, v_b);
     SampleArrays a(per_row * kRows), b(per_row * kRows);
-    generic_->place_shifted(u_a.data(), v_a.data(), kRows, per_row, fraction.data(), target_,
-                            scratch_u.data(), scratch_v.data(), a.positions());
-    avx2_->place_shifted(u_a.data(), v_a.data(), kRows, per_row, fraction.data(), target_,
+    generic_->place_shifted(u_a.data(), v_a.data(), 0, kRows, kRows, per_row, fraction.data(),
+                            target_, scratch_u.data(), scratch_v.data(), a.positions());
+    avx2_->place_shifted(u_a.data(), v_a.data(), 0, kRows, kRows, per_row, fraction.data(), target_,
                          scratch_u.data(), scratch_v.data(), b.positions());
     ASSERT_TRUE(a == b);
   }

@@ -150,8 +150,8 @@ TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
     const ColumnOffset offset = random_.offset(0.7);
     const ColumnTarget target{kPanorama.width, kPanorama.height, 0, 0.0f};
     std::vector<float> shift_u(kRows), shift_v(kRows);
-    kernels_->find_shifts(latitudes.table(), omega.data(), kRows, offset, target, shift_u.data(),
-                          shift_v.data());
+    kernels_->find_shifts(latitudes.table(), omega.data(), 0, kRows, kRows, offset, target,
+                          shift_u.data(), shift_v.data());
     for (int row = 0; row < kRows; ++row) {
       const auto at = static_cast<size_t>(row);
       const double own_v = (row + 0.5) * kPanorama.height / kRows - 0.5;
@@ -173,7 +173,7 @@ std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vecto
   const int rows = static_cast<int>(shift_u.size());
   std::vector<float> scratch_u(fraction.size()), scratch_v(fraction.size());
   SampleArrays samples(rows * per_row);
-  kernels.place_shifted(shift_u.data(), shift_v.data(), rows, per_row, fraction.data(),
+  kernels.place_shifted(shift_u.data(), shift_v.data(), 0, rows, rows, per_row, fraction.data(),
                         kShiftTarget, scratch_u.data(), scratch_v.data(), samples.positions());
   std::vector<PixelPosition> positions;
   positions.reserve(fraction.size());

@@ -30,18 +30,18 @@ TEST_P(KernelRuns, ARunIsPlacedWhereTheWholeColumnHasIt) {
     for (float& value : fraction) value = static_cast<float>(random_.uniform(0.0, 1.0));
     std::vector<float> u(kDepthRows), v(kDepthRows), out_u(fraction), out_v(fraction);
     SampleArrays whole(rows);
-    kernels_->find_shifts(latitudes.table(), omega.data(), kDepthRows, offset, kTarget, u.data(),
-                          v.data());
-    kernels_->place_shifted(u.data(), v.data(), kDepthRows, per_row, fraction.data(), kTarget,
-                            out_u.data(), out_v.data(), whole.positions());
+    kernels_->find_shifts(latitudes.table(), omega.data(), 0, kDepthRows, kDepthRows, offset,
+                          kTarget, u.data(), v.data());
+    kernels_->place_shifted(u.data(), v.data(), 0, kDepthRows, kDepthRows, per_row, fraction.data(),
+                            kTarget, out_u.data(), out_v.data(), whole.positions());
     const int runs[][2] = {{0, 64}, {0, 9}, {17, 4}, {55, 9}};
     for (const auto [first, count] : runs) {
       SampleArrays part(rows);
-      kernels_->find_shifts_within(latitudes.table(first), omega.data() + first, first, count,
-                                   kDepthRows, offset, kTarget, u.data(), v.data());
-      kernels_->place_shifted_within(u.data(), v.data(), first, count, kDepthRows, per_row,
-                                     fraction.data() + first * per_row, kTarget, out_u.data(),
-                                     out_v.data(), part.positions());
+      kernels_->find_shifts(latitudes.table(first), omega.data() + first, first, count, kDepthRows,
+                            offset, kTarget, u.data(), v.data());
+      kernels_->place_shifted(u.data(), v.data(), first, count, kDepthRows, per_row,
+                              fraction.data() + first * per_row, kTarget, out_u.data(),
+                              out_v.data(), part.positions());
       const int half = per_row / 2;
       const int begin = first == 0 ? 0 : half;
       const int end = count * per_row - (first + count == kDepthRows ? 0 : half);
@@ -148,8 +148,8 @@ TEST(KernelRunsIdentity, BothSetsComputeTheSame) {
     };
     const auto result = [&](const ColumnKernels& kernels) {
       Result r;
-      kernels.find_shifts_within(latitudes.table(7), omega.data(), 7, 1000, kRows, a, kTarget,
-                                 r.u.data(), r.v.data());
+      kernels.find_shifts(latitudes.table(7), omega.data(), 7, 1000, kRows, a, kTarget, r.u.data(),
+                          r.v.data());
       kernels.keep_near(latitudes.table(), omega.data(), kRows, a, b, {0.1f, 0.1f}, r.near.data());
       kernels.accumulate_stored(columns.data(), columns.data() + size_t{3} * kRows, 777,
                                 weight.data(), kRows, r.sum.data());

@@ -147,7 +147,6 @@ void ColumnRenderer::read_near_rows(Reading reading) {
 
 StationSamples ColumnRenderer::find_run(double theta_rad, const RaySource& source, int next,
                                         RowRun rows) {
-  if (rows == RowRun{0, view_.output.height}) return find_samples(theta_rad, source, next);
   const int station = source.station + next;
   SamplePositions positions = scratch_->samples[next].positions();
   const int per_row = scratch_->rows_per_distance;
@@ -160,14 +159,13 @@ StationSamples ColumnRenderer::find_run(double theta_rad, const RaySource& sourc
   const int first = std::max(rows.begin / per_row - 1, 0);
   const int count = std::min((rows.end + per_row - 1) / per_row + 1, depth_rows) - first;
   const ColumnTarget target = target_of(theta_rad);
-  kernels_.find_shifts_within(scratch_->depth_latitudes->table(first),
-                              scratch_->depth_omega.data() + first, first, count, depth_rows,
-                              offset_from(source.line, station, theta_rad), target,
-                              scratch_->shift_u.data(), scratch_->shift_v.data());
-  kernels_.place_shifted_within(scratch_->shift_u.data(), scratch_->shift_v.data(), first, count,
-                                depth_rows, per_row, scratch_->fraction.data() + first * per_row,
-                                target, scratch_->row_shift_u.data(), scratch_->row_shift_v.data(),
-                                positions);
+  kernels_.find_shifts(scratch_->depth_latitudes->table(first),
+                       scratch_->depth_omega.data() + first, first, count, depth_rows,
+                       offset_from(source.line, station, theta_rad), target,
+                       scratch_->shift_u.data(), scratch_->shift_v.data());
+  kernels_.place_shifted(scratch_->shift_u.data(), scratch_->shift_v.data(), first, count,
+                         depth_rows, per_row, scratch_->fraction.data() + first * per_row, target,
+                         scratch_->row_shift_u.data(), scratch_->row_shift_v.data(), positions);
   const int skipped = rows.begin - first * per_row;
   positions.offset_left += skipped;
   positions.offset_right += skipped;

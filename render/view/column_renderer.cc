@@ -157,7 +157,8 @@ std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int 
   snap_to_layers(source);
   for (int next = 0; next < 2; ++next) {
     if (!reads(usual_reading(source), next)) continue;
-    const SamplePositions at = find_samples(theta_rad, source, next).positions;
+    const RowRun all{0, view_.output.height};
+    const SamplePositions at = find_run(theta_rad, source, next, all).positions;
     SampleCheck check(volume, source.station + next);
     for (size_t row = 0; row < scratch_->omega.size(); ++row) {
       if (check.valid(at.offset_left[row], at.offset_right[row])) continue;
@@ -229,23 +230,6 @@ void ColumnRenderer::add_source(int u, double theta_rad, const RaySource& source
     add_piece(u, theta_rad, source, piece, weights);
   }
   if (view_.layers) std::swap(scratch_->omega, scratch_->exact_omega);
-}
-
-StationSamples ColumnRenderer::find_samples(double theta_rad, const RaySource& source, int next) {
-  const int station = source.station + next;
-  const SamplePositions positions = scratch_->samples[next].positions();
-  if (scratch_->rows_per_distance == 1) {
-    return find_samples(theta_rad, source.line, station, 0, view_.output.height, positions);
-  }
-  const ColumnTarget target = target_of(theta_rad);
-  const int depth_rows = view_.distances->size().height;
-  kernels_.find_shifts(scratch_->depth_latitudes->table(), scratch_->depth_omega.data(), depth_rows,
-                       offset_from(source.line, station, theta_rad), target,
-                       scratch_->shift_u.data(), scratch_->shift_v.data());
-  kernels_.place_shifted(scratch_->shift_u.data(), scratch_->shift_v.data(), depth_rows,
-                         scratch_->rows_per_distance, scratch_->fraction.data(), target,
-                         scratch_->row_shift_u.data(), scratch_->row_shift_v.data(), positions);
-  return samples_at(source.line, station, positions);
 }
 
 StationSamples ColumnRenderer::samples_at(int line, int station, SamplePositions positions) const {

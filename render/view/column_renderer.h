@@ -170,12 +170,11 @@ class ColumnRenderer {
   };
   StoredRows stored_rows(int u, const RaySource& source, RowRun rows);
   RowSamples samples_of(double theta_rad, const RaySource& source, const RowPiece& piece);
-  // The samples of output rows [begin, end) alone.
+  // The samples of a run of output rows.
   StationSamples find_run(double theta_rad, const RaySource& source, int next, RowRun rows);
   StationSamples samples_at(int line, int station, SamplePositions positions) const;
 
   void snap_to_layers(const RaySource& source);
-  StationSamples find_samples(double theta_rad, const RaySource& source, int next);
   StationSamples find_samples(double theta_rad, int line, int station, int first_row, int rows,
                               SamplePositions positions);
   // Where a column's plan direction lies in a captured panorama.

@@ -72,14 +72,7 @@ TEST(RendererExtremes, StationsMayBeMicrometresOrTensOfMetresApart) {
   }
   for (const double spacing_m : {1e-6, 10.0}) {
     const double scale = spacing_m / 0.125;
-    SyntheticRoomSpec spec;
-    spec.side_m = scale;
-    spec.spacing_m = spacing_m;
-    spec.overhang_m = 0.25 * scale;
-    spec.scene.walls.min_m *= scale;
-    spec.scene.walls.max_m *= scale;
-    spec.scene.texture_wavelength_m *= scale;
-    const TestRoom room(spec);
+    const TestRoom room(room_of_spacing(spacing_m));
     for (const Generation generation : kCorrected) {
       EXPECT_GT(room.psnr({.generation = generation}, {0.1 * scale, -0.2 * scale}), 35.0)
           << generation_name(generation) << " stations " << spacing_m << " m apart";
@@ -90,24 +83,8 @@ TEST(RendererExtremes, StationsMayBeMicrometresOrTensOfMetresApart) {
 // Whatever the maps hold, a view is made of what was captured: no level below or above it, no pixel
 // left out, the same picture every time.
 TEST(RendererExtremes, WrongDistancesMakeWrongPicturesAndNothingWorse) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const auto always = [](float metres) { return [metres](int, int, double) { return metres; }; };
-  const auto checkerboard = [](float a, float b) {
-    return [a, b](int u, int v, double) { return (u / 2 + v / 2) % 2 == 0 ? a : b; };
-  };
-  const std::map<std::string, std::function<float(int, int, double)>> kinds = {
-      {"1 um", always(1e-6f)},
-      {"100000 km", always(1e8f)},
-      {"none", always(0.0f)},
-      {"infinite", always(kInfinity)},
-      {"less than a float can invert", always(1e-42f)},
-      {"the largest float", always(std::numeric_limits<float>::max())},
-      {"1 m", always(1.0f)},
-      {"near beside far", checkerboard(1e-6f, 1e8f)},
-      {"known beside unknown", checkerboard(2.0f, 0.0f)},
-      {"infinite beside zero", checkerboard(kInfinity, 0.0f)}};
   const cv::Point2d captured{38.0, 218.0};  // what the walls are painted with
-  for (const auto& [name, stored] : kinds) {
+  for (const auto& [name, stored] : extreme_distances()) {
     SyntheticRoomSpec spec;
     spec.overhang_m = 0.25;
     spec.stored_distance = stored;

@@ -63,14 +63,7 @@ TEST(RendererPrecision, FloatIsDoubleToOneLevelOnLinesCornersAndBorders) {
 TEST(RendererPrecision, FloatIsDoubleToOneLevelWithStationsMicrometresOrMetresApart) {
   for (const double spacing_m : {1e-6, 1e-3, 10.0}) {
     const double scale = spacing_m / 0.125;
-    SyntheticRoomSpec spec;
-    spec.side_m = scale;
-    spec.spacing_m = spacing_m;
-    spec.overhang_m = 0.25 * scale;
-    spec.scene.walls.min_m *= scale;
-    spec.scene.walls.max_m *= scale;
-    spec.scene.texture_wavelength_m *= scale;
-    const TestRoom room(spec);
+    const TestRoom room(room_of_spacing(spacing_m));
     for (const Generation generation : kCorrected) {
       EXPECT_LE(both(room, {.generation = generation}, {0.1 * scale, -0.2 * scale}).apart(),
                 kRounding)
@@ -80,19 +73,7 @@ TEST(RendererPrecision, FloatIsDoubleToOneLevelWithStationsMicrometresOrMetresAp
 }
 
 TEST(RendererPrecision, FloatIsDoubleToOneLevelWhateverTheMapsHold) {
-  const auto always = [](float metres) { return [metres](int, int, double) { return metres; }; };
-  const auto checkerboard = [](float a, float b) {
-    return [a, b](int u, int v, double) { return (u / 2 + v / 2) % 2 == 0 ? a : b; };
-  };
-  const std::map<std::string, std::function<float(int, int, double)>> kinds = {
-      {"1 um", always(1e-6f)},
-      {"100000 km", always(1e8f)},
-      {"less than a float can invert", always(1e-42f)},
-      {"the largest float", always(std::numeric_limits<float>::max())},
-      {"half a metre, where stations are", always(0.5f)},
-      {"near beside far", checkerboard(1e-6f, 1e8f)},
-      {"known beside unknown", checkerboard(2.0f, 0.0f)}};
-  for (const auto& [name, stored] : kinds) {
+  for (const auto& [name, stored] : extreme_distances()) {
     SyntheticRoomSpec spec;
     spec.overhang_m = 0.25;
     spec.stored_distance = stored;

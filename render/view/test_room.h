@@ -1,7 +1,11 @@
 // For tests: a room in closed form, written and opened.
 #pragma once
 
+#include <functional>
+#include <limits>
+#include <map>
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "core/files/test_directory.h"
 #include "core/room/room.h"
@@ -10,6 +14,39 @@
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
+
+// A cell of stations so far apart, in a room that is as much larger or smaller.
+inline SyntheticRoomSpec room_of_spacing(double spacing_m) {
+  const double scale = spacing_m / 0.125;
+  SyntheticRoomSpec spec;
+  spec.side_m = scale;
+  spec.spacing_m = spacing_m;
+  spec.overhang_m = 0.25 * scale;
+  spec.scene.walls.min_m *= scale;
+  spec.scene.walls.max_m *= scale;
+  spec.scene.texture_wavelength_m *= scale;
+  return spec;
+}
+
+// What distance maps may hold at worst, by what it is.
+inline std::map<std::string, std::function<float(int, int, double)>> extreme_distances() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto always = [](float metres) { return [metres](int, int, double) { return metres; }; };
+  const auto checkerboard = [](float a, float b) {
+    return [a, b](int u, int v, double) { return (u / 2 + v / 2) % 2 == 0 ? a : b; };
+  };
+  return {{"1 um", always(1e-6f)},
+          {"100000 km", always(1e8f)},
+          {"none", always(0.0f)},
+          {"infinite", always(kInfinity)},
+          {"less than a float can invert", always(1e-42f)},
+          {"the largest float", always(std::numeric_limits<float>::max())},
+          {"1 m", always(1.0f)},
+          {"half a metre, where stations are", always(0.5f)},
+          {"near beside far", checkerboard(1e-6f, 1e8f)},
+          {"known beside unknown", checkerboard(2.0f, 0.0f)},
+          {"infinite beside zero", checkerboard(kInfinity, 0.0f)}};
+}
 
 class TestRoom {
  public:

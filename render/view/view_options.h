@@ -31,7 +31,7 @@ enum class SecondSide { kBlend, kWhereHidden };
 
 struct ViewOptions {
   Generation generation = Generation::kHlfVd;
-  double k_deg = 90.0;       // in [45, 90]; 45 is LFU, 90 is Ray-space360
+  double k_deg = 90.0;       // in [45, 90]; 45 is LFU, 90 is Ray-space360; costs nothing
   double overlap_deg = 5.0;  // width of the blend at a connection, in [0, 45]; there samples double
   // Depth layers, 0 = as many as `tolerance_px` needs. A count costs 12 operations per row and
   // source, and finds every row's own samples.
@@ -39,7 +39,9 @@ struct ViewOptions {
   // Inverse distances to count automatic layers for; none = those of the maps around the view.
   std::optional<OmegaRange> scene{};
   double tolerance_px = 0.5;  // largest move of a pixel that the layers may cause, output pixels
-  int width = 0;  // output width in pixels, a multiple of 4 up to 32768; 0 = as captured
+  // Output width in pixels, a multiple of 4 up to 32768; 0 = as captured. Samples grow with its
+  // square; below the captured width they do not fall, as larger pictures are averaged down.
+  int width = 0;
   Interpolation interpolation = Interpolation::kLinear;
   Arithmetic arithmetic = Arithmetic::kFloat;
   // Around the acquisition point: both neighbours, mixed by nearness, or the nearer alone, which

@@ -22,6 +22,8 @@
 // The second side. The line behind with share s is left out by the same rule, with d between the
 // places where both sides' acquisition points see the point, in rows that the other side sees.
 //
+// Blending. Outside the overlap of a connection one line alone is a source; nothing is mixed.
+//
 // Depth layers. Nothing is to be left out: correction snaps each pixel to its own layer, so that
 // layers a column does not contain cost nothing.
 #pragma once
