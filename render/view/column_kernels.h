@@ -58,6 +58,12 @@ struct RayExtent {
   std::int32_t bytes = 0;
 };
 
+// The positions of rows `count` further on.
+inline SamplePositions rows_from(SamplePositions positions, int count) {
+  return {positions.offset_left + count, positions.offset_right + count,
+          positions.weight_right + count, positions.weight_lower + count};
+}
+
 // A station's rays and where in them a column's samples lie. The two bytes before `rays` must be
 // readable (in a volume they are: a file header comes first).
 struct StationSamples {
@@ -84,6 +90,20 @@ struct ColumnBlock {
 struct RowTable {
   const float* sin_phi = nullptr;
   const float* cos_phi = nullptr;
+};
+
+// What find_shifts found for rows from `first` on, of `rows` in all, each of which `per_row` (2, 4
+// or 8) output rows lie around; the first and last per_row / 2 of these take the nearest shift,
+// which is right at the poles only. Others are interpolated: by fraction[i] of the way from one row
+// to the next, i counted from the first output row of all. Eight more values than were found can be
+// read.
+struct ShiftedRows {
+  const float* u = nullptr;
+  const float* v = nullptr;
+  int first = 0;
+  int rows = 0;
+  int per_row = 8;
+  const float* fraction = nullptr;
 };
 
 // Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in
@@ -153,17 +173,12 @@ struct ColumnKernels {
 
   // The same in two steps, for columns with several times as many rows as their distances have, of
   // whose `rows` rows [first, first + count) are looked at: arrays and table begin with row
-  // `first`, those of output rows with output row first * per_row. First by how many columns and
-  // rows a station saw each row's point shifted ...
+  // `first`. First by how many columns and rows a station saw each row's point shifted ...
   void (*find_shifts)(RowTable table, const float* omega, int first, int count, int rows,
                       ColumnOffset offset, ColumnTarget target, float* shift_u, float* shift_v);
-  // ... then these shifts, interpolated by `fraction` of the way from one row to the next, as
-  // sample positions of count * per_row output rows; the first and last `per_row` / 2 of them take
-  // the nearest shift, which is right at the poles only. shift_out_u and shift_out_v are scratch of
-  // count * per_row values.
-  void (*place_shifted)(const float* shift_u, const float* shift_v, int first, int count, int rows,
-                        int per_row, const float* fraction, ColumnTarget target, float* shift_out_u,
-                        float* shift_out_v, SamplePositions positions);
+  // ... then output rows [begin, end) as sample positions, by the shifts of the rows around each.
+  void (*place_shifted)(ShiftedRows shifted, int begin, int end, ColumnTarget target,
+                        SamplePositions positions);
 
   // Adds bilinear samples of two neighbouring stations, mixed first + (second - first) * share /
   // 32768, to a column's sums: sum[4 row + c] += weight[row] / 32768 * 64 * sample, c = red, green,

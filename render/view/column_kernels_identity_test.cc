@@ -92,23 +92,26 @@ TEST_F(KernelIdentity, Aim) {
 }
 
 TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
-  std::vector<float> scratch_u(size_t{8} * kRows), scratch_v(scratch_u), fraction(scratch_u);
+  std::vector<float> fraction(size_t{8} * kRows);
   for (float& value : fraction) value = static_cast<float>(random_.uniform(0.0, 1.0));
   for (const int per_row : {2, 4, 8}) {
     const auto omega = random_.omegas(kRows);
     const ColumnOffset offset = random_.offset(2.0);
-    std::vector<float> u_a(kRows), v_a(kRows), u_b(kRows), v_b(kRows);
+    ShiftArrays found_a(kRows), found_b(kRows);
+    const auto found = [](const std::vector<float>& shift) {
+      return std::vector<float>(shift.begin(), shift.begin() + kRows);
+    };
     generic_->find_shifts(latitudes_.table(), omega.data(), 0, kRows, kRows, offset, target_,
-                          u_a.data(), v_a.data());
+                          found_a.u.data(), found_a.v.data());
     avx2_->find_shifts(latitudes_.table(), omega.data(), 0, kRows, kRows, offset, target_,
-                       u_b.data(), v_b.data());
-    ASSERT_EQ(u_a, u_b);
-    ASSERT_EQ(v_a, v_b);
-    SampleArrays a(per_row * kRows), b(per_row * kRows);
-    generic_->place_shifted(u_a.data(), v_a.data(), 0, kRows, kRows, per_row, fraction.data(),
-                            target_, scratch_u.data(), scratch_v.data(), a.positions());
-    avx2_->place_shifted(u_a.data(), v_a.data(), 0, kRows, kRows, per_row, fraction.data(), target_,
-                         scratch_u.data(), scratch_v.data(), b.positions());
+                       found_b.u.data(), found_b.v.data());
+    ASSERT_EQ(found(found_a.u), found(found_b.u));
+    ASSERT_EQ(found(found_a.v), found(found_b.v));
+    const int rows = per_row * kRows;
+    SampleArrays a(rows), b(rows);
+    const ShiftedRows shifted = found_a.from(0, kRows, per_row, fraction);
+    generic_->place_shifted(shifted, 0, rows, target_, a.positions());
+    avx2_->place_shifted(shifted, 0, rows, target_, b.positions());
     ASSERT_TRUE(a == b);
   }
 }

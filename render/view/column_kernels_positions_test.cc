@@ -171,10 +171,12 @@ std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vecto
                                   const std::vector<float>& shift_v, int per_row,
                                   const std::vector<float>& fraction) {
   const int rows = static_cast<int>(shift_u.size());
-  std::vector<float> scratch_u(fraction.size()), scratch_v(fraction.size());
+  ShiftArrays shifts(rows);
+  std::ranges::copy(shift_u, shifts.u.begin());
+  std::ranges::copy(shift_v, shifts.v.begin());
   SampleArrays samples(rows * per_row);
-  kernels.place_shifted(shift_u.data(), shift_v.data(), 0, rows, rows, per_row, fraction.data(),
-                        kShiftTarget, scratch_u.data(), scratch_v.data(), samples.positions());
+  kernels.place_shifted(shifts.from(0, rows, per_row, fraction), 0, rows * per_row, kShiftTarget,
+                        samples.positions());
   std::vector<PixelPosition> positions;
   positions.reserve(fraction.size());
   for (size_t i = 0; i < fraction.size(); ++i) positions.push_back(position_of(samples, i));

@@ -28,26 +28,27 @@ TEST_P(KernelRuns, ARunIsPlacedWhereTheWholeColumnHasIt) {
     const ColumnOffset offset = random_.offset(1.0);
     std::vector<float> fraction(static_cast<size_t>(rows));
     for (float& value : fraction) value = static_cast<float>(random_.uniform(0.0, 1.0));
-    std::vector<float> u(kDepthRows), v(kDepthRows), out_u(fraction), out_v(fraction);
+    ShiftArrays shifts(kDepthRows);
     SampleArrays whole(rows);
     kernels_->find_shifts(latitudes.table(), omega.data(), 0, kDepthRows, kDepthRows, offset,
-                          kTarget, u.data(), v.data());
-    kernels_->place_shifted(u.data(), v.data(), 0, kDepthRows, kDepthRows, per_row, fraction.data(),
-                            kTarget, out_u.data(), out_v.data(), whole.positions());
-    const int runs[][2] = {{0, 64}, {0, 9}, {17, 4}, {55, 9}};
-    for (const auto [first, count] : runs) {
-      SampleArrays part(rows);
+                          kTarget, shifts.u.data(), shifts.v.data());
+    kernels_->place_shifted(shifts.from(0, kDepthRows, per_row, fraction), 0, rows, kTarget,
+                            whole.positions());
+    for (int run = 0; run < 50; ++run) {
+      const int begin = static_cast<int>(random_.uniform(0.0, rows));
+      const int end = std::min(begin + static_cast<int>(random_.uniform(1.0, rows)), rows);
+      // The distances' rows around the run.
+      const int first = std::max(begin - per_row / 2, 0) / per_row;
+      const int count =
+          std::min(std::max(end - 1 - per_row / 2, 0) / per_row + 2, kDepthRows) - first;
+      SampleArrays part(end - begin);
+      ShiftArrays found(count);
       kernels_->find_shifts(latitudes.table(first), omega.data() + first, first, count, kDepthRows,
-                            offset, kTarget, u.data(), v.data());
-      kernels_->place_shifted(u.data(), v.data(), first, count, kDepthRows, per_row,
-                              fraction.data() + first * per_row, kTarget, out_u.data(),
-                              out_v.data(), part.positions());
-      const int half = per_row / 2;
-      const int begin = first == 0 ? 0 : half;
-      const int end = count * per_row - (first + count == kDepthRows ? 0 : half);
-      for (int i = begin; i < end; ++i) {
-        const auto here = static_cast<size_t>(i);
-        const int row = first * per_row + i;
+                            offset, kTarget, found.u.data(), found.v.data());
+      kernels_->place_shifted(found.from(first, kDepthRows, per_row, fraction), begin, end, kTarget,
+                              part.positions());
+      for (int row = begin; row < end; ++row) {
+        const auto here = static_cast<size_t>(row - begin);
         const auto there = static_cast<size_t>(row);
         ASSERT_EQ(part.left[here], whole.left[there]) << per_row << " row " << there;
         ASSERT_EQ(part.right[here], whole.right[there]);

@@ -31,6 +31,24 @@ void keep_with_neighbours(std::vector<std::uint8_t>* rows) {
   }
 }
 
+// Asks for what a station holds at the places of `count` rows: one in every few that will be
+// sampled. Here they are known long before they are read, and no processor foresees them.
+void fetch_shifted(const ShiftedRows& shifted, int count, ColumnTarget target,
+                   const std::uint8_t* rays) {
+  const float row_step = static_cast<float>(target.height) / static_cast<float>(shifted.rows);
+  for (int i = 0; i < count; ++i) {
+    // Up to a column off, which does not matter here, and never outside the station.
+    const int u = target.u_whole + static_cast<int>(target.u_part + shifted.u[i]);
+    const int left = u < 0 ? u + target.width : (u >= target.width ? u - target.width : u);
+    const int right = left + 1 == target.width ? 0 : left + 1;
+    const float v = (static_cast<float>(shifted.first + i) + 0.5f) * row_step + shifted.v[i];
+    const int row = std::clamp(static_cast<int>(v), 0, target.height - 1);
+    for (const int column : {left, right}) {
+      __builtin_prefetch(rays + 3 * (std::ptrdiff_t{column} * target.height + row));
+    }
+  }
+}
+
 }  // namespace
 
 bool ColumnRenderer::leaves_rows_out() const {
@@ -154,24 +172,26 @@ StationSamples ColumnRenderer::find_run(double theta_rad, const RaySource& sourc
     return find_samples(theta_rad, source.line, station, rows.begin, rows.end - rows.begin,
                         positions);
   }
-  // A row's place is interpolated towards both its neighbours among the distances' rows.
+  // A row's place is interpolated between those of the distances' rows around it.
   const int depth_rows = view_.distances->size().height;
-  const int first = std::max(rows.begin / per_row - 1, 0);
-  const int count = std::min((rows.end + per_row - 1) / per_row + 1, depth_rows) - first;
+  const auto row_above = [&](int row) { return std::max(row - per_row / 2, 0) / per_row; };
+  const int first = row_above(rows.begin);
+  const int count = std::min(row_above(rows.end - 1) + 2, depth_rows) - first;
   const ColumnTarget target = target_of(theta_rad);
   kernels_.find_shifts(scratch_->depth_latitudes->table(first),
                        scratch_->depth_omega.data() + first, first, count, depth_rows,
                        offset_from(source.line, station, theta_rad), target,
                        scratch_->shift_u.data(), scratch_->shift_v.data());
-  kernels_.place_shifted(scratch_->shift_u.data(), scratch_->shift_v.data(), first, count,
-                         depth_rows, per_row, scratch_->fraction.data() + first * per_row, target,
-                         scratch_->row_shift_u.data(), scratch_->row_shift_v.data(), positions);
-  const int skipped = rows.begin - first * per_row;
-  positions.offset_left += skipped;
-  positions.offset_right += skipped;
-  positions.weight_right += skipped;
-  positions.weight_lower += skipped;
-  return samples_at(source.line, station, positions);
+  const ShiftedRows shifted{.u = scratch_->shift_u.data(),
+                            .v = scratch_->shift_v.data(),
+                            .first = first,
+                            .rows = depth_rows,
+                            .per_row = per_row,
+                            .fraction = scratch_->fraction.data()};
+  StationSamples samples = samples_at(source.line, station, positions);
+  fetch_shifted(shifted, count, target, samples.rays);
+  kernels_.place_shifted(shifted, rows.begin, rows.end, target, positions);
+  return samples;
 }
 
 RowSamples ColumnRenderer::samples_of(double theta_rad, const RaySource& source,

@@ -57,8 +57,8 @@ struct ColumnRenderer::Scratch {
       const bool whole = ratio * depth_rows == view.output.height;
       if (whole && !view.layers && !precise && (ratio == 2 || ratio == 4 || ratio == 8)) {
         rows_per_distance = ratio;
-        for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows));
-        for (auto* shift : {&row_shift_u, &row_shift_v}) shift->resize(omega.size());
+        // Eight more, as ShiftedRows asks for.
+        for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows) + 8);
       }
     }
   }
@@ -75,7 +75,7 @@ struct ColumnRenderer::Scratch {
   int rows_per_distance = 1;
   std::unique_ptr<LatitudeTable> depth_latitudes;
   std::vector<float> fraction;  // of the way to the next distance row; 0 or 1 across an edge
-  std::vector<float> shift_u, shift_v, row_shift_u, row_shift_v;
+  std::vector<float> shift_u, shift_v;
   std::vector<std::vector<std::int16_t>> source_weights;  // [source][depth row]
   std::array<std::vector<std::uint8_t>, 4> usable;        // [source][depth row], of masked lines
   std::vector<std::uint8_t> hidden;                       // [depth row]

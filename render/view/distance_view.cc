@@ -23,8 +23,10 @@ const DistanceVolume& volume_of(const Room& room, const MapStation& map) {
 // than a nanometre counts as that: its inverse may be too large for a float.
 float stored_omega(float distance_m, std::uint8_t confidence) {
   constexpr float kLargest = 1e9f;
-  if (confidence < kLeastConfidence || !(distance_m > 0.0f)) return kUnseen;
-  return std::min(1.0f / distance_m, kLargest);
+  const float omega = std::min(1.0f / distance_m, kLargest);
+  // Without a branch, so that it is done for many pixels at once.
+  const bool known = (confidence >= kLeastConfidence) & (distance_m > 0.0f);
+  return known ? omega : kUnseen;
 }
 
 // Marks the pixels that the points of a column cover with the nearest surface seen there.
@@ -40,14 +42,27 @@ void splat(const PointArrays& column, const float* omega_map, PanoramaSize size,
     }
     if (omega_map[i] < 0.0f) continue;
     const float omega = column.omega[i];
-    for (int u = column.first_column[i]; u <= column.last_column[i]; ++u) {
-      int wrapped = u < 0 ? u + size.width : u;
-      wrapped = wrapped >= size.width ? wrapped - size.width : wrapped;
-      float* pixels = image + static_cast<size_t>(wrapped) * static_cast<size_t>(size.height);
-      const int last_row = std::min(column.last_row[i], size.height - 1);
-      for (int row = std::max(column.first_row[i], 0); row <= last_row; ++row) {
-        pixels[row] = std::max(pixels[row], omega);
-      }
+    const int first_row = std::max(column.first_row[i], 0);
+    const int last_row = std::min(column.last_row[i], size.height - 1);
+    if (first_row > last_row) continue;
+    const auto column_of = [&](int u) {
+      const int from_left = u < 0 ? u + size.width : u;
+      const int wrapped = from_left >= size.width ? from_left - size.width : from_left;
+      return image + static_cast<size_t>(wrapped) * static_cast<size_t>(size.height);
+    };
+    const auto mark = [&](float* pixel) { *pixel = std::max(*pixel, omega); };
+    // Most points cover up to two columns and two rows; which of them would be guessed in vain.
+    const int first_u = column.first_column[i];
+    const int last_u = column.last_column[i];
+    const int second_row = std::min(first_row + 1, last_row);
+    for (float* pixels : {column_of(first_u), column_of(std::min(first_u + 1, last_u))}) {
+      mark(pixels + first_row);
+      mark(pixels + second_row);
+    }
+    if (last_u - first_u < 2 && last_row - first_row < 2) continue;
+    for (int u = first_u; u <= last_u; ++u) {
+      float* const pixels = column_of(u);
+      for (int row = first_row; row <= last_row; ++row) mark(pixels + row);
     }
   }
 }

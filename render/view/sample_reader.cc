@@ -10,10 +10,7 @@ namespace {
 
 // The samples of rows from `begin` on.
 StationSamples from_row(StationSamples samples, int begin) {
-  samples.positions.offset_left += begin;
-  samples.positions.offset_right += begin;
-  samples.positions.weight_right += begin;
-  samples.positions.weight_lower += begin;
+  samples.positions = rows_from(samples.positions, begin);
   return samples;
 }
 

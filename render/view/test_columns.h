@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -38,6 +39,18 @@ class SampleArrays {
 
   std::vector<std::int32_t> left, right;
   std::vector<std::int32_t> weight_right, weight_lower;
+};
+
+// Shifts of `count` rows; what may be read beyond them is not a number.
+struct ShiftArrays {
+  explicit ShiftArrays(int count)
+      : u(static_cast<size_t>(count) + 8, std::numeric_limits<float>::quiet_NaN()), v(u) {}
+  // As those of row `first` and the following ones, of `rows`.
+  ShiftedRows from(int first, int rows, int per_row, const std::vector<float>& fraction) const {
+    return {u.data(), v.data(), first, rows, per_row, fraction.data()};
+  }
+
+  std::vector<float> u, v;
 };
 
 class RandomColumns {

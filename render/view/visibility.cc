@@ -57,10 +57,10 @@ void RingVisibility::compute(const DistanceView& distances, int theta, double d_
   for (int row = 0; row < rows_; ++row) {
     const auto i = static_cast<size_t>(row);
     const int at = bin(position_[i]);
-    const auto around = [&](int step) {
-      return nearest_[static_cast<size_t>((at + step + ring_rows) % ring_rows)];
-    };
-    const float nearest = std::max({around(-1), around(0), around(1)});
+    const int before = at == 0 ? ring_rows - 1 : at - 1;
+    const int after = at + 1 == ring_rows ? 0 : at + 1;
+    const auto nearest_at = [&](int ring_row) { return nearest_[static_cast<size_t>(ring_row)]; };
+    const float nearest = std::max({nearest_at(before), nearest_at(at), nearest_at(after)});
     visible[i] = omega_from_line_[i] >= nearest * (1.0f - tolerance) ? 1 : 0;
   }
 }
