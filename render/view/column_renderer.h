@@ -80,6 +80,15 @@ struct PixelCounts {
   std::int64_t stretched = 0;  // seen by no station: taken from the farther neighbour in the column
   std::int64_t empty = 0;      // no line serves the column, or nothing of it may be used: marked
   WorkCounts work{};
+
+  PixelCounts& operator+=(const PixelCounts& other) {
+    all += other.all;
+    filled += other.filled;
+    stretched += other.stretched;
+    empty += other.empty;
+    work += other.work;
+    return *this;
+  }
 };
 
 // Where the columns `step` apart, 2 or 4, are less than a row's height apart: within 30 and within

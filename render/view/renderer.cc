@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
@@ -14,7 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/room/kept_stations.h"
 #include "render/view/column_arrays.h"
-#include "render/view/read_ahead.h"
+#include "render/view/column_worker.h"
 #include "render/view/sample_reader.h"
 
 namespace raywalk {
@@ -22,8 +21,6 @@ namespace {
 
 constexpr int kMapsPerLine = 2;       // the nearest, and one to look past what hides from it
 constexpr int kMostFartherMaps = 32;  // more of them where masks hide what is below
-// 400 kB of pixels at 2048 rows: stays in the second-level cache.
-constexpr int kColumnsPerTask = 64;
 
 // Length of the plan that the maps of a view should be spread over: the shorter side of the
 // viewpoint's cell, or in an open grid the longest line.
@@ -48,25 +45,6 @@ double largest_d_p(const ViewPlan& plan) {
     }
   }
   return largest;
-}
-
-// An odd number of cache lines per column: with a power of two, a row's pixels would fall into the
-// same few sets of the cache when they are collected.
-size_t spread_column_bytes(int height) {
-  return ((3 * static_cast<size_t>(height) / 64 + 1) | 1) * 64;
-}
-
-// Gives a column the mean of those step / 2 to its left and right in the polar caps; rgb.
-void fill_polar_caps(const std::uint8_t* left, const std::uint8_t* right, int height, int step,
-                     std::uint8_t* rgb) {
-  const auto mean = [&](int begin, int end) {
-    for (int i = 3 * begin; i < 3 * end; ++i) {
-      rgb[i] = static_cast<std::uint8_t>((left[i] + right[i] + 1) / 2);
-    }
-  };
-  const RowRun between = rows_between_polar_caps(height, step);
-  mean(0, between.begin);
-  mean(between.end, height);
 }
 
 std::optional<Room> part_of(const Room& room, int stride) {
@@ -183,74 +161,19 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
 }
 
 void Renderer::render_columns(int first, int count, const ColumnSink& sink, ViewReport* report) {
-  const ViewInputs& inputs = *view_.inputs_;
-  const PanoramaSize size = inputs.output;
+  const PanoramaSize size = view_.inputs_->output;
   const size_t column_bytes = spread_column_bytes(size.height);
-  // Workers are handed from task to task: their tables and memory cost more than a few columns.
-  struct Worker {
-    Worker(const ViewInputs& view, size_t bytes)
-        : read_ahead(view), renderer(view), columns(bytes) {}
-    ReadAhead read_ahead;
-    ColumnRenderer renderer;
-    std::vector<std::uint8_t> columns;  // rgb, one after the other
-  };
-  std::mutex mutex;
-  std::vector<std::unique_ptr<Worker>> idle;
-  const auto take = [&] {
-    const std::lock_guard lock(mutex);
-    if (idle.empty()) return std::make_unique<Worker>(inputs, column_bytes * kColumnsPerTask);
-    auto worker = std::move(idle.back());
-    idle.pop_back();
-    return worker;
-  };
   const auto sources_of = [&](int u) {
     return sources(view_.plan_->column(angles_from_pixel({double(u), 0.0}, size).theta_rad));
   };
+  ColumnWorkers workers(*view_.inputs_);
   parallel_for(0, count, kColumnsPerTask, [&](int begin, int end) {
-    auto worker = take();
-    const auto column_of = [&](int i) {
-      return worker->columns.data() + column_bytes * static_cast<size_t>(i - begin);
-    };
-    worker->read_ahead.fetch(first + begin, end - begin, sources_of);
-    // Columns that want for the mean of those `step` / 2 to both sides.
-    struct Sparse {
-      int column = 0;
-      int step = 0;
-    };
-    std::vector<Sparse> sparse;
-    const auto step_of = [&](int i) {
-      const int step = i % 2 != 0 ? 2 : (i % 4 != 0 ? 4 : 1);
-      return i - step / 2 >= begin && i + step / 2 < end ? step : 1;
-    };
-    for (int i = begin; i < end; ++i) {
-      const int u = (first + i) % size.width;
-      const auto column_sources = sources_of(u);
-      const int step = step_of(i);
-      if (step == 1) {
-        worker->renderer.render(u, column_sources, column_of(i));
-      } else if (worker->renderer.render_sparsely(u, column_sources, step, column_of(i))) {
-        sparse.push_back({i, step});
-      }
-    }
-    // The wider apart first: the others' neighbours are among them.
-    std::ranges::stable_sort(sparse, std::greater(), &Sparse::step);
-    for (const auto& [i, step] : sparse) {
-      fill_polar_caps(column_of(i - step / 2), column_of(i + step / 2), size.height, step,
-                      column_of(i));
-    }
-    sink(begin, end - begin, worker->columns.data(), column_bytes);
-    const std::lock_guard lock(mutex);
-    idle.push_back(std::move(worker));
+    auto worker = workers.take();
+    worker->render(first, begin, end, sources_of);
+    sink(begin, end - begin, worker->columns(), column_bytes);
+    workers.give_back(std::move(worker));
   });
-  PixelCounts total;
-  for (const auto& worker : idle) {
-    const PixelCounts counts = worker->renderer.counts();
-    total.all += counts.all;
-    total.filled += counts.filled;
-    total.stretched += counts.stretched;
-    total.empty += counts.empty;
-    total.work += counts.work;
-  }
+  const PixelCounts total = workers.counts();
   report->pixels = total.all;
   report->work = total.work;
   const auto share = [&](std::int64_t part) {

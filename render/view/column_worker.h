@@ -1,0 +1,66 @@
+// Renders neighbouring columns of a view, one worker a thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "render/view/column_renderer.h"
+#include "render/view/read_ahead.h"
+
+namespace raywalk {
+
+// 400 kB of pixels at 2048 rows: stays in the second-level cache.
+inline constexpr int kColumnsPerTask = 64;
+
+// Bytes from one column of `height` rgb pixels to the next: an odd number of cache lines. With a
+// power of two, a row's pixels would fall into the same few sets of the cache when they are
+// collected.
+std::size_t spread_column_bytes(int height);
+
+class ColumnWorker {
+ public:
+  // The lines that output column u is read from.
+  using SourcesOf = ReadAhead::SourcesOf;
+
+  // Holds up to kColumnsPerTask columns. `view` must outlive the worker.
+  explicit ColumnWorker(const ViewInputs& view);
+
+  // Renders columns [begin, end) of those that follow output column `first`, around the seam.
+  // Towards the poles some take the mean of their neighbours: which ones depends on the arguments
+  // alone.
+  void render(int first, int begin, int end, const SourcesOf& sources_of);
+
+  // What render() made last: rgb, spread_column_bytes() apart.
+  const std::uint8_t* columns() const { return columns_.data(); }
+  PixelCounts counts() const { return renderer_.counts(); }
+
+ private:
+  const ViewInputs& view_;
+  std::size_t column_bytes_;
+  ReadAhead read_ahead_;
+  ColumnRenderer renderer_;
+  std::vector<std::uint8_t> columns_;
+};
+
+// Workers that are handed from task to task: their tables and memory cost more than a few columns.
+class ColumnWorkers {
+ public:
+  explicit ColumnWorkers(const ViewInputs& view) : view_(view) {}
+
+  // From any thread.
+  std::unique_ptr<ColumnWorker> take();
+  void give_back(std::unique_ptr<ColumnWorker> worker);
+
+  // Of all workers given back.
+  PixelCounts counts() const;
+
+ private:
+  const ViewInputs& view_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<ColumnWorker>> idle_;
+};
+
+}  // namespace raywalk
