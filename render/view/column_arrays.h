@@ -36,6 +36,19 @@ struct RowMapping {
   std::vector<int> first_row;  // of the rows that are nearest to each map row; one more for the end
 };
 
+// Columns up to 2^k apart where they still lie within half a row's height of each other: as exact
+// an interpolation as that between rows, from fewer columns. In a panorama of no multiple of 2^k
+// columns they are never so far apart.
+inline PolarColumns polar_columns(PanoramaSize size) {
+  PolarColumns polar;
+  for (int k = 0; k < PolarColumns::kMostDoublings; ++k) {
+    const int step = 2 << k;
+    if (size.width % step != 0) break;
+    polar.rows[k] = static_cast<int>(std::asin(0.5 / step) / kPi * size.height);
+  }
+  return polar;
+}
+
 // Storage for SamplePositions.
 struct PositionArrays {
   explicit PositionArrays(int rows)

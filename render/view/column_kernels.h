@@ -25,6 +25,24 @@ struct ColumnOffset {
   float side = 0.0f;
 };
 
+// Towards the poles a panorama's columns draw together until hundreds of them share what one pixel
+// shows, each in memory of its own. Samples that lie within rows[k] rows of a pole are interpolated
+// between columns 2 << k apart, whose numbers are multiples of that; rows fall with k, and 0 stands
+// for never.
+struct PolarColumns {
+  static constexpr int kMostDoublings = 4;
+  int rows[kMostDoublings] = {};
+};
+
+// The log2 of how far apart the columns around a sample are whose upper row is `upper`.
+constexpr int polar_doublings(const PolarColumns& polar, int upper, int height) {
+  const int below = height - 2 - upper;
+  const int from_pole = upper < below ? upper : below;
+  int doublings = 0;
+  for (const int rows : polar.rows) doublings += from_pole < rows ? 1 : 0;
+  return doublings;
+}
+
 // Size of the source panorama and where the column's plan direction lies in it: column `u_whole`
 // plus `u_part` in [0, 1).
 struct ColumnTarget {
@@ -32,6 +50,7 @@ struct ColumnTarget {
   int height = 0;
   int u_whole = 0;
   float u_part = 0.0f;
+  PolarColumns polar{};  // only place_shifted asks for it
 };
 
 // Samples are fetched into the cache so many rows before they are read.

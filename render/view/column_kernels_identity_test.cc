@@ -110,8 +110,10 @@ TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
     const int rows = per_row * kRows;
     SampleArrays a(rows), b(rows);
     const ShiftedRows shifted = found_a.from(0, kRows, per_row, fraction);
-    generic_->place_shifted(shifted, 0, rows, target_, a.positions());
-    avx2_->place_shifted(shifted, 0, rows, target_, b.positions());
+    ColumnTarget target = target_;
+    target.polar = {{165, 81, 40, 20}};
+    generic_->place_shifted(shifted, 0, rows, target, a.positions());
+    avx2_->place_shifted(shifted, 0, rows, target, b.positions());
     ASSERT_TRUE(a == b);
   }
 }

@@ -8,6 +8,21 @@
 #include "render/view/sample_check.h"
 
 namespace raywalk {
+
+int rows_per_distance(const ViewInputs& view) {
+  if (view.distances == nullptr || view.layers || view.arithmetic == Arithmetic::kDouble) return 1;
+  const int distance_rows = view.distances->size().height;
+  const int ratio = view.output.height / distance_rows;
+  const bool whole = ratio * distance_rows == view.output.height;
+  return whole && (ratio == 2 || ratio == 4 || ratio == 8) ? ratio : 1;
+}
+
+PolarColumns polar_columns_of(const ViewInputs& view) {
+  // Cubic samples are read from neighbouring columns.
+  if (rows_per_distance(view) == 1 || view.interpolation == Interpolation::kCubic) return {};
+  return polar_columns(view.room.panorama());
+}
+
 RowRun rows_between_polar_caps(int height, int step) {
   const int cap = step == 2 ? height / 6 : height * 2 / 25;  // cos 60 deg = 1/2, cos 75.6 deg < 1/4
   return {cap, height - cap};
@@ -258,7 +273,7 @@ ColumnTarget ColumnRenderer::target_of(double theta_rad) const {
   const PanoramaSize captured = view_.room.panorama();
   const ColumnPosition position =
       split_column(pixel_from_angles({theta_rad, 0.0}, captured).u, captured.width);
-  return {captured.width, captured.height, position.whole, position.part};
+  return {captured.width, captured.height, position.whole, position.part, scratch_->polar};
 }
 
 Eigen::Vector3d ColumnRenderer::displacement_from(int line, int station) const {

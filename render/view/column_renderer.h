@@ -52,6 +52,14 @@ struct ViewInputs {
   TouchedRays* touched = nullptr;  // told what is read, where it is wanted
 };
 
+// Where output columns have 2, 4 or 8 times as many rows as the distances, positions are found at
+// the distances' rows and interpolated: that number, else 1. Explicit layers, and double
+// arithmetic, are exact to the pixel instead.
+int rows_per_distance(const ViewInputs& view);
+
+// Between which columns of a station such positions lie.
+PolarColumns polar_columns_of(const ViewInputs& view);
+
 // Work that was done and that was left out. A reading is one line's share in one pixel.
 struct WorkCounts {
   std::int64_t samples = 0;      // read from stations

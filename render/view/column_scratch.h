@@ -32,6 +32,8 @@ struct ColumnRenderer::Scratch {
 
   Scratch(const ViewInputs& view, int depth_rows)
       : latitudes(view.output.height, view.output.height),
+        rows_per_distance(raywalk::rows_per_distance(view)),
+        polar(polar_columns_of(view)),
         omega(static_cast<size_t>(view.output.height)),
         exact_omega(omega),
         zero_omega(omega),
@@ -50,19 +52,15 @@ struct ColumnRenderer::Scratch {
       ring = std::make_unique<RingVisibility>(depth_rows);
       depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
       needed.resize(static_cast<size_t>(depth_rows));
-      // Where a column has 2, 4 or 8 times the rows of its distances, positions are found at the
-      // distances' rows and interpolated. Explicit layers, and double arithmetic, are exact to the
-      // pixel instead.
-      const int ratio = view.output.height / depth_rows;
-      const bool whole = ratio * depth_rows == view.output.height;
-      if (whole && !view.layers && !precise && (ratio == 2 || ratio == 4 || ratio == 8)) {
-        rows_per_distance = ratio;
+      if (rows_per_distance > 1) {
         // Eight more, as ShiftedRows asks for.
         for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows) + 8);
       }
     }
   }
   LatitudeTable latitudes;
+  int rows_per_distance;
+  PolarColumns polar;
   std::unique_ptr<PrecisePositions> precise;  // where positions are to be found in double
   std::vector<float> omega, exact_omega, zero_omega;
   PositionArrays samples[2];  // of the two stations around A
@@ -72,7 +70,6 @@ struct ColumnRenderer::Scratch {
   std::vector<RowRun> unresolved;  // hidden rows that no station sees
   std::unique_ptr<RowMapping> mapping;
   std::vector<float> depth_omega;
-  int rows_per_distance = 1;
   std::unique_ptr<LatitudeTable> depth_latitudes;
   std::vector<float> fraction;  // of the way to the next distance row; 0 or 1 across an edge
   std::vector<float> shift_u, shift_v;

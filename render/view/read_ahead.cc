@@ -17,7 +17,8 @@ constexpr int kColumnStep = 2;
 
 }  // namespace
 
-ReadAhead::ReadAhead(const ViewInputs& view) : view_(view), captured_(view.room.panorama()) {
+ReadAhead::ReadAhead(const ViewInputs& view)
+    : view_(view), captured_(view.room.panorama()), polar_(polar_columns_of(view)) {
   if (view.distances == nullptr) return;
   const int rows = view.distances->size().height;
   latitudes_ = std::make_unique<LatitudeTable>(rows, rows);
@@ -109,8 +110,10 @@ void ReadAhead::mark_seen(Pages* pages) {
     for (int step = 0; step < between; ++step) {
       const int left = column + columns * step / between + captured_.width;
       const int upper = row + rows_on * step / between;
-      for (const int next : {0, 1})
-        mark_rows((left + next) % captured_.width, upper, upper + 2, pages);
+      const int apart = 1 << polar_doublings(polar_, upper, captured_.height);
+      const int before = left / apart * apart;
+      for (const int next : {0, apart})
+        mark_rows((before + next) % captured_.width, upper, upper + 2, pages);
     }
   }
 }

@@ -50,6 +50,7 @@ class ReadAhead {
 
   const ViewInputs& view_;
   PanoramaSize captured_;
+  PolarColumns polar_;
   std::unique_ptr<LatitudeTable> latitudes_;  // of the distances' rows; null in an initial view
   std::unique_ptr<PositionArrays> positions_;
   std::map<std::pair<int, int>, Pages> marked_;  // by line and station

@@ -14,18 +14,24 @@ StationSamples from_row(StationSamples samples, int begin) {
   return samples;
 }
 
-// Marks the pixels of one sample: `columns` on either side of it, and as many rows.
+// Marks the pixels of one sample: the two columns that it lies between with two rows each, and
+// `beyond` more on every side.
 void touch_around(TouchedRays* touched, int line, const StationSamples& samples, int row,
                   int beyond, PanoramaSize size) {
   const int column_bytes = 3 * size.height;
   const std::int32_t left = samples.positions.offset_left[row];
+  const std::int32_t right = samples.positions.offset_right[row];
   const int upper = left % column_bytes / 3;
   const int first_row = std::max(upper - beyond, 0);
   const int last_row = std::min(upper + 1 + beyond, size.height - 1);
-  for (int step = -beyond; step <= 1 + beyond; ++step) {
-    const int column = (left / column_bytes + step + size.width) % size.width;
-    touched->mark(line, samples.rays + column * column_bytes + 3 * first_row,
+  const auto touch_column = [&](int column) {
+    const int around_seam = (column + size.width) % size.width;
+    touched->mark(line, samples.rays + around_seam * column_bytes + 3 * first_row,
                   3 * static_cast<std::size_t>(last_row - first_row + 1));
+  };
+  for (int step = 0; step <= beyond; ++step) {
+    touch_column(left / column_bytes - step);
+    touch_column(right / column_bytes + step);
   }
 }
 
