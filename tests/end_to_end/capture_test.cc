@@ -23,6 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 // The default plan: 4 lines of 3 stations, 500 mm apart.
@@ -196,7 +197,7 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionGoesOnLater) {
 struct FaultCase {
   const char* name;
   json fault;
-  std::vector<const char*> says;  // in the line that the user sees
+  std::vector<const char*> says;  // patterns, in the line that the user sees
 };
 
 class CaptureFaultTest : public CaptureCommandTest,
@@ -217,7 +218,7 @@ TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended)
   const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
   EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"),
                           HasSubstr("the same command goes on afterwards")));
-  for (const char* text : GetParam().says) EXPECT_THAT(line, HasSubstr(text));
+  for (const char* text : GetParam().says) EXPECT_THAT(line, ContainsRegex(text));
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
   mend_rig();
   // A cut line and a camera that was down are back within a moment; a blocked drive is set right by
@@ -232,8 +233,9 @@ TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended)
 
 INSTANTIATE_TEST_SUITE_P(
     Faults, CaptureFaultTest,
-    ::testing::Values(FaultCase{"Stall", {{"kind", "stall"}}, {"does not move"}},
-                      FaultCase{"LimitSwitch", {{"kind", "high-limit"}}, {"does not move"}},
+    // Whether the carriage had begun to move depends on when the fault comes.
+    ::testing::Values(FaultCase{"Stall", {{"kind", "stall"}}, {"does not move|stalled"}},
+                      FaultCase{"LimitSwitch", {{"kind", "high-limit"}}, {"does not move|stalled"}},
                       FaultCase{"Cut", {{"kind", "cut"}}, {"stop"}},
                       FaultCase{
                           "FeedbackJump", {{"kind", "feedback-jump"}, {"amount", 30.0}}, {"mm"}},
