@@ -111,11 +111,14 @@ struct RowTable {
   const float* cos_phi = nullptr;
 };
 
+// So many values after the last shift are loaded with it.
+inline constexpr int kShiftsBeyond = 8;
+
 // What find_shifts found for rows from `first` on, of `rows` in all, each of which `per_row` (2, 4
 // or 8) output rows lie around; the first and last per_row / 2 of these take the nearest shift,
 // which is right at the poles only. Others are interpolated: by fraction[i] of the way from one row
-// to the next, i counted from the first output row of all. Eight more values than were found can be
-// read.
+// to the next, i counted from the first output row of all. u and v hold kShiftsBeyond values
+// more than were found; what they are is of no consequence.
 struct ShiftedRows {
   const float* u = nullptr;
   const float* v = nullptr;

@@ -53,8 +53,8 @@ struct ColumnRenderer::Scratch {
       depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
       needed.resize(static_cast<size_t>(depth_rows));
       if (rows_per_distance > 1) {
-        // Eight more, as ShiftedRows asks for.
-        for (auto* shift : {&shift_u, &shift_v}) shift->resize(static_cast<size_t>(depth_rows) + 8);
+        for (auto* shift : {&shift_u, &shift_v})
+          shift->resize(static_cast<size_t>(depth_rows + kShiftsBeyond));
       }
     }
   }

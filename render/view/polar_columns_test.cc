@@ -27,6 +27,10 @@ TEST(PolarColumns, LieWithinHalfARowsHeightAndAsFarApartAsThatAllows) {
     const PolarColumns polar = polar_columns(size);
     for (int row = 0; row + 1 < size.height; ++row) {
       const int step = 1 << polar_doublings(polar, row, size.height);
+      const bool could_be_wider = step < 16 && width % (2 * step) == 0;
+      if (could_be_wider) {
+        ASSERT_GT(2 * step * column_distance(row, size), 0.5 - 1e-9) << width << " row " << row;
+      }
       if (step == 1) continue;
       ASSERT_LE(step * column_distance(row, size), 0.5 + 1e-9) << width << " row " << row;
       ASSERT_EQ(width % step, 0);

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "render/view/column_arrays.h"
 #include "render/view/renderer.h"
+#include "render/view/sample_reader.h"
 #include "render/view/test_room.h"
 #include "render/view/touched_rays.h"
 
@@ -279,6 +281,29 @@ TEST(TouchedRays, CountsEveryLineOfMemoryOnce) {
   EXPECT_EQ(touched.bytes(), 64 * 6);
   touched.clear();
   EXPECT_EQ(touched.bytes(), 0);
+}
+
+TEST(TouchedRays, OfASampleAreTheColumnsThatItLiesBetween) {
+  SyntheticRoomSpec spec;
+  spec.width = 64;
+  const TestRoom room(spec);
+  const LineVolume& volume = room.room().volume(1);
+  PositionArrays arrays(1);
+  const int column_bytes = 3 * volume.panorama().height;
+  arrays.offset_left[0] = 8 * column_bytes + 3 * 5;
+  arrays.offset_right[0] = 24 * column_bytes + 3 * 5;  // not the next one, as towards a pole
+  const StationSamples at{.rays = volume.column(3, 0).data(), .positions = arrays.positions()};
+  TouchedRays touched(room.room()), expected(room.room());
+  SampleReader reader(room.room(), Interpolation::kLinear, &touched);
+  std::uint8_t rgb[4];
+  reader.mix({.line = 1, .count = 1, .station = {3}, .at = {at}, .rows = 1}, rgb);
+  expected.mark(1, volume.column(3, 8).data() + 3 * 5, 6);
+  expected.mark(1, volume.column(3, 24).data() + 3 * 5, 6);
+  EXPECT_EQ(touched.bytes(), expected.bytes());
+  // Both are marked already: nothing else was touched, and neither was missed.
+  touched.mark(1, volume.column(3, 8).data() + 3 * 5, 6);
+  touched.mark(1, volume.column(3, 24).data() + 3 * 5, 6);
+  EXPECT_EQ(touched.bytes(), expected.bytes());
 }
 
 TEST(TouchedRays, OfViewsAreTheirColumnsAndSamples) {

@@ -44,7 +44,8 @@ class SampleArrays {
 // Shifts of `count` rows; what may be read beyond them is not a number.
 struct ShiftArrays {
   explicit ShiftArrays(int count)
-      : u(static_cast<size_t>(count) + 8, std::numeric_limits<float>::quiet_NaN()), v(u) {}
+      : u(static_cast<size_t>(count + kShiftsBeyond), std::numeric_limits<float>::quiet_NaN()),
+        v(u) {}
   // As those of row `first` and the following ones, of `rows`.
   ShiftedRows from(int first, int rows, int per_row, const std::vector<float>& fraction) const {
     return {u.data(), v.data(), first, rows, per_row, fraction.data()};
