@@ -54,7 +54,7 @@ struct ColumnRenderer::Scratch {
       needed.resize(static_cast<size_t>(depth_rows));
       if (rows_per_distance > 1) {
         for (auto* shift : {&shift_u, &shift_v})
-          shift->resize(static_cast<size_t>(depth_rows + kShiftsBeyond));
+          shift->resize(static_cast<size_t>(depth_rows) + kShiftsBeyond);
       }
     }
   }
