@@ -44,7 +44,10 @@ void splat(const PointArrays& column, const float* omega_map, PanoramaSize size,
     const float omega = column.omega[i];
     const int first_row = std::max(column.first_row[i], 0);
     const int last_row = std::min(column.last_row[i], size.height - 1);
-    if (first_row > last_row) continue;
+    const int first_u = column.first_column[i];
+    const int last_u = column.last_column[i];
+    // Seen from farther away a point may lie between the centres of pixels, and cover none.
+    if (first_row > last_row || first_u > last_u) continue;
     const auto column_of = [&](int u) {
       const int from_left = u < 0 ? u + size.width : u;
       const int wrapped = from_left >= size.width ? from_left - size.width : from_left;
@@ -52,8 +55,6 @@ void splat(const PointArrays& column, const float* omega_map, PanoramaSize size,
     };
     const auto mark = [&](float* pixel) { *pixel = std::max(*pixel, omega); };
     // Most points cover up to two columns and two rows; which of them would be guessed in vain.
-    const int first_u = column.first_column[i];
-    const int last_u = column.last_column[i];
     const int second_row = std::min(first_row + 1, last_row);
     for (float* pixels : {column_of(first_u), column_of(std::min(first_u + 1, last_u))}) {
       mark(pixels + first_row);
