@@ -129,7 +129,8 @@ struct ShiftedRows {
 };
 
 // Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in
-// the viewpoint's panorama; all arrays hold one value per row.
+// the viewpoint's panorama; all arrays hold one value per row. A point in whose pixel no centre of
+// a pixel there lies covers none: its last column or row is less than its first.
 struct ProjectedPoints {
   float* omega = nullptr;  // inverse distance from the viewpoint, 1/m
   float* u = nullptr;      // the point's own position, pixels
