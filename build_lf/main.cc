@@ -12,7 +12,7 @@
 #include "core/base/parallel.h"
 #include "core/base/program.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 struct Arguments {
@@ -137,18 +137,18 @@ void add_require(CLI::App* app, Arguments* arguments) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf
 
 int main(int argc, char** argv) {
   CLI::App app("Packs 360-degree captures of a grid into light-field volumes", "raywalk-build-lf");
   app.set_version_flag("--version", std::string("raywalk-build-lf " RAYWALK_VERSION));
   app.require_subcommand(1);
   app.footer("Example:\n  raywalk-build-lf pack --frames poses.csv --out room.lf");
-  raywalk::Arguments arguments;
-  raywalk::add_pack(&app, &arguments);
-  raywalk::add_depth(&app, &arguments);
-  raywalk::add_info(&app, &arguments);
-  raywalk::add_verify(&app, &arguments);
-  raywalk::add_require(&app, &arguments);
+  raywalk::build_lf::Arguments arguments;
+  raywalk::build_lf::add_pack(&app, &arguments);
+  raywalk::build_lf::add_depth(&app, &arguments);
+  raywalk::build_lf::add_info(&app, &arguments);
+  raywalk::build_lf::add_verify(&app, &arguments);
+  raywalk::build_lf::add_require(&app, &arguments);
   return raywalk::run_program(app, argc, argv);
 }

@@ -14,7 +14,7 @@
 #include "core/files/atomic_output.h"
 #include "core/room/hdf5_file.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -221,4 +221,4 @@ TEST_F(PackMasksTest, MaskThatIsCutShortLeavesNothingBehind) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -19,7 +19,7 @@
 #include "core/files/sha256.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -208,4 +208,4 @@ PackPlan plan_pack(const PackOptions& options) {
   return plan;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

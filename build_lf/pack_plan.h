@@ -10,7 +10,7 @@
 #include "core/geometry/grid.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct PackOptions {
   std::filesystem::path frames;                    // the frame list, poses.csv
@@ -48,4 +48,4 @@ struct PackPlan {
 // panorama's.
 PackPlan plan_pack(const PackOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -15,7 +15,7 @@
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,4 +114,4 @@ void pack_room(const PackOptions& options) {
   partial.complete();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -3,7 +3,7 @@
 
 #include "build_lf/pack_plan.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Makes the room `options.out`, which appears only when complete. A run that was stopped
 // (Interrupted, disk full) keeps its finished volumes in `<out>.partial`; the same command resumes
@@ -14,4 +14,4 @@ void pack_room(const PackOptions& options);
 // RoomManifest::rays_sha256 of a line, from the checksums stored in its volume.
 std::string checksum_of_line(const std::filesystem::path& volume);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

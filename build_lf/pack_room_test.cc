@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -351,4 +351,4 @@ TEST_F(PackRoomTest, SingleLineHasNoOverhang) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/output_path.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ bool PartialRoom::has_finished_volume() const {
   return false;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 
 #include "core/files/file_lock.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 class PartialRoom {
  public:
@@ -37,4 +37,4 @@ class PartialRoom {
   bool completed_ = false;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -220,4 +220,4 @@ std::string json_of(const RoomInfo& info) {
   return root.dump(2) + "\n";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct LineInfo {
   std::string id;
@@ -47,4 +47,4 @@ std::string text_of(const RoomInfo& info, const std::string& name);
 // The same facts for programs; keys carry their unit.
 std::string json_of(const RoomInfo& info);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -14,7 +14,7 @@
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // One checksum and what it is of.
@@ -131,4 +131,4 @@ VerifiedCounts verify_room(const Room& room) {
   return {static_cast<std::int64_t>(checks.size()) - maps, maps};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

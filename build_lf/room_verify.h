@@ -5,7 +5,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct VerifiedCounts {
   std::int64_t panoramas = 0;
@@ -16,4 +16,4 @@ struct VerifiedCounts {
 // damage found and says how many there are.
 VerifiedCounts verify_room(const Room& room);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

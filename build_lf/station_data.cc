@@ -12,7 +12,7 @@
 #include "core/panorama/panorama_rotation.h"
 #include "core/room/line_volume.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Reads an image again checked for size: the file may have changed since its header was read.
@@ -102,4 +102,4 @@ StationDistances read_station_distances(const StationSource& source, PanoramaSiz
   return station;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

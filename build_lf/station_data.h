@@ -10,7 +10,7 @@
 #include "build_lf/pack_plan.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // An input file that cannot be used, found while packing. What was packed from it so far is of no
 // use: a repaired file makes it another input.
@@ -49,4 +49,4 @@ std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask);
 StationRays read_station_rays(const StationSource& source, PanoramaSize size);
 StationDistances read_station_distances(const StationSource& source, PanoramaSize size);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

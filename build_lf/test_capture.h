@@ -14,7 +14,7 @@
 
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 class TestCapture {
  public:
@@ -96,4 +96,4 @@ class TestCapture {
   std::vector<Row> rows_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

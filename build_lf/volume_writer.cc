@@ -10,7 +10,7 @@
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr const char* kWorldFrame =
@@ -158,4 +158,4 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
   output.commit();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -11,7 +11,7 @@
 #include "build_lf/station_data.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // lines/<id>.h5 as core/room/line_volume.h describes it, with `position_m` float64 [station][xyz]
 // and `sha256` [station] (checksum_of_rays) beside the rays. `progress` advances by one per
@@ -45,4 +45,4 @@ struct DistanceMaps {
 void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

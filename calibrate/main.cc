@@ -14,12 +14,12 @@ int main(int argc, char** argv) {
       "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
       "--cone-deg 25\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf");
-  raywalk::add_lens(&app);
-  raywalk::add_stitch(&app);
-  raywalk::add_mask(&app);
-  raywalk::add_poses(&app);
-  raywalk::add_grid(&app);
-  raywalk::add_rectify(&app);
-  raywalk::add_all(&app);
+  raywalk::calibrate::add_lens(&app);
+  raywalk::calibrate::add_stitch(&app);
+  raywalk::calibrate::add_mask(&app);
+  raywalk::calibrate::add_poses(&app);
+  raywalk::calibrate::add_grid(&app);
+  raywalk::calibrate::add_rectify(&app);
+  raywalk::calibrate::add_all(&app);
   return raywalk::run_program(app, argc, argv);
 }

@@ -14,17 +14,17 @@ int main(int argc, char** argv) {
       "Example:\n  raywalk-capture plan capture.yaml\n"
       "  raywalk-capture run capture.yaml --session hall\n"
       "  raywalk-capture export hall");
-  raywalk::add_plan(&app);
-  raywalk::add_check(&app);
-  raywalk::add_home(&app);
-  raywalk::add_jog(&app);
-  raywalk::add_stop(&app);
-  raywalk::add_run(&app);
-  raywalk::add_status(&app);
-  raywalk::add_verify(&app);
-  raywalk::add_import(&app);
-  raywalk::add_export(&app);
-  raywalk::add_simulate(&app);
-  raywalk::add_virtual_room(&app);
+  raywalk::capture::add_plan(&app);
+  raywalk::capture::add_check(&app);
+  raywalk::capture::add_home(&app);
+  raywalk::capture::add_jog(&app);
+  raywalk::capture::add_stop(&app);
+  raywalk::capture::add_run(&app);
+  raywalk::capture::add_status(&app);
+  raywalk::capture::add_verify(&app);
+  raywalk::capture::add_import(&app);
+  raywalk::capture::add_export(&app);
+  raywalk::capture::add_simulate(&app);
+  raywalk::capture::add_virtual_room(&app);
   return raywalk::run_program(app, argc, argv);
 }

@@ -18,7 +18,7 @@
 #include "render/view_path.h"
 #include "render/view_settings.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 struct Arguments {
@@ -358,7 +358,7 @@ void add_trade(CLI::App* app, Arguments* arguments) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render
 
 int main(int argc, char** argv) {
   CLI::App app("Renders 360-degree views of a room at any viewpoint between its lines",
@@ -366,12 +366,12 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("raywalk-render " RAYWALK_VERSION));
   app.require_subcommand(1);
   app.footer("Example:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png");
-  raywalk::Arguments arguments;
-  raywalk::add_view(&app, &arguments);
-  raywalk::add_path(&app, &arguments);
-  raywalk::add_validate(&app, &arguments);
-  raywalk::add_connect_error(&app, &arguments);
-  raywalk::add_error_model(&app, &arguments);
-  raywalk::add_trade(&app, &arguments);
+  raywalk::render::Arguments arguments;
+  raywalk::render::add_view(&app, &arguments);
+  raywalk::render::add_path(&app, &arguments);
+  raywalk::render::add_validate(&app, &arguments);
+  raywalk::render::add_connect_error(&app, &arguments);
+  raywalk::render::add_error_model(&app, &arguments);
+  raywalk::render::add_trade(&app, &arguments);
   return raywalk::run_program(app, argc, argv);
 }

@@ -13,7 +13,7 @@
 #include "core/room/requirements.h"
 #include "render/trade/trade.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -154,4 +154,4 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   return chosen;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

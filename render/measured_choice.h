@@ -10,7 +10,7 @@
 #include "core/room/room.h"
 #include "render/presets.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What a measured trade says of one setting.
 struct MeasuredChoice {
@@ -45,4 +45,4 @@ Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double r
 // the room has none or one of other distances, or as choose_setting() does.
 Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "render/trade/trade.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -166,4 +166,4 @@ TEST_F(DemandedSettingsTest, NeedATradeOfTheRoomAsItIs) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "core/room/distance_samples.h"
 #include "core/room/requirements.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kSamplesPerMap = 4096;
@@ -154,4 +154,4 @@ Preset preset_settings(const ViewFlags& flags, const Room& room) {
           fmt::format("preset {}: {}", plain.preset, preset.reason)};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include "core/room/room.h"
 #include "render/view_settings.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What the rules go by.
 struct SceneNumbers {
@@ -50,4 +50,4 @@ Preset preset_of(const std::string& name, const SceneNumbers& scene);
 // none is named). Throws as view_settings() and scene_numbers() do.
 Preset preset_settings(const ViewFlags& flags, const Room& room);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -12,7 +12,7 @@
 #include "render/view/renderer.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::HasSubstr;
@@ -141,4 +141,4 @@ TEST_F(PresetSettingsTest, EveryPresetRenders) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

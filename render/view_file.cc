@@ -10,7 +10,7 @@
 #include "core/files/image_file.h"
 #include "core/files/number.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 std::string percent(double share) {
@@ -84,4 +84,4 @@ std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoi
                      view_summary(mode, view.report));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

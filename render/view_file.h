@@ -8,7 +8,7 @@
 #include "render/validation/view_mode.h"
 #include "render/view_frame.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // The viewpoint of --at: "X,Z" in metres. Throws UsageError for anything else.
 PlanPoint viewpoint_from_text(const std::string& text);
@@ -26,4 +26,4 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report);
 std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

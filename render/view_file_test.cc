@@ -11,7 +11,7 @@
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using testing::HasSubstr;
@@ -102,4 +102,4 @@ TEST_F(WriteView, WritesAFlatPictureThatShowsWhereItLooks) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -4,7 +4,7 @@
 #include "core/files/number.h"
 #include "core/panorama/panorama_rotation.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 Attitude attitude_of(const ViewFrame& frame) {
@@ -55,4 +55,4 @@ RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFr
   return view;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

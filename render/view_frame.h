@@ -6,7 +6,7 @@
 
 #include "render/view/renderer.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct ViewFrame {
   double yaw_deg = 0.0;    // to the right
@@ -24,4 +24,4 @@ std::optional<Viewport> viewport_of(const ViewFrame& frame);
 // UsageError as viewport_of() does, Error as the renderer does.
 RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFrame& frame);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -14,7 +14,7 @@
 #include "core/files/row_names.h"
 #include "core/room/room_fingerprint.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -187,4 +187,4 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
                      mode.connection, mode.options.k_deg, mode.k_source);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

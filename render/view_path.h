@@ -9,7 +9,7 @@
 #include "render/validation/view_mode.h"
 #include "render/view_frame.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct PathView {
   std::string name{};  // of the picture, without extension
@@ -36,4 +36,4 @@ std::vector<PathView> read_path(const std::filesystem::path& file);
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const std::filesystem::path& path, const std::filesystem::path& out);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

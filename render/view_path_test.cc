@@ -14,7 +14,7 @@
 #include "render/view_file.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -153,4 +153,4 @@ TEST_F(ViewPathTest, RefusesAListBeforeAnyWork) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

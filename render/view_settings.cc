@@ -11,7 +11,7 @@
 #include "core/room/requirements.h"
 #include "render/validation/choose_k.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr double kLfuKDeg = 45.0;
@@ -174,4 +174,4 @@ std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string>
   return modes;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

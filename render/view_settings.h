@@ -10,7 +10,7 @@
 #include "core/room/room.h"
 #include "render/validation/view_mode.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Every member is a key of the YAML file (configs/view.yaml explains them one by one).
 struct ViewSettings {
@@ -72,4 +72,4 @@ ViewMode view_mode(const ViewSettings& settings, const Room& room);
 std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
                                  const Room& room);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

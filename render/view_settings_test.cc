@@ -12,7 +12,7 @@
 #include "core/room/requirements.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -219,4 +219,4 @@ TEST_F(RequiredModeTest, DamagedRequirementsMatterOnlyWhereTheyAreAskedFor) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 #include "build_lf/depth/station_image.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::HasSubstr;
@@ -167,4 +167,4 @@ TEST(DepthMasks, ARoomOfWhichNothingMayBeUsedGetsMapsThatKnowNothing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

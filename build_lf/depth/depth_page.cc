@@ -9,7 +9,7 @@
 #include "core/report/html_page.h"
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // [theta][phi] values as a picture the right way up.
@@ -129,4 +129,4 @@ std::string depth_page(const Room& room, const DepthSummary& summary,
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

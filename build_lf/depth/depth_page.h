@@ -7,10 +7,10 @@
 #include "build_lf/depth/depth_summary.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A self-contained HTML page. `shown` are the maps to picture, one of each line.
 std::string depth_page(const Room& room, const DepthSummary& summary,
                        const std::vector<InverseDistanceMap>& shown);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

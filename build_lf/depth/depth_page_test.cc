@@ -5,7 +5,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::HasSubstr;
@@ -73,4 +73,4 @@ TEST_F(DepthPageTest, APlainSkyHasAPageToo) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

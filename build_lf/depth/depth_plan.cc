@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/files/nearest_word.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kWidestMap = 1024;
@@ -189,4 +189,4 @@ std::vector<SweepCandidate> candidates_near(const DepthPlan& plan,
   return near;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

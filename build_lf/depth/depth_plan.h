@@ -11,7 +11,7 @@
 #include "build_lf/depth/plane_sweep.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 enum class DepthMethod { kSweep, kFlow };
 
@@ -66,4 +66,4 @@ std::vector<int> farther_voters_of(const DepthPlan& plan, std::span<const int> v
 // The candidates within three reaches of a reference: what lies farther off is never the best view.
 std::vector<SweepCandidate> candidates_near(const DepthPlan& plan, const SweepReference& reference);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -10,7 +10,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::ElementsAre;
@@ -307,4 +307,4 @@ TEST(DepthPlanTest, ThereMayBeNoFartherVoters) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

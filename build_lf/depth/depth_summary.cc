@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using nlohmann::ordered_json;
@@ -64,4 +64,4 @@ std::string depth_summary_to_json(const DepthSummary& summary) {
   return json.dump(2) + "\n";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -9,7 +9,7 @@
 #include "build_lf/depth/frame_checks.h"
 #include "build_lf/depth/inverse_distance_map.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Pixels of one band of confidence against the truth.
 struct ConfidenceBand {
@@ -61,4 +61,4 @@ struct DepthSummary {
 
 std::string depth_summary_to_json(const DepthSummary& summary);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 DepthSummary some_summary() {
@@ -74,4 +74,4 @@ TEST(DepthSummaryTest, TruthIsThereWhereItWasCompared) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -16,7 +16,7 @@
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A box room around a cell of side 1 m, all its lengths times `scale`.
 inline SyntheticRoomSpec room_of_scale(double scale, unsigned seed = 1) {
@@ -168,4 +168,4 @@ double share_within(const InverseDistanceMap& map, const InverseDistanceMap& tru
   return all > 0.0 ? within / all : 0.0;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -118,4 +118,4 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   return comparison;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

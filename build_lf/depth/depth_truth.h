@@ -9,7 +9,7 @@
 #include "build_lf/depth/partial_maps.h"
 #include "core/room/distance_volume.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Where estimated distances have replaced given ones, these are kept: `<room>/distances-given`.
 inline constexpr const char* kGivenDistances = "distances-given";
@@ -35,4 +35,4 @@ class GivenDistances {
 TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan& plan,
                                    const PartialMaps& partial);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::Each;
@@ -148,4 +148,4 @@ TEST_F(DepthTruthTest, GivenDistancesAreFoundWhereTheyWereMoved) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

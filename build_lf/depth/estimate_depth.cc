@@ -26,7 +26,7 @@
 #include "core/room/connection_errors.h"
 #include "core/room/kept_stations.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -272,4 +272,4 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   return summary;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -4,7 +4,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/depth_summary.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Estimates distance maps and stores them in ROOM/distances, with ROOM/depth.json and a page beside
 // it. Distances that were packed with the room are kept in ROOM/distances-given. With
@@ -15,4 +15,4 @@ namespace raywalk {
 // written.
 DepthSummary estimate_depth(const DepthOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

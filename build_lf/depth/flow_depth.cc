@@ -13,7 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Grey levels at the exposure that all stations are brought to, with a border for what moves in.
@@ -260,4 +260,4 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
   return map;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 #include "build_lf/depth/station_picture.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Follows every pixel from the station to the stations of its line that are about a quarter of
 // `reach_m` away on either side (the nearest to that; at the ends of the line one side only) and
@@ -21,4 +21,4 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
                             PanoramaSize map_size,
                             const std::vector<std::vector<ColourGain>>& gains);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr PanoramaSize kSize{256, 128};
@@ -125,4 +125,4 @@ TEST(FlowDepthTest, GivesEveryPixelAValueInAPlainRoom) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

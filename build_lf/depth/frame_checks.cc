@@ -10,7 +10,7 @@
 #include "core/base/median.h"
 #include "core/room/hdf5_file.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Median of the values and how far from it is no longer usual: 3.5 robust standard deviations
@@ -253,4 +253,4 @@ FrameChecks check_frames(const Room& room, std::span<const StationLink> links,
   return checks;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

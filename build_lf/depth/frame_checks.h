@@ -13,7 +13,7 @@
 #include "build_lf/depth/station_links.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 enum class FrameFault {
   // The file is a copy of an earlier station's. Measure: metres between the two stations.
@@ -64,4 +64,4 @@ struct FrameChecks {
 FrameChecks check_frames(const Room& room, std::span<const StationLink> links,
                          const StationGains& gains, double reach_m);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/room/hdf5_file.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::ElementsAre;
@@ -190,4 +190,4 @@ TEST(FrameChecksTest, RefuseChecksumsOfOtherStations) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

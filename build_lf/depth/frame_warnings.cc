@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks) {
   std::vector<std::string> warnings;
@@ -64,4 +64,4 @@ std::vector<std::string> parallax_warnings(std::span<const MapSummary> maps, dou
   return warnings;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

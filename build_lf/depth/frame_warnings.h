@@ -9,7 +9,7 @@
 #include "build_lf/depth/frame_checks.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // One sentence for each finding: what it is, which files, and what is done about it.
 std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks);
@@ -19,4 +19,4 @@ std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks
 // by line; what is nearer than `far_m` moves by a pixel or more over the reach.
 std::vector<std::string> parallax_warnings(std::span<const MapSummary> maps, double far_m);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

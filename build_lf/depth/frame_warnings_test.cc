@@ -4,7 +4,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -49,4 +49,4 @@ TEST(ParallaxWarningsTest, NameTheLinesNoneOfWhoseMapsShowsAny) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

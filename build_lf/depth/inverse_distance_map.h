@@ -9,7 +9,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A station by its indices in Grid::lines and Line::stations.
 struct StationIndex {
@@ -37,4 +37,4 @@ struct InverseDistanceMap {
   std::vector<std::uint8_t> confidence;  // [theta][phi], 0 unknown to 255 certain
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

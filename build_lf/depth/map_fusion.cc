@@ -7,7 +7,7 @@
 #include "core/base/parallel.h"
 #include "core/geometry/fast_math.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr float kUnproposed = -1.0f;
@@ -256,4 +256,4 @@ InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which
   return fused;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -9,7 +9,7 @@
 
 #include "build_lf/depth/inverse_distance_map.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct FusionOptions {
   // Maps agree where their inverse distances differ by at most this, 1/m, and what half a pixel
@@ -35,4 +35,4 @@ struct FusionOptions {
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
                              const FusionOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

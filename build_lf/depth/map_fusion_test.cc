@@ -7,7 +7,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr PanoramaSize kSize{128, 64};
@@ -216,4 +216,4 @@ TEST(MapFusionTest, FartherMapsAreAskedOnlyInNeed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -4,7 +4,7 @@
 
 #include "build_lf/depth/matching_kernels_table.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 #ifdef RAYWALK_HAVE_X86_MATCHING
 namespace {
@@ -37,4 +37,4 @@ const MatchingKernels& matching_kernels() {
   return *best;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

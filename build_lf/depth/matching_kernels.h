@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // One sample of a station's picture: red, green, blue and detail, 8 bits each from the lowest.
 // Detail is a high-pass of the luminance, normalised by the contrast around it, so it does not
@@ -92,4 +92,4 @@ const MatchingKernels& matching_kernels();
 // "generic", "avx2" or "avx512"; null if the set is unknown or this processor cannot run it.
 const MatchingKernels* matching_kernels_named(const char* name);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

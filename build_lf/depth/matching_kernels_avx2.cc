@@ -11,8 +11,8 @@
 // The kernels use what is above.
 #include "build_lf/depth/matching_kernels_body.inc"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 const MatchingKernels kAvx2Matching = make_matching_kernels("avx2");
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -11,8 +11,8 @@
 // The kernels use what is above.
 #include "build_lf/depth/matching_kernels_body.inc"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 const MatchingKernels kGenericMatching = make_matching_kernels("generic");
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

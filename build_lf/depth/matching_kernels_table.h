@@ -3,11 +3,11 @@
 
 #include "build_lf/depth/matching_kernels.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 extern const MatchingKernels kGenericMatching;
 // Defined where RAYWALK_HAVE_X86_MATCHING is.
 extern const MatchingKernels kAvx2Matching;
 extern const MatchingKernels kAvx512Matching;
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -11,7 +11,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kWidth = 128;
@@ -239,4 +239,4 @@ TEST(MatchingKernelsTest, AreKnownByTheirNames) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // How much worse than wished a station may be and still be used; a baseline off by a factor of e
@@ -79,4 +79,4 @@ MatchingViews choose_matching_views(const MatchingGeometry& geometry,
   return views;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

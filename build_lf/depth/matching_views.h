@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Stations on each side of the reference are compared at so many baselines, spread evenly up to the
 // reach: short ones see what is near and hides, long ones tell distances apart.
@@ -34,4 +34,4 @@ MatchingViews choose_matching_views(const MatchingGeometry& geometry,
                                     const Eigen::Vector3d& direction,
                                     std::span<const Eigen::Vector3d> stations_m);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

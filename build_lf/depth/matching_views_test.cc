@@ -8,7 +8,7 @@
 
 #include "build_lf/depth/depth_test_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::IsEmpty;
@@ -160,4 +160,4 @@ TEST(MatchingViewsTest, DoNotDependOnTheOrderOfStations) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

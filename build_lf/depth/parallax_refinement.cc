@@ -7,7 +7,7 @@
 #include "core/base/parallel.h"
 #include "core/geometry/fast_math.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kSteps = 2;
@@ -159,4 +159,4 @@ void refine_parallax(const TileViews& views, double reach_m, InverseDistanceMap*
   for (int i = 0; i < kSteps; ++i) refiner.step();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -3,7 +3,7 @@
 
 #include "build_lf/depth/tile_views.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Moves every known pixel of the map to where the stations' colours agree best nearby, by steps of
 // Gauss and Newton (Lucas and Kanade 1981, along the epipolar curve): with e the difference of the
@@ -14,4 +14,4 @@ namespace raywalk {
 // there is little to see.
 void refine_parallax(const TileViews& views, double reach_m, InverseDistanceMap* map);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

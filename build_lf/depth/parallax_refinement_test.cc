@@ -8,7 +8,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/depth_test_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr PanoramaSize kSize{128, 64};
@@ -122,4 +122,4 @@ TEST(ParallaxRefinementTest, AMaskDoesNoHarmBesideIt) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

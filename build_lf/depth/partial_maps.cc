@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -138,4 +138,4 @@ void PartialMaps::complete(const std::string& keep_as) {
   fs::remove_all(directory_, error);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -10,7 +10,7 @@
 #include "build_lf/depth/inverse_distance_map.h"
 #include "core/files/file_lock.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // The stage of maps that are finished.
 inline constexpr const char* kFinalStage = "final";
@@ -50,4 +50,4 @@ class PartialMaps {
   FileLock lock_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // What average_better_half does, of those differences only whose samples are valid: a station whose
@@ -150,4 +150,4 @@ void sweep(const TileViews& views, const SweepLayers& layers, CostVolume* volume
   });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

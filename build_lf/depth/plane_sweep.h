@@ -6,7 +6,7 @@
 
 #include "build_lf/depth/tile_views.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Layers are spheres around the reference, equally spaced in inverse distance from 0 (infinitely
 // far) on, so that neighbouring layers differ by the same parallax everywhere.
@@ -35,4 +35,4 @@ struct CostVolume {
 // cannot see, behind an edge or between thin things, does not count against a distance.
 void sweep(const TileViews& views, const SweepLayers& layers, CostVolume* volume);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/semi_global.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 TEST(SweepLayersTest, ReachTheNearestSurfaceInStepsOfAPixelAndAHalf) {
@@ -162,4 +162,4 @@ TEST(PlaneSweepTest, OverwritesWhatTheVolumeHeld) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

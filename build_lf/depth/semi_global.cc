@@ -7,7 +7,7 @@
 #include "build_lf/depth/matching_kernels.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // What it costs to change by one layer, and by more, in units of CostVolume::cost. A cost of 176 is
@@ -160,4 +160,4 @@ InverseDistanceMap regularise(const CostVolume& volume, const SweepReference& re
   return map;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -4,7 +4,7 @@
 
 #include "build_lf/depth/plane_sweep.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Memory that is kept from one call to the next: 2 bytes per pixel and layer.
 struct SemiGlobalScratch {
@@ -18,4 +18,4 @@ struct SemiGlobalScratch {
 InverseDistanceMap regularise(const CostVolume& volume, const SweepReference& reference,
                               SemiGlobalScratch* scratch);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

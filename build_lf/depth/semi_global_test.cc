@@ -6,7 +6,7 @@
 #include <functional>
 #include <random>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr PanoramaSize kSize{64, 32};
@@ -163,4 +163,4 @@ TEST(SemiGlobalTest, TrustsAClearMinimumMoreThanABlurredOne) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -4,7 +4,7 @@
 
 #include "core/panorama/gain_graph.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Numbers all stations, line after line.
@@ -66,4 +66,4 @@ double log_exposure_step(std::span<const ColourGain> gains, int station) {
   return largest;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -11,7 +11,7 @@
 #include "build_lf/depth/station_picture.h"
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct StationGains {
   // [line][station]. The levels of a station times its gain agree with those of the others; the
@@ -28,4 +28,4 @@ StationGains solve_gains(const Grid& grid, std::span<const StationLink> links);
 // natural logarithm of the factor of the levels, in the channel that changes most.
 double log_exposure_step(std::span<const ColourGain> gains, int station);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

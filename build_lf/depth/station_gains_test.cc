@@ -8,7 +8,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::ElementsAre;
@@ -209,4 +209,4 @@ TEST(SolveGainsTest, HoldsOverAThousandStations) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 
 #include "core/panorama/transposed_border.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 cv::Mat station_image(const Room& room, StationIndex station, PanoramaSize size) {
   const LineVolume& volume = room.volume(station.line);
@@ -39,4 +39,4 @@ cv::Mat station_validity(const Room& room, StationIndex station, PanoramaSize si
   return without_border(clear, margin_px).clone();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

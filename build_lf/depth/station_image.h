@@ -9,7 +9,7 @@
 #include "build_lf/depth/inverse_distance_map.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // The panorama of a station, CV_8UC3 in the order red, green, blue; reduced to `size` by the mean
 // over the area of each pixel.
@@ -20,4 +20,4 @@ cv::Mat station_image(const Room& room, StationIndex station, PanoramaSize size)
 // station's line has no masks.
 cv::Mat station_validity(const Room& room, StationIndex station, PanoramaSize size, int margin_px);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

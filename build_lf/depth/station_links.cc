@@ -7,7 +7,7 @@
 #include "build_lf/depth/station_image.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kMaskMarginPx = kFlowWindow / 2 + 1;
@@ -62,4 +62,4 @@ std::vector<StationLink> measure_links(const Room& room, std::span<const Station
   return links;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

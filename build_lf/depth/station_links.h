@@ -10,7 +10,7 @@
 #include "core/panorama/colour_comparison.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Every comparison is made on panoramas reduced to this width (or the room's, if that is smaller).
 inline constexpr int kLinkWidth = kComparisonWidth;
@@ -30,4 +30,4 @@ struct StationLink {
 // threads.
 std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 double distance_m(const Station& a, const Station& b) {
@@ -120,4 +120,4 @@ std::vector<StationPair> pairs_to_compare(const Grid& grid) {
   return pairs;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 #include "build_lf/depth/inverse_distance_map.h"
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Two stations that are compared.
 struct StationPair {
@@ -20,4 +20,4 @@ struct StationPair {
 // nothing else connects. Ordered: those of a line first, by station.
 std::vector<StationPair> pairs_to_compare(const Grid& grid);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

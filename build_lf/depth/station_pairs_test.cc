@@ -6,7 +6,7 @@
 
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::Contains;
@@ -60,4 +60,4 @@ TEST(StationPairsTest, ConnectParallelLinesAtTheirNearestStations) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

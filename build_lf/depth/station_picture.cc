@@ -8,7 +8,7 @@
 #include "build_lf/depth/station_image.h"
 #include "core/panorama/transposed_border.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Filters and enlargements look so many pixels beyond the edges. Images are transposed here
@@ -105,4 +105,4 @@ std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
   return picture;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -12,7 +12,7 @@
 #include "build_lf/depth/matching_kernels.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A picture has so many samples per map pixel in each direction: the nearest sample then lies
 // within a quarter of a pixel of where a point is seen, and no interpolation is needed while
@@ -55,4 +55,4 @@ class PictureCache {
   std::list<StationIndex> order_;  // the last used first
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

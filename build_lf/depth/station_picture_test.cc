@@ -9,7 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr PanoramaSize kSize{128, 64};
@@ -159,4 +159,4 @@ TEST(PictureCacheTest, GivesEachStationItsPictureHoweverFewItKeeps) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 #include "build_lf/volume_writer.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 StationDistances stored_distances(const InverseDistanceMap& map) {
@@ -43,4 +43,4 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

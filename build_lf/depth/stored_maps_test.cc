@@ -7,7 +7,7 @@
 #include "build_lf/depth/depth_test_room.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::ElementsAre;
@@ -79,4 +79,4 @@ TEST_F(StoredMapsTest, ADamagedMapIsNamedAndNothingOfItsLineWritten) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

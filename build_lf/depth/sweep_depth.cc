@@ -9,7 +9,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Pictures kept between references: neighbours share most of theirs.
@@ -128,4 +128,4 @@ void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

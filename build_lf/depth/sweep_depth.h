@@ -6,7 +6,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/partial_maps.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // The inverse distance, 1/m, up to which maps have to look: a sweep at a quarter of the maps' width
 // looks as near as a quarter of the reach, where the parallax at the longest baseline is four times
@@ -25,4 +25,4 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
 // frames have masks, so that what is below some stations is to be learned from others.
 void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

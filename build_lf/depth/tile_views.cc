@@ -5,7 +5,7 @@
 
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Of a map's pixel.
@@ -82,4 +82,4 @@ ReferenceTile reference_tile(const TileViews& views, int tile) {
   return reference;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

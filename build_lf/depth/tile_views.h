@@ -12,7 +12,7 @@
 #include "build_lf/depth/matching_views.h"
 #include "build_lf/depth/station_picture.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct SweepReference {
   StationIndex station;
@@ -74,4 +74,4 @@ struct ReferenceTile {
 };
 ReferenceTile reference_tile(const TileViews& views, int tile);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -5,7 +5,7 @@
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/depth_test_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 class TilesOfSize : public ::testing::TestWithParam<int> {};
@@ -80,4 +80,4 @@ TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndKnowsInvalidOnes) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 #include "build_lf/require/omega_map.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kMostMaps = 24;
@@ -104,4 +104,4 @@ std::optional<double> omega_error(const Room& room) {
   return *difference / std::sqrt(2.0);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // The share of the pixels that errors and tolerances are stated for; the rest are silhouettes,
 // reflections and thin things, which no number of this kind describes.
@@ -19,4 +19,4 @@ inline constexpr double kTrustedShare = 0.95;
 // None where the room has fewer than two maps or they see nothing in common.
 std::optional<double> omega_error(const Room& room);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 
 #include "build_lf/require/test_distances.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 class OmegaErrorTest : public RequireTest {};
@@ -43,4 +43,4 @@ TEST_F(OmegaErrorTest, SkyIsAgreement) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -9,7 +9,7 @@
 
 #include "core/report/plan_drawing.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr double kEyeLevelDeg = 20.0;
@@ -102,4 +102,4 @@ std::string floor_plan_svg(const Room& room, const KeptStations& kept) {
   return drawing.svg("The room from above", kRules);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

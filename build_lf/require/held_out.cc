@@ -8,7 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kMapsPerStation = 2;
@@ -179,4 +179,4 @@ double measured_up_to_m(std::span<const HeldOutFacts> strides) {
   return step_m;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A station of a line and the stations kept on either side.
 struct HeldOutStation {
@@ -38,4 +38,4 @@ std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px)
 // farther from the captured ones than the tolerance is. 0 where none is.
 double measured_up_to_m(std::span<const HeldOutFacts> strides);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,7 +7,7 @@
 
 #include "build_lf/require/test_distances.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 class HeldOutTest : public RequireTest {
@@ -156,4 +156,4 @@ TEST_F(HeldOutTest, ARoomOfWhichNothingMayBeUsedIsNotCompared) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

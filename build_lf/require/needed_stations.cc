@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 // Positions are sums of steps: equal ones differ in their last digits.
@@ -57,4 +57,4 @@ std::vector<int> needed_stations(const Grid& grid, int index, double spacing_m,
   return needed;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Indices, increasing, of stations of `line` that leave no gap wider than `spacing_m`, except where
 // the line itself has none between. The first, the last and the station nearest to each crossing
@@ -16,4 +16,4 @@ namespace raywalk {
 std::vector<int> needed_stations(const Grid& grid, int line, double spacing_m,
                                  std::span<const int> preferred);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 bool same_surface(float a, float b, float tolerance) {
@@ -209,4 +209,4 @@ OmegaMap projected(std::span<const PlacedMap> maps, const Eigen::Vector3d& posit
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -10,7 +10,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 class OmegaMap {
  public:
@@ -71,4 +71,4 @@ SeenPoint seen_from(const Eigen::Vector3d& direction, float omega, const Eigen::
 // map sees anything stay unknown: all of them where there are no maps.
 OmegaMap projected(std::span<const PlacedMap> maps, const Eigen::Vector3d& position_m, int width);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

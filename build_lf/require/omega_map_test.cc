@@ -8,7 +8,7 @@
 
 #include "tests/synthetic_room/synthetic_scene.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 OmegaMap true_map(const SyntheticScene& scene, const Eigen::Vector3d& position_m, int width) {
@@ -119,4 +119,4 @@ TEST(OmegaMap, ResizedPlaneIsTheSamePlane) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr double kMostDb = 100.0;
@@ -128,4 +128,4 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
           hidden / solid_angle};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

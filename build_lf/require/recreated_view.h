@@ -7,7 +7,7 @@
 #include "build_lf/require/omega_map.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A station's rays, its place, and the inverse distances it sees.
 struct StationView {
@@ -41,4 +41,4 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
 // 10 log10(255^2 / mean squared error), at most 100 dB.
 double psnr_db(double mean_squared_error);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

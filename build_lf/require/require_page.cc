@@ -12,7 +12,7 @@
 #include "core/report/html_page.h"
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 std::string metres(double value) {
@@ -269,4 +269,4 @@ std::string requirements_page(const Room& room, const RoomRequirements& requirem
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -7,11 +7,11 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // A self-contained HTML page with plots of everything measured. `needed` are the stations needed
 // with distances.
 std::string requirements_page(const Room& room, const RoomRequirements& requirements,
                               const KeptStations& needed);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

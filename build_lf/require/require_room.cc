@@ -22,7 +22,7 @@
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -201,4 +201,4 @@ std::string require_room(const RequireOptions& options) {
   return summary_of(requirements, options);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 struct RequireOptions {
   std::filesystem::path room{};
@@ -28,4 +28,4 @@ RoomRequirements measure_requirements(const Room& room, double tolerance_px);
 // before anything is written where no station that `thin` would keep has a distance map.
 std::string require_room(const RequireOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -14,7 +14,7 @@
 #include "core/room/connection_errors.h"
 #include "core/room/hdf5_file.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -339,4 +339,4 @@ TEST_F(RequireRoomTest, DamagedMeasurementIsNotPassedOver) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -11,7 +11,7 @@
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kPoints = 80;
@@ -126,4 +126,4 @@ std::string measured_connection_plot(const Room& room) {
   return svg_from_plot(plot);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Layers over the distance from the line, up to the cell's far side.
 std::string layers_plot(const RoomRequirements& requirements);
@@ -24,4 +24,4 @@ std::string model_plot(const Room& room, const RoomRequirements& requirements);
 // Measured E_connect over k, a curve per generation.
 std::string measured_connection_plot(const Room& room);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/room/distance_samples.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kColumns = static_cast<int>(360.0 / kFieldDeg);
@@ -118,4 +118,4 @@ LayerFacts layer_facts(const DistanceFacts& distance, double reach_m, double tol
   return facts;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -4,7 +4,7 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Fields of 15 x 15 degrees, from the nadir up and from -180 degrees on; those without a known
 // distance are left out.
@@ -22,4 +22,4 @@ double typical_reach_m(const Grid& grid);
 // cell, its diagonal.
 LayerFacts layer_facts(const DistanceFacts& distance, double reach_m, double tolerance_rad);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 #include "build_lf/require/test_distances.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -100,4 +100,4 @@ TEST(TypicalReach, IsHalfTheSmallestCell) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

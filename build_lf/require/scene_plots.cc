@@ -12,7 +12,7 @@
 #include "core/geometry/sphere.h"
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr const char* kStyle = R"(<style>
@@ -222,4 +222,4 @@ std::string horizon_svg(const DistanceFacts& distance) {
   return svg + "</svg>\n";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 
 #include "core/room/requirements.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // The nearest surface of every field of directions, laid out as a panorama: colour and number, in
 // metres. Fields of sky say so.
@@ -15,4 +15,4 @@ std::string direction_map_svg(const DistanceFacts& distance);
 // Near, median and far distances around the horizon, seen from above, front upwards.
 std::string horizon_svg(const DistanceFacts& distance);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

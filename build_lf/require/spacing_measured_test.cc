@@ -8,7 +8,7 @@
 #include "core/geometry/spacing.h"
 #include "tests/synthetic_room/synthetic_scene.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kWidth = 1024;
@@ -95,4 +95,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, MeasuredSpacing,
                                          Case{2.0, 2.0, 0.45}, Case{2.0, 3.0, 0.55}));
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -10,7 +10,7 @@
 #include "core/base/parallel.h"
 #include "core/geometry/spacing.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 constexpr int kMostMaps = 12;
@@ -149,4 +149,4 @@ StorageFacts storage_facts(const Room& room, const StorageNeed& need, int statio
   return facts;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

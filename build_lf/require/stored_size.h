@@ -5,7 +5,7 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // What the sizes are chosen for.
 struct StorageNeed {
@@ -41,4 +41,4 @@ DistanceWidth distance_width_needed(const Room& room, const StorageNeed& need);
 // Widths, precision and bytes; `stations_needed` of them kept.
 StorageFacts storage_facts(const Room& room, const StorageNeed& need, int stations_needed);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

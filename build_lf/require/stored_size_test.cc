@@ -8,7 +8,7 @@
 #include "core/geometry/error_model.h"
 #include "core/geometry/spacing.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 class StoredSizeTest : public RequireTest {};
@@ -88,4 +88,4 @@ TEST_F(StoredSizeTest, BytesAreThoseOfTheFilesWithoutHeaders) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -14,7 +14,7 @@
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 class RequireTest : public ::testing::Test {
  protected:
@@ -54,4 +54,4 @@ class RequireTest : public ::testing::Test {
   std::filesystem::path path_ = directory_ / "room.lf";
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -18,7 +18,7 @@
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -170,4 +170,4 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
   return facts;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -6,7 +6,7 @@
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 
 // Writes the room `out` that holds `kept` alone: the same lines, cells, rays, and the distances of
 // those stations, sampled at `distance_width` where their maps are wider. It appears only when
@@ -22,4 +22,4 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
 ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept,
                            const std::filesystem::path& out, double tolerance_px);
 
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -13,7 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/geometry/line_search.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -144,4 +144,4 @@ std::vector<LineCrossing> crossings_of(const CaptureSet& set) {
   return crossings;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

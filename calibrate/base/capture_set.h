@@ -11,7 +11,7 @@
 #include "core/geometry/grid.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 enum class FrameLayout {
   kPanorama,     // equirectangular, width = 2 * height
@@ -80,4 +80,4 @@ CaptureSet read_capture_set(const CaptureInput& input);
 // two cross. Validation lines count. In the order of the lines.
 std::vector<LineCrossing> crossings_of(const CaptureSet& set);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -144,4 +144,4 @@ TEST_F(CaptureSetTest, StationsOffTheirLineNeedATolerance) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -14,7 +14,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -183,4 +183,4 @@ FramePoses read_pose_table(const fs::path& table_file, const CaptureSet& set) {
   return poses;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 
 #include "calibrate/base/capture_set.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // How a pose was come by.
 enum class PoseOrigin {
@@ -56,4 +56,4 @@ FramePoses read_frame_poses(const std::filesystem::path& file, const CaptureSet&
 // elsewhere. Throws Error naming table and line, and where it names none of the frames.
 FramePoses read_pose_table(const std::filesystem::path& table, const CaptureSet& set);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,8 +6,8 @@
 
 #include "calibrate/base/frame_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 nlohmann::ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

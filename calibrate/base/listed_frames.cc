@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -96,4 +96,4 @@ CaptureSet read_listed_frames(const CaptureInput& input) {
   return set;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

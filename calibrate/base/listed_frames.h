@@ -8,7 +8,7 @@
 
 #include "calibrate/base/capture_set.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // "<directory>/poses.csv".
 std::filesystem::path frame_list_of(const std::filesystem::path& directory);
@@ -21,4 +21,4 @@ std::vector<std::string> frame_names(std::span<const std::string> files,
 // Lines, stations and files; sizes of the pictures are not looked at. Throws as read_capture_set.
 CaptureSet read_listed_frames(const CaptureInput& input);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/files/sqlite_connection.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -149,4 +149,4 @@ CaptureSet read_session_frames(const CaptureInput& input) {
   return set;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

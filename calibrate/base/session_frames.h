@@ -6,7 +6,7 @@
 
 #include "calibrate/base/capture_set.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // "<directory>/session.db".
 std::filesystem::path session_database_of(const std::filesystem::path& directory);
@@ -14,4 +14,4 @@ std::filesystem::path session_database_of(const std::filesystem::path& directory
 // Lines, stations and files; sizes of the pictures are not looked at. Throws as read_capture_set.
 CaptureSet read_session_frames(const CaptureInput& input);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -123,4 +123,4 @@ TEST_F(SessionFramesTest, OtherDatabasesAreRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

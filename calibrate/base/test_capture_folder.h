@@ -13,7 +13,7 @@
 #include "core/files/sqlite_connection.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 class TestCaptureFolder {
  public:
@@ -92,4 +92,4 @@ class TestSession {
   SqliteConnection database_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

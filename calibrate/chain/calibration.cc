@@ -11,7 +11,7 @@
 #include "core/files/image_file.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -393,4 +393,4 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
   return outputs;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -20,7 +20,7 @@
 #include "calibrate/stitch/stitch_set.h"
 #include "core/files/file_lock.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 enum class CalibrationStep { kLens, kStitch, kMask, kPoses, kGrid, kRectify };
 
@@ -108,4 +108,4 @@ class Calibration {
   StepRecords records_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "core/report/html_page.h"
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -146,4 +146,4 @@ void write_calibration_page(const Calibration& calibration, const CalibrationSum
   write_file_atomically(calibration.out() / "index.html", page.html());
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ void write_calibration_json(const Calibration& calibration, const CalibrationSum
   write_file_atomically(calibration.out() / "calibration.json", document.dump(1) + "\n");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

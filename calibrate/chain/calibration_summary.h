@@ -8,7 +8,7 @@
 #include "calibrate/chain/calibration.h"
 #include "calibrate/chain/keyframe_trade.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A step as it was gone through.
 struct StepTaken {
@@ -43,4 +43,4 @@ void write_calibration_json(const Calibration& calibration, const CalibrationSum
 // Writes OUT/index.html.
 void write_calibration_page(const Calibration& calibration, const CalibrationSummary& summary);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

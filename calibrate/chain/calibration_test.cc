@@ -7,7 +7,7 @@
 #include "calibrate/base/test_capture_folder.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -130,4 +130,4 @@ TEST_F(CalibrationTest, UnreadableCaptureLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

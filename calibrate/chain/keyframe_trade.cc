@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -143,4 +143,4 @@ ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials) {
   return list;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/chain/calibration.h"
 #include "core/report/html_page.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // One spacing; differences are against the densest, over all stations, once the common mean
 // displacement is taken off (which no picture tells).
@@ -31,4 +31,4 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
 HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials);
 nlohmann::ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 StepTaken take(Calibration* calibration, CalibrationStep step, std::ostream& out) {
@@ -52,4 +52,4 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   require_trust(*calibration, summary);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

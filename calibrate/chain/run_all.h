@@ -7,7 +7,7 @@
 
 #include "calibrate/chain/calibration.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct ChainOptions {
   // Counts as not done; none: nothing.
@@ -22,4 +22,4 @@ struct ChainOptions {
 // not to be trusted.
 void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

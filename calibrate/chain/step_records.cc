@@ -12,7 +12,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -109,4 +109,4 @@ std::string sha256_of_text(const std::string& text) {
 
 std::string sha256_of_file(const fs::path& file) { return sha256_of_text(read_file(file)); }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

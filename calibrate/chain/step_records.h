@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct StepRecord {
   std::string fingerprint{};  // of everything that the step depends on
@@ -47,4 +47,4 @@ class StepRecords {
 std::string sha256_of_file(const std::filesystem::path& file);
 std::string sha256_of_text(const std::string& text);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 class StepRecordsTest : public ::testing::Test {
@@ -74,4 +74,4 @@ TEST_F(StepRecordsTest, OutputThatIsNotThereIsAnError) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

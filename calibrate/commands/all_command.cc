@@ -9,7 +9,7 @@
 #include "calibrate/commands/step_options.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 struct ChainArguments {
@@ -71,4 +71,4 @@ void add_all(CLI::App* app) {
   command->callback([arguments] { run(*arguments); });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

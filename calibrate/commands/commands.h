@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // One step each, from what the steps before it have left.
 void add_lens(CLI::App* app);
@@ -16,4 +16,4 @@ void add_rectify(CLI::App* app);
 // All of them.
 void add_all(CLI::App* app);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

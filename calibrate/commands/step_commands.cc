@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -154,4 +154,4 @@ void add_rectify(CLI::App* app) {
   command->callback([arguments] { run_rectify(*arguments); });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

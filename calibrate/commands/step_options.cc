@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/files/number.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // "11x8": squares along the two sides of a board.
@@ -167,4 +167,4 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   return options;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "calibrate/chain/calibration.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // What the command line says; it has to outlive the command.
 struct StepArguments {
@@ -40,4 +40,4 @@ void add_rectify_options(CLI::App* command, StepArguments* arguments);
 // The options that were given. Throws UsageError for a board that is none.
 CalibrationOptions options_of(const StepArguments& arguments);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "calibrate/grid/rail_model.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Fewer than these tell a wrong result from a right one by luck only.
@@ -255,4 +255,4 @@ CrossingFigures crossing_figures(const CaptureSet& set, const CrossingEvidence& 
   return figures;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/grid/crossing_fit.h"
 #include "calibrate/grid/grid_result.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // What lengths of a grid are measured by, so that a grid of any size is judged alike.
 struct GridScale {
@@ -44,4 +44,4 @@ CrossingFigures crossing_figures(const CaptureSet& set, const CrossingEvidence& 
 // Pixels of a panorama 4096 wide that an angle spans.
 double pixels_at_4096(double angle_rad);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

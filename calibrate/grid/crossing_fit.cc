@@ -9,7 +9,7 @@
 #include "calibrate/grid/rail_model.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kFewestMatches = 8;
@@ -298,4 +298,4 @@ CrossingFit fit_crossing(std::span<const CrossingMatch> matches, const FramePose
   return fit;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/grid/crossing_matches.h"
 #include "calibrate/grid/match_residual.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Position (m), then rotation (rad), world axes.
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
@@ -47,4 +47,4 @@ WorldRay world_ray(const FramePose& pose, const MatchRay& ray);
 double epipolar_error_rad(const CrossingMatch& match, const FramePoses& poses,
                           const CrossingFit& fit);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 #include "calibrate/grid/crossing_figures.h"
 #include "calibrate/grid/test_grid.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // The frames of the line along x, displaced from the truth by a turn about their mean and a motion.
@@ -122,4 +122,4 @@ TEST(MatchResidualTest, APointAtTheMeanDistanceLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -12,7 +12,7 @@
 #include "core/base/progress.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Stitched panoramas blend both lenses around the seam: what is seen there was seen from no one
@@ -150,4 +150,4 @@ std::vector<CrossingMatches> find_crossing_matches(const CaptureSet& set, const 
   return crossings;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A ray of a frame, in its camera's frame.
 struct MatchRay {
@@ -55,4 +55,4 @@ std::vector<CrossingMatches> find_crossing_matches(const CaptureSet& set, const 
                                                    const std::optional<cv::Mat>& mask,
                                                    const std::optional<DualFisheyeLayout>& lenses);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::HasSubstr;
@@ -88,4 +88,4 @@ TEST(CrossingMatchesTest, AFrameOfAnotherSizeIsNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
                          const GridOptions& options) {
@@ -24,4 +24,4 @@ GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

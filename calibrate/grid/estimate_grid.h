@@ -22,7 +22,7 @@
 #include "calibrate/grid/grid_result.h"
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct GridOptions {
   GridMethod method = GridMethod::kPoses;
@@ -47,4 +47,4 @@ struct GridOptions {
 GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
                          const GridOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "core/files/test_directory.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::HasSubstr;
@@ -82,4 +82,4 @@ TEST(EstimateGridTest, AMissingPictureIsNamedAndNothingWritten) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 
 #include "core/report/plan_drawing.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 PlanPoint in_plan(const Eigen::Vector3d& position) { return {position.x(), position.z()}; }
@@ -70,4 +70,4 @@ std::string grid_drawing(const CaptureSet& set, const GridResult& result) {
                      notes);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

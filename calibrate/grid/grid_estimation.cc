@@ -15,7 +15,7 @@
 #include "calibrate/poses/align_poses.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using P = RailParameter;
@@ -237,4 +237,4 @@ GridResult estimate_from_matches(const CaptureSet& set, GridMethod method, const
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

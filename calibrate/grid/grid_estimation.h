@@ -6,7 +6,7 @@
 #include "calibrate/grid/crossing_figures.h"
 #include "calibrate/grid/estimate_grid.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The estimate from given matches, judged. `start` has a pose for every frame; `crossings` are
 // those of the set, in any state: one without matches is reported as such. Throws Error as
@@ -15,4 +15,4 @@ GridResult estimate_from_matches(const CaptureSet& set, GridMethod method, const
                                  const FramePoses& start,
                                  const std::vector<CrossingMatches>& crossings);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

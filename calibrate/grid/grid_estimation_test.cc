@@ -5,7 +5,7 @@
 #include "calibrate/grid/test_grid.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::AllOf;
@@ -378,4 +378,4 @@ TEST(GridEstimationTest, ExtremesStayFinite) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "core/report/html_page.h"
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 std::string with_sigma(const Estimate& estimate, int decimals) {
@@ -233,4 +233,4 @@ std::string grid_page(const CaptureSet& set, const GridResult& result) {
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,10 +5,10 @@
 
 #include "calibrate/grid/grid_result.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A complete HTML page: lines, models tried, crossings before and after, the plan with corrections
 // exaggerated, and the stations' deviations along each line.
 std::string grid_page(const CaptureSet& set, const GridResult& result);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using nlohmann::json;
@@ -283,4 +283,4 @@ GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet&
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

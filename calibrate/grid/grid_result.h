@@ -10,7 +10,7 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 enum class GridMethod {
   kPoses,    // from solved poses; matches at the crossings refine and check
@@ -138,4 +138,4 @@ void write_grid_result(const std::filesystem::path& file, const CaptureSet& set,
 // Throws Error naming the file: missing, damaged, newer, of other frames or lines.
 GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using nlohmann::json;
@@ -125,4 +125,4 @@ TEST(LineSummaryTest, AttitudesHaveTheSignsOfTheWorld) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

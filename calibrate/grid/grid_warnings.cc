@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // "x0_003, x0_007 and 4 more".
@@ -137,4 +137,4 @@ void add_warnings(const CaptureSet& set, const GridScale& scale, GridResult* res
   result->trustworthy = result->warnings.empty();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

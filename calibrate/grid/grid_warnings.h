@@ -4,10 +4,10 @@
 #include "calibrate/grid/crossing_figures.h"
 #include "calibrate/grid/grid_result.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Fills in warnings, notes and trustworthy from the lines and crossings of the result. The result
 // can be trusted where there are no warnings, of crossings or of lines.
 void add_warnings(const CaptureSet& set, const GridScale& scale, GridResult* result);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -4,7 +4,7 @@
 
 #include "calibrate/grid/test_grid.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::AllOf;
@@ -42,4 +42,4 @@ TEST(GridWarningsTest, AnUsualErrorOfPlacingIsNone) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -12,7 +12,7 @@
 #include "calibrate/grid/rail_fit.h"
 #include "calibrate/grid/rail_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The rotation vector of exp(turn) * reference * exp(expected)^T, in components that automatic
 // derivatives can pass through at zero.
@@ -123,4 +123,4 @@ struct RailPriorCost {
   }
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -12,7 +12,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using P = RailParameter;
@@ -340,4 +340,4 @@ JointEstimate estimate_jointly(const CaptureSet& set, const JointInput& input,
   return estimate;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

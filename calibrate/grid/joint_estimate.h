@@ -13,7 +13,7 @@
 #include "calibrate/grid/rail_fit.h"
 #include "calibrate/grid/rail_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // One line as it enters the estimate.
 struct RailStart {
@@ -72,4 +72,4 @@ struct RelatedFrames {
 JointEstimate estimate_jointly(const CaptureSet& set, const JointInput& input,
                                std::span<const RelatedFrames> pairs);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using P = RailParameter;
@@ -82,4 +82,4 @@ RailParameters rail_parameters(const RailFrame& frame, const LineFit& line) {
   return parameters;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

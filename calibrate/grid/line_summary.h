@@ -4,7 +4,7 @@
 #include "calibrate/grid/grid_result.h"
 #include "calibrate/grid/rail_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Fills in what follows from the parameters (metres, radians) and their covariance: everything of
 // LineFit from middle_m to covariance.
@@ -15,4 +15,4 @@ void describe_rail(const RailFrame& frame, const RailParameters& parameters,
 // The parameters that a reported line was described from.
 RailParameters rail_parameters(const RailFrame& frame, const LineFit& line);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -21,7 +21,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The inverse distances of what is seen, 1/m.
 struct InverseDepths {
@@ -86,4 +86,4 @@ Eigen::Matrix<T, 3, 1> rotated(const T* rotation_vector, const Eigen::Vector3d& 
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -2,7 +2,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Unknowns of metres and radians, of rails and of stations, are brought to one scale first.
 NormalInverse::NormalInverse(const Eigen::SparseMatrix<double>& jacobian)
@@ -33,4 +33,4 @@ Eigen::MatrixXd NormalInverse::of(const Eigen::MatrixXd& combinations) const {
   return scaled.transpose() * factors_.solve(scaled);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The inverse of the normal equations, as far as it is asked for.
 class NormalInverse {
@@ -24,4 +24,4 @@ class NormalInverse {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

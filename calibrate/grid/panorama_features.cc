@@ -8,7 +8,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Views of 100 degrees: 90 would tile the sphere, the rest gives features at the edges the
@@ -183,4 +183,4 @@ std::vector<FeaturePair> match_features(const PanoramaFeatures& a,
   return pairs;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

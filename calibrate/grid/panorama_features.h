@@ -9,7 +9,7 @@
 #include "core/geometry/sphere.h"
 #include "core/panorama/panorama_sampler.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct PanoramaFeatures {
   std::vector<Eigen::Vector3d> bearings{};  // unit, in the camera's frame
@@ -58,4 +58,4 @@ std::vector<FeaturePair> match_features(const PanoramaFeatures& a,
                                         const PanoramaFeatures& b,
                                         const Eigen::Matrix3d& common_from_b, double gate_rad);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

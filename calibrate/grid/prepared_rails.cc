@@ -6,7 +6,7 @@
 #include "calibrate/grid/rotation_start.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using P = RailParameter;
@@ -158,4 +158,4 @@ FramePoses poses_on_rails(const CaptureSet& set, const std::vector<RailStart>& r
   return poses;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

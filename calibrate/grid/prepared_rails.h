@@ -8,7 +8,7 @@
 #include "calibrate/grid/joint_estimate.h"
 #include "calibrate/grid/rail_fit.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct PreparedRails {
   std::vector<RailStart> rails{};                  // by line
@@ -32,4 +32,4 @@ PreparedRails prepare_rails(const CaptureSet& set, const FramePoses& solved,
 FramePoses poses_on_rails(const CaptureSet& set, const std::vector<RailStart>& rails,
                           const FramePoses& solved);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

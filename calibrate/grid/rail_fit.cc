@@ -6,7 +6,7 @@
 #include "calibrate/grid/robust_regression.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using P = RailParameter;
@@ -325,4 +325,4 @@ RailFit fit_rail(const RailFrame& frame, std::span<const RailSample> samples, do
   return fit;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

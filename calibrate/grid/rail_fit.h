@@ -9,7 +9,7 @@
 #include "calibrate/grid/grid_result.h"
 #include "calibrate/grid/rail_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A station's solved pose.
 struct RailSample {
@@ -48,4 +48,4 @@ struct RailFit {
 // it was. At least one sample; with few of them the model is the planned line moved.
 RailFit fit_rail(const RailFrame& frame, std::span<const RailSample> samples, double spacing_m);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

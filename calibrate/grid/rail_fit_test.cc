@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using P = RailParameter;
@@ -144,4 +144,4 @@ TEST(RailFitTest, FewSamplesMoveThePlannedLine) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 RailFrame rail_frame(const CaptureSet& set, int line) {
   const CaptureLine& rail = set.lines[static_cast<size_t>(line)];
@@ -23,4 +23,4 @@ RailFrame rail_frame(const CaptureSet& set, int line) {
   return frame;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

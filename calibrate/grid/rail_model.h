@@ -8,7 +8,7 @@
 
 #include "calibrate/base/capture_set.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Where a line was planned, and the scale of its parameters.
 struct RailFrame {
@@ -107,4 +107,4 @@ inline Eigen::Matrix3d planned_attitude(const CaptureFrame& frame) {
 
 RailFrame rail_frame(const CaptureSet& set, int line);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

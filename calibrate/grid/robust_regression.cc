@@ -7,7 +7,7 @@
 
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Rows of a matrix that count.
@@ -110,4 +110,4 @@ double left_out_square(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data
   return sum / static_cast<double>(data.size());
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // In all: `basis` is samples x functions, the second of which, if there are as many, makes a
 // straight line with the first; `data` is samples x components, each fitted by itself; the result
@@ -23,4 +23,4 @@ double robust_sigma(const Eigen::VectorXd& residuals, double least);
 // folds; 0 where there are too few samples to leave any out.
 double left_out_square(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -2,7 +2,7 @@
 
 #include <Eigen/QR>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 std::vector<LineMotion> motions_of_start(const CaptureSet& set, const FramePoses& start) {
   std::vector<LineMotion> motions(set.lines.size());
@@ -46,4 +46,4 @@ void agree_at_crossings(std::span<const FittedCrossing> crossings,
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/grid/crossing_fit.h"
 #include "calibrate/grid/rail_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct FittedCrossing {
   LineCrossing crossing{};
@@ -28,4 +28,4 @@ std::vector<LineMotion> motions_of_start(const CaptureSet& set, const FramePoses
 void agree_at_crossings(std::span<const FittedCrossing> crossings,
                         const std::vector<bool>& may_move, std::vector<LineMotion>* lines);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // One kind of difference, of positions or of rotations, over all crossings.
@@ -78,4 +78,4 @@ SolvedLineError common_error(std::span<const FittedCrossing> fitted,
   return {position.sigma(), rotation.sigma()};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/grid/prepared_rails.h"
 #include "calibrate/grid/rotation_start.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Bundle adjustment tells a station's error against its neighbours, but errors of the lens, of the
 // stitching and of long chains of features move a line as a whole, and its sigmas do not know of
@@ -18,4 +18,4 @@ namespace raywalk {
 // crossings of solved lines.
 SolvedLineError common_error(std::span<const FittedCrossing> fitted, const PreparedRails& prepared);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // With fewer each half is about as good as nothing.
@@ -118,4 +118,4 @@ SplitDifference split_by_matches(const CrossingMatches& crossing, const FramePos
           .rotation_expected_rad = std::sqrt(sum.bottomRightCorner<3, 3>().trace())};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

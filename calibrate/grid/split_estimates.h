@@ -7,7 +7,7 @@
 #include "calibrate/grid/crossing_figures.h"
 #include "calibrate/grid/rail_fit.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A line's two fits, from every other sample each.
 struct HalfFits {
@@ -27,4 +27,4 @@ SplitDifference split_by_stations(const HalfFits& x, const HalfFits& z, PlanPoin
 SplitDifference split_by_matches(const CrossingMatches& crossing, const FramePoses& poses,
                                  const CrossingFitScale& scale);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -12,7 +12,7 @@
 #include "calibrate/grid/crossing_matches.h"
 #include "calibrate/grid/rail_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct TestGridSettings {
   int lines_x = 2;
@@ -179,4 +179,4 @@ inline RelativeError relative_error(const FramePoses& poses, const FramePoses& t
           degrees_from_radians(angle_between(relative_rotation(poses), relative_rotation(truth)))};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -12,7 +12,7 @@
 #include "capture/simulated/virtual_room/test_rooms.h"
 #include "capture/simulated/virtual_room/virtual_room.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct RoomCaptureSettings {
   int stations = 3;  // of each line, 50 mm apart about the crossing
@@ -30,9 +30,9 @@ struct RoomCapture {
 
 // A draft is jagged, which features bear well.
 inline cv::Mat seen_in_room(const FramePose& pose, PanoramaSize size) {
-  static const VirtualRoom room(furnished_room(1));
+  static const capture::VirtualRoom room(capture::furnished_room(1));
   return room.panorama({pose.position_m, attitude_from_world_from_camera(pose.world_from_camera)},
-                       size, Sampling::kDraft);
+                       size, capture::Sampling::kDraft);
 }
 
 inline RoomCapture capture_room(const std::filesystem::path& directory,
@@ -68,4 +68,4 @@ inline RoomCapture capture_room(const std::filesystem::path& directory,
   return capture;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -19,7 +19,7 @@
 #include "core/base/progress.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 struct CornerResidual {
@@ -238,4 +238,4 @@ LensFit fit_to_board(const DualFisheyeCamera& start_as_given, const LensOptions&
   return fit_to_corners(views, start);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

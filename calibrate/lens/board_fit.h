@@ -6,7 +6,7 @@
 #include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/charuco_detection.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Fits lenses, the pose of the second, and where the board was in every picture, to the corners.
 // Fills all of LensFit; where no picture shows the board to both lenses, the pose of the back lens
@@ -18,4 +18,4 @@ LensFit fit_to_corners(const std::vector<BoardView>& views, const DualFisheyeCam
 // sizes or another proportion than the start's, and for too few that show the board; Interrupted.
 LensFit fit_to_board(const DualFisheyeCamera& start, const LensOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 
 #include "calibrate/lens/fit_details.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kPointParameters = 3;
@@ -164,4 +164,4 @@ void build_problem(const BundleInput& input, double sigma_px, BundleState* state
   add_priors(input, state, problem);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/lens/lens_bundle.h"
 #include "calibrate/lens/track_point.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A track with its point and which of its observations count.
 struct ActiveTrack {
@@ -30,4 +30,4 @@ Eigen::Vector2d residual_of(const BundleInput& input, const BundleState& state,
 void build_problem(const BundleInput& input, double sigma_px, BundleState* state,
                    std::vector<ActiveTrack>* tracks, ceres::Problem* problem);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // What stitching needs: an error of a third of a pixel is what sampling costs anyway.
@@ -86,4 +86,4 @@ LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
   return fit;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

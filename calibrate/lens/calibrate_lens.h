@@ -15,7 +15,7 @@
 #include "calibrate/lens/lens_uncertainty.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A ChArUco board: a chessboard with an ArUco marker in every white square.
 struct CharucoBoard {
@@ -71,4 +71,4 @@ struct LensFit {
 // against the plan (mirrored, lenses swapped), and too few features to fit a lens to; Interrupted.
 LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -85,4 +85,4 @@ TEST(CalibrateLensTest, BoardsThatCannotBeAreUsageErrors) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -1,6 +1,6 @@
 #include "calibrate/lens/camera_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 LensParameters parameters_of(const FisheyeLens& lens) {
@@ -58,4 +58,4 @@ LensPrior::LensPrior(const FisheyeLens& start) : start_(parameters_of(start)) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // u and v of the centre and the focal length, in pixels, then the four coefficients.
 inline constexpr int kLensParameters = 7;
@@ -97,4 +97,4 @@ class LensPrior {
   LensParameters sigma_{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

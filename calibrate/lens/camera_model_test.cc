@@ -5,7 +5,7 @@
 
 #include "calibrate/lens/lens_test_camera.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Vector3d;
@@ -67,4 +67,4 @@ TEST(CameraModelTest, DerivativesExistOnTheAxis) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -19,7 +19,7 @@
 #include "core/base/progress.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kLeastTracks = 100;
@@ -304,4 +304,4 @@ LensFit fit_to_capture(const CaptureSet& set, const DualFisheyeCamera& start,
   return CaptureFit(set, start, options).fit();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -13,7 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Vector3d;
@@ -27,8 +27,8 @@ struct Capture {
   CaptureSet set{};
 };
 
-void add_station(const VirtualRoom& room, const DualFisheyeLayout& lenses, int line, int number,
-                 Capture* capture) {
+void add_station(const capture::VirtualRoom& room, const DualFisheyeLayout& lenses, int line,
+                 int number, Capture* capture) {
   CaptureFrame frame;
   frame.name = (line == 0 ? "x0_" : "z0_") + std::to_string(number);
   frame.line = line;
@@ -38,7 +38,7 @@ void add_station(const VirtualRoom& room, const DualFisheyeLayout& lenses, int l
   const double sign = line == 0 ? 1.0 : -1.0;
   const Attitude placed{radians_from_degrees(sign * 1.1), radians_from_degrees(-0.4 * sign),
                         radians_from_degrees(0.7 + 0.1 * number)};
-  CameraPose pose{frame.nominal_m + Vector3d(0.012, -0.006 * sign, 0.009), placed};
+  capture::CameraPose pose{frame.nominal_m + Vector3d(0.012, -0.006 * sign, 0.009), placed};
   pose.position_m[line == 0 ? 2 : 0] += sign * 0.01 * along_m;  // the rail itself is turned
   const cv::Mat clean = room.dual_fisheye(pose, lenses, kPicture);
   write_image(frame.file, apply_sensor(clean, {1.0, 0.01, 0.0}, 1.0,
@@ -54,7 +54,7 @@ const Capture& capture() {
     made->set.layout = FrameLayout::kDualFisheye;
     made->set.frame = kPicture;
     made->set.lines = {{"x0", LineAxis::kX, -0.5, false, {}}, {"z0", LineAxis::kZ, 0.5, false, {}}};
-    const VirtualRoom room(furnished_room(3));
+    const capture::VirtualRoom room(capture::furnished_room(3));
     for (int line = 0; line < 2; ++line) {
       for (int i = 0; i < 5; ++i) add_station(room, true_camera(kPicture).layout, line, i, made);
     }
@@ -131,4 +131,4 @@ TEST(CaptureFitTest, PicturesOfNothingAreRefusedWithWhatToDo) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

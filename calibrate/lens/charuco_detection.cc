@@ -17,7 +17,7 @@
 #include "calibrate/lens/image_circle.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // In the order of OpenCV's enumeration, which starts at 0.
@@ -257,4 +257,4 @@ std::optional<BoardView> BoardFinder::find(const LensPictures& pictures) const {
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

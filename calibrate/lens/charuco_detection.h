@@ -8,7 +8,7 @@
 #include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/lens_features.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct BoardCorner {
   bool back = false;  // seen by which lens
@@ -48,4 +48,4 @@ class BoardFinder {
   std::vector<View> views_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -13,7 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -163,4 +163,4 @@ TEST(CharucoTest, TooFewPicturesOfABoardAreRefusedWithWhatToDo) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Union-find over the features of all stations.
@@ -120,4 +120,4 @@ void thin_tracks(std::size_t most, std::vector<BundleTrack>* tracks) {
   *tracks = std::move(kept);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

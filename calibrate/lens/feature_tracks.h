@@ -9,7 +9,7 @@
 #include "calibrate/lens/lens_features.h"
 #include "calibrate/lens/lens_matching.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct ViewMatches {
   int first = 0;  // stations
@@ -34,4 +34,4 @@ int remove_still_tracks(const DualFisheyeLayout& layout, std::span<const Eigen::
 // even share, so that they stay spread as they are.
 void thin_tracks(std::size_t most, std::vector<BundleTrack>* tracks);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

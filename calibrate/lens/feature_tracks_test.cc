@@ -5,7 +5,7 @@
 
 #include "calibrate/lens/lens_test_camera.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Vector3d;
@@ -82,4 +82,4 @@ TEST(FeatureTracksTest, ThinningKeepsWhatTiesTheLensesTogether) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

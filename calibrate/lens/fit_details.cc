@@ -13,7 +13,7 @@
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 class StopOnInterrupt : public ceres::IterationCallback {
@@ -97,4 +97,4 @@ void set_uncertainty(const CameraParameters& parameters,
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "calibrate/lens/calibrate_lens.h"
 #include "calibrate/lens/camera_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // An observation further from the fit than this many standard deviations is taken for a wrong one.
 inline constexpr double kOutlierSigmas = 5.0;
@@ -43,4 +43,4 @@ void set_residuals(const std::vector<FitResidual>& residuals, LensFit* fit);
 void set_uncertainty(const CameraParameters& parameters,
                      const std::optional<CameraCovariance>& covariance, LensFit* fit);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

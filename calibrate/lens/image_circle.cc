@@ -7,7 +7,7 @@
 
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kAzimuths = 360;
@@ -120,4 +120,4 @@ FisheyeLens with_rim_at(FisheyeLens lens, double radius_px) {
   return lens;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 double distance_px(PixelPosition a, PixelPosition b);
 
@@ -31,4 +31,4 @@ FisheyeLens with_rim_at(FisheyeLens lens, double radius_px);
 // The radius at which the field of view ends.
 double rim_radius_px(const FisheyeLens& lens);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

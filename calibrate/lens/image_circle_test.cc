@@ -6,7 +6,7 @@
 
 #include "calibrate/lens/lens_test_camera.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr PanoramaSize kPicture{1120, 560};
@@ -60,4 +60,4 @@ TEST(ImageCircleTest, FieldOfViewEndsAtTheRimOrWhereTheRadiusStopsGrowing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // What three observations tell besides their point is little; two tell nothing.
@@ -219,4 +219,4 @@ BundleResult adjust_bundle(const BundleInput& input, const BundleState& from,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

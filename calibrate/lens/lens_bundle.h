@@ -16,7 +16,7 @@
 #include "calibrate/lens/camera_model.h"
 #include "calibrate/lens/lens_uncertainty.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct BundleStation {
   int line = 0;
@@ -86,4 +86,4 @@ struct BundleOptions {
 BundleResult adjust_bundle(const BundleInput& input, const BundleState& from,
                            const BundleOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include "calibrate/lens/lens_test_camera.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Vector3d;
@@ -154,4 +154,4 @@ TEST(LensBundleTest, FeaturesThatDoNotBelongTogetherAreRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

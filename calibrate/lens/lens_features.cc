@@ -8,7 +8,7 @@
 
 #include "calibrate/lens/image_circle.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Larger pictures are made smaller first: the finest features of a 6K frame are noise, and its time
@@ -162,4 +162,4 @@ LensFeatures find_lens_features(const LensPictures& pictures, const DualFisheyeC
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct LensFeature {
   PixelPosition seen{};  // pixels of its picture
@@ -40,4 +40,4 @@ struct FeatureOptions {
 LensFeatures find_lens_features(const LensPictures& pictures, const DualFisheyeCamera& camera,
                                 const FeatureOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

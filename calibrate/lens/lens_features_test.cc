@@ -6,7 +6,7 @@
 
 #include "calibrate/lens/lens_test_camera.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr PanoramaSize kPicture{640, 320};
@@ -64,4 +64,4 @@ TEST(LensFeaturesTest, TheNadirAndTheRimAreLeftOutWhereAsked) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

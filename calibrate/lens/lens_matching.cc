@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kDescriptorLength = 128;
@@ -110,4 +110,4 @@ std::vector<FeatureMatch> match_features(const LensOfView& first, const LensOfVi
   return matches;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

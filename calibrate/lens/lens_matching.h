@@ -8,7 +8,7 @@
 #include "calibrate/lens/lens_features.h"
 #include "calibrate/lens/track_point.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The features of a station with what is known of their directions at the time of matching.
 struct MatchingView {
@@ -39,4 +39,4 @@ struct LensOfView {
 std::vector<FeatureMatch> match_features(const LensOfView& first, const LensOfView& second,
                                          const MatchingGate& gate);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

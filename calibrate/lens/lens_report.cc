@@ -12,7 +12,7 @@
 #include "core/report/markup.h"
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using nlohmann::ordered_json;
@@ -165,4 +165,4 @@ std::string lens_json(const LensFit& fit) {
   return json.dump(2) + "\n";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 
 #include "calibrate/lens/calibrate_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A page that stands alone: figures, start against fitted values with standard deviations, a
 // picture of the residuals over both image circles and their size over the angle from the axis.
@@ -22,4 +22,4 @@ std::string lens_page(const LensFit& fit);
 //  "residuals_over_angle": [{"lens", "off_axis_deg", "count", "rms_px", "radial_px"}]}
 std::string lens_json(const LensFit& fit);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "calibrate/lens/lens_values.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::HasSubstr;
@@ -68,4 +68,4 @@ TEST(LensReportTest, PageIsWellFormedAndTellsWarnings) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include "core/files/lens_file.h"
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The camera that a maker would describe: two equidistant lenses of 190 degrees.
 inline DualFisheyeCamera plain_camera(PanoramaSize picture) {
@@ -80,4 +80,4 @@ inline double imaging_difference_px(const DualFisheyeLayout& a, const DualFishey
   return std::max(std::sqrt(sum / count), imaging_difference_px(a.front, b.front));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

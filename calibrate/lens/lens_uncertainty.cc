@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using LensCovariance = Eigen::Matrix<double, kLensParameters, kLensParameters>;
@@ -69,4 +69,4 @@ CameraUncertainty uncertainty_of(const CameraParameters& parameters,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "calibrate/lens/camera_model.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Standard deviations.
 struct LensUncertainty {
@@ -37,4 +37,4 @@ CameraUncertainty uncertainty_of(const CameraParameters& parameters,
                                  const CameraCovariance& covariance,
                                  const DualFisheyeLayout& layout);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

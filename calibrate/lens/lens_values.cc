@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 std::vector<LensValue> values_of(const FisheyeLens& start, const FisheyeLens& fitted,
@@ -95,4 +95,4 @@ std::vector<ResidualRing> residual_rings(const LensFit& fit) {
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "calibrate/lens/calibrate_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // One number of the camera before and after.
 struct LensValue {
@@ -35,4 +35,4 @@ struct ResidualRing {
 // Rings of five degrees that hold residuals, by lens and angle.
 std::vector<ResidualRing> residual_rings(const LensFit& fit);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

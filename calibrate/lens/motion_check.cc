@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Below this what was seen has not moved enough to tell where the camera went.
@@ -96,4 +96,4 @@ void require_motion_as_planned(const std::vector<MotionSeen>& motions) {
       degrees_from_radians(largest_rad)));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

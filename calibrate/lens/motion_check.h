@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The same thing seen from two stations; unit directions in axes that the plan has parallel.
 struct SeenTwice {
@@ -28,4 +28,4 @@ struct MotionSeen {
 // are seen within 45 degrees of the plan.
 void require_motion_as_planned(const std::vector<MotionSeen>& motions);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Eigen::Vector3d;
@@ -73,4 +73,4 @@ TEST(MotionCheckTest, WhatIsWrongWithThePicturesIsTold) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -10,7 +10,7 @@
 #include "core/base/median.h"
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr double kSide_px = 480.0;
@@ -97,4 +97,4 @@ std::string residual_picture(const LensFit& fit, bool back) {
   return svg;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kLeastPerLine = 5;
@@ -88,4 +88,4 @@ std::vector<StationPair> pairs_to_match(const CaptureSet& set, const std::vector
   return pairs;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 
 #include "calibrate/base/capture_set.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // About `count` frames, shared among all lines and evenly spread over each; at least five per line
 // as far as it has them, and fewer lines, of both axes in turn, where that would be more than
@@ -27,4 +27,4 @@ struct StationPair {
 // apart than neighbours are.
 std::vector<StationPair> pairs_to_match(const CaptureSet& set, const std::vector<int>& stations);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 
 #include <set>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // `lines` of each axis, `stations` each, 5 cm apart, crossing at their middles' outskirts.
@@ -78,4 +78,4 @@ TEST(StationChoiceTest, NeighboursAndCrossingLinesAreCompared) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // An anchor on the ray, with two directions at right angles to it.
@@ -48,4 +48,4 @@ std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays) {
   return point;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // World frame; unit direction.
 struct ViewRay {
@@ -33,4 +33,4 @@ struct TrackPoint {
 // of at least two rays; none where it is behind a ray or the rays do not determine it.
 std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

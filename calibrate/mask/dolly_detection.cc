@@ -12,7 +12,7 @@
 #include "core/files/image_file.h"
 #include "core/panorama/panorama_sampler.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // The view straight down that stations are compared in: equidistant, the nadir in its middle.
@@ -226,4 +226,4 @@ std::optional<DollyDetection> detect_dolly(const CaptureSet& panoramas) {
   return found;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

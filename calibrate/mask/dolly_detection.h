@@ -7,7 +7,7 @@
 
 #include "calibrate/base/capture_set.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct DollyDetection {
   cv::Mat mask{};          // CV_8UC1 of the panoramas' size: 255 valid, 0 masked
@@ -23,4 +23,4 @@ struct DollyDetection {
 // Interrupted.
 std::optional<DollyDetection> detect_dolly(const CaptureSet& panoramas);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -10,7 +10,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::HasSubstr;
@@ -120,4 +120,4 @@ TEST_F(DollyDetectionTest, ShortLinesAreNotEnough) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 
 #include "core/report/html_page.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kFormatVersion = 1;
@@ -68,4 +68,4 @@ std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::M
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/mask/dolly_detection.h"
 #include "calibrate/mask/nadir_mask.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct MaskReport {
   MaskOptions options{};
@@ -24,4 +24,4 @@ std::string mask_json(const MaskReport& report, PanoramaSize size);
 // `panorama` is the station's, CV_8UC3, of the mask's size.
 std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

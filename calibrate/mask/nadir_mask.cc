@@ -12,7 +12,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr double kWidestCone_deg = 89.0;
@@ -102,4 +102,4 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
   return mask;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "calibrate/base/capture_set.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Whatever is given adds to what is masked.
 struct MaskOptions {
@@ -33,4 +33,4 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
 // Share of the sphere that a mask hides, 0..1.
 double masked_share(const cv::Mat& mask);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -13,7 +13,7 @@
 #include "core/files/test_directory.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST_F(NadirMaskTest, FisheyeFramesHaveToBeStitchedFirst) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

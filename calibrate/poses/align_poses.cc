@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // The smallest spread, relative to the largest, that counts as a dimension of its own: a rail's bow
@@ -118,4 +118,4 @@ FramePoses aligned(const FramePoses& solved, const PoseAlignment& alignment) {
   return moved;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // x_world = scale * rotation * x_solved + translation_m.
 struct PoseAlignment {
@@ -37,4 +37,4 @@ PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
 // Moves the poses into the world; sigmas of positions are scaled along.
 FramePoses aligned(const FramePoses& solved, const PoseAlignment& alignment);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

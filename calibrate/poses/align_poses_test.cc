@@ -7,7 +7,7 @@
 #include "calibrate/poses/test_rail_scene.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // The poses as another frame of another scale would have them.
@@ -121,4 +121,4 @@ TEST(AlignPoses, ScalesSigmasOfPositions) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

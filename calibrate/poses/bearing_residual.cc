@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 class BearingResidual {
@@ -63,4 +63,4 @@ Eigen::Matrix3d rotation_from_vector(const Eigen::Vector3d& w) {
   return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The width that residuals are given for: in pixels of a panorama so wide, whatever the width of
 // those that were matched.
@@ -39,4 +39,4 @@ double bearing_error_px(const PointObservation& observation,
 // exp(w), a rotation matrix.
 Eigen::Matrix3d rotation_from_vector(const Eigen::Vector3d& w);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/sqlite_connection.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // COLMAP's number of a pair: first * (2^31 - 1) + second.
@@ -99,4 +99,4 @@ std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& datab
   return pairs;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -10,7 +10,7 @@
 
 #include "calibrate/poses/panorama_faces.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct DatabaseImage {
   std::uint32_t id = 0;
@@ -33,4 +33,4 @@ struct VerifiedPair {
 // file: missing, no database, damaged.
 std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& database);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

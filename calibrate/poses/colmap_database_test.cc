@@ -9,7 +9,7 @@
 #include "core/files/sqlite_connection.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST(ColmapDatabase, RefusesDamage) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "COLMAP's files are little-endian");
@@ -240,4 +240,4 @@ ColmapModel read_colmap_model(const std::filesystem::path& directory) {
   return model;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

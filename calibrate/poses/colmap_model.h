@@ -10,7 +10,7 @@
 
 #include "calibrate/poses/panorama_faces.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A pinhole camera of square pixels whose axis meets the middle of its pictures.
 struct ColmapCamera {
@@ -59,4 +59,4 @@ void write_colmap_model(const std::filesystem::path& directory, const ColmapMode
 // number that is none, a track that names an image or feature that is not there.
 ColmapModel read_colmap_model(const std::filesystem::path& directory);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

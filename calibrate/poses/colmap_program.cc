@@ -18,7 +18,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr std::chrono::milliseconds kPollEvery{20};
@@ -166,4 +166,4 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
                           log.string()));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

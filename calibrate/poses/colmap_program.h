@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The release that raywalk-calibrate works with; its options and files differ between releases.
 inline constexpr std::string_view kColmapRelease = "3.8";
@@ -43,4 +43,4 @@ class ColmapProgram {
 // else the last line that is not part of a stack trace; empty if there is none.
 std::string telling_line(std::string_view output);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -17,7 +17,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -193,4 +193,4 @@ TEST(TellingLine, PrefersErrorsToWhatCameLast) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

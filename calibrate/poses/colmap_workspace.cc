@@ -15,7 +15,7 @@
 #include "core/files/sha256.h"
 #include "core/files/sqlite_connection.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -348,4 +348,4 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
   return points_of(read_colmap_model(result));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -24,7 +24,7 @@
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/refine_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct WorkspaceOptions {
   std::filesystem::path directory{};
@@ -101,4 +101,4 @@ class ColmapWorkspace {
   int matched_face_pairs_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

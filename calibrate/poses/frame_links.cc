@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 std::vector<std::set<int>> frames_by_point(const SeenPoints& points) {
@@ -92,4 +92,4 @@ SeenPoints inliers_of(const RefinedPoses& refined) {
   return inliers;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

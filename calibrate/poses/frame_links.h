@@ -6,7 +6,7 @@
 
 #include "calibrate/poses/refine_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Frames that share points, as groups; index of the group for each frame, -1 for one that shares
 // none. Two frames belong together when the points that both see, or a chain of such frames, are at
@@ -22,4 +22,4 @@ int common_points(const SeenPoints& points, const std::vector<bool>& a, const st
 // Observations whose error is within `inlier_px`, and the points they see.
 SeenPoints inliers_of(const RefinedPoses& refined);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

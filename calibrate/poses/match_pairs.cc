@@ -8,7 +8,7 @@
 
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr double kReachAlong = 0.25;  // of the cell's side
@@ -200,4 +200,4 @@ std::vector<FacePair> overlapping_faces(const std::array<PanoramaFace, kFaceCoun
   return pairs;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

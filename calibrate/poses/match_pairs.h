@@ -11,7 +11,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/panorama_faces.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The length that distances in a capture are measured by: the side of a cell, as the median
 // distance of neighbouring crossings along the lines. Where no line has two crossings it is two
@@ -54,4 +54,4 @@ std::vector<FacePair> overlapping_faces(const std::array<PanoramaFace, kFaceCoun
                                         const Eigen::Matrix3d& world_from_first,
                                         const Eigen::Matrix3d& world_from_second);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 
 #include "calibrate/poses/test_rail_scene.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::Contains;
@@ -133,4 +133,4 @@ TEST(OverlappingFaces, FollowACameraThatWasTurned) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/panorama/panorama_sampler.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr std::array<double, kFaceCount> kFaceYaw_deg{45.0, 135.0, -135.0, -45.0};
@@ -119,4 +119,4 @@ std::array<cv::Mat, kFaceCount> FaceCutter::cut_mask(const cv::Mat& mask, double
   return faces;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -21,7 +21,7 @@
 #include "core/geometry/fisheye_lens.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 inline constexpr int kFaceCount = 4;
 
@@ -79,4 +79,4 @@ class FaceCutter {
   std::array<std::vector<PixelPosition>, kFaceCount> sources_{};  // in the reduced panorama
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

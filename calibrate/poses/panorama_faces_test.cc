@@ -6,7 +6,7 @@
 
 #include "calibrate/poses/test_rail_scene.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kFace_px = 64;
@@ -139,4 +139,4 @@ TEST(FaceSize, FollowsThePanoramaWithinBounds) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -250,4 +250,4 @@ void set_sigmas(RefinedPoses* refined, const PoseAnchor& anchor) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -3,7 +3,7 @@
 
 #include "calibrate/poses/refine_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Sets position_sigma_mm and rotation_sigma_deg of every pose: the root mean square over the axes.
 // From the normal equations of the observations, weighted as their loss does, with the points
@@ -15,4 +15,4 @@ namespace raywalk {
 // takes the other poses for known.
 void set_sigmas(RefinedPoses* refined, const PoseAnchor& anchor);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

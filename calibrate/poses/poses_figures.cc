@@ -7,7 +7,7 @@
 
 #include "calibrate/poses/frame_links.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // A line further from its plan than this share of a cell was hardly laid where it was meant to be.
@@ -155,4 +155,4 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
   return warnings;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -13,7 +13,7 @@
 #include "calibrate/poses/refine_poses.h"
 #include "calibrate/poses/solve_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Fewer scene points than these do not tie frames or lines together, nor carry a pose: a handful of
 // wrong matches may agree by chance.
@@ -44,4 +44,4 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
                                        std::span<const LineCrossing> crossings,
                                        const MatchSummary& summary, const PosesResult& result);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

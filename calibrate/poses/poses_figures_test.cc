@@ -9,7 +9,7 @@
 #include "core/files/test_directory.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -161,4 +161,4 @@ TEST(PosesReport, CopesWithNothingSolved) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

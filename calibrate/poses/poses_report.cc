@@ -11,7 +11,7 @@
 #include "core/report/html_page.h"
 #include "core/report/plan_drawing.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -245,4 +245,4 @@ void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
   write_file_atomically(out / "poses.html", page.html());
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,11 +5,11 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/solve_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Writes poses-report.json and poses.html into `out`. `start` are the poses that the solution
 // started from.
 void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
                         const FramePoses& start, const PosesResult& result);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

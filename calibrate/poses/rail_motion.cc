@@ -8,7 +8,7 @@
 
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr std::size_t kLeastMatches = 20;
@@ -118,4 +118,4 @@ std::string common_fault(const CaptureSet& set, std::span<const RailMotion> moti
   return "";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The same thing seen in two panoramas: unit vectors in each camera's frame.
 struct BearingMatch {
@@ -35,4 +35,4 @@ RailMotion rail_motion(std::span<const double> evidence);
 // names.
 std::string common_fault(const CaptureSet& set, std::span<const RailMotion> motions);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

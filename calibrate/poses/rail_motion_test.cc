@@ -5,7 +5,7 @@
 
 #include "calibrate/poses/test_rail_scene.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::HasSubstr;
@@ -117,4 +117,4 @@ TEST(CommonFault, NamesWhatTheLinesHaveInCommon) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

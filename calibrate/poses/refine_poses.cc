@@ -19,7 +19,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // The Cauchy loss that loses 5 % of efficiency on normal errors is as wide as 2.385 standard
@@ -348,4 +348,4 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
   return refined;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/bearing_residual.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct SeenPoints {
   std::vector<Eigen::Vector3d> points_m{};  // world frame
@@ -52,4 +52,4 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
 // that of unit noise, sqrt(2 ln 2). 0 for none.
 double noise_of(const std::vector<double>& errors_px);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

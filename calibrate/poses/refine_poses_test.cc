@@ -11,7 +11,7 @@
 #include "calibrate/poses/test_rail_scene.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr PoseAnchor kAnchor{0.1, 0.1};
@@ -253,4 +253,4 @@ TEST(SeenPoints, StrongestGivesEveryFrameItsShareOfLongTracks) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

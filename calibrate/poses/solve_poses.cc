@@ -20,7 +20,7 @@
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // From wide, as the nominal poses are degrees off, to as narrow as features are exact.
@@ -286,4 +286,4 @@ PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options
   return PoseSolver(panoramas, options).solve();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

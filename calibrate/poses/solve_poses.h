@@ -14,7 +14,7 @@
 #include "calibrate/poses/align_poses.h"
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct PosesOptions {
   double keyframes_mm = 0;        // largest distance between the stations solved; 0: every station
@@ -84,4 +84,4 @@ struct PosesResult {
 // UsageError for options out of range; Interrupted.
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

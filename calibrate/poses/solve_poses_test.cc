@@ -20,7 +20,7 @@
 #include "core/files/test_directory.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using ::testing::AllOf;
@@ -54,12 +54,12 @@ FramePoses corner_truth() { return test_truth(corner_set(), {0.01, 1.0, 0.001, 0
 // Ray-traced from the true poses, once for all tests.
 const std::vector<cv::Mat>& corner_pictures() {
   static const std::vector<cv::Mat> pictures = [] {
-    const VirtualRoom room(furnished_room(5));
+    const capture::VirtualRoom room(capture::furnished_room(5));
     std::vector<cv::Mat> rendered;
     for (const auto& pose : corner_truth()) {
       const Attitude attitude = attitude_from_world_from_camera(pose->world_from_camera);
-      rendered.push_back(
-          room.panorama({pose->position_m, attitude}, corner_set().frame, Sampling::kFine));
+      rendered.push_back(room.panorama({pose->position_m, attitude}, corner_set().frame,
+                                       capture::Sampling::kFine));
     }
     return rendered;
   }();
@@ -216,4 +216,4 @@ TEST(SolvePosesInput, NeedsColmap) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -13,7 +13,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/refine_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Adds a line of `stations` from -length / 2 to length / 2 at `across_m`.
 inline void add_test_line(CaptureSet* set, const std::string& id, LineAxis axis, double across_m,
@@ -140,4 +140,4 @@ inline PoseDifference largest_difference(const FramePoses& a, const FramePoses& 
   return largest;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

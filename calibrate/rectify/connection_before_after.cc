@@ -13,7 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/room/connection_errors.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -139,4 +139,4 @@ ConnectionBeforeAfter measure_connection(const ConnectionInput& before,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -10,7 +10,7 @@
 
 #include "calibrate/rectify/frame_tables.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Squared 8-bit levels of initial views; NaN where no column could be compared.
 struct ConnectionAtK {
@@ -40,4 +40,4 @@ ConnectionBeforeAfter measure_connection(const ConnectionInput& before,
                                          const std::optional<std::filesystem::path>& programs,
                                          const std::filesystem::path& work);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "core/panorama/panorama_sampler.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 cv::Mat cut(const cv::Mat& panorama, const HorizonWindow& window) {
@@ -79,4 +79,4 @@ Overlay overlay_of(const cv::Mat& first, const cv::Mat& second, const HorizonWin
   return overlay;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Indices into CaptureSet::frames.
 struct CrossingPair {
@@ -39,4 +39,4 @@ struct Overlay {
 // Of two CV_8UC3 panoramas of one size.
 Overlay overlay_of(const cv::Mat& first, const cv::Mat& second, const HorizonWindow& window);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "calibrate/base/test_capture_folder.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Grey but for stripes over one eighth of the turn that starts at column `left`.
@@ -61,4 +61,4 @@ TEST(CrossingOverlayTest, PairIsTheNearestWithPoses) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

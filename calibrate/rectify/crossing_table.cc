@@ -4,7 +4,7 @@
 
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 std::string crossing_name(const CaptureSet& set, int along_x, int along_z) {
   return fmt::format("{} / {}", set.lines[static_cast<std::size_t>(along_x)].id,
                      set.lines[static_cast<std::size_t>(along_z)].id);
@@ -39,4 +39,4 @@ HtmlTable crossing_table(const CaptureSet& set, const std::vector<CrossingFigure
   return table;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

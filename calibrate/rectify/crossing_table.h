@@ -8,7 +8,7 @@
 #include "calibrate/grid/grid_result.h"
 #include "core/report/html_page.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // "x0 / z1".
 std::string crossing_name(const CaptureSet& set, int along_x, int along_z);
@@ -16,4 +16,4 @@ std::string crossing_name(const CaptureSet& set, int along_x, int along_z);
 // How far the two lines disagree at every crossing, before and after.
 HtmlTable crossing_table(const CaptureSet& set, const std::vector<CrossingFigures>& crossings);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "core/panorama/srgb.h"
 #include "core/panorama/transposed_border.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Pictures are turned at this width, twice that of the comparison, as interpolation blurs.
@@ -139,4 +139,4 @@ cv::Vec3f LevelsUnderGain::operator()(const cv::Vec3f& levels) const {
   return changed;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -21,7 +21,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "core/panorama/colour_comparison.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Factors of linear light: red, green, blue; above 0.
 using LightGain = std::array<double, 3>;
@@ -63,4 +63,4 @@ class LevelsUnderGain {
   std::array<std::array<float, 255 * kStepsPerLevel + 2>, 3> table_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

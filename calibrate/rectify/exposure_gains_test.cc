@@ -7,7 +7,7 @@
 
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Two lines of ten frames that cross once; every channel with gains of its own.
@@ -96,4 +96,4 @@ TEST(LevelsUnderGainTest, OvershootOfCubicsIsTakenForTheNearestLevel) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

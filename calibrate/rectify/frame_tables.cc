@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/geometry/line_search.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // As RFC 4180 has it.
@@ -106,4 +106,4 @@ std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines) {
   return found ? std::optional(std::move(found->grid)) : std::nullopt;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

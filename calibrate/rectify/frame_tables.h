@@ -9,7 +9,7 @@
 #include "core/geometry/grid.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A row of a frame list.
 struct ListedFrame {
@@ -31,4 +31,4 @@ std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& f
 // The grid of these frames at that tolerance; none where there is none.
 std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

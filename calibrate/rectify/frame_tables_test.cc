@@ -8,7 +8,7 @@
 #include "core/files/frame_list.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 std::vector<Frame> written_and_read(const std::vector<ListedFrame>& frames) {
@@ -69,4 +69,4 @@ TEST(FrameTablesTest, NoGridIsNotAnError) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

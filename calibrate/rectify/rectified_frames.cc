@@ -13,7 +13,7 @@
 #include "core/files/sha256.h"
 #include "core/panorama/panorama_rotation.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,4 +141,4 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
   move_into_place(partial, directory, !mask.empty());
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

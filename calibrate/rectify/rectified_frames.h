@@ -10,7 +10,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/rectify/exposure_gains.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The gains of all frames, from the pictures (exposure_gains.h); reads every frame with a pose.
 std::vector<LightGain> measure_gains(const CaptureSet& panoramas, const FramePoses& poses,
@@ -29,4 +29,4 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
                             const std::vector<LightGain>& gains, const cv::Mat& mask,
                             const std::filesystem::path& out);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

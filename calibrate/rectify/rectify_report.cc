@@ -14,7 +14,7 @@
 #include "core/report/markup.h"
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -269,4 +269,4 @@ RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "calibrate/rectify/rectify_set.h"
 #include "core/report/html_page.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Writes both into OUT. `grid` may be null.
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
@@ -20,4 +20,4 @@ void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page);
 // "raywalk-build-lf pack --frames OUT/poses.csv ...", the next step.
 std::string pack_command(const RectifyResult& result, const std::filesystem::path& out);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

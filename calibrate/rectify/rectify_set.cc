@@ -13,7 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/panorama/panorama_rotation.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -167,4 +167,4 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -14,7 +14,7 @@
 #include "calibrate/rectify/connection_before_after.h"
 #include "calibrate/rectify/exposure_gains.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct RectifyOptions {
   std::optional<cv::Mat>
@@ -60,4 +60,4 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
 // The result as rectify.json holds it. Throws Error naming the file: missing, damaged, newer.
 RectifyResult read_rectify_result(const std::filesystem::path& file, const CaptureSet& set);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -15,7 +15,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -35,8 +35,8 @@ double psnr_db(const cv::Mat& a, const cv::Mat& b) {
 class RectifySetTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    VirtualRoomSettings settings;
-    room_ = new VirtualRoom(settings);
+    capture::VirtualRoomSettings settings;
+    room_ = new capture::VirtualRoom(settings);
     set_ = new CaptureSet();
     poses_ = new FramePoses();
     frames_ = new TestDirectory();
@@ -102,7 +102,7 @@ class RectifySetTest : public ::testing::Test {
     return sum / static_cast<double>(set_->frames.size());
   }
 
-  static VirtualRoom* room_;
+  static capture::VirtualRoom* room_;
   static CaptureSet* set_;
   static FramePoses* poses_;
   static TestDirectory* frames_;
@@ -247,4 +247,4 @@ TEST_F(RectifySetTest, DamagedReportsAreNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

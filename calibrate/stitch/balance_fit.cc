@@ -8,7 +8,7 @@
 #include "core/base/median.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // The unknowns: gains of blue, green and red, falloff_2, falloff_4, then an exposure per pair of
@@ -144,4 +144,4 @@ BalanceFit fit_balance(const std::vector<LightRatio>& ratios) {
   return fit;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 
 #include "calibrate/stitch/lens_balance.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Where in a lens's picture something was seen.
 struct LensPlace {
@@ -46,4 +46,4 @@ struct BalanceFit {
 // Without ratios: a balance that changes nothing, sigmas those of the priors.
 BalanceFit fit_balance(const std::vector<LightRatio>& ratios);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

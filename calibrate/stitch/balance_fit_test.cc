@@ -7,7 +7,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 const LensBalance kTruth{{1.10, 1.05, 0.92}, -0.04, -0.02};
@@ -118,4 +118,4 @@ TEST(BalanceFitTest, NothingSeenChangesNothing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -4,7 +4,7 @@
 
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 inline constexpr float kShift = static_cast<float>(kSrgbShift_levels);
 inline constexpr float kToe = static_cast<float>(kSrgbToe_levels);
@@ -16,4 +16,4 @@ alignas(16) inline constexpr float kCubic[4][4] = {{0.0F, 1.0F, 0.0F, 0.0F},
                                                    {1.0F, -2.5F, 2.0F, -0.5F},
                                                    {-0.5F, 1.5F, -1.5F, 0.5F}};
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 
 #include "calibrate/stitch/fisheye_arithmetic.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kColours = 3;
@@ -69,4 +69,4 @@ const FisheyeKernels& fisheye_kernels() {
 const FisheyeKernels& fisheye_kernels() { return portable_fisheye_kernels(); }
 #endif
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

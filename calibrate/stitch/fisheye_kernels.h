@@ -12,7 +12,7 @@
 
 #include <cstdint>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Pixels around the picture, repeated from its edge, that cubics read.
 inline constexpr int kFisheyeBorder = 2;
@@ -50,4 +50,4 @@ struct FisheyeKernels {
 const FisheyeKernels& fisheye_kernels();
 const FisheyeKernels& portable_fisheye_kernels();
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -5,7 +5,7 @@
 #include "calibrate/stitch/fisheye_arithmetic.h"
 #include "calibrate/stitch/fisheye_kernels.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 __m256 two_pixels(const std::uint8_t* pixels) {
@@ -87,4 +87,4 @@ void sample_with_avx2(const FisheyePixels& picture, const FisheyeSample* samples
 extern const FisheyeKernels kAvx2Fisheye;
 const FisheyeKernels kAvx2Fisheye{"avx2", &sample_with_avx2};
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

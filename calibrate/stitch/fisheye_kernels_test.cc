@@ -10,7 +10,7 @@
 
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kWidth = 40, kHeight = 30;
@@ -105,4 +105,4 @@ TEST(FisheyeKernelsTest, CorrectsLightAsTheTransferCurveHasIt) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Flare and the lens's mount may be lit a little; a panorama's corners are as bright as its rest.
@@ -74,4 +74,4 @@ FramePictures read_frame_pictures(const CaptureFrame& frame, const DualFisheyeCa
   return pictures;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 #include "calibrate/base/capture_set.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // CV_8UC3; the same picture twice for cameras that give one file.
 struct FramePictures {
@@ -18,4 +18,4 @@ struct FramePictures {
 // or bright where the camera's pictures are dark.
 FramePictures read_frame_pictures(const CaptureFrame& frame, const DualFisheyeCamera& camera);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -4,7 +4,7 @@
 
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 double LensBalance::share_at(double angle_rad) const {
   const double square = angle_rad * angle_rad;
@@ -13,4 +13,4 @@ double LensBalance::share_at(double angle_rad) const {
 
 double root_of_light(double factor) { return std::pow(factor, -1.0 / kSrgbExponent); }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

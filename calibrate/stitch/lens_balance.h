@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Of the light that a lens would pass along its axis it passes, at the angle t from it,
 //   exp(falloff_2 t^2 + falloff_4 t^4),
@@ -24,4 +24,4 @@ struct LensBalance {
 // light: the front lens's exposure on its axis stays as it is.
 double root_of_light(double factor);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Pixels reach half of one beyond their centres.
@@ -41,4 +41,4 @@ LensView back_view(const DualFisheyeCamera& camera, double distance_m) {
           camera.layout.back_position_m, camera.picture, distance_m};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Where a lens images something.
 struct LensImage {
@@ -37,4 +37,4 @@ class LensView {
 LensView front_view(const DualFisheyeCamera& camera, double distance_m);
 LensView back_view(const DualFisheyeCamera& camera, double distance_m);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

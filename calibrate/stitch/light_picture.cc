@@ -6,7 +6,7 @@
 
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Of a Gauss function; what lies beyond kPatchRadius_px, dark where a lens ends, has a thousandth
@@ -72,4 +72,4 @@ std::array<double, 3> log_light_ratio(const std::array<double, 3>& a,
           log_light(b[2]) - log_light(a[2])};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

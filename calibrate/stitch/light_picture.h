@@ -7,7 +7,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Bright and dark are measured over patches, as far as neither clips.
 class LightPicture {
@@ -42,4 +42,4 @@ double log_light(double level);
 std::array<double, 3> log_light_ratio(const std::array<double, 3>& a,
                                       const std::array<double, 3>& b);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/video/tracking.hpp>
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kSpacing_px = 10;
@@ -107,4 +107,4 @@ std::vector<LightRatio> LightTracks::ratios(int frames) const {
   return all;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

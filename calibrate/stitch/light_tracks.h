@@ -9,7 +9,7 @@
 #include "calibrate/stitch/seam_directions.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Follows points from picture to picture along a line (Lucas and Kanade, forwards and back) and
 // compares their light where they begin and where they end. What stands still, as a dolly does, is
@@ -44,4 +44,4 @@ class LightTracks {
   std::array<Lens, 2> lenses_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

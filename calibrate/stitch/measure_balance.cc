@@ -12,7 +12,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kGroups = 10;
@@ -140,4 +140,4 @@ BalanceReport measure_balance(const CaptureSet& set, const DualFisheyeCamera& ca
   return report;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

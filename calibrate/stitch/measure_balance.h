@@ -8,7 +8,7 @@
 #include "calibrate/stitch/balance_fit.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct BalanceReport {
   BalanceFit fit{};
@@ -27,4 +27,4 @@ struct BalanceReport {
 // Interrupted.
 BalanceReport measure_balance(const CaptureSet& set, const DualFisheyeCamera& camera, bool balance);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "core/panorama/panorama_sampler.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using Levels = cv::Vec3s;
@@ -102,4 +102,4 @@ void SeamBlend::blend(cv::Mat* front, const cv::Mat& back) const {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

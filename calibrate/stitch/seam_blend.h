@@ -6,7 +6,7 @@
 
 #include "calibrate/stitch/stitch_tables.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Works tile by tile, and only on those that the seam's surroundings touch: a fifth of the panorama
 // or so. Safe to use from several threads at once.
@@ -32,4 +32,4 @@ class SeamBlend {
   std::vector<cv::Rect> tiles_{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -7,7 +7,7 @@
 #include "core/base/median.h"
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr double kLightFocal_px = 250.0;    // of pictures that light is measured in, about
@@ -119,4 +119,4 @@ SeamFigures seam_figures(const LightPictures& pictures,
   return figures;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 #include "calibrate/stitch/lens_view.h"
 #include "calibrate/stitch/light_picture.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // A direction of the overlap, in both pictures.
 struct SeamDirection {
@@ -43,4 +43,4 @@ struct SeamFigures {
 SeamFigures seam_figures(const LightPictures& pictures,
                          const std::vector<SeamDirection>& directions, const LensBalance& balance);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

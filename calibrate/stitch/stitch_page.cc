@@ -8,7 +8,7 @@
 #include "core/report/html_page.h"
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kShownWidth_px = 1600;
@@ -108,4 +108,4 @@ std::string stitch_page(const StitchRecord& record, const StitchSample& sample) 
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -6,7 +6,7 @@
 
 #include "calibrate/stitch/stitch_record.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // One frame, stitched in two ways, CV_8UC3.
 struct StitchSample {
@@ -17,4 +17,4 @@ struct StitchSample {
 
 std::string stitch_page(const StitchRecord& record, const StitchSample& sample);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

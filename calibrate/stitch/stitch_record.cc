@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using nlohmann::ordered_json;
@@ -115,4 +115,4 @@ BlendMethod blend_method_named(const std::string& name) {
   throw UsageError("unknown blend " + excerpt(name) + "; use multi-band or feather");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 #include "calibrate/stitch/stitch_tables.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct StitchRecord {
   std::string fingerprint{};  // of frames, camera and options
@@ -35,4 +35,4 @@ std::string name_of(BlendMethod method);
 // Throws UsageError for a word that is neither.
 BlendMethod blend_method_named(const std::string& name);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -21,7 +21,7 @@
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -216,4 +216,4 @@ CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCame
   return panoramas;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

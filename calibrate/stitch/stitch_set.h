@@ -9,7 +9,7 @@
 #include "calibrate/stitch/stitcher.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 struct StitchOptions {
   int width = 0;  // of the panoramas, even; 0: default_panorama_width()
@@ -34,4 +34,4 @@ struct StitchOptions {
 CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCamera>& camera,
                       const StitchOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -17,14 +17,14 @@
 #include "core/files/test_directory.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 constexpr int kStations = 12;
-constexpr LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
+constexpr capture::LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
 
 // A line of stations 25 mm apart, through lenses that lose light and a sensor with noise. Rendered
 // once for all tests.
@@ -32,10 +32,10 @@ const std::vector<cv::Mat>& line_frames() {
   static const std::vector<cv::Mat> frames = [] {
     const DualFisheyeCamera camera = test_camera(220, 0.01);
     const cv::Mat light = lens_light(camera.layout, camera.picture, kLight);
-    const SensorSettings sensor{.noise_levels = 1.0, .shot_noise = 0.02};
+    const capture::SensorSettings sensor{.noise_levels = 1.0, .shot_noise = 0.02};
     std::vector<cv::Mat> made;
     for (int i = 0; i < kStations; ++i) {
-      const CameraPose pose{{0.025 * i - 0.15, 0.0, 0.1}, {}};
+      const capture::CameraPose pose{{0.025 * i - 0.15, 0.0, 0.1}, {}};
       const cv::Mat seen = test_room().dual_fisheye(pose, camera.layout, camera.picture);
       made.push_back(apply_sensor(seen, sensor, 0.8 + 0.01 * i, static_cast<unsigned>(i), light));
     }
@@ -246,4 +246,4 @@ TEST(BlendMethodTest, NamesGoBothWays) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

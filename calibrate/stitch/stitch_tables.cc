@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 // Cubics read two pixels on, and the outermost pixel of an image circle is dim.
@@ -144,4 +144,4 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
   return tables;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

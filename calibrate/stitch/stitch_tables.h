@@ -11,7 +11,7 @@
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 enum class BlendMethod {
   kMultiBand,  // OpenCV's multi-band blender: wide for coarse structure, narrow for fine
@@ -60,4 +60,4 @@ struct StitchTables {
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
                                 const StitcherOptions& options, const LensBalance& balance);
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

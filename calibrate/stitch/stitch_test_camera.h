@@ -10,7 +10,7 @@
 #include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // Lenses that are neither equidistant nor centred, the back one turned a little, 194 degrees each.
 inline DualFisheyeCamera test_camera(int height_px, double lens_distance_m) {
@@ -54,11 +54,11 @@ inline cv::Mat near_seam(PanoramaSize size, double within_deg) {
   return mask;
 }
 
-inline const VirtualRoom& test_room() {
-  static const VirtualRoom room(furnished_room(1));
+inline const capture::VirtualRoom& test_room() {
+  static const capture::VirtualRoom room(capture::furnished_room(1));
   return room;
 }
 
-inline const CameraPose kTestPose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
+inline const capture::CameraPose kTestPose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 constexpr int kSmallestWidth_px = 64;
@@ -108,4 +108,4 @@ cv::Mat Stitcher::stitch(const cv::Mat& front, const cv::Mat& back) const {
   return panorama;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

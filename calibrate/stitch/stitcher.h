@@ -9,7 +9,7 @@
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 
 // The width at which a panorama's pixels are as large as those in the middle of the camera's
 // pictures, 2 pi focal lengths, rounded to a multiple of 16.
@@ -44,4 +44,4 @@ class Stitcher {
   SeamBlend seam_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/panorama/panorama_rotation.h"
 
-namespace raywalk {
+namespace raywalk::calibrate {
 namespace {
 
 using testing::HasSubstr;
@@ -188,4 +188,4 @@ TEST(StitcherTest, OptionsOutOfRangeAreUsageErrors) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::calibrate

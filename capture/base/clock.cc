@@ -2,7 +2,7 @@
 
 #include <ctime>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 WallTime wall_time_of(const Clock& clock, SteadyTime time) {
   return clock.wall_now() - std::chrono::duration_cast<WallTime::duration>(clock.now() - time);
@@ -20,4 +20,4 @@ void SystemClock::sleep(Duration duration) {
   nanosleep(&wait, nullptr);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 using SteadyTime = std::chrono::steady_clock::time_point;  // CLOCK_MONOTONIC, as V4L2 stamps frames
 using WallTime = std::chrono::system_clock::time_point;    // UTC
@@ -39,4 +39,4 @@ class SystemClock final : public Clock {
   void sleep(Duration duration) override;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

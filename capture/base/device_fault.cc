@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 std::string_view name_of(FaultKind kind) {
   switch (kind) {
@@ -34,4 +34,4 @@ std::string_view name_of(FaultKind kind) {
   throw std::logic_error("unknown kind of fault");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class FaultKind {
   kNoContact,       // no answer, or only damaged ones, after every retry
@@ -42,4 +42,4 @@ class DeviceFault : public Error {
   FaultKind kind_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

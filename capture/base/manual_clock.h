@@ -5,7 +5,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // sleep() moves the time of every reader forward at once. The wall clock starts at
 // 2026-01-01T00:00:00Z and can be set, also backwards.
@@ -27,4 +27,4 @@ class ManualClock final : public Clock {
   std::atomic<std::int64_t> wall_start_ns_{1767225600LL * 1000000000LL};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

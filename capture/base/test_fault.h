@@ -8,7 +8,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The fault that the call throws.
 template <typename Call>
@@ -32,4 +32,4 @@ void expect_fault(FaultKind kind, const std::string& words, const Call& call) {
   EXPECT_THAT(fault.what(), ::testing::Not(::testing::HasSubstr("\n")));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -2,7 +2,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 [[noreturn]] void refuse_film(const Camera& camera) {
@@ -16,4 +16,4 @@ void Camera::start_film() { refuse_film(*this); }
 
 void Camera::stop_film() { refuse_film(*this); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "capture/base/clock.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // What is locked for a session, so that all its pictures can be blended. Without values the camera
 // measures once, when it is prepared, and keeps what it found.
@@ -73,4 +73,4 @@ class Camera {
   virtual bool keeps_pictures() const { return false; }
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

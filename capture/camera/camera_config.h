@@ -6,7 +6,7 @@
 #include "capture/camera/camera.h"
 #include "capture/trigger/trigger_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct OscConfig {
   std::string url;  // "http://192.168.1.1"
@@ -35,4 +35,4 @@ struct CameraConfig {
   TriggerConfig trigger{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

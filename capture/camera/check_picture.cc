@@ -11,7 +11,7 @@
 #include "capture/base/device_fault.h"
 #include "core/files/image_header.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 [[noreturn]] void refuse(const std::string& what) {
@@ -74,4 +74,4 @@ CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
   return {header->format == ImageFormat::kJpeg ? "jpg" : "png", size};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "capture/camera/camera.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct CheckedPicture {
   std::string extension;  // "jpg" or "png"
@@ -18,4 +18,4 @@ struct CheckedPicture {
 CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
                              const std::string& source);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -69,4 +69,4 @@ TEST(CheckPicture, AnotherSizeIsNamedWithTheExpectedOne) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <exiv2/exiv2.hpp>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kLargestIso = 65535.0;  // the tag is a SHORT
@@ -35,4 +35,4 @@ std::optional<ExifExposure> exif_exposure(const std::string& jpeg) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

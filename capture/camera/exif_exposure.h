@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct ExifExposure {
   double shutter_s = 0.0;  // more than 0
@@ -17,4 +17,4 @@ struct ExifExposure {
 // use.
 std::optional<ExifExposure> exif_exposure(const std::string& jpeg);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

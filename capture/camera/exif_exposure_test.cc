@@ -7,7 +7,7 @@
 
 #include "capture/simulated/rig/exif_segment.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::string plain_jpeg() {
@@ -52,4 +52,4 @@ TEST(ExifExposure, DamagedDataAreNoneOrPositiveNeverACrash) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

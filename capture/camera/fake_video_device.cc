@@ -10,7 +10,7 @@
 #include "capture/base/device_fault.h"
 #include "core/files/settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kMostFrames = 1000000;
@@ -257,4 +257,4 @@ std::string FakeVideoDevice::encoded(const cv::Mat& picture) const {
   return settings_.huffman_tables ? file : without_huffman_tables(file);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 
 #include "capture/camera/video_device.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Read from YAML with keys of the same names. Frames are counted from 1; 0 is never.
 struct FakeVideoSettings {
@@ -91,4 +91,4 @@ class FakeVideoDevice final : public VideoDevice {
   std::string bytes_;          // of the frame last given
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 GpioCamera::GpioCamera(const TriggerConfig& config, std::unique_ptr<GpioChip> chip, Clock* clock)
     : press_per_exposure_(config.press_per_exposure),
@@ -51,4 +51,4 @@ void GpioCamera::start_film() { shutter_.start_film(); }
 
 void GpioCamera::stop_film() { shutter_.stop_film(); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "capture/trigger/shutter.h"
 #include "capture/trigger/trigger_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Exposure and white balance are locked on the camera itself, before the session. Bracketed
 // exposures too are the camera's: it takes one of them at each press, so a station is as many
@@ -41,4 +41,4 @@ class GpioCamera final : public Camera {
   Clock* clock_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

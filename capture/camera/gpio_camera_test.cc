@@ -6,7 +6,7 @@
 #include "capture/base/test_fault.h"
 #include "capture/trigger/fake_gpio.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
@@ -100,4 +100,4 @@ TEST(GpioCamera, MissedPictureIsWorthAnotherShot) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Markers of T.81 table B.1, the second byte after 0xFF.
@@ -85,4 +85,4 @@ std::optional<std::string> jpeg_from_mjpg(std::span<const std::byte> frame) {
   return file.append(bytes.substr(scan->offset));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The frame as a JPEG file that every decoder reads. Motion-JPEG may leave out the Huffman tables
 // (the AVI1 convention, which the USB video class follows): then the standard ones of ITU-T T.81
@@ -14,4 +14,4 @@ namespace raywalk {
 // markers up to there are not those of a JPEG.
 std::optional<std::string> jpeg_from_mjpg(std::span<const std::byte> frame);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

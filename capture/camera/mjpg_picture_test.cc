@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::span<const std::byte> bytes_of(const std::string& text) {
@@ -103,4 +103,4 @@ TEST(MjpgPicture, RefusesEveryBeginningThatHasNoScan) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

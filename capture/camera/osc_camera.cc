@@ -11,7 +11,7 @@
 #include "capture/camera/osc_report.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -351,4 +351,4 @@ void OscCamera::throw_card_full() const {
                         "change the card, then run again");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/camera/exif_exposure.h"
 #include "capture/camera/osc_client.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Pictures are fetched whole and checked, and stay on the camera's card as well. The file format is
 // set to the configured size where there is one; else the first picture's size holds for the rest.
@@ -71,4 +71,4 @@ class OscCamera final : public Camera {
   PanoramaSize frame_;  // 0 x 0 before the first picture where none is configured
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "capture/simulated/rig/osc_server.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -324,4 +324,4 @@ TEST_F(OscCameraTest, ManyShotsInARowSucceed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/camera/osc_time.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -268,4 +268,4 @@ std::string OscClient::fetch(const std::string& file) {
   return std::move(reply.body);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -17,7 +17,7 @@
 #include "capture/camera/camera_config.h"
 #include "capture/camera/osc_http.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The camera understood a command and does not carry it out. what() is the API's message.
 class OscRefusal : public std::runtime_error {
@@ -87,4 +87,4 @@ class OscClient {
   std::optional<double> header_clock_offset_s_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "capture/base/device_fault.h"
 #include "capture/base/manual_clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -260,4 +260,4 @@ TEST_F(OscClientTest, DoneWithoutUsableResultsNamesNoFile) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -158,4 +158,4 @@ std::string broken_promise(const Json& set, const ExifExposure& taken) {
   return {};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "capture/camera/camera.h"
 #include "capture/camera/exif_exposure.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The names of the options that the functions below read, each with its "...Support" list.
 const std::vector<std::string>& exposure_option_names();
@@ -46,4 +46,4 @@ std::string broken_promise(const nlohmann::json& set, const nlohmann::json& held
 // The same by a picture's Exif data, which are rounded more: exposures may differ by 0.2 EV.
 std::string broken_promise(const nlohmann::json& set, const ExifExposure& taken);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -138,4 +138,4 @@ TEST(OscExposure, PictureMayDifferByRoundingOnly) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "capture/base/device_fault.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // What a client of the Open Spherical Camera API must send (Google's protocol page and Insta360's).
@@ -154,4 +154,4 @@ HttpReply OscHttp::post_json(const std::string& path, const std::string& json,
 
 void OscHttp::use_fresh_connection() { connection_->close(); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

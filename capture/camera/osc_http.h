@@ -8,7 +8,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct HttpReply {
   int status = 0;
@@ -48,4 +48,4 @@ class OscHttp {
   std::unique_ptr<Connection> connection_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

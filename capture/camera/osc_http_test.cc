@@ -20,7 +20,7 @@
 #include "capture/camera/osc_client.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
@@ -234,4 +234,4 @@ TEST(OscHttpDeathTest, InterruptEndsADownload) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -1,6 +1,6 @@
 #include "capture/camera/osc_json.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 std::string text_at(const nlohmann::json& object, const char* key) {
   const auto found = object.find(key);
@@ -21,4 +21,4 @@ std::optional<std::int64_t> count_at(const nlohmann::json& object, const char* k
   return static_cast<std::int64_t>(*number);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

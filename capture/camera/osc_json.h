@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Empty where there is no text.
 std::string text_at(const nlohmann::json& object, const char* key);
@@ -15,4 +15,4 @@ std::optional<double> number_at(const nlohmann::json& object, const char* key);
 // None where there is no number from 0 to 2^53; decimals are cut off.
 std::optional<std::int64_t> count_at(const nlohmann::json& object, const char* key);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

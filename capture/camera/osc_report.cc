@@ -6,7 +6,7 @@
 #include "capture/camera/osc_time.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -87,4 +87,4 @@ bool tells_full_card(const Json& state, const Json& options) {
          count_at(options, "remainingPictures") == 0;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

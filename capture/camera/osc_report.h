@@ -8,7 +8,7 @@
 
 #include "capture/camera/camera.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The options that osc_report reads.
 const std::vector<std::string>& report_option_names();
@@ -24,4 +24,4 @@ CameraReport osc_report(const nlohmann::json& info, const nlohmann::json& state,
 // Whether there is no room for another picture.
 bool tells_full_card(const nlohmann::json& state, const nlohmann::json& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

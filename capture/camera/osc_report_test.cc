@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -76,4 +76,4 @@ TEST(OscReport, FullCardIsKnownFromAnyOfItsSigns) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include <locale>
 #include <sstream>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // The fields that the format takes from the start of the text as UTC; the rest of it in `rest`.
@@ -55,4 +55,4 @@ std::optional<WallTime> time_from_http_date(const std::string& text) {
   return time;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The option dateTimeZone of the Open Spherical Camera API, "2014:05:18 01:04:29+08:00", in whole
 // seconds; none for any other text, also without a zone.
@@ -16,4 +16,4 @@ std::optional<WallTime> time_from_date_time_zone(const std::string& text);
 // in whole seconds; none for any other text.
 std::optional<WallTime> time_from_http_date(const std::string& text);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

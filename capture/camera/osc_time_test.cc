@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::sys_days;
@@ -34,4 +34,4 @@ TEST(OscTime, HttpDateIsUtc) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "core/base/interrupt.h"
 #include "core/files/image_header.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Enough that the driver always has one to fill while one is read.
@@ -208,4 +208,4 @@ DeviceFault V4l2Camera::fault(FaultKind kind, const std::string& what) const {
   return {kind, "camera " + device_->path() + " " + what};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

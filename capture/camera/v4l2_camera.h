@@ -10,7 +10,7 @@
 #include "capture/camera/v4l2_exposure.h"
 #include "capture/camera/video_device.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Streams from prepare() on. A picture is the first frame whose driver stamp is V4l2Config::
 // exposure_ms, or the locked exposure time where that is longer, after the carriage settled: frames
@@ -55,4 +55,4 @@ class V4l2Camera final : public Camera {
   std::optional<VideoFormat> format_;  // once streaming
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/base/test_fault.h"
 #include "capture/camera/fake_video_device.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
@@ -249,4 +249,4 @@ TEST(V4l2Camera, CannotFilm) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -15,7 +15,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
@@ -356,4 +356,4 @@ std::unique_ptr<VideoDevice> open_video_device(const std::string& path) {
   return std::make_unique<V4l2Device>(std::move(fd), path, capability);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

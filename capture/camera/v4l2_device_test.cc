@@ -6,7 +6,7 @@
 
 #include "capture/base/test_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(V4l2Device, MissingDeviceIsNoContact) {
@@ -26,4 +26,4 @@ TEST(V4l2Device, DirectoryCannotBeOpened) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us.
@@ -204,4 +204,4 @@ DeviceFault V4l2Exposure::fault(const std::string& what) const {
   return {FaultKind::kExposure, "camera " + device_->path() + " " + what};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

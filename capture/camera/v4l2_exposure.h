@@ -10,7 +10,7 @@
 #include "capture/camera/camera.h"
 #include "capture/camera/video_device.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Whether exposures are anything but one at the locked exposure itself.
 bool is_bracketed(std::span<const double> bracket_ev);
@@ -58,4 +58,4 @@ class V4l2Exposure {
   int base_exposure_ = 0;  // without a bracket
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

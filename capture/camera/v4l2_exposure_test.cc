@@ -7,7 +7,7 @@
 #include "capture/base/manual_clock.h"
 #include "capture/camera/fake_video_device.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST(V4l2Exposure, AChangeBehindItsBackIsAFault) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

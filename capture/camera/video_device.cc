@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 std::string name_of(VideoControl control) {
   switch (control) {
@@ -22,4 +22,4 @@ std::string name_of(VideoControl control) {
   throw std::logic_error("unknown video control");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

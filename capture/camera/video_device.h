@@ -11,7 +11,7 @@
 #include "capture/base/clock.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct VideoIdentity {
   std::string driver;  // "uvcvideo 6.1.55"
@@ -95,4 +95,4 @@ class VideoDevice {
   virtual std::optional<VideoFrame> next_frame(Duration timeout) = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // One matrix from (Y, Cb, Cr, 1) in 0..255 to (B, G, R) in 0..255.
@@ -81,4 +81,4 @@ std::string jpeg_from_yuyv(std::span<const std::byte> frame, const VideoFormat& 
   return {bytes.begin(), bytes.end()};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

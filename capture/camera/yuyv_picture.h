@@ -8,7 +8,7 @@
 
 #include "capture/camera/video_device.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The least number of bytes a frame of the format has: the last line may lack its padding.
 std::size_t least_yuyv_bytes(const VideoFormat& format);
@@ -21,4 +21,4 @@ cv::Mat bgr_from_yuyv(std::span<const std::byte> frame, const VideoFormat& forma
 std::string jpeg_from_yuyv(std::span<const std::byte> frame, const VideoFormat& format,
                            int quality);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr VideoColour kBt601{};
@@ -115,4 +115,4 @@ TEST(YuyvPicture, FileDecodesToTheFrame) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Before a session: what it will be, and whether every device is there.
 void add_plan(CLI::App* app);
@@ -23,4 +23,4 @@ void add_export(CLI::App* app);
 void add_simulate(CLI::App* app);
 void add_virtual_room(CLI::App* app);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

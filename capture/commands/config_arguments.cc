@@ -2,7 +2,7 @@
 
 #include "capture/config/rig_addresses.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 void add_config(CLI::App* command, ConfigArguments* arguments) {
   command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
@@ -18,4 +18,4 @@ CaptureConfig config_of(const ConfigArguments& arguments) {
   return config;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

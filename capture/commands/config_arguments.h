@@ -6,7 +6,7 @@
 
 #include "capture/config/capture_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct ConfigArguments {
   std::string config{};
@@ -19,4 +19,4 @@ void add_config(CLI::App* command, ConfigArguments* arguments);
 // Throws UsageError as read_capture_config and use_rig_addresses do.
 CaptureConfig config_of(const ConfigArguments& arguments);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

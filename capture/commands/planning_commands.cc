@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 struct PlanArguments {
@@ -73,4 +73,4 @@ void add_check(CLI::App* app) {
   command->callback([arguments] { check(*arguments); });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/run/run_session.h"
 #include "capture/run/set_up_moves.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 struct JogArguments {
@@ -78,4 +78,4 @@ void add_stop(CLI::App* app) {
   command->callback([arguments] { fmt::print("{}\n", stop_slider(config_of(*arguments).slider)); });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

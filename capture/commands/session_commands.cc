@@ -13,7 +13,7 @@
 #include "capture/session/session_status.h"
 #include "capture/session/session_verify.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 struct SessionArguments {
@@ -126,4 +126,4 @@ void add_export(CLI::App* app) {
   });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

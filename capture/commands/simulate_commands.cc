@@ -9,7 +9,7 @@
 #include "capture/simulated/write_capture.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 struct SimulateArguments {
@@ -95,4 +95,4 @@ void add_virtual_room(CLI::App* app) {
   });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

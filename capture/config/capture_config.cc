@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/yaml_document.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::size_t kMaxConfigBytes = std::size_t{1} << 20;
@@ -201,4 +201,4 @@ void refuse_setting(const CaptureConfig& config, std::string_view key, const std
   throw UsageError(yaml_place_of_key(document, source, key) + message);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include "capture/camera/camera_config.h"
 #include "capture/slider/slider_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Square cells on a grid around the origin of the plan, and the stations on its lines.
 struct CaptureGrid {
@@ -75,4 +75,4 @@ CaptureConfig read_capture_config(const std::filesystem::path& file);
 [[noreturn]] void refuse_setting(const CaptureConfig& config, std::string_view key,
                                  const std::string& what);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::ElementsAre;
@@ -211,4 +211,4 @@ TEST(RefuseSetting, WithoutAFileNamesTheKeyAlone) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kLongest_m = 1000.0;  // of anything in the plan
@@ -135,4 +135,4 @@ SettingsSchema capture_schema(CaptureConfig* config) {
   return schema;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

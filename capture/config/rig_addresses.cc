@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::size_t kMaxAddressBytes = 1 << 16;
@@ -42,4 +42,4 @@ void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& direc
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_yaml_keys.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 const char* const kFiles[] = {"capture-osc.yaml", "capture-gpio.yaml", "capture-v4l2.yaml"};
@@ -97,4 +97,4 @@ TEST(WithoutExamples, LeavesOutMarkedLinesAndWhatIsUnderThem) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // How far a camera's shutter lag varies from shot to shot, at most.
@@ -341,4 +341,4 @@ AlignmentResult align_times(std::span<const ShotSlot> slots, std::span<const dou
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

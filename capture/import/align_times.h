@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A picture that was asked for: taken within [from_s, to_s] of the first clock. Exposures of one
 // bracket share their interval.
@@ -48,4 +48,4 @@ struct AlignmentResult {
 AlignmentResult align_times(std::span<const ShotSlot> slots, std::span<const double> pictures_s,
                             double resolution_s);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::Optional;
@@ -229,4 +229,4 @@ TEST(AlignTimesProperty, TheTruthOrARefusal) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

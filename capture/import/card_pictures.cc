@@ -13,7 +13,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -165,4 +165,4 @@ CardPictures read_card(std::span<const fs::path> files_and_directories) {
   return card;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/import/picture_times.h"
 #include "capture/session/session.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct CardFile {
   std::filesystem::path file;
@@ -35,4 +35,4 @@ struct CardPictures {
 // UsageError: no picture given, one given twice; Error where a file cannot be read.
 CardPictures read_card(std::span<const std::filesystem::path> files_and_directories);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

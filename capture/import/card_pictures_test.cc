@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -102,4 +102,4 @@ TEST_F(CardPicturesTest, WhatIsGivenWronglyIsNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kCoarseStep_s = 0.1;
@@ -287,4 +287,4 @@ FilmClock match_film_clock(const FilmTrack& track, std::span<const Travel> trave
   return clock;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

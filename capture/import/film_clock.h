@@ -7,7 +7,7 @@
 #include "capture/import/film_track.h"
 #include "capture/import/travel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct FilmClock {
   double offset_s = 0.0;       // journal time minus film time
@@ -35,4 +35,4 @@ struct FilmClock {
 FilmClock match_film_clock(const FilmTrack& track, std::span<const Travel> travels,
                            const std::string& film);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

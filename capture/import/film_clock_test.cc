@@ -8,7 +8,7 @@
 #include "capture/import/test_film.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AnyOf;
@@ -145,4 +145,4 @@ TEST(FilmClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // A frame's place on a line.
@@ -102,4 +102,4 @@ FilmStations find_station_frames(std::span<const StationRecord> stations, const 
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/import/film_clock.h"
 #include "capture/session/session_reader.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct StationFrame {
   std::size_t station = 0;   // index into the stations given
@@ -31,4 +31,4 @@ struct FilmStations {
 FilmStations find_station_frames(std::span<const StationRecord> stations, const FilmTrack& track,
                                  std::span<const Travel> travels, const FilmClock& clock);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

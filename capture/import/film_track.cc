@@ -8,7 +8,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Small enough that noise averages out, large enough that a slow pan still shows.
@@ -61,7 +61,7 @@ double sharpness_of(const cv::Mat& picture) {
 FilmTrack track_film(const std::filesystem::path& film) {
   VideoReader reader(film);
   FilmTrack track;
-  VideoFrame frame;
+  FilmFrame frame;
   cv::Mat before;
   while (reader.next(&frame)) {
     throw_if_interrupted();
@@ -82,4 +82,4 @@ std::vector<bool> blurred_frames(const FilmTrack& track) {
   return blurred;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

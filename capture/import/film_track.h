@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct FilmFrame {
   double time_s = 0.0;     // since the first frame
@@ -33,4 +33,4 @@ FilmTrack track_film(const std::filesystem::path& film);
 // Marks the frames that are clearly less sharp than their neighbours within half a second.
 std::vector<bool> blurred_frames(const FilmTrack& track);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

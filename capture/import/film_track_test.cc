@@ -12,7 +12,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -27,7 +27,7 @@ class FilmTrackTest : public testing::Test {
 TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   shoot_test_film(film_, {.rate_hz = 20.0, .length_s = 2.0}, [](double) { return 0.0; });
   VideoReader reader(film_);
-  VideoFrame frame;
+  FilmFrame frame;
   std::size_t frames = 0;
   while (reader.next(&frame)) {
     EXPECT_EQ(frame.number, frames);
@@ -83,4 +83,4 @@ TEST_F(FilmTrackTest, AFilmCutShortGivesTheFramesItHas) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -16,7 +16,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,7 +148,7 @@ void drop_captured(const std::vector<StationRecord>& stations, FilmStations* fil
   std::erase_if(film->only_blurred, captured);
 }
 
-Picture encode(const VideoFrame& frame, const fs::path& film, const FilmImportOptions& options) {
+Picture encode(const FilmFrame& frame, const fs::path& film, const FilmImportOptions& options) {
   std::vector<unsigned char> bytes;
   std::vector<int> parameters;
   if (options.format == "jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality};
@@ -166,7 +166,7 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
                   const std::vector<StationFrame>& chosen,
                   const std::vector<StationRecord>& stations, WallTime start) {
   VideoReader reader(film);
-  VideoFrame frame;
+  FilmFrame frame;
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
   auto next = chosen.begin();
   while (next != chosen.end()) {
@@ -244,4 +244,4 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

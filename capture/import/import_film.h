@@ -6,7 +6,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct FilmImportOptions {
   std::string line{};          // that the film shows; empty: find out
@@ -33,4 +33,4 @@ FilmImport import_film(const std::filesystem::path& session_directory,
                        const std::filesystem::path& film, const FilmImportOptions& options,
                        Clock* clock);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -175,4 +175,4 @@ TEST_F(ImportFilmTest, WrongOptionsAreNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

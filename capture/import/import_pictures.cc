@@ -21,7 +21,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -157,4 +157,4 @@ PictureImport import_pictures(const fs::path& session_directory,
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct PictureImport {
   std::size_t imported = 0;       // stations that have their pictures now
@@ -28,4 +28,4 @@ PictureImport import_pictures(const std::filesystem::path& session_directory,
                               std::span<const std::filesystem::path> files_and_directories,
                               bool allow_missing, Clock* clock);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -14,7 +14,7 @@
 #include "core/files/sha256.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -181,4 +181,4 @@ TEST_F(ImportPicturesTest, OnlySessionsOfCamerasThatKeepPicturesTakeThem) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/import/align_times.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::size_t kMostNames = 8;  // in one line
@@ -164,4 +164,4 @@ std::string account_of(const PictureMatch& match, const SessionShots& session,
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

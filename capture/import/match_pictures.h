@@ -8,7 +8,7 @@
 
 #include "capture/import/card_pictures.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A station whose pictures were taken and stayed on the card.
 struct ExposedStation {
@@ -57,4 +57,4 @@ bool is_whole(const PictureMatch& match, const CardPictures& card);
 std::string account_of(const PictureMatch& match, const SessionShots& session,
                        const CardPictures& card);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

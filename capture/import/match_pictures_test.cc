@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -132,4 +132,4 @@ TEST_F(MatchPicturesTest, ALongAccountIsCutToOneReadableLine) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::microseconds;
@@ -185,4 +185,4 @@ std::vector<PictureTime> picture_times(std::span<const std::filesystem::path> pi
   return times;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

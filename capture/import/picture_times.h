@@ -13,7 +13,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class PictureTimeSource {
   kExifUtc,    // Exif, with its offset from UTC
@@ -41,4 +41,4 @@ std::optional<PictureTime> exif_time(const std::filesystem::path& picture);
 // or not of the same camera) or cannot be read.
 std::vector<PictureTime> picture_times(std::span<const std::filesystem::path> pictures);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -139,4 +139,4 @@ TEST_F(PictureTimesTest, AMissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "capture/session/session_times.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // The camera starts to expose at exposed_utc_us; how the exposures of a bracket lie between then
@@ -79,4 +79,4 @@ SessionShots read_session_shots(SessionReader* reader) {
   return shots;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 
 #include "capture/session/session.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // From rest to rest at constant acceleration and speed.
 struct TestPass {
@@ -97,4 +97,4 @@ inline void shoot_test_film(const std::filesystem::path& file, const TestFilm& f
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

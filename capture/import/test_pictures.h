@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A small picture of one colour, of the format that the extension names.
 inline void write_test_picture(const std::filesystem::path& file, int width = 64, int height = 32,
@@ -30,4 +30,4 @@ inline void write_test_exif(const std::filesystem::path& file,
   image->writeMetadata();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kLongestGap_s = 1.0;
@@ -53,4 +53,4 @@ std::vector<Travel> travels_of(const std::string& line, std::span<const JournalS
   return travels;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

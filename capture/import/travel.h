@@ -8,7 +8,7 @@
 
 #include "capture/session/session.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // One uninterrupted pass over a line. Between samples the position is interpolated linearly; for
 // kRest_s before the first and after the last the carriage is taken to stand still there, as a film
@@ -39,4 +39,4 @@ class Travel {
 std::vector<Travel> travels_of(const std::string& line, std::span<const JournalSample> journal,
                                WallTime start);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -62,4 +62,4 @@ TEST(Travel, ASingleSampleIsNoTravel) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,4 +51,4 @@ std::optional<std::string> UnnamedFrames::find(const std::string& station,
   return std::nullopt;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

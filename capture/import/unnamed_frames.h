@@ -8,7 +8,7 @@
 
 #include "capture/session/session_reader.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The files in a session's frames/ that no row names.
 class UnnamedFrames {
@@ -24,4 +24,4 @@ class UnnamedFrames {
   std::vector<std::string> files_;  // ascending
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

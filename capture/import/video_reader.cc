@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 VideoReader::VideoReader(std::filesystem::path file) : file_(std::move(file)) {
   if (!std::filesystem::is_regular_file(file_)) {
@@ -35,7 +35,7 @@ double VideoReader::time_of_frame() {
   return last_s_ + frame_interval_s_;
 }
 
-bool VideoReader::next(VideoFrame* frame) {
+bool VideoReader::next(FilmFrame* frame) {
   if (!capture_.read(frame->picture) || frame->picture.empty()) {
     if (frames_ == 0) {
       throw Error(fmt::format("{}: holds no frame that can be decoded", file_.string()));
@@ -54,4 +54,4 @@ bool VideoReader::next(VideoFrame* frame) {
   return true;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

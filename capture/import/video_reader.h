@@ -5,9 +5,9 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/videoio.hpp>
 
-namespace raywalk {
+namespace raywalk::capture {
 
-struct VideoFrame {
+struct FilmFrame {
   std::size_t number = 0;  // from 0
   double time_s = 0.0;     // since the first frame; ascending
   cv::Mat picture;         // CV_8UC3, BGR
@@ -20,7 +20,7 @@ class VideoReader {
   explicit VideoReader(std::filesystem::path file);
 
   // Whether there was another frame. Throws Error where a frame has another size than the first.
-  bool next(VideoFrame* frame);
+  bool next(FilmFrame* frame);
 
  private:
   double time_of_frame();
@@ -34,4 +34,4 @@ class VideoReader {
   cv::Size size_{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kMostStations = 100000.0;
@@ -244,4 +244,4 @@ std::string plan_json(const CapturePlan& plan, const CameraConfig& camera) {
       .dump();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include "capture/config/capture_config.h"
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct CaptureStation {
   std::string name;      // "<line>_<number>", for example x0_007
@@ -53,4 +53,4 @@ CapturePlan plan_capture(const CaptureConfig& config);
 // that the same plan gives the same text whatever the last bit of a sum is.
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

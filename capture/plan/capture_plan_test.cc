@@ -12,7 +12,7 @@
 #include "capture/plan/test_plan.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -283,4 +283,4 @@ TEST(PlanJson, TellsPlansApartByWhatTheyCaptureAlone) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kSecondsPerMillisecond = 1e-3;
@@ -90,4 +90,4 @@ CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) 
   return time;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

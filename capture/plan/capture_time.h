@@ -3,7 +3,7 @@
 
 #include "capture/plan/capture_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Seconds that a move of `distance_mm` >= 0 takes from rest to rest.
 double move_s(double distance_mm, const MotionProfile& profile);
@@ -25,4 +25,4 @@ double picture_s(const CaptureConfig& config);
 
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

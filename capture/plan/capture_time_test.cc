@@ -7,7 +7,7 @@
 
 #include "capture/plan/test_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(MoveTime, ShortMovesNeverReachTheirSpeed) {
@@ -91,4 +91,4 @@ TEST(PictureTime, FollowsTheCamera) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "core/report/plan_drawing.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kBorder_px = 56.0;
@@ -124,4 +124,4 @@ std::string plan_picture_svg(const CapturePlan& plan) {
   return drawing.svg("Plan of the capture from above", kRules, notes);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

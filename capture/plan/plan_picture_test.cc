@@ -9,7 +9,7 @@
 #include "capture/plan/test_plan.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -54,4 +54,4 @@ TEST(PlanPicture, WithoutValidationNothingIsDashed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

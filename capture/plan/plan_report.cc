@@ -8,7 +8,7 @@
 #include "core/geometry/spacing.h"
 #include "core/report/markup.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kMillimetresPerMetre = 1e3;
@@ -228,4 +228,4 @@ nlohmann::json plan_report_json(const PlanReport& report) {
           {"film", report.film}};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

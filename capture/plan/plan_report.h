@@ -9,7 +9,7 @@
 #include "capture/plan/capture_plan.h"
 #include "capture/plan/capture_time.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // What the spacing of the stations can resolve where views are made without distances
 // (core/geometry/spacing.h). Pixels are those of a panorama as wide as a frame: also for
@@ -61,4 +61,4 @@ std::string plan_report_text(const PlanReport& report);
 // The members above, nested, with their units; null for what is none.
 nlohmann::json plan_report_json(const PlanReport& report);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/plan/test_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -131,4 +131,4 @@ TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

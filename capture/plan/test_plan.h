@@ -3,7 +3,7 @@
 
 #include "capture/config/capture_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // One cell of 1 m, stations 50 mm apart, on a rail of 2 m.
 inline CaptureConfig one_cell_config() {
@@ -13,4 +13,4 @@ inline CaptureConfig one_cell_config() {
   return config;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

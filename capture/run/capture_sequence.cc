@@ -10,7 +10,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kBytesOfMegabyte = 1e6;
@@ -171,4 +171,4 @@ void CaptureSequence::note_failure(const AttemptId& attempt, std::string_view fa
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 #include "capture/session/session.h"
 #include "capture/slider/carriage.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // What a capture works with. All have to outlive it.
 struct CaptureParts {
@@ -61,4 +61,4 @@ class CaptureSequence {
   SteadyTime accounted_until_{};  // start of the time not yet counted anywhere
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::AllOf;
@@ -227,4 +227,4 @@ TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

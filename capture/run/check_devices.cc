@@ -9,7 +9,7 @@
 #include "capture/run/open_devices.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kBytesOfGigabyte = 1e9;
@@ -132,4 +132,4 @@ bool all_usable(const std::vector<DeviceCheck>& checks) {
                      [](const DeviceCheck& check) { return check.usable; });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/config/capture_config.h"
 #include "capture/plan/capture_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct DeviceCheck {
   std::string device;  // "slider", "camera", "disk"
@@ -32,4 +32,4 @@ void require_room_on_disk(const std::filesystem::path& directory, std::size_t pi
 std::string text_of(const std::vector<DeviceCheck>& checks);
 bool all_usable(const std::vector<DeviceCheck>& checks);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

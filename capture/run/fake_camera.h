@@ -12,7 +12,7 @@
 #include "capture/base/device_fault.h"
 #include "capture/camera/camera.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Takes `exposures` pictures of 64 x 32 pixels at each shot, 400 ms and 100 ms long in the clock's
 // time, and goes wrong at the shots named, counted from 1 over its whole life.
@@ -76,4 +76,4 @@ class FakeCamera final : public Camera {
   int films_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kStep_ms = 20.0;  // between two looks at whether the user asks to stop
@@ -108,4 +108,4 @@ void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRu
   parts.session->record_event("finished", state.done());
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

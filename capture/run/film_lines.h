@@ -4,7 +4,7 @@
 
 #include "capture/run/capture_sequence.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct FilmRules {
   MotionProfile profile{};   // of the slow pass
@@ -16,4 +16,4 @@ struct FilmRules {
 // CaptureSequence::run does; a line whose pass did not end well is filmed again.
 void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRules& rules);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // What stopped the work is what the user has to see, also where the session cannot be written.
@@ -34,4 +34,4 @@ void in_good_order(Session* session, const WorkState& state, const std::function
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "capture/session/session.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // What is going on, for whoever reads why it stopped.
 struct WorkState {
@@ -18,4 +18,4 @@ struct WorkState {
 // both with place, reason and how to go on; the session remembers either as an event.
 void in_good_order(Session* session, const WorkState& state, const std::function<void()>& work);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

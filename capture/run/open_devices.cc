@@ -7,7 +7,7 @@
 #include "capture/slider/modbus_slider.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock) {
   return make_modbus_slider(config, clock);
@@ -28,4 +28,4 @@ SoftLimits limits_of(const SliderConfig& config) {
   return SoftLimits(config.low_limit_mm, config.high_limit_mm);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "capture/camera/camera_config.h"
 #include "capture/slider/slider_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Throw DeviceFault where the device does not answer or is another one, and UsageError for a
 // configuration that names none. The clock has to outlive what they return.
@@ -17,4 +17,4 @@ std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock);
 // The soft limits of a configuration. Throws UsageError as SoftLimits does.
 SoftLimits limits_of(const SliderConfig& config);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kPollStdin_ms = 100;
@@ -123,4 +123,4 @@ std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes) 
   return std::make_unique<OperatorPlacer>();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "capture/config/capture_config.h"
 #include "capture/plan/capture_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Where the rail belongs for a line, as one line for people. `number` of `count` lines, from 1.
 std::string placement_text(const CaptureLine& line, int number, int count);
@@ -25,4 +25,4 @@ class RailPlacer {
 // told where and presses Enter.
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

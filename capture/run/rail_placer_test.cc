@@ -9,7 +9,7 @@
 
 #include "capture/session/test_session.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::AllOf;
@@ -83,4 +83,4 @@ TEST(RailPlacer, ARigThatIsOffIsAnError) {
 TEST(RailPlacer, YesAsksNobody) { make_rail_placer({}, true)->place(kLine, 1, 1); }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

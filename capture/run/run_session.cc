@@ -12,7 +12,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kBytesOfMegabyte = 1e6;
@@ -110,4 +110,4 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   return outcome_text(plan, config, options.session);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

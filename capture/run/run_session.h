@@ -6,7 +6,7 @@
 
 #include "capture/config/capture_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct RunOptions {
   std::filesystem::path session;  // directory, made or gone on with; not touched by a dry run
@@ -19,4 +19,4 @@ struct RunOptions {
 // begin; the slider then stands.
 std::string run_session(const CaptureConfig& config, const RunOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // A slider to be moved by hand, stopped before any signal ends the program.
@@ -57,4 +57,4 @@ std::string stop_slider(const SliderConfig& config) {
   return "stopped; " + by_hand.position_text();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "capture/slider/slider_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Each opens the slider, moves inside of its soft limits and returns one line that says where the
 // carriage is now. Throw DeviceFault with the slider stopped, and Interrupted.
@@ -16,4 +16,4 @@ std::string jog_slider(const SliderConfig& config, double mm);
 // At once and decelerated, whoever moved it.
 std::string stop_slider(const SliderConfig& config);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,4 +91,4 @@ DiskLayer& system_disk() {
   return disk;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A new file being written. The destructor closes it without syncing.
 class DiskFile {
@@ -39,4 +39,4 @@ class DiskLayer {
 // The disk of the machine.
 DiskLayer& system_disk();
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

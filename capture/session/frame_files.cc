@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -102,4 +102,4 @@ std::vector<std::string> list_frames(const fs::path& session_directory) {
   return files;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 
 #include "capture/session/disk_layer.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The directory frames/ of a session. A file is written under a temporary name (".<name>.partial"),
 // synced, renamed without replacing, and its directory synced.
@@ -43,4 +43,4 @@ bool is_temporary_frame(const std::filesystem::path& file);
 // Empty where the directory is missing. Throws Error where it cannot be read.
 std::vector<std::string> list_frames(const std::filesystem::path& session_directory);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

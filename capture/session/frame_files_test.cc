@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -83,4 +83,4 @@ TEST(FrameFilesOnAFullDiskTest, LeaveNothingAtWhateverOperationSpaceEnds) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::Contains;
@@ -75,4 +75,4 @@ TEST(KilledSessionTest, IsResumedWithEveryStationOnceAndNoFileOverwritten) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -14,7 +14,7 @@
 
 #include "capture/session/disk_layer.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Power is gone; no std::exception, so that nothing in the program tidies up after it.
 struct PowerLoss {};
@@ -116,4 +116,4 @@ class LossyDisk final : public DiskLayer {
   std::vector<Directory> steps_{Directory{}};  // as synced last, and after every change since
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

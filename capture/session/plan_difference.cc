@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kSame_m = 1e-6;
@@ -94,4 +94,4 @@ std::string json_difference(const std::string& there, const std::string& here) {
                      excerpt(value_text(b, pointer)));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

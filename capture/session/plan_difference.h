@@ -5,7 +5,7 @@
 
 #include "capture/plan/capture_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The first difference in words, "line x0 has 41 stations there, 61 here"; empty where there is
 // none. "There" is the session. Lines and stations count as the same within a micrometre.
@@ -15,4 +15,4 @@ std::string plan_difference(const CapturePlan& there, const CapturePlan& here);
 // Throws Error where either text is no JSON.
 std::string json_difference(const std::string& there, const std::string& here);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 
 #include "capture/session/test_session.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -71,4 +71,4 @@ TEST(JsonDifferenceTest, IsNoneForTheSameInAnotherOrder) {
 TEST(JsonDifferenceTest, RefusesWhatIsNoJson) { EXPECT_THROW(json_difference("{", "{}"), Error); }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

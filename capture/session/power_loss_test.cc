@@ -9,7 +9,7 @@
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::IsEmpty;
@@ -73,4 +73,4 @@ TEST(PowerLossTest, WouldFindARowCommittedBeforeItsFrame) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -14,7 +14,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -328,4 +328,4 @@ void Session::add_event(const std::string& kind, const std::string& text) {
       .run();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -23,8 +23,10 @@
 #include "core/files/file_lock.h"
 
 namespace raywalk {
-
 class SqliteConnection;  // core/files/sqlite_connection.h
+}  // namespace raywalk
+
+namespace raywalk::capture {
 
 // One try at one station, by the number of its row.
 struct AttemptId {
@@ -136,4 +138,4 @@ class Session {
   std::int64_t last_entry_us_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

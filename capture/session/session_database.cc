@@ -8,7 +8,7 @@
 #include "capture/session/session_schema.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,4 +133,4 @@ CapturePlan read_plan(SqliteConnection* connection) {
   return plan;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

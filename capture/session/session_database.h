@@ -6,7 +6,7 @@
 #include "capture/plan/capture_plan.h"
 #include "core/files/sqlite_connection.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // "<directory>/session.db".
 std::filesystem::path session_database_path(const std::filesystem::path& directory);
@@ -30,4 +30,4 @@ void create_session_tables(SqliteConnection* connection);
 void write_plan(SqliteConnection* connection, const CapturePlan& plan);
 CapturePlan read_plan(SqliteConnection* connection);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

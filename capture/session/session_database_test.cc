@@ -9,7 +9,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -177,4 +177,4 @@ TEST_F(SessionDatabaseTest, ANameMayHoldWhatUrisTakeForThemselves) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

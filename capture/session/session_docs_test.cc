@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::ContainsRegex;
@@ -99,4 +99,4 @@ TEST_F(SessionDocsTest, ExplainsEveryKeyOfTheStatus) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 void require_exposure(int exposure, const SessionFacts& facts, const std::string& directory) {
@@ -114,4 +114,4 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
   return told;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

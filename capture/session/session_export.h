@@ -6,7 +6,7 @@
 
 #include "capture/session/session_reader.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct ExportOptions {
   int exposure = 0;         // which one of a bracket, from 0
@@ -26,4 +26,4 @@ struct ExportOptions {
 // (unless unstitched), and where a list cannot be written.
 std::string export_session(SessionReader* session, const ExportOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "core/files/test_directory.h"
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -127,4 +127,4 @@ TEST_F(SessionExportTest, ReplacesAnEarlierExportAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/session/session_times.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 StationState state_of(const std::string& outcome) {
@@ -115,4 +115,4 @@ std::vector<JournalSample> SessionReader::journal(const std::string& line) {
   return samples;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

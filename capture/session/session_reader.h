@@ -12,7 +12,7 @@
 #include "capture/session/session.h"
 #include "core/files/sqlite_connection.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // What holds for the whole session.
 struct SessionFacts {
@@ -77,4 +77,4 @@ class SessionReader {
   SqliteConnection database_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -81,4 +81,4 @@ TEST_F(SessionReaderTest, RefusesFramesOutsideOfTheSession) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

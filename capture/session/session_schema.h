@@ -2,7 +2,7 @@
 // are held together by session_docs_test.cc.
 #pragma once
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The newest format this program reads, and the one it writes: PRAGMA user_version.
 inline constexpr int kSessionFormatVersion = 1;
@@ -108,4 +108,4 @@ JOIN station ON station.id = attempt.station_id
 JOIN line ON line.id = station.line_id;
 )sql";
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include "capture/session/session_times.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kLastEvents = 5;
@@ -153,4 +153,4 @@ SessionStatus status_of(SessionReader* session) {
   return status;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 
 #include "capture/session/session_reader.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct LineStatus {
   std::string id{};
@@ -63,4 +63,4 @@ std::string status_text(const SessionStatus& status);
 // null.
 nlohmann::json status_json(const SessionStatus& status);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -137,4 +137,4 @@ TEST_F(SessionStatusTest, EndsWithTheExport) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

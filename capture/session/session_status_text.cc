@@ -6,7 +6,7 @@
 #include "capture/session/session_status.h"
 #include "capture/session/session_times.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::string duration_text(double seconds) {
@@ -112,4 +112,4 @@ nlohmann::json status_json(const SessionStatus& status) {
           {"next_step", status.next_step}};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -16,7 +16,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -330,4 +330,4 @@ TEST(SessionTimesTest, KeepMicrosecondsAndReadAsUtc) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -2,7 +2,7 @@
 
 #include <fmt/chrono.h>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 std::int64_t utc_us_from(WallTime time) {
   return std::chrono::floor<std::chrono::microseconds>(time.time_since_epoch()).count();
@@ -18,4 +18,4 @@ std::string utc_text(std::int64_t utc_us) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(seconds));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 std::int64_t utc_us_from(WallTime time);
 WallTime wall_time_from(std::int64_t utc_us);
@@ -14,4 +14,4 @@ WallTime wall_time_from(std::int64_t utc_us);
 // "2026-01-31 13:05:09 UTC".
 std::string utc_text(std::int64_t utc_us);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -17,7 +17,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -117,4 +117,4 @@ void require_whole(const SessionVerification& verification, const SessionReader&
                                    verification.faults.size())));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/session/session_reader.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct SessionVerification {
   std::int64_t frames = 0;              // checked
@@ -29,4 +29,4 @@ std::string verification_text(const SessionVerification& verification);
 // Throws Error of one line, naming the first fault, unless the session is whole.
 void require_whole(const SessionVerification& verification, const SessionReader& session);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

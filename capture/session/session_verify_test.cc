@@ -8,7 +8,7 @@
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::AllOf;
@@ -92,4 +92,4 @@ TEST_F(SessionVerifyTest, EndsInOneLineThatNamesTheFirstFault) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -15,7 +15,7 @@
 #include "capture/session/session.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 inline constexpr double kTestFirst_mm = 50.0;  // of every line, on the rail
 
@@ -135,4 +135,4 @@ std::string error_of(const Act& act) {
   return "";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // libjpeg reports an error by a call that must not return. Exceptions cannot pass its C frames, so
@@ -101,4 +101,4 @@ std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality) {
   return {stream.bytes().begin(), stream.bytes().end()};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

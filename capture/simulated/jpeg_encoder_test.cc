@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 cv::Mat decode(const std::vector<std::byte>& bytes) {
@@ -46,4 +46,4 @@ TEST(JpegEncoderTest, RefusesWhatJpegCannotHold) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

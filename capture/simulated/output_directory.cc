@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/output_path.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,4 +61,4 @@ void OutputDirectory::commit() {
   committed_ = true;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Filled at path(), a hidden name beside the target; commit() gives it the target's name. Without
 // commit() the destructor removes it, so a failure leaves nothing.
@@ -29,4 +29,4 @@ class OutputDirectory {
   bool committed_ = false;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -74,4 +74,4 @@ TEST(OutputDirectoryTest, MissingParentIsAnError) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "capture/simulated/virtual_room/hash_random.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 CameraPose jittered(const CameraPose& nominal, const PoseSettings& jitter, HashRandom random) {
@@ -41,4 +41,4 @@ std::vector<RoomStation> room_stations(const RoomPlan& plan, const VirtualRoomSe
   return stations;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/simulated/virtual_room/camera_pose.h"
 #include "capture/simulated/virtual_room/room_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct RoomStation {
   std::string name;             // "<line>_<number>", for example x0_007
@@ -23,4 +23,4 @@ struct RoomStation {
 // distributed and follow from the seed; the gain is kept within a factor of 4.
 std::vector<RoomStation> room_stations(const RoomPlan& plan, const VirtualRoomSettings& settings);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

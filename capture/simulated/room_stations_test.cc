@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(RoomStationsTest, StationsLieOnTheGridUnderUniqueNames) {
@@ -67,4 +67,4 @@ TEST(RoomStationsTest, SeedChoosesTheJitter) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 cv::Mat millimetres_of(const cv::Mat& distance_m) {
@@ -57,4 +57,4 @@ void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> 
   write_file_atomically(directory / "gt.csv", table);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

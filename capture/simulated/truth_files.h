@@ -11,7 +11,7 @@
 #include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/progress.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // "x,y,z" in metres; "x,y,z,yaw,pitch,roll" in metres and degrees.
 std::string position_fields(const Eigen::Vector3d& position_m);
@@ -32,4 +32,4 @@ void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> 
                        PanoramaSize size, const std::filesystem::path& directory,
                        Progress* progress);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "core/files/csv.h"
 #include "core/files/row_names.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -95,4 +95,4 @@ std::vector<TruthViewpoint> read_truth_viewpoints(const std::filesystem::path& f
   return viewpoints;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/simulated/virtual_room/room_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct TruthViewpoint {
   std::string name;                     // of its files
@@ -24,4 +24,4 @@ std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count);
 // line: no rows, a name that cannot be a file's or appears twice, a number that is none.
 std::vector<TruthViewpoint> read_truth_viewpoints(const std::filesystem::path& table);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

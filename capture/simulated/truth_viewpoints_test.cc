@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -85,4 +85,4 @@ TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -15,7 +15,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,4 +112,4 @@ std::string write_capture(const VirtualRoom& room, const CaptureOptions& options
   return CaptureWriter(room, options).write();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/simulated/virtual_room/virtual_room.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct CaptureOptions {
   std::filesystem::path out;  // directory to make
@@ -28,4 +28,4 @@ struct CaptureOptions {
 // the directory cannot be used, a camera that is inside of furniture, a full disk; Interrupted.
 std::string write_capture(const VirtualRoom& room, const CaptureOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -16,7 +16,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -146,4 +146,4 @@ TEST_F(WriteCaptureTest, CameraOutsideOfTheRoomLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Each sends the command, which has its own retries, and waits for rest.
@@ -198,4 +198,4 @@ bool Carriage::comes_to_rest(double* position_mm) {
   return false;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/base/clock.h"
 #include "capture/slider/slider.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // When a move counts as done, and what is taken as gone wrong. All positive, settle_ms may be 0.
 struct MotionRules {
@@ -83,4 +83,4 @@ class Carriage {
   MotionProfile latest_profile_{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "capture/slider/carriage.h"
 #include "capture/slider/fake_slider.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kRail_mm = 2000.0;
@@ -158,4 +158,4 @@ TEST(CarriagePropertyTest, HomingEndsAtHomeOrSaysNot) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

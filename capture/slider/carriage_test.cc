@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -29,7 +29,7 @@ class CarriageTest : public ::testing::Test {
   SettledPosition go_to(double mm) { return carriage_->move_to(kLimits.require(mm, "test")); }
 
   void expect_fault(FaultKind kind, const std::string& message, double target_mm = 500.0) {
-    raywalk::expect_fault(kind, message, [&] { go_to(target_mm); });
+    raywalk::capture::expect_fault(kind, message, [&] { go_to(target_mm); });
   }
 
   ManualClock clock_;
@@ -303,4 +303,4 @@ TEST_F(CarriageTest, InterruptDeceleratesAndWaitsForStandstill) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Collects readings while they are good; one that is not starts it over. It is over once the good
 // ones span the time and are at least three: a reading may be a poll old (ModbusLink says how), so
@@ -48,4 +48,4 @@ class Dwell {
   int readings_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 FakeSlider::FakeSlider(const FakeSliderConfig& config, Clock* clock)
     : config_(config),
@@ -185,4 +185,4 @@ double FakeSlider::feedback_mm() {
   return feedback;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

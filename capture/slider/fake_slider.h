@@ -15,7 +15,7 @@
 #include "capture/slider/slider.h"
 #include "capture/slider/trapezoid.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Not thread-safe. A command in mid-motion starts from rest where the carriage is.
 class FakeSlider final : public Slider {
@@ -83,4 +83,4 @@ class FakeSlider final : public Slider {
   double highest_mm_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/files/settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kFar_mm = 1e9;
@@ -52,4 +52,4 @@ FakeSliderConfig parse_fake_slider_config(std::string_view yaml, const std::stri
   return config;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Something that goes wrong once a time is reached or a position passed, whichever is set.
 struct FakeSliderFault {
@@ -37,4 +37,4 @@ struct FakeSliderConfig {
 // SettingsSchema does, and for a fault with neither time nor position.
 FakeSliderConfig parse_fake_slider_config(std::string_view yaml, const std::string& source);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

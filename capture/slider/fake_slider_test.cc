@@ -6,7 +6,7 @@
 #include "capture/base/manual_clock.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 const SoftLimits kLimits(-1000.0, 1000.0);
@@ -87,4 +87,4 @@ TEST_F(FakeSliderTest, MistakesInItsConfigurationAreNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

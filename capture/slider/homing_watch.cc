@@ -9,7 +9,7 @@
 #include "capture/base/device_fault.h"
 #include "capture/slider/motion_watch.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 double dwell_ms(const SliderState& state, const MotionRules& rules) {
@@ -75,4 +75,4 @@ void HomingWatch::fail_at_rest(const SliderState& state) const {
                                 slider_, state.position_mm, remedy));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/slider/dwell.h"
 #include "capture/slider/slider.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Positions mean nothing until home has been found, and limit switches may serve as home switch, so
 // neither is judged here.
@@ -40,4 +40,4 @@ class HomingWatch {
   Dwell dwell_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "capture/slider/quiet_line.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Those that libmodbus 3.1.6 sets. Any other it turns into 9600 without a word.
@@ -218,4 +218,4 @@ bool ModbusConnection::recover(ExchangeOutcome outcome) {
                           kPatienceInReplyTimes * reply_time_) == LineState::kQuiet;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

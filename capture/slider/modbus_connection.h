@@ -15,7 +15,7 @@
 #include "capture/slider/register_link.h"
 #include "capture/slider/slider_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class ExchangeOutcome {
   kDone,
@@ -67,4 +67,4 @@ class ModbusConnection {
   Duration reply_time_{0};  // a reply that has not come by then has been lost
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

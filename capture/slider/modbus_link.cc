@@ -6,7 +6,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Doubles with each failure in a row: an adapter that was plugged in again takes about a second
@@ -96,4 +96,4 @@ void ModbusLink::fail_without_contact(const Attempt& last) const {
                                 description(), reason, config_.tries, settings));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

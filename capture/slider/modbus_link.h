@@ -12,7 +12,7 @@
 #include "capture/slider/register_link.h"
 #include "capture/slider/slider_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A reply is never taken for one to another request, as far as the protocol lets that be told:
 //  - before each request, what has come in is dropped, and the line has been silent for a frame
@@ -56,4 +56,4 @@ class ModbusLink final : public RegisterLink {
   int openings_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

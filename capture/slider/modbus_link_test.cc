@@ -14,7 +14,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::ElementsAre;
@@ -295,4 +295,4 @@ TEST(QuietLineTest, FrameGapIsThreeAndAHalfCharacters) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "capture/slider/modbus_link.h"
 #include "capture/slider/register_words.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // No rail that one motor drives is longer.
@@ -172,4 +172,4 @@ std::unique_ptr<Slider> make_modbus_slider(const SliderConfig& config, Clock* cl
                                         read_register_map(config.register_map), config.tries);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

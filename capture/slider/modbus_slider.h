@@ -10,7 +10,7 @@
 #include "capture/slider/slider.h"
 #include "capture/slider/slider_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Beyond what Slider says: read_state throws kWrongDevice where the identity register of the map
 // holds another value (checked whenever the connection has been opened), or where the drive twice
@@ -59,4 +59,4 @@ class ModbusSlider final : public Slider {
 // outlive the slider.
 std::unique_ptr<Slider> make_modbus_slider(const SliderConfig& config, Clock* clock);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/base/device_fault.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::ElementsAre;
@@ -226,4 +226,4 @@ TEST_F(ModbusSliderTest, HomingWritesItsWords) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

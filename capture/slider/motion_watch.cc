@@ -9,7 +9,7 @@
 #include "capture/base/device_fault.h"
 #include "capture/slider/trapezoid.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 double distance_to_range(double value, double low, double high) {
@@ -179,4 +179,4 @@ void MotionWatch::fail_late(const SliderState& state, SteadyTime now) const {
                                 target_mm_, state.position_mm));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

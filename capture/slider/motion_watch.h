@@ -9,7 +9,7 @@
 #include "capture/slider/dwell.h"
 #include "capture/slider/slider.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The drive is in a state that moves nothing: alarm, or motor not enabled. Throws DeviceFault
 // kAlarm with the alarm's code.
@@ -70,4 +70,4 @@ class MotionWatch {
   SteadyTime latest_{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) { throw DeviceFault(FaultKind::kNoContact, what); }
@@ -72,4 +72,4 @@ void PortLock::refuse_others() {
   if (!is_pseudo_terminal(fd_)) ioctl(fd_, TIOCEXCL);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 class PortLock {
  public:
@@ -24,4 +24,4 @@ class PortLock {
   int fd_ = -1;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstdint>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 timespec timespec_from(Duration duration) {
@@ -55,4 +55,4 @@ Duration frame_gap(int baud) {
   return duration_from_ms(kCharacters * kBitsOfCharacter * 1000.0 / baud);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

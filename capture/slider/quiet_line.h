@@ -3,7 +3,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class LineState { kQuiet, kNeverQuiet, kGone };
 
@@ -16,4 +16,4 @@ LineState wait_until_quiet(int fd, Duration quiet, Duration patience);
 // baud (Modbus over serial line 1.02, 2.5.1.1).
 Duration frame_gap(int baud);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class RegisterKind { kHolding, kInput };
 
@@ -28,4 +28,4 @@ class RegisterLink {
   virtual bool write(int address, std::span<const std::uint16_t> words) = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

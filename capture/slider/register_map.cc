@@ -11,7 +11,7 @@
 #include "core/files/nearest_word.h"
 #include "core/files/number.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 struct NamedMeaning {
@@ -175,4 +175,4 @@ RegisterMap read_register_map(const std::filesystem::path& file) {
   return map;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // One word of a block that is written: a number, or a part of a quantity.
 enum class WordMeaning {
@@ -72,4 +72,4 @@ struct RegisterMap {
 // an alarm code without an alarm bit, a word that speaks of a move outside of one.
 RegisterMap read_register_map(const std::filesystem::path& file);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "core/files/test_directory.h"
 #include "core/files/test_yaml_keys.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -126,4 +126,4 @@ TEST(RegisterMapTest, MissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

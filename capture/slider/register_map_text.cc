@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kNone = -1;
@@ -55,4 +55,4 @@ SettingsSchema register_map_schema(RegisterMapText* text) {
   return schema;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/files/settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Addresses and bits of -1 stand for "the drive has none".
 struct WriteText {
@@ -40,4 +40,4 @@ struct RegisterMapText {
 // Binds every key of a register map; `text` has to outlive the schema's use.
 SettingsSchema register_map_schema(RegisterMapText* text);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

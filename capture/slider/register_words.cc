@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kLargest16 = 0xffff;
@@ -110,4 +110,4 @@ std::optional<bool> flag_of(std::uint16_t status, const std::optional<StatusBit>
   return ((status >> bit->bit & 1) != 0) != bit->active_low;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/slider/register_map.h"
 #include "capture/slider/slider.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The nearest whole step. Throws UsageError where that does not fit a signed 32-bit word pair.
 std::int32_t steps_from_mm(const RegisterMap& map, double mm);
@@ -29,4 +29,4 @@ std::vector<std::uint16_t> fixed_words(const RegisterWrite& write);
 // What the status word says of a flag; none for one that the map does not have.
 std::optional<bool> flag_of(std::uint16_t status, const std::optional<StatusBit>& bit);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

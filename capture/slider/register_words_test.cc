@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::ElementsAre;
@@ -96,4 +96,4 @@ TEST(RegisterWordsTest, FlagsFollowTheirBitAndItsSense) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

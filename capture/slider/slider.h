@@ -6,7 +6,7 @@
 
 #include "capture/slider/soft_limits.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct MotionProfile {
   double speed_mm_s = 100.0;
@@ -43,4 +43,4 @@ class Slider {
   virtual void reset_alarm() = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "capture/slider/carriage.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct SliderConfig {
   std::string connection = "rtu";  // "rtu" or "tcp"
@@ -28,4 +28,4 @@ struct SliderConfig {
   MotionRules motion{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 SoftLimits::SoftLimits(double low_mm, double high_mm) : low_mm_(low_mm), high_mm_(high_mm) {
   if (!std::isfinite(low_mm) || !std::isfinite(high_mm) || !(low_mm < high_mm)) {
@@ -24,4 +24,4 @@ SafePosition SoftLimits::require(double mm, const std::string& what) const {
   return SafePosition(mm);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

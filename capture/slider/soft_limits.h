@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A position on the rail, in millimetres from its home, that lies inside soft limits.
 class SafePosition {
@@ -36,4 +36,4 @@ class SoftLimits {
   double high_mm_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(SoftLimitsTest, BothEndsAreAllowedAndNothingBeyond) {
@@ -39,4 +39,4 @@ TEST(SoftLimitsTest, LimitsThatLeaveNoWayAreRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

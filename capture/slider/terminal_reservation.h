@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The kernel gives the number of a terminal to the next program that asks once both of its sides
 // are closed, so that a link that tries to come back after a hang-up would meet another test's
@@ -25,4 +25,4 @@ class TerminalReservation {
   int terminal_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -25,7 +25,7 @@
 
 #include "capture/slider/terminal_reservation.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -233,4 +233,4 @@ class TestModbusPeer {
   std::thread thread_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kMsPerSecond = 1000.0;
@@ -46,4 +46,4 @@ double stopping_ms(const MotionProfile& profile) {
   return kMsPerSecond * profile.speed_mm_s / profile.acceleration_mm_s2;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include "capture/slider/slider.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A move from rest to rest with constant acceleration, a top speed, and the same deceleration.
 class Trapezoid {
@@ -27,4 +27,4 @@ class Trapezoid {
 // Time from a speed to rest.
 double stopping_ms(const MotionProfile& profile);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

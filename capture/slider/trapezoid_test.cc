@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(TrapezoidTest, LongMoveCruises) {
@@ -56,4 +56,4 @@ TEST(TrapezoidTest, HoldsOverAllScales) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

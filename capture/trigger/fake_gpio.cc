@@ -5,7 +5,7 @@
 #include "capture/trigger/gpio_faults.h"
 #include "core/files/settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr const char* kPath = "/dev/gpiochip-fake";
@@ -188,4 +188,4 @@ void FakeGpio::catch_up() {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

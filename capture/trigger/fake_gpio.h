@@ -11,7 +11,7 @@
 
 #include "capture/trigger/gpio_lines.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Read from YAML with keys of the same names.
 struct FakeGpioSettings {
@@ -82,4 +82,4 @@ class FakeGpio {
   std::deque<GpioEdge> queued_;  // seen by the kernel, not yet taken
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

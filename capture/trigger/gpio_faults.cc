@@ -3,7 +3,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
@@ -69,4 +69,4 @@ DeviceFault gpio_line_fault(const std::string& path, int offset, int error) {
                                      "); check that the chip is still there with gpiodetect"};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

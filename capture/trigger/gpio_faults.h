@@ -5,7 +5,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The device behind the name a user gives: as it is where it holds a '/', else in /dev.
 std::string gpio_chip_path(const std::string& chip);
@@ -25,4 +25,4 @@ DeviceFault gpio_request_fault(const GpioRequestFailure& failure);
 // Reading, setting or waiting on a line that was requested.
 DeviceFault gpio_line_fault(const std::string& path, int offset, int error);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct GpioLine {
   int offset = 0;  // on its chip, from 0
@@ -74,4 +74,4 @@ class GpioChip {
 // kNoContact where it is missing or not permitted, kWrongDevice where it is no GPIO chip.
 std::unique_ptr<GpioChip> open_gpio_chip(const std::string& chip);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

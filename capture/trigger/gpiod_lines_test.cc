@@ -5,7 +5,7 @@
 #include "capture/base/test_fault.h"
 #include "capture/trigger/gpio_lines.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(GpiodLines, MissingChipIsNoContact) {
@@ -21,4 +21,4 @@ TEST(GpiodLines, AnotherDeviceIsNoChip) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

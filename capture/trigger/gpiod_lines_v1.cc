@@ -9,7 +9,7 @@
 #include "capture/trigger/gpio_faults.h"
 #include "capture/trigger/gpio_lines.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr const char* kConsumer = "raywalk-capture";
@@ -144,4 +144,4 @@ std::unique_ptr<GpioChip> open_gpio_chip(const std::string& chip) {
   return std::make_unique<GpiodChip>(std::move(handle), path);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/trigger/gpio_lines.h"
 #include "capture/trigger/gpiod_v2_stub/stub_chip.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 class GpiodLinesV2 : public testing::Test {
@@ -103,4 +103,4 @@ TEST_F(GpiodLinesV2, SaysWhenAChipHasGone) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

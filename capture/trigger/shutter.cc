@@ -6,7 +6,7 @@
 #include "capture/base/device_fault.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // How long a Ctrl-C may go unnoticed.
@@ -159,4 +159,4 @@ Duration Shutter::step_to(SteadyTime deadline) const {
   return std::clamp(deadline - clock_->now(), Duration::zero(), kStep);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

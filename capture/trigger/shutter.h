@@ -16,7 +16,7 @@
 #include "capture/trigger/gpio_lines.h"
 #include "capture/trigger/trigger_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct ShutterTimes {
   SteadyTime pressed{};  // the shutter line became active
@@ -64,4 +64,4 @@ class Shutter {
   Clock* clock_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

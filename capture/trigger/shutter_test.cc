@@ -10,7 +10,7 @@
 #include "capture/trigger/fake_gpio.h"
 #include "core/base/interrupt.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using testing::ElementsAre;
@@ -231,4 +231,4 @@ TEST_F(ShutterDeathTest, InterruptDuringThePressOrAfterItLetsTheLinesGo) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

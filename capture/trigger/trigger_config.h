@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Output lines of a GPIO chip to an opto-isolated shutter, and one line back. Lines are counted
 // from 0 on their chip; -1: not wired.
@@ -25,4 +25,4 @@ struct TriggerConfig {
   bool press_per_exposure = true;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include <regex>
 #include <stdexcept>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // A new directory that goes away with its contents.
@@ -73,4 +73,4 @@ double ffmpeg_filter_value(const std::string& filter, const std::string& key, co
   return std::stod(match[1]);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

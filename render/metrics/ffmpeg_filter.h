@@ -4,7 +4,7 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Runs `ffmpeg -lavfi FILTER` (psnr or ssim) on both images, handed over as raw gray (CV_8UC1) or
 // bgr24 (CV_8UC3) frames, and returns the number it prints behind "KEY:". `options` go before the
@@ -13,4 +13,4 @@ namespace raywalk {
 double ffmpeg_filter_value(const std::string& filter, const std::string& key, const cv::Mat& a,
                            const cv::Mat& b, const std::string& options = "");
 
-}  // namespace raywalk
+}  // namespace raywalk::render

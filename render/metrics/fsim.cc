@@ -9,7 +9,7 @@
 #include "render/metrics/luma.h"
 #include "render/metrics/phase_congruency.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kMinSide_px = 8;
@@ -93,4 +93,4 @@ double fsim(const cv::Mat& a, const cv::Mat& b) {
                            gradient_magnitude(luma_b));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

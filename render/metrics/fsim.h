@@ -15,11 +15,11 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // In (0, 1], 1 for equal images; also 1 where neither image has any feature to compare (two
 // constant images: FSIM does not see brightness). Symmetric. Images are CV_8UC3 in BGR order, of
 // equal size, at least 8x8; throws Error otherwise.
 double fsim(const cv::Mat& a, const cv::Mat& b);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

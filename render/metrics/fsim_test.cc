@@ -10,7 +10,7 @@
 #include "render/metrics/phase_congruency.h"
 #include "render/metrics/test_images.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kStripe = 16;
@@ -167,4 +167,4 @@ TEST(Fsim, AveragesLargeImagesDownFirst) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

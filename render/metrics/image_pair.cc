@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 std::string size_text(const cv::Mat& image) {
@@ -34,4 +34,4 @@ void require_image_pair(const cv::Mat& a, const cv::Mat& b, int min_side) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

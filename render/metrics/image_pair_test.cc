@@ -9,7 +9,7 @@
 #include "render/metrics/ssim.h"
 #include "render/metrics/test_images.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -67,4 +67,4 @@ TEST(ImagePair, BlockMetricsNeedEightPixelsEachWay) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 cv::Mat luma_8bit(const cv::Mat& bgr) {
   cv::Mat luma;
@@ -20,4 +20,4 @@ cv::Mat luma_unrounded(const cv::Mat& bgr) {
   return luma;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

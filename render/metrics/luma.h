@@ -5,7 +5,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // CV_8UC1, rounded to the nearest integer, of a CV_8UC3 image in BGR order.
 cv::Mat luma_8bit(const cv::Mat& bgr);
@@ -13,4 +13,4 @@ cv::Mat luma_8bit(const cv::Mat& bgr);
 // CV_64FC1, not rounded, of a CV_8UC3 image in BGR order.
 cv::Mat luma_unrounded(const cv::Mat& bgr);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

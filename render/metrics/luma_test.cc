@@ -6,7 +6,7 @@
 
 #include "render/metrics/test_images.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 TEST(Luma, WeighsThePrimariesAsBt601) {
@@ -41,4 +41,4 @@ TEST(Luma, KeepsGrey) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include "core/base/median.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // The settings of Zhang et al. 2011.
@@ -181,4 +181,4 @@ double PhaseCongruency::noise_threshold(const cv::Mat& finest_response, int orie
   return (mean + kNoiseDeviations * deviation) / kNoiseOverestimate;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include <array>
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Computes phase congruency for images of one size. The filters are built once; const members may
 // be called from several threads.
@@ -38,4 +38,4 @@ class PhaseCongruency {
   std::array<cv::Mat, kOrientations> angular_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include "render/metrics/luma.h"
 #include "render/metrics/test_images.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kStep = 64;
@@ -111,4 +111,4 @@ TEST(PhaseCongruency, RefusesAnotherSizeOrType) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 #include "core/geometry/sphere.h"
 #include "render/metrics/image_pair.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kChannels = 3;
@@ -97,4 +97,4 @@ double ws_psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
   return decibels_from_mean_squared_error(weighted_error / (weight_sum * kChannels));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Mean of (a - b)^2 over all channels of the pixels that count; in squared 8-bit levels, 0..65025.
 // Columns are selected by passing a.colRange(...).
@@ -24,4 +24,4 @@ double psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = cv::Mat
 // panoramas.
 double ws_psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = cv::Mat());
 
-}  // namespace raywalk
+}  // namespace raywalk::render

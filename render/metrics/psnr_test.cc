@@ -12,7 +12,7 @@
 #include "render/metrics/ffmpeg_filter.h"
 #include "render/metrics/test_images.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::HasSubstr;
@@ -159,4 +159,4 @@ TEST(WsPsnr, ForgivesErrorsAtThePolesAndNotAtTheHorizon) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

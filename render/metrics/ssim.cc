@@ -6,7 +6,7 @@
 #include "render/metrics/image_pair.h"
 #include "render/metrics/luma.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kCell = 4;                // a block is 2 x 2 cells, so that neighbours share cells
@@ -92,4 +92,4 @@ double ssim(const cv::Mat& a, const cv::Mat& b) {
   return sum / (static_cast<double>(cell_rows - 1) * (cell_cols - 1));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

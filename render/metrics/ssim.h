@@ -16,10 +16,10 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // In [-1, 1], 1 for equal luma. Symmetric. Images are CV_8UC3 in BGR order, of equal size, at least
 // 8x8; throws Error otherwise.
 double ssim(const cv::Mat& a, const cv::Mat& b);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

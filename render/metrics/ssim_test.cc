@@ -10,7 +10,7 @@
 #include "render/metrics/luma.h"
 #include "render/metrics/test_images.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // ssim.h says why.
@@ -85,4 +85,4 @@ TEST(Ssim, FallsAsNoiseGrows) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

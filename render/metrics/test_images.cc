@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 cv::Mat flat_image(cv::Size size, const cv::Scalar& bgr) { return {size, CV_8UC3, bgr}; }
 
@@ -54,4 +54,4 @@ cv::Mat rolled(const cv::Mat& image, int columns) {
   return out;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

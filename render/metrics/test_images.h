@@ -3,7 +3,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 cv::Mat flat_image(cv::Size size, const cv::Scalar& bgr);
 // Smooth coloured waves, boxes and lines: gradients, edges and texture in one.
@@ -16,4 +16,4 @@ cv::Mat adjusted(const cv::Mat& image, double gain, double offset);
 // Turned about the vertical: columns move to the right and come back in on the left.
 cv::Mat rolled(const cv::Mat& image, int columns);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ void require_same_lines(const Room& room, const Room& other) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

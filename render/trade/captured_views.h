@@ -10,7 +10,7 @@
 #include "render/trade/trade_view.h"
 #include "render/validation/truth_views.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What depth_name says of a room without distances.
 inline constexpr const char* kNoDepth = "none";
@@ -30,4 +30,4 @@ TradeRoom trade_room(const Room& room, std::span<const TradeView> views);
 // Throws Error unless the lines of both rooms begin and end at the same places within a millimetre.
 void require_same_lines(const Room& room, const Room& other);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

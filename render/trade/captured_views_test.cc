@@ -10,7 +10,7 @@
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using testing::AllOf;
@@ -82,4 +82,4 @@ TEST_F(CapturedViewsTest, RefusesTruthsOfDifferentWidths) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

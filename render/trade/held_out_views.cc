@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/room/kept_stations.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -166,4 +166,4 @@ HeldOutViews held_out_views(const Room& room, int every, std::size_t most) {
   return held_out;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -16,7 +16,7 @@
 #include "core/room/room.h"
 #include "render/trade/trade_view.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct HeldOutViews {
   std::unique_ptr<Room> room{};    // that the views are rendered from
@@ -34,4 +34,4 @@ Room room_without_held_out(const Room& room, int every);
 // Throws as room_without_held_out(); Error where there is none.
 HeldOutViews held_out_views(const Room& room, int every, std::size_t most);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

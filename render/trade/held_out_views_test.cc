@@ -14,7 +14,7 @@
 #include "render/view/renderer.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::HasSubstr;
@@ -117,4 +117,4 @@ TEST_F(HeldOutViewsTest, WhatCannotBeHeldOutIsRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 #include "core/base/resident_memory.h"
 #include "core/base/timing.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr double kClockStep_s = 1.0 / CLOCKS_PER_SEC;  // no processor time is told finer
@@ -131,4 +131,4 @@ cv::Mat picture_of(const TradeSetting& setting, const TradeView& view) {
   return picture(&renderer, view);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 #include "render/trade/trade_view.h"
 #include "render/view/renderer.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Measures all but e_connect. First the memory that the first view takes in the room opened anew,
 // then times: every view `repetitions` times after one that does not count, each paired with one
@@ -26,4 +26,4 @@ ViewScores score_setting(const TradeSetting& setting, std::span<const TradeView>
 // The view of a setting at the size of its truth, as it is scored.
 cv::Mat picture_of(const TradeSetting& setting, const TradeView& view);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

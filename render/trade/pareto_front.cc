@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace raywalk {
+namespace raywalk::render {
 
 std::vector<bool> pareto_front(std::span<const TradePoint> points) {
   std::vector<std::size_t> order(points.size());
@@ -30,4 +30,4 @@ std::vector<bool> pareto_front(std::span<const TradePoint> points) {
   return front;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What a setting costs, smaller is better, and what it gives, larger is better. A point that is not
 // finite is beaten by any.
@@ -17,4 +17,4 @@ struct TradePoint {
 // both on the front or both not.
 std::vector<bool> pareto_front(std::span<const TradePoint> points);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using testing::ElementsAre;
@@ -45,4 +45,4 @@ TEST(ParetoFront, WhatIsNotFiniteIsNeverOnIt) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-namespace raywalk {
+namespace raywalk::render {
 
 std::vector<double> ranks_of(std::span<const double> values) {
   std::vector<std::size_t> order(values.size());
@@ -38,4 +38,4 @@ double rank_correlation(std::span<const double> a, std::span<const double> b) {
   return together / std::sqrt(of_a * of_b);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Rank of each value, 1 for the smallest; equal values share the mean of their ranks.
 std::vector<double> ranks_of(std::span<const double> values);
@@ -14,4 +14,4 @@ std::vector<double> ranks_of(std::span<const double> values);
 // spans are of one length; values are finite.
 double rank_correlation(std::span<const double> a, std::span<const double> b);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::ElementsAre;
@@ -47,4 +47,4 @@ TEST(RankCorrelationTest, WithoutAnOrderThereIsNone) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -25,7 +25,7 @@
 #include "render/trade/trade_sweep.h"
 #include "render/validation/validate.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -305,4 +305,4 @@ std::string trade(const Room& room, const TradeOptions& options) {
   return write_trade(input, options.report);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -14,7 +14,7 @@
 #include "render/trade/trade_view.h"
 #include "render/validation/view_mode.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A ready-made setting for the room.
 struct NamedMode {
@@ -64,4 +64,4 @@ std::string write_trade(const TradeInput& input, const std::filesystem::path& re
 // or the report's place is wrong.
 std::string trade(const Room& room, const TradeOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using nlohmann::ordered_json;
@@ -172,4 +172,4 @@ std::string trade_csv(const Trade& trade) {
   return text;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

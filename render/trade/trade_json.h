@@ -6,7 +6,7 @@
 
 #include "render/trade/trade_result.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // trade.json, as README.md lists its keys. A value that was not measured is null.
 std::string trade_json(const Trade& trade);
@@ -20,4 +20,4 @@ std::string trade_csv(const Trade& trade);
 nlohmann::ordered_json json_of(const TradeMeasurement& measured);
 TradeMeasurement measurement_from(const nlohmann::ordered_json& json);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

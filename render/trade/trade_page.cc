@@ -14,7 +14,7 @@
 #include "render/trade/trade_plot.h"
 #include "render/validation/comparison_pictures.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr const char* kNotMeasured = "–";
@@ -290,4 +290,4 @@ std::string trade_page(const Trade& trade, const TradePictures& pictures) {
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 #include "render/trade/trade_result.h"
 #include "render/trade/trade_view.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // One viewpoint as it is and as settings err there; CV_8UC3, small.
 struct TradePictures {
@@ -25,4 +25,4 @@ TradePictures trade_pictures(const Trade& trade, std::span<const TradeRoom> room
 // One self-contained HTML page: the front, what each dial does alone, every setting.
 std::string trade_page(const Trade& trade, const TradePictures& pictures);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include "core/files/atomic_output.h"
 #include "render/trade/trade_json.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using nlohmann::ordered_json;
@@ -59,4 +59,4 @@ void TradePartial::add(const TradeSetting& setting, const TradeMeasurement& meas
   write_file_atomically(file_, content_.dump() + "\n");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 
 #include "render/trade/trade_result.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 class TradePartial {
  public:
@@ -32,4 +32,4 @@ class TradePartial {
   std::map<std::string, TradeMeasurement> measured_;  // by the text of their dials
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

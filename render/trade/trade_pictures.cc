@@ -6,7 +6,7 @@
 #include "render/trade/trade_page.h"
 #include "render/validation/comparison_pictures.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr std::size_t kMostPictures = 60;
@@ -55,4 +55,4 @@ TradePictures trade_pictures(const Trade& trade, std::span<const TradeRoom> room
   return pictures;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kPlotWidth_px = 1150;
@@ -86,4 +86,4 @@ std::string trade_plot(const Trade& trade) {
   return svg_from_plot(plot);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 
 #include "render/trade/trade_result.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Where a setting is found on the page: "setting-12" for index 11.
 std::string anchor_of(std::size_t setting);
@@ -14,4 +14,4 @@ std::string anchor_of(std::size_t setting);
 // steps. Settings on the front are filled and carry their number. An <svg> element.
 std::string trade_plot(const Trade& trade);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -6,7 +6,7 @@
 #include "render/trade/pareto_front.h"
 #include "render/trade/rank_correlation.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 void find_front(std::vector<MeasuredSetting>* settings, bool TradeFronts::*front,
@@ -61,4 +61,4 @@ std::vector<std::size_t> psnr_front(const Trade& trade) {
   return front;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

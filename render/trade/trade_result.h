@@ -9,7 +9,7 @@
 #include "render/trade/trade_setting.h"
 #include "render/validation/view_scores.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // One setting measured; scores are means over the views.
 struct TradeMeasurement {
@@ -92,4 +92,4 @@ void find_fronts(std::vector<MeasuredSetting>* settings);
 // Indices of the settings on the front of PSNR, the fastest first.
 std::vector<std::size_t> psnr_front(const Trade& trade);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using nlohmann::ordered_json;
@@ -77,4 +77,4 @@ std::string name_of(const TradeSetting& setting, const TradeSetting& centre) {
   return name;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 
 #include "render/validation/view_mode.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct TradeSetting {
   std::string name{};       // tells it from all others of a sweep: name_of
@@ -34,4 +34,4 @@ std::vector<std::string> moved_dials(const TradeSetting& setting, const TradeSet
 // station mixed". Unique where the settings differ.
 std::string name_of(const TradeSetting& setting, const TradeSetting& centre);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 
 #include "core/room/connection_errors.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using Settings = std::vector<TradeSetting>;
@@ -256,4 +256,4 @@ std::vector<TradeSetting> full_sweep(const SweepBase& base) {
   return sweep.take();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 #include "render/trade/trade_setting.h"
 #include "render/trade/trade_view.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What a sweep is made from.
 struct SweepBase {
@@ -29,4 +29,4 @@ std::vector<TradeSetting> quick_sweep(const SweepBase& base);
 // generation; of the other rooms every generation and interpolation. About a thousand.
 std::vector<TradeSetting> full_sweep(const SweepBase& base);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

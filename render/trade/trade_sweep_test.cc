@@ -11,7 +11,7 @@
 #include "render/trade/captured_views.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using nlohmann::ordered_json;
@@ -168,4 +168,4 @@ TEST_F(TradeSweepTest, NamesTellWhatDiffersFromTheCentre) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

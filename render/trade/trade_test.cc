@@ -19,7 +19,7 @@
 #include "render/validation/connect_error.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -373,4 +373,4 @@ TEST_F(HeldOutTradeTest, NeedsSomethingToCompareWith) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

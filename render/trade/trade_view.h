@@ -7,7 +7,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A viewpoint and what is seen from it. Where the truth comes from does not matter here: captured
 // between the lines (captured_views.h), or a station that `room` does without.
@@ -28,4 +28,4 @@ struct TradeRoom {
   std::vector<TradeView> views{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // Measurements to go by, the best first.
@@ -56,4 +56,4 @@ AutoK auto_k_deg(const Room& room, Generation generation, const RoomRequirements
           model.from_distances ? "model E_t over the room's distances" : "model E_t at 1.5 N"};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include "core/room/room.h"
 #include "render/view/renderer.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct AutoK {
   double k_deg = 90.0;
@@ -27,4 +27,4 @@ struct AutoK {
 AutoK auto_k_deg(const Room& room, Generation generation,
                  const RoomRequirements* required = nullptr);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

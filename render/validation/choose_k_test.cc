@@ -14,7 +14,7 @@
 #include "render/validation/connect_error_file.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::HasSubstr;
@@ -162,4 +162,4 @@ TEST_F(ChooseKTest, DamagedMeasurementIsNotPassedOver) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

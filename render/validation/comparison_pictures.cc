@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 
 cv::Mat overlay_of(const cv::Mat& view, const cv::Mat& truth) {
   cv::Mat overlay;
@@ -31,4 +31,4 @@ ViewComparison compare(const cv::Mat& view, const cv::Mat& truth, int width) {
           .error = shrunk_to(error_of(view, truth), width)};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

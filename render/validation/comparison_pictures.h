@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What an absolute difference is multiplied by to be seen: 32 levels become 128.
 inline constexpr double kErrorGain = 4.0;
@@ -29,4 +29,4 @@ struct ViewComparison {
 // The comparison is made at full size and then shrunk.
 ViewComparison compare(const cv::Mat& view, const cv::Mat& truth, int width);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 cv::Mat grey(int level, cv::Size size = {8, 4}) {
@@ -27,4 +27,4 @@ TEST(ComparisonPictures, ShrinksButNeverEnlarges) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -16,7 +16,7 @@
 #include "render/view/connection.h"
 #include "render/view/view_plan.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kCorners = 4;
@@ -356,4 +356,4 @@ std::string connect_error_table(std::span<const ConnectError> measurements) {
   return text;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

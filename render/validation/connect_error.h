@@ -29,7 +29,7 @@
 #include "core/room/room.h"
 #include "render/view/renderer.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // k = 45, 50, ..., 70, 72, ..., 88, 90 degrees.
 std::vector<double> default_k_list_deg();
@@ -65,4 +65,4 @@ ConnectError measure_connect_error(const Room& room, Generation generation,
 // The measurements as a table of text, one line per k.
 std::string connect_error_table(std::span<const ConnectError> measurements);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

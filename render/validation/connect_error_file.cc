@@ -2,7 +2,7 @@
 
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
@@ -57,4 +57,4 @@ void write_connect_error(const Room& room, std::span<const Generation> generatio
   table << connect_error_table(measurements);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

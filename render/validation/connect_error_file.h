@@ -9,7 +9,7 @@
 
 #include "render/validation/connect_error.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Empty where the room has none. Throws Error as read_connection_errors does.
 std::vector<ConnectError> read_connect_error(const std::filesystem::path& room);
@@ -24,4 +24,4 @@ void store_connect_error(const std::filesystem::path& room, const ConnectError& 
 void write_connect_error(const Room& room, std::span<const Generation> generations,
                          const ConnectErrorOptions& options, std::ostream& table);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -96,4 +96,4 @@ TEST_F(ConnectErrorFileTest, RoomThatCannotBeWrittenIsRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

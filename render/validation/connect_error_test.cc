@@ -12,7 +12,7 @@
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::Each;
@@ -279,4 +279,4 @@ TEST(ConnectErrorTableTest, ShowsEveryRowAndWhatCouldNotBeMeasured) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

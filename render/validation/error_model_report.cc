@@ -17,7 +17,7 @@
 #include "core/report/markup.h"
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kLargestViewpoints = 1000;
@@ -291,4 +291,4 @@ void write_error_model_report(const ErrorModelOptions& options, std::ostream& ta
   print_table(options, optimum_table(options, curves), table);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

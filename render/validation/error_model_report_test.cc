@@ -15,7 +15,7 @@
 #include "core/files/atomic_output.h"
 #include "core/report/markup_check.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -203,4 +203,4 @@ TEST_F(ErrorModelReportTest, SaysWhereItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using nlohmann::ordered_json;
@@ -63,4 +63,4 @@ std::string metrics_json(const Validation& validation) {
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 
 #include "render/validation/validate.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // metrics.json:
 //   {"volume": str,
@@ -18,4 +18,4 @@ namespace raywalk {
 // kMostPsnrDb. A value that was not measured (no viewpoint had a readable overlap) is null.
 std::string metrics_json(const Validation& validation);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

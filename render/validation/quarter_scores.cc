@@ -6,7 +6,7 @@
 #include "render/validation/view_scores.h"
 #include "render/view/view_plan.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
   const int width = panorama.cols;
@@ -43,4 +43,4 @@ std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, 
   return scores;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -12,7 +12,7 @@
 
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct QuarterScore {
   double line_distance_m = 0.0;  // from the viewpoint straight ahead to the line
@@ -31,4 +31,4 @@ cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad);
 std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, const cv::Mat& view,
                                          const cv::Mat& truth, const cv::Mat& mask = cv::Mat());
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 #include "render/validation/view_scores.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // Every pixel holds its column.
@@ -63,4 +63,4 @@ TEST(QuarterScores, ASingleLineServesTheSideItIsSeenOn) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -15,7 +15,7 @@
 #include "core/files/image_file.h"
 #include "render/view/view_plan.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
@@ -103,4 +103,4 @@ std::vector<std::size_t> spread_over_distance(std::span<const TruthView> truths,
   return chosen;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct TruthView {
   std::string name{};            // the file's stem
@@ -33,4 +33,4 @@ std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room&
 // farthest, and some between, nearest first.
 std::vector<std::size_t> spread_over_distance(std::span<const TruthView> truths, std::size_t most);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -14,7 +14,7 @@
 #include "render/validation/metrics_json.h"
 #include "render/validation/validation_report.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ std::string validate(const Room& room, const ValidateOptions& options) {
   return summary_of(validation, options.report);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

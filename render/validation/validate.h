@@ -14,7 +14,7 @@
 #include "render/validation/view_mode.h"
 #include "render/validation/view_scores.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // One truth rendered in one mode.
 struct ValidatedView {
@@ -68,4 +68,4 @@ struct ValidateOptions {
 // tell the user. Throws Error before any rendering where the input or the report's place is wrong.
 std::string validate(const Room& room, const ValidateOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

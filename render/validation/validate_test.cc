@@ -14,7 +14,7 @@
 #include "render/validation/connect_error_file.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using ::testing::AllOf;
@@ -263,4 +263,4 @@ TEST_F(ValidateTest, RefusesAReportThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -4,7 +4,7 @@
 
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr double kCentimetres = 100.0;
@@ -109,4 +109,4 @@ std::optional<std::string> corrected_connection_error_plot(const Validation& val
   return svg_from_plot(plot);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -6,7 +6,7 @@
 
 #include "render/validation/validate.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A metric of Fig. 13.
 struct QuarterMetric {
@@ -36,4 +36,4 @@ std::string connection_error_plot(const Validation& validation);
 // initial views. None where they or the initial views were not measured.
 std::optional<std::string> corrected_connection_error_plot(const Validation& validation);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include "core/report/html_page.h"
 #include "render/validation/validation_plots.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr const char* kNotMeasured = "–";
@@ -315,4 +315,4 @@ std::string validation_report(const Validation& validation) {
   return page.html();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -6,9 +6,9 @@
 
 #include "render/validation/validate.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // One self-contained HTML page. `validation` has at least one view and one mode.
 std::string validation_report(const Validation& validation);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -6,7 +6,7 @@
 
 #include "render/view/renderer.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct ViewMode {
   ViewOptions options{};
@@ -14,4 +14,4 @@ struct ViewMode {
   std::string k_source{};             // where options.k_deg comes from, in words
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -6,7 +6,7 @@
 #include "render/metrics/psnr.h"
 #include "render/metrics/ssim.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 ViewScores score_view(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask) {
   const cv::Mat completed = truth_completed_by(view, truth, mask);
@@ -35,4 +35,4 @@ ViewScores mean_of(std::span<const ViewScores> scores) {
   return mean;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

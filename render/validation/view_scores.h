@@ -4,7 +4,7 @@
 #include <opencv2/core/mat.hpp>
 #include <span>
 
-namespace raywalk {
+namespace raywalk::render {
 
 // PSNR of identical pictures is infinite, which neither JSON nor a mean can hold: both PSNRs count
 // as at most this. An 8-bit picture that differs at all is rarely above 90 dB.
@@ -28,4 +28,4 @@ cv::Mat truth_completed_by(const cv::Mat& view, const cv::Mat& truth, const cv::
 // Mean of each member. `scores` is not empty.
 ViewScores mean_of(std::span<const ViewScores> scores);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Where the rows of an output column lie in a map's column: row, and fraction of the way to row
 // + 1.
@@ -92,4 +92,4 @@ struct PointArrays {
   std::vector<std::int32_t> first_column, last_column, first_row, last_row;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

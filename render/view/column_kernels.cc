@@ -4,7 +4,7 @@
 
 #include "render/view/column_kernels_table.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 const ColumnKernels* column_kernels_named(const char* name) {
   if (std::strcmp(name, "generic") == 0) return &kGenericKernels;
@@ -22,4 +22,4 @@ const ColumnKernels& column_kernels() {
   return *best;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

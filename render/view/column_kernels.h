@@ -16,7 +16,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A displacement in a column frame, metres.
 struct ColumnOffset {
@@ -278,4 +278,4 @@ const ColumnKernels& column_kernels();
 // Kernels by name ("generic", "avx2"); null where the processor lacks them.
 const ColumnKernels* column_kernels_named(const char* name);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,8 +9,8 @@
 #include "render/view/column_kernels_body.inc"
 #include "render/view/column_kernels_table.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 const ColumnKernels kAvx2Kernels = make_kernels("avx2");
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 #include "render/view/row_table.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 class KernelColors : public Kernels {};
@@ -164,4 +164,4 @@ TEST_P(KernelColors, WriteRowsTurnsColumnsIntoRowsOfBgr) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

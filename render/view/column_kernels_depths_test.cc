@@ -10,7 +10,7 @@
 #include "render/view/row_table.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 class KernelDepths : public Kernels {};
@@ -190,4 +190,4 @@ TEST_P(KernelDepths, RefineOmegaLeavesWhatTheMapDoesNotHold) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

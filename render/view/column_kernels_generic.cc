@@ -7,8 +7,8 @@
 #include "render/view/column_kernels_body.inc"
 #include "render/view/column_kernels_table.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 const ColumnKernels kGenericKernels = make_kernels("generic");
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 #include "render/view/row_table.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // Odd, so that vector loops have a remainder.
@@ -253,4 +253,4 @@ TEST(ColumnKernels, GenericOnesAreAlwaysThereAndUnknownOnesNever) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

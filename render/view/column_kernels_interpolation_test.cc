@@ -14,7 +14,7 @@
 #include "render/view/column_kernels.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // Rays between two pages that cannot be read: at the end of the readable ones, or at their
@@ -316,4 +316,4 @@ TEST(KernelInterpolationIdentity, BothSetsReadTheSame) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

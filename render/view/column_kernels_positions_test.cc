@@ -10,7 +10,7 @@
 #include "render/view/row_table.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -277,4 +277,4 @@ TEST_P(KernelPositions, ProjectRingAgreesWithExactGeometryAllAround) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 #include "render/view/row_table.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 class KernelRuns : public Kernels {};
@@ -161,4 +161,4 @@ TEST(KernelRunsIdentity, BothSetsComputeTheSame) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -3,9 +3,9 @@
 
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 extern const ColumnKernels kGenericKernels;
 extern const ColumnKernels kAvx2Kernels;  // defined where RAYWALK_HAVE_AVX2_KERNELS is
 
-}  // namespace raywalk
+}  // namespace raywalk::render

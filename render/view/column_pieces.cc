@@ -6,7 +6,7 @@
 #include "render/view/column_scratch.h"
 #include "render/view/work_skipped.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 Reading nearer_station(const RaySource& source) {
@@ -374,4 +374,4 @@ int ColumnRenderer::output_rows_of(size_t depth_row) const {
   return first_row[depth_row + 1] - first_row[depth_row];
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

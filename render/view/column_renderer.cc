@@ -7,7 +7,7 @@
 #include "render/view/column_scratch.h"
 #include "render/view/sample_check.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 int rows_per_distance(const ViewInputs& view) {
   if (view.distances == nullptr || view.layers || view.arithmetic == Arithmetic::kDouble) return 1;
@@ -289,4 +289,4 @@ Eigen::Vector3d ColumnRenderer::viewpoint_m() const {
   return {view_.plan.viewpoint().x_m, view_.plan.height_m(), view_.plan.viewpoint().z_m};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -27,7 +27,7 @@
 #include "render/view/view_options.h"
 #include "render/view/view_plan.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 class TouchedRays;
 struct RowSamples;
@@ -221,4 +221,4 @@ class ColumnRenderer {
   PixelCounts counts_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -12,7 +12,7 @@
 #include "render/view/sample_reader.h"
 #include "render/view/visibility.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What is known of one column of the distance view for the sources last used with it.
 struct ColumnRenderer::DepthColumn {
@@ -32,7 +32,7 @@ struct ColumnRenderer::Scratch {
 
   Scratch(const ViewInputs& view, int depth_rows)
       : latitudes(view.output.height, view.output.height),
-        rows_per_distance(raywalk::rows_per_distance(view)),
+        rows_per_distance(render::rows_per_distance(view)),
         polar(polar_columns_of(view)),
         omega(static_cast<size_t>(view.output.height)),
         exact_omega(omega),
@@ -88,4 +88,4 @@ struct ColumnRenderer::Scratch {
   DepthColumn depth;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

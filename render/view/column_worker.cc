@@ -4,7 +4,7 @@
 #include <functional>
 #include <utility>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // A column that wants for the mean of those `step` / 2 to both sides.
@@ -90,4 +90,4 @@ PixelCounts ColumnWorkers::counts() const {
   return total;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include "render/view/column_renderer.h"
 #include "render/view/read_ahead.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // 400 kB of pixels at 2048 rows: stays in the second-level cache.
 inline constexpr int kColumnsPerTask = 64;
@@ -63,4 +63,4 @@ class ColumnWorkers {
   std::vector<std::unique_ptr<ColumnWorker>> idle_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 SharedAngles shared_angles(const CornerView& corner) {
   const double a = corner.to_next_side_m;
@@ -41,4 +41,4 @@ double next_side_weight(const CornerConnection& connection, double angle_rad) {
          (connection.blend_end_rad - connection.blend_begin_rad);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

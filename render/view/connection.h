@@ -8,7 +8,7 @@
 // is not. k = 45 deg is LFU, k = 90 deg is Ray-space360: all three are this one rule.
 #pragma once
 
-namespace raywalk {
+namespace raywalk::render {
 
 struct ConnectionRule {
   double k_rad = 0.0;        // in [pi/4, pi/2]
@@ -51,4 +51,4 @@ CornerConnection connect_corner(const CornerView& corner, const ConnectionRule& 
 // Weight of the next side's line at an angle: 0 before the blend, 1 after it, linear within.
 double next_side_weight(const CornerConnection& connection, double angle_rad);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr double kPlentyM = 1e9;  // an overhang that never runs out
@@ -190,4 +190,4 @@ TEST(ConnectionProperty, ExchangingTheTwoSidesMirrorsTheConnection) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

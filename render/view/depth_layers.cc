@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace raywalk {
+namespace raywalk::render {
 
 LayerSpacing layer_spacing(OmegaRange range, int count) {
   // A scene at one distance is one layer there; a hair of width keeps the spacing positive.
@@ -10,4 +10,4 @@ LayerSpacing layer_spacing(OmegaRange range, int count) {
   return {static_cast<float>(range.min), static_cast<float>(width / count)};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -4,9 +4,9 @@
 #include "core/geometry/layer_count.h"
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // The spacing of `count` (>= 1) layers over a range.
 LayerSpacing layer_spacing(OmegaRange range, int count);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 TEST(DepthLayers, SpacingCoversTheRange) {
@@ -25,4 +25,4 @@ TEST(DepthLayers, SpacingOfASceneAtOneDistanceIsPositiveAndThere) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -10,7 +10,7 @@
 #include "render/view/column_arrays.h"
 #include "render/view/row_table.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr float kUnseen = -1.0f;
@@ -334,4 +334,4 @@ MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f
   return result;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

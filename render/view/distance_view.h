@@ -17,7 +17,7 @@
 #include "render/view/row_table.h"
 #include "render/view/view_plan.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A distance map of the room and where it was captured.
 struct MapStation {
@@ -93,4 +93,4 @@ struct MapLookup {
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
                   float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

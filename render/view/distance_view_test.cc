@@ -9,7 +9,7 @@
 #include "render/view/test_room.h"
 #include "tests/synthetic_room/synthetic_scene.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -258,4 +258,4 @@ TEST(LookUp, FindsWhatTheMapSawAndWhatHidIt) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

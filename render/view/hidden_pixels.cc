@@ -5,7 +5,7 @@
 #include "render/view/column_scratch.h"
 #include "render/view/sample_check.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& direction,
                            float omega) const {
@@ -153,4 +153,4 @@ void ColumnRenderer::stretch_rest(int u, std::span<const RaySource> sources, Row
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

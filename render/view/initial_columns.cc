@@ -6,7 +6,7 @@
 
 #include "render/view/column_scratch.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // One of the stations that a column is mixed of.
@@ -149,4 +149,4 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

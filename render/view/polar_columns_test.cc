@@ -11,7 +11,7 @@
 #include "render/view/column_kernels.h"
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // How far apart neighbouring columns are below a row's lower edge, in heights of a row: there they
@@ -91,4 +91,4 @@ TEST_P(PolarSamples, StayWhereTheyAreBetweenColumnsFurtherApart) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

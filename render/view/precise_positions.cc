@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // Positions are multiples of 1/32768 pixel.
@@ -59,4 +59,4 @@ void PrecisePositions::find(int first_row, std::span<const float> omega,
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

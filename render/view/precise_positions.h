@@ -14,7 +14,7 @@
 #include "render/view/column_kernels.h"
 #include "render/view/row_table.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 class PrecisePositions {
  public:
@@ -37,4 +37,4 @@ class PrecisePositions {
   std::vector<double> cos_phi_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 
 #include "render/view/test_columns.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr PanoramaSize kPanorama{16384, 8192};
@@ -132,4 +132,4 @@ TEST_P(FloatPositions, AreOffByTheirArctangentAndByWhatCancellationMagnifies) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // The unit of what is asked for; the system's own pages may be larger.
@@ -156,4 +156,4 @@ size_t ReadAhead::station_bytes() const {
   return 3 * static_cast<size_t>(captured_.width) * static_cast<size_t>(captured_.height);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -16,7 +16,7 @@
 #include "render/view/column_arrays.h"
 #include "render/view/column_renderer.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // One per thread: it owns scratch memory.
 class ReadAhead {
@@ -56,4 +56,4 @@ class ReadAhead {
   std::map<std::pair<int, int>, Pages> marked_;  // by line and station
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -12,7 +12,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr PlanPoint kAt{0.1, -0.2};
@@ -91,4 +91,4 @@ TEST_F(ColdRoom, PictureIsThatOfARoomInMemory) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -16,7 +16,7 @@
 #include "render/view/column_worker.h"
 #include "render/view/sample_reader.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr int kMapsPerLine = 2;       // the nearest, and one to look past what hides from it
@@ -293,4 +293,4 @@ void Renderer::render(PlanPoint viewpoint, const Viewport* viewport, RenderedVie
   view->report.render_ms = elapsed.count();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

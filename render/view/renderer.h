@@ -19,7 +19,7 @@
 #include "render/view/view_options.h"
 #include "render/view/viewport.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // What a view was made of; shares are of all pixels of the columns that were rendered.
 struct ViewReport {
@@ -111,4 +111,4 @@ class Renderer {
   int supersampling_ = 1;           // rendered columns per output column
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

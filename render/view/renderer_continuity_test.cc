@@ -9,7 +9,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
@@ -199,4 +199,4 @@ TEST(PolarCaps, ColumnsAStepApartAreNoFartherApartThanRows) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

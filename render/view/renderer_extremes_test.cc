@@ -10,7 +10,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
@@ -152,4 +152,4 @@ TEST(RendererExtremes, TheSmallestAndAVeryLargePictureRender) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

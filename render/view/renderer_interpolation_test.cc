@@ -12,7 +12,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
@@ -295,4 +295,4 @@ TEST(RendererStations, InitialViewsOfOneAreCopiedColumns) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -15,7 +15,7 @@
 #include "render/view/renderer.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr PanoramaSize kPanorama{16384, 8192};
@@ -123,4 +123,4 @@ TEST(RendererLarge, PanoramasOf16384ColumnsAreReadWhereTheyShouldBe) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
@@ -236,4 +236,4 @@ TEST(RendererMask, ARoomOfWhichNothingMayBeUsedIsMarkedEmpty) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

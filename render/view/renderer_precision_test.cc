@@ -11,7 +11,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
@@ -156,4 +156,4 @@ TEST(RendererPrecision, PicturesAreTheSameFromRunToRunOnAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
@@ -186,4 +186,4 @@ TEST(RendererQuality, HiddenPixelsAreBetterFilledFromOtherStationsThanStretched)
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

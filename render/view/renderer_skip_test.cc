@@ -13,7 +13,7 @@
 #include "render/view/test_room.h"
 #include "render/view/touched_rays.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
@@ -329,4 +329,4 @@ TEST(TouchedRays, OfViewsAreTheirColumnsAndSamples) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "core/base/parallel.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using testing::AllOf;
@@ -232,4 +232,4 @@ TEST_F(SingleLineRoom, RefusesAViewpointInLineWithIt) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "render/view/renderer.h"
 #include "render/view/test_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
@@ -199,4 +199,4 @@ TEST(ViewportMasks, NothingOfADollyIsShown) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 
 #include "core/room/line_volume.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 enum class Reading : std::uint8_t {
   kNothing,
@@ -25,4 +25,4 @@ struct RowPiece {
   Reading reading = Reading::kBoth;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 #include "core/geometry/sphere.h"
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Sines and cosines of latitude of rows spaced as a panorama of `height` rows spaces them, from the
 // zenith on, as many as the spans hold.
@@ -76,4 +76,4 @@ inline ColumnPosition split_column(double u, int width) {
   return {column < 0 ? column + width : column, static_cast<float>(part)};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

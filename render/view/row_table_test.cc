@@ -6,7 +6,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 TEST(ColumnOffset, IsTheDisplacementAlongTheColumnsOwnAxes) {
@@ -36,4 +36,4 @@ TEST(LatitudeTable, HoldsTheRowsOfAPanoramaAndTheOppositeColumnUpwards) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -6,7 +6,7 @@
 
 #include "core/room/line_volume.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 class SampleCheck {
  public:
@@ -58,4 +58,4 @@ class SampleCheck {
   Column after_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

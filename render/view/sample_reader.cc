@@ -5,7 +5,7 @@
 
 #include "render/view/sample_check.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // The samples of rows from `begin` on.
@@ -159,4 +159,4 @@ void SampleReader::touch(const RowSamples& samples, Interpolation interpolation,
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 #include "render/view/touched_rays.h"
 #include "render/view/view_options.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Full weight of the kernels' fixed point.
 inline constexpr int kWeightOne = 32767;
@@ -63,4 +63,4 @@ class SampleReader {
   std::int64_t stored_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -14,7 +14,7 @@
 #include "render/view/column_arrays.h"
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Arrays for `rows` rows that find_samples writes; the offsets are longer, since the kernels
 // look ahead in them.
@@ -128,4 +128,4 @@ inline std::string kernel_set_name(const testing::TestParamInfo<const char*>& se
   return set.param;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -7,7 +7,7 @@
 
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A line along `axis` at `place_m` on the other one, with stations at the given positions on
 // `axis`.
@@ -42,4 +42,4 @@ inline Grid square_grid(double side_m, double overhang_m, int intervals = 30) {
   return grid;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "render/view/renderer.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // A cell of stations so far apart, in a room that is as much larger or smaller.
 inline SyntheticRoomSpec room_of_spacing(double spacing_m) {
@@ -84,4 +84,4 @@ inline double mean_difference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * 3);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

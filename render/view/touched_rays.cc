@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 std::uintptr_t line_of(const std::uint8_t* byte) {
@@ -48,4 +48,4 @@ std::int64_t TouchedRays::bytes() const {
   return kLineBytes * lines;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

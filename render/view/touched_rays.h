@@ -10,7 +10,7 @@
 
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 class TouchedRays {
  public:
@@ -34,4 +34,4 @@ class TouchedRays {
   std::vector<LineBits> lines_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr std::array<const char*, 3> kGenerationNames{"initial", "hlf-vd", "two-sided"};
@@ -83,4 +83,4 @@ void require_view_options(const ViewOptions& options) {
   require_between(options.skip_px, 0.0, 4.0, "the move of pixels to skip work for");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

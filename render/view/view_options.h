@@ -9,7 +9,7 @@
 #include "core/geometry/layer_count.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // initial: 2 stations' pixels mixed as they are stored, 6 bytes and 2 operations per channel; 12
 // bytes in the blend of a connection. hlf-vd: `stations_mixed` samples, twice as many in a blend,
@@ -75,4 +75,4 @@ SecondSide second_side_from_name(const std::string& name);
 // Throws UsageError on options out of range, once the width is known.
 void require_view_options(const ViewOptions& options);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 double cross(PlanPoint p, PlanPoint q) { return p.x_m * q.z_m - p.z_m * q.x_m; }
@@ -197,4 +197,4 @@ ColumnPlan ViewPlan::column(double theta_rad) const {
   return plan;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -13,7 +13,7 @@
 #include "core/geometry/grid.h"
 #include "render/view/connection.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // One line a column is read from.
 struct RaySource {
@@ -88,4 +88,4 @@ CornerView corner_view(const Grid& grid, const Cell& cell, Side side, PlanPoint 
 // Direction of a side's outward normal: 0 for front, 90 deg for right, and so on.
 double side_normal_rad(Side side);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 #include "core/geometry/sphere.h"
 #include "render/view/test_grid.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using testing::HasSubstr;
@@ -317,4 +317,4 @@ TEST(OpenGrid, ReadsTheNearerOfTwoLines) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

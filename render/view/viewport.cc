@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 // In the camera's axes, of any length; (0, 0) is the centre of the top left pixel.
@@ -145,4 +145,4 @@ PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
   return part;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -5,7 +5,7 @@
 #include "core/room/line_volume.h"
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // Pixel (i, j) looks along ((i + 0.5 - width / 2) / f, -(j + 0.5 - height / 2) / f, 1) in the
 // camera's axes (right, up, forward), with f = width / 2 / tan(fov_x / 2).
@@ -37,4 +37,4 @@ struct PanoramaPart {
 };
 PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama);
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 constexpr PanoramaSize kPanorama{1024, 512};
@@ -107,4 +107,4 @@ TEST(Viewport, PartIsNotMuchLargerThanThePicture) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::render {
 
 RingVisibility::RingVisibility(int rows)
     : rows_(rows),
@@ -65,4 +65,4 @@ void RingVisibility::compute(const DistanceView& distances, int theta, double d_
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -11,7 +11,7 @@
 #include "render/view/distance_view.h"
 #include "render/view/row_table.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 class RingVisibility {
  public:
@@ -29,4 +29,4 @@ class RingVisibility {
   std::vector<float> omega_, position_, omega_from_line_, nearest_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::render

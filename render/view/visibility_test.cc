@@ -10,7 +10,7 @@
 #include "render/view/test_room.h"
 #include "tests/synthetic_room/synthetic_scene.h"
 
-namespace raywalk {
+namespace raywalk::render {
 namespace {
 
 using Eigen::Vector3d;
@@ -112,4 +112,4 @@ TEST_F(EmptyRoomVisibility, NothingIsHiddenInAConvexRoom) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::render

@@ -34,7 +34,7 @@
 #include "core/geometry/sphere.h"
 #include "render/view/column_kernels.h"
 
-namespace raywalk {
+namespace raywalk::render {
 
 // So many columns and rows of a panorama, as tangents; up to a radian, so that they are positive.
 inline MoveLimit move_limit(double move_px, PanoramaSize captured) {
@@ -44,4 +44,4 @@ inline MoveLimit move_limit(double move_px, PanoramaSize captured) {
   return {tangent(kTwoPi / captured.width), tangent(kPi / captured.height)};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::render

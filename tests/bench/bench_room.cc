@@ -18,7 +18,7 @@
 #include "core/geometry/grid.h"
 #include "core/room/room.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,11 +94,11 @@ bool can_be_opened(const fs::path& room) {
 
 }  // namespace
 
-PackOptions bench_capture() {
+build_lf::PackOptions bench_capture() {
   const SourceScene scene = source_scene();
   const fs::path capture = cache_of(scene) / "capture";
   if (!fs::exists(capture / "poses.csv")) make_capture(scene, capture);
-  PackOptions options;
+  build_lf::PackOptions options;
   options.frames = capture / "poses.csv";
   options.distances = scene.directory / "dist";
   return options;
@@ -108,9 +108,9 @@ fs::path bench_room() {
   fs::path room = cache_of(source_scene()) / "room.lf";
   if (!can_be_opened(room)) {
     fs::remove_all(room);
-    PackOptions options = bench_capture();
+    build_lf::PackOptions options = bench_capture();
     options.out = room;
-    pack_room(options);
+    build_lf::pack_room(options);
   }
   return room;
 }
@@ -134,4 +134,4 @@ double bytes_under(const fs::path& directory) {
   return bytes;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

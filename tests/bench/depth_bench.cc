@@ -18,7 +18,7 @@
 #include "tests/bench/bench_room.h"
 #include "tests/bench/plain_copy.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,7 +59,7 @@ class PeakOwnMemory {
 
 // The plan of the room with `count` of its maps, spread over all lines.
 DepthPlan plan_of(const Room& room, size_t count) {
-  DepthPlan plan = plan_depth(room, {.every = 1});
+  build_lf::DepthPlan plan = build_lf::plan_depth(room, {.every = 1});
   const std::vector<SweepReference> all = std::move(plan.maps);
   plan.maps.clear();
   for (size_t i = 0; i < count; ++i) plan.maps.push_back(all[i * all.size() / count]);
@@ -72,9 +72,9 @@ DepthPlan plan_of(const Room& room, size_t count) {
 // in the same run.
 void bench_depth(benchmark::State& state) {
   const Room room = Room::open(bench_room());
-  const DepthPlan plan = plan_of(room, static_cast<size_t>(state.range(0)));
-  const StationGains gains =
-      solve_gains(room.grid(), measure_links(room, pairs_to_compare(room.grid())));
+  const build_lf::DepthPlan plan = plan_of(room, static_cast<size_t>(state.range(0)));
+  const build_lf::StationGains gains =
+      build_lf::solve_gains(room.grid(), measure_links(room, pairs_to_compare(room.grid())));
   const fs::path work = bench_room().parent_path() / "depth";
   double peak_bytes = 0.0;
   std::vector<double> seconds;
@@ -82,12 +82,13 @@ void bench_depth(benchmark::State& state) {
   for (auto _ : state) {
     fs::remove_all(work);
     fs::create_directories(work);
-    PartialMaps partial(work, "bench");
+    build_lf::PartialMaps partial(work, "bench");
     PeakOwnMemory memory;
     const Times times = times_of([&] {
-      const double most_per_m = find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
-      sweep_maps(room, plan, most_per_m, gains.gain, {}, &partial);
-      fuse_swept_maps(plan, room.masked(), &partial);
+      const double most_per_m =
+          build_lf::find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
+      build_lf::sweep_maps(room, plan, most_per_m, gains.gain, {}, &partial);
+      build_lf::fuse_swept_maps(plan, room.masked(), &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);
@@ -115,4 +116,4 @@ BENCHMARK(bench_depth)
     ->Unit(benchmark::kSecond);
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -5,7 +5,7 @@
 
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 constexpr int kPerDecade = 8;
@@ -50,4 +50,4 @@ void write_error_curves(ErrorCurves curves, const std::filesystem::path& file) {
   write_file_atomically(file, svg_from_plot(curves.plot));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -9,7 +9,7 @@
 
 #include "core/report/svg_plot.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 
 // What errors are measured against: 50 digits.
 using Exact = boost::multiprecision::cpp_bin_float_50;
@@ -39,4 +39,4 @@ struct ErrorCurves {
 inline constexpr double kNoError = 1e-20;
 void write_error_curves(ErrorCurves curves, const std::filesystem::path& file);
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace raywalk {
+namespace raywalk::bench {
 
 // Writes the plots as SVG files into an existing directory, replacing those of the same names. The
 // same program writes the same bytes. Throws Error where a file cannot be written.
@@ -13,4 +13,4 @@ void write_error_plots(const std::filesystem::path& directory);
 void write_position_error_plots(const std::filesystem::path& directory);
 void write_model_error_plots(const std::filesystem::path& directory);
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -11,7 +11,7 @@
 #include "core/base/program.h"
 #include "tests/bench/error_plots.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 // Hands the flags this program does not know to Google Benchmark. The results go to a JSON file
@@ -34,7 +34,7 @@ void run_benchmarks(const std::string& program, const std::vector<std::string>& 
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::bench
 
 int main(int argc, char** argv) {
   CLI::App app("Benchmarks of Raywalk; --benchmark_* flags go to Google Benchmark");
@@ -49,9 +49,9 @@ int main(int argc, char** argv) {
   app.callback([&] {
     raywalk::set_thread_count(threads);
     if (error_plots.empty()) {
-      raywalk::run_benchmarks(argv[0], app.remaining());
+      raywalk::bench::run_benchmarks(argv[0], app.remaining());
     } else {
-      raywalk::write_error_plots(error_plots);
+      raywalk::bench::write_error_plots(error_plots);
     }
   });
   return raywalk::run_program(app, argc, argv);

@@ -5,7 +5,7 @@
 #include "tests/bench/error_curves.h"
 #include "tests/bench/error_plots.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 // (2) and (4) as the paper prints them.
@@ -91,4 +91,4 @@ void write_error_plots(const std::filesystem::path& directory) {
   write_model_error_plots(directory);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -9,7 +9,7 @@
 #include "tests/bench/bench_room.h"
 #include "tests/bench/plain_copy.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -19,7 +19,7 @@ constexpr int kPairs = 3;
 // Packing a capture of 4096x2048 JPEG frames, distance maps included, against a plain copy of the
 // packed files. Both end with the data on the disk.
 void bench_pack(benchmark::State& state) {
-  PackOptions options = bench_capture();
+  build_lf::PackOptions options = bench_capture();
   const fs::path work = options.frames.parent_path().parent_path();
   options.out = work / "packed.lf";
   const fs::path copy = work / "copied.lf";
@@ -29,7 +29,7 @@ void bench_pack(benchmark::State& state) {
   for (auto _ : state) {
     fs::remove_all(options.out);
     fs::remove_all(copy);
-    pack_s.push_back(times_of([&] { pack_room(options); }).wall_s);
+    pack_s.push_back(times_of([&] { build_lf::pack_room(options); }).wall_s);
     copy_s.push_back(times_of([&] { copy_to_disk(options.out, copy); }).wall_s);
     ratios.push_back(pack_s.back() / copy_s.back());
     state.SetIterationTime(pack_s.back());
@@ -44,4 +44,4 @@ void bench_pack(benchmark::State& state) {
 BENCHMARK(bench_pack)->Iterations(kPairs)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::bench

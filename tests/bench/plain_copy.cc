@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -30,4 +30,4 @@ void copy_to_disk(const fs::path& from, const fs::path& to) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

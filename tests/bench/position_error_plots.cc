@@ -9,7 +9,7 @@
 #include "tests/bench/error_curves.h"
 #include "tests/bench/error_plots.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 // Errors are in pixels of a panorama of this size.
@@ -67,19 +67,20 @@ class Positions {
   Positions() : latitudes_(kRows, kRows), precise_(kRows), arrays_(1) {}
 
   SeenDirection<double> in_float(const Sighting& at) {
-    column_kernels().find_samples(latitudes_.table(at.row), &at.omega, 1,
-                                  column_offset(at.displacement_m, at.theta_rad),
-                                  {kFine.width, kFine.height, 0, 0.0f}, arrays_.positions());
+    render::column_kernels().find_samples(latitudes_.table(at.row), &at.omega, 1,
+                                          render::column_offset(at.displacement_m, at.theta_rad),
+                                          {kFine.width, kFine.height, 0, 0.0f},
+                                          arrays_.positions());
     const int sample = arrays_.offset_left[0] / 3;
     const int column = sample / kFine.height;
-    const double u = column + weight_of(arrays_.weight_right[0]) / 32768.0;
-    const double v = sample % kFine.height + weight_of(arrays_.weight_lower[0]) / 32768.0;
+    const double u = column + render::weight_of(arrays_.weight_right[0]) / 32768.0;
+    const double v = sample % kFine.height + render::weight_of(arrays_.weight_lower[0]) / 32768.0;
     return {std::remainder(u / kFine.width * kTwoPi, kTwoPi),
             kHalfPi - (v + 0.5) / kFine.height * kPi};
   }
   SeenDirection<double> in_double(const Sighting& at) const {
     const PixelPosition seen = precise_.seen_at(
-        at.row, at.omega, precise_offset(at.displacement_m, at.theta_rad), kPanorama);
+        at.row, at.omega, render::precise_offset(at.displacement_m, at.theta_rad), kPanorama);
     return {seen.u / kPixelsPerRad, kHalfPi - (seen.v + 0.5) / kPixelsPerRad};
   }
   std::vector<double> errors(const Sighting& at) {
@@ -93,9 +94,9 @@ class Positions {
   }
 
  private:
-  LatitudeTable latitudes_;
-  PrecisePositions precise_;
-  PositionArrays arrays_;
+  render::LatitudeTable latitudes_;
+  render::PrecisePositions precise_;
+  render::PositionArrays arrays_;
 };
 
 // Of no more than 89.9 degrees: the row of the pole is the last plot's.
@@ -194,7 +195,7 @@ void plot_incidence(const std::filesystem::path& file) {
     Line line;
     line.origin = {0.0, b_m};
     line.direction = {1.0, 0.0};
-    const auto found = cross_line(line, {0.0, 0.0}, theta_rad);
+    const auto found = render::cross_line(line, {0.0, 0.0}, theta_rad);
     const Exact exact = crossing_in<Exact>(b_m, theta_rad);
     const auto off = [&](const Exact& value) {
       return std::fabs(static_cast<double>(Exact(value - exact)));
@@ -217,4 +218,4 @@ void write_position_error_plots(const std::filesystem::path& directory) {
   plot_incidence(directory / "position-incidence.svg");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -10,7 +10,7 @@
 #include "render/view/renderer.h"
 #include "tests/bench/bench_room.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 constexpr int kRounds = 12;
@@ -30,12 +30,12 @@ class ThreadCount {
 // How much faster a view is on two threads than on one, and how much faster cv::remap is on the
 // same machine at the same time: `relative` is the one by the other. Each round takes all four, so
 // that what else the machine does hits all of them; figures are medians over the rounds.
-void bench_scaling(benchmark::State& state, Generation generation) {
+void bench_scaling(benchmark::State& state, render::Generation generation) {
   const ThreadCount restored;
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
-  RenderedView view;
+  render::Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
+  render::RenderedView view;
   for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint, view);
   PitchRemap remap(kBenchWidth);
   remap.run();
@@ -60,18 +60,18 @@ void bench_scaling(benchmark::State& state, Generation generation) {
   state.counters["relative"] = median(relative);
 }
 
-BENCHMARK_CAPTURE(bench_scaling, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_scaling, initial, render::Generation::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_scaling, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_scaling, hlf_vd, render::Generation::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_scaling, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_scaling, two_sided, render::Generation::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::bench

@@ -19,7 +19,7 @@
 #include "core/files/atomic_output.h"
 #include "tests/bench/bench_room.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,8 +141,8 @@ struct Scene {
 const Scene& scene() {
   static const Scene made = [] {
     Scene fresh;
-    const VirtualRoom room(VirtualRoomSettings{.seed = 1});
-    const CameraPose pose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
+    const capture::VirtualRoom room(capture::VirtualRoomSettings{.seed = 1});
+    const capture::CameraPose pose{{0.1, 0.0, 0.05}, {0.3, 0.1, 0.05}};
     fresh.frame = room.dual_fisheye(pose, fresh.camera.layout, fresh.camera.picture);
     fresh.truth = room.panorama(pose, kPanorama);
     return fresh;
@@ -150,7 +150,7 @@ const Scene& scene() {
   return made;
 }
 
-Times stitching_times(const Stitcher& stitcher) {
+Times stitching_times(const calibrate::Stitcher& stitcher) {
   const auto work = [&](int begin, int end) {
     for (int i = begin; i < end; ++i) benchmark::DoNotOptimize(stitcher.stitch(scene().frame));
   };
@@ -164,7 +164,7 @@ Times stitching_times(const Stitcher& stitcher) {
 // the processor time. psnr_db and ffmpeg_psnr_db compare with the ray-traced panorama.
 void bench_stitch(benchmark::State& state, BlendMethod blend, const std::string& interpolation) {
   const FfmpegStitcher ffmpeg(scene().frame, interpolation);
-  const Stitcher stitcher(scene().camera, kPanorama.width, {.blend = blend}, {});
+  const calibrate::Stitcher stitcher(scene().camera, kPanorama.width, {.blend = blend}, {});
   std::vector<double> ours_s, ffmpeg_s, ratios, cpu_ratios;
   for (auto _ : state) {
     const Times theirs = ffmpeg.frame_times();
@@ -197,4 +197,4 @@ BENCHMARK_CAPTURE(bench_stitch, multi_band_against_cubic, BlendMethod::kMultiBan
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::bench

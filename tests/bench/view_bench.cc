@@ -11,7 +11,7 @@
 #include "render/view/renderer.h"
 #include "tests/bench/bench_room.h"
 
-namespace raywalk {
+namespace raywalk::bench {
 namespace {
 
 constexpr int kPairs = 12;
@@ -22,9 +22,9 @@ struct ResidentGrowth {
   double mapped_bytes = 0.0;  // the part that is pages of the room's files
 };
 
-ResidentGrowth resident_growth(const ViewOptions& options) {
+ResidentGrowth resident_growth(const render::ViewOptions& options) {
   const Room room = Room::open(bench_room());
-  Renderer renderer(room, options);
+  render::Renderer renderer(room, options);
   reset_peak_resident();
   const double before = resident_bytes();
   const double mapped_before = mapped_resident_bytes();
@@ -36,13 +36,13 @@ ResidentGrowth resident_growth(const ViewOptions& options) {
 // the same size on the same threads. The two alternate, so that what else the machine does hits
 // both; `ratio` is the median over the pairs, `cpu_ratio` the same of the processor time. `peak_MB`
 // and `mapped_MB` are the ResidentGrowth, `room_MB` the bytes of the room.
-void bench_options(benchmark::State& state, ViewOptions options) {
+void bench_options(benchmark::State& state, render::ViewOptions options) {
   options.k_deg = 76.0;
   options.width = kBenchWidth;
   const ResidentGrowth growth = resident_growth(options);
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  Renderer renderer(room, options);
+  render::Renderer renderer(room, options);
   for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint);
   PitchRemap remap(kBenchWidth);
   remap.run();
@@ -67,12 +67,12 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
 }
 
-void bench_view(benchmark::State& state, Generation generation) {
+void bench_view(benchmark::State& state, render::Generation generation) {
   bench_options(state, {.generation = generation});
 }
 
 // As the preset fast renders: one station, two maps, half a pixel left uncorrected.
-void bench_fast(benchmark::State& state, Generation generation) {
+void bench_fast(benchmark::State& state, render::Generation generation) {
   bench_options(state, {.generation = generation,
                         .stations_mixed = 1,
                         .distance_maps = 2,
@@ -83,16 +83,16 @@ void bench_fast(benchmark::State& state, Generation generation) {
 
 // A flat picture of 90 degrees, 1440 x 1600 pixels, against the same remap of a whole panorama. The
 // looks are straight, up, down and tilted.
-void bench_flat(benchmark::State& state, Generation generation) {
-  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+void bench_flat(benchmark::State& state, render::Generation generation) {
+  const render::ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   const std::vector<Attitude> looks = {{},
                                        {.yaw_rad = 2.0, .pitch_rad = -0.4, .roll_rad = 0.1},
                                        {.yaw_rad = -1.0, .pitch_rad = 0.2},
                                        {.yaw_rad = 3.1, .pitch_rad = -1.0}};
-  Renderer renderer(room, options);
-  RenderedView flat;
+  render::Renderer renderer(room, options);
+  render::RenderedView flat;
   const auto render = [&](size_t i) {
     renderer.render(viewpoints[i % viewpoints.size()],
                     {.attitude = looks[i % looks.size()], .width = 1440, .height = 1600}, flat);
@@ -113,40 +113,40 @@ void bench_flat(benchmark::State& state, Generation generation) {
   state.counters["view_ms"] = 1e3 * median(flat_s);
 }
 
-BENCHMARK_CAPTURE(bench_flat, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_flat, initial, render::Generation::kInitial)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_flat, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_flat, hlf_vd, render::Generation::kHlfVd)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_flat, two_sided, Generation::kTwoSided)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-
-BENCHMARK_CAPTURE(bench_fast, hlf_vd, Generation::kHlfVd)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_fast, two_sided, Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_flat, two_sided, render::Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-BENCHMARK_CAPTURE(bench_view, initial, Generation::kInitial)
+BENCHMARK_CAPTURE(bench_fast, hlf_vd, render::Generation::kHlfVd)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_view, hlf_vd, Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_fast, two_sided, render::Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_view, two_sided, Generation::kTwoSided)
+
+BENCHMARK_CAPTURE(bench_view, initial, render::Generation::kInitial)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, hlf_vd, render::Generation::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, two_sided, render::Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::bench

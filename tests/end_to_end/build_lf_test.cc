@@ -16,7 +16,7 @@
 #include "core/room/room.h"
 #include "tests/end_to_end/run_command.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -243,4 +243,4 @@ TEST_F(BuildLfTest, EmbeddedRoomPacksWholly) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

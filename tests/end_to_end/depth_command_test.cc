@@ -22,7 +22,7 @@
 #include "render/metrics/psnr.h"
 #include "tests/end_to_end/run_command.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -65,7 +65,7 @@ double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
   double sum_db = 0.0;
   for (size_t i = 0; i < places.size(); ++i) {
     const cv::Mat view = read_panorama(directory / "views" / fmt::format("{}.png", i));
-    sum_db += psnr_db(view, render_truth(spec, places[i], spec.width));
+    sum_db += render::psnr_db(view, render_truth(spec, places[i], spec.width));
   }
   return sum_db / static_cast<double>(places.size());
 }
@@ -439,4 +439,4 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandGoesOn) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

@@ -13,7 +13,7 @@
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -122,4 +122,4 @@ INSTANTIATE_TEST_SUITE_P(Links, FaultyLinkTest,
                          });
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

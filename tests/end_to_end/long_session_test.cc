@@ -15,7 +15,7 @@
 #include "capture/slider/fake_slider.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kLines = 8;
@@ -61,4 +61,4 @@ TEST(LongSession, MemoryStaysFlatOverTenThousandStations) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

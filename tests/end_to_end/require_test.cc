@@ -9,7 +9,7 @@
 #include "core/files/atomic_output.h"
 #include "tests/end_to_end/run_command.h"
 
-namespace raywalk {
+namespace raywalk::build_lf {
 namespace {
 
 using ::testing::AllOf;
@@ -80,4 +80,4 @@ TEST_F(RequireCommandTest, FailuresAreOneLineAndLeaveNothing) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::build_lf

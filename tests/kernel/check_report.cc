@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <optional>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::optional<DeviceFault> fault_of(const std::function<void()>& call) {
@@ -51,4 +51,4 @@ void require_fault(FaultKind kind, const std::string& words, const std::function
   require(message.find("; ") != std::string::npos, "does not say what to do: " + message);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/base/device_fault.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 class CheckFailure : public std::runtime_error {
  public:
@@ -36,4 +36,4 @@ void require_near(double value, double expected, double tolerance, const std::st
 // says `words`, and, after a semicolon, what to do.
 void require_fault(FaultKind kind, const std::string& words, const std::function<void()>& call);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

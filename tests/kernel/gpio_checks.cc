@@ -6,7 +6,7 @@
 #include "capture/trigger/shutter.h"
 #include "tests/kernel/gpio_sim.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TriggerConfig wired(const GpioSim& lines) {
@@ -38,7 +38,7 @@ void require_press(const SeenPress& press, const TriggerConfig& config) {
 
 void check_three_presses(const GpioSim& lines) {
   SystemClock clock;
-  SimulatedCamera far_side(lines, false);
+  WiredCamera far_side(lines, false);
   const TriggerConfig config = wired(lines);
   GpioCamera camera(config, open_gpio_chip(config.chip), &clock);
   ExposureSettings bracket;
@@ -57,7 +57,7 @@ void check_three_presses(const GpioSim& lines) {
 
 void check_times(const GpioSim& lines) {
   SystemClock clock;
-  SimulatedCamera far_side(lines, false);
+  WiredCamera far_side(lines, false);
   const TriggerConfig config = wired(lines);
   Shutter shutter(config, open_gpio_chip(config.chip), &clock);
   const ShutterTimes times = shutter.take_picture();
@@ -75,7 +75,7 @@ void check_active_low(const GpioSim& lines) {
   config.active_low = true;
   Shutter shutter(config, open_gpio_chip(config.chip), &clock);
   require(lines.level(kShutterLine) && lines.level(kFocusLine), "not high at rest");
-  SimulatedCamera far_side(lines, true);
+  WiredCamera far_side(lines, true);
   shutter.take_picture();
   require(far_side.presses().size() == 1, "not one press");
   require_press(far_side.presses()[0], config);
@@ -146,4 +146,4 @@ void check_gpio(CheckReport* report) {
   report->run("gpio: chip unplugged while in use", [&] { check_unplugged_chip(lines); });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

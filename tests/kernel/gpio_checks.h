@@ -3,10 +3,10 @@
 
 #include "tests/kernel/check_report.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Needs a gpio-sim device named "camera" in configfs with one bank, "bank0", of 8 lines; removes
 // it.
 void check_gpio(CheckReport* report);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "tests/kernel/check_report.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
@@ -44,24 +44,24 @@ void GpioSim::pull(int line, bool up) const {
 
 void GpioSim::unplug() const { write_word(kDevice + "/live", "0"); }
 
-SimulatedCamera::SimulatedCamera(const GpioSim& lines, bool active_low)
+WiredCamera::WiredCamera(const GpioSim& lines, bool active_low)
     : lines_(lines), active_low_(active_low) {
   lines_.pull(kBusyLine, false);
   thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
-SimulatedCamera::~SimulatedCamera() {
+WiredCamera::~WiredCamera() {
   thread_.request_stop();
   thread_.join();
   lines_.pull(kBusyLine, false);
 }
 
-std::vector<SeenPress> SimulatedCamera::presses() {
+std::vector<SeenPress> WiredCamera::presses() {
   const std::lock_guard lock(mutex_);
   return presses_;
 }
 
-void SimulatedCamera::work(const std::stop_token& stop) {
+void WiredCamera::work(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     {
       const std::lock_guard lock(mutex_);
@@ -74,7 +74,7 @@ void SimulatedCamera::work(const std::stop_token& stop) {
 
 // Focus is read first: a shutter seen pressed after a focus seen released was pressed without it,
 // since the shutter is let go before the focus.
-void SimulatedCamera::look() {
+void WiredCamera::look() {
   const bool focused = lines_.level(kFocusLine) != active_low_;
   const bool pressed = lines_.level(kShutterLine) != active_low_;
   const bool begins = (focused && !focused_) || (pressed && !pressed_ && !focused);
@@ -87,7 +87,7 @@ void SimulatedCamera::look() {
   pressed_ = pressed;
 }
 
-void SimulatedCamera::answer() {
+void WiredCamera::answer() {
   SeenPress& press = presses_.back();
   const SteadyTime never{};
   if (press.pressed != never && press.busy_from == never && now() >= press.pressed + kUntilBusy) {
@@ -100,4 +100,4 @@ void SimulatedCamera::answer() {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 constexpr int kFocusLine = 0;
 constexpr int kShutterLine = 1;
@@ -43,13 +43,13 @@ struct SeenPress {
 };
 
 // Watches the focus and shutter lines and answers on the busy line, in a thread of its own.
-class SimulatedCamera {
+class WiredCamera {
  public:
-  SimulatedCamera(const GpioSim& lines, bool active_low);
+  WiredCamera(const GpioSim& lines, bool active_low);
   // The busy line is low afterwards.
-  ~SimulatedCamera();
-  SimulatedCamera(const SimulatedCamera&) = delete;
-  SimulatedCamera& operator=(const SimulatedCamera&) = delete;
+  ~WiredCamera();
+  WiredCamera(const WiredCamera&) = delete;
+  WiredCamera& operator=(const WiredCamera&) = delete;
 
   std::vector<SeenPress> presses();
 
@@ -67,4 +67,4 @@ class SimulatedCamera {
   std::jthread thread_;  // the last member: it uses the others
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

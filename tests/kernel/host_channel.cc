@@ -7,7 +7,7 @@
 
 #include "tests/kernel/check_report.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // A slave that starts has to load Python's libraries, perhaps on a busy machine.
@@ -47,4 +47,4 @@ std::string HostChannel::read_line() {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 class HostChannel {
  public:
@@ -23,4 +23,4 @@ class HostChannel {
   int fd_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

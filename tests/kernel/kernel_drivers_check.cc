@@ -8,10 +8,10 @@
 #include "tests/kernel/video_checks.h"
 
 int main() {
-  raywalk::CheckReport report;
-  raywalk::check_gpio(&report);
-  raywalk::check_video(&report);
-  raywalk::check_slider(&report);
+  raywalk::capture::CheckReport report;
+  raywalk::capture::check_gpio(&report);
+  raywalk::capture::check_video(&report);
+  raywalk::capture::check_slider(&report);
   // The script looks for this line: without it the run did not come to its end.
   std::printf("kernel drivers: %d checks passed, %d failed\n", report.passed(), report.failed());
   return report.failed() == 0 ? 0 : 1;

@@ -9,7 +9,7 @@
 #include "capture/slider/modbus_slider.h"
 #include "tests/kernel/host_channel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 const std::string kSerialPort = "/dev/ttyS1";
@@ -193,4 +193,4 @@ void check_slider(CheckReport* report) {
   run("usb: adapter unplugged in mid-move, back later", [&] { check_usb_unplug(&host); });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,10 +3,10 @@
 
 #include "tests/kernel/check_report.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Needs the slave's line at /dev/ttyS1, serial_host.py's orders at /dev/ttyS2, and /dev/slider
 // pointing to the USB adapter that was plugged in last.
 void check_slider(CheckReport* report);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

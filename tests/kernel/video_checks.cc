@@ -10,7 +10,7 @@
 #include "capture/camera/v4l2_device.h"
 #include "tests/kernel/vivid.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 const std::string kDevice = "/dev/video0";
@@ -190,4 +190,4 @@ void check_video(CheckReport* report) {
   report->run("video: devices that are no cameras", check_other_devices);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include "tests/kernel/check_report.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Needs vivid at /dev/video0 with a webcam as input 0 and HDMI as input 1.
 //
@@ -11,4 +11,4 @@ namespace raywalk {
 // part of the kernel and has to be built with dkms.
 void check_video(CheckReport* report);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

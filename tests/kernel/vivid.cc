@@ -8,7 +8,7 @@
 
 #include "tests/kernel/check_report.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // drivers/media/test-drivers/vivid/vivid-ctrls.c
@@ -52,4 +52,4 @@ void Vivid::set_control(std::uint32_t id, int value) {
   require(ioctl(fd_, VIDIOC_S_CTRL, &control) == 0, "vivid refuses a control");
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 constexpr int kWebcamInput = 0;  // a few fixed sizes
 constexpr int kHdmiInput = 1;    // any size, cut out of 1920x1080
@@ -34,4 +34,4 @@ class Vivid {
   int fd_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "capture/slider/modbus_slider.h"
 #include "tests/peers/slave_process.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -146,4 +146,4 @@ TEST(PymodbusPeerTest, UnitThatIsNotThereIsReported) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

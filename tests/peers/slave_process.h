@@ -13,7 +13,7 @@
 
 #include "capture/slider/terminal_reservation.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 class SlaveProcess {
  public:
@@ -64,4 +64,4 @@ class SlaveProcess {
   std::optional<TerminalReservation> reservation_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::array kFaults = {CameraFault::kBusy,
@@ -125,4 +125,4 @@ std::uint64_t CameraFaults::struck() const {
   return struck_;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

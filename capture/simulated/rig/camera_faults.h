@@ -12,7 +12,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class CameraFault {
   // At a trigger:
@@ -69,4 +69,4 @@ class CameraFaults {
   std::uint64_t struck_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::uint8_t kReadHolding = 3, kReadInput = 4, kWriteOne = 6, kWriteSeveral = 16;
@@ -235,4 +235,4 @@ bool DriveRegisters::start_move(const Command& command) {
   return drive_->move_to(static_cast<double>(command.position_steps) / map_.steps_per_mm, bounds);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/simulated/rig/simulated_drive.h"
 #include "capture/slider/register_map.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Answers functions 3, 4, 6 and 16; exceptions 1 (function), 2 (address) and 3 (value) as the
 // "MODBUS Application Protocol" 1.1b3 has them.
@@ -52,4 +52,4 @@ class DriveRegisters {
   std::map<int, std::uint16_t> written_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "capture/base/manual_clock.h"
 #include "capture/simulated/rig/test_maps.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 class DriveRegistersTest : public ::testing::Test {
@@ -119,4 +119,4 @@ TEST_F(DriveRegistersTest, WrongRequestsGetTheirException) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

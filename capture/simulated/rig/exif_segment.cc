@@ -7,7 +7,7 @@
 #include <exiv2/exiv2.hpp>
 #include <string_view>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::string_view kStartOfImage = "\xFF\xD8";
@@ -58,4 +58,4 @@ std::string with_exif(const std::string& jpeg, const PictureExif& exif) {
   return out;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

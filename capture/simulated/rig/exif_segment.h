@@ -5,7 +5,7 @@
 
 #include "capture/base/clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct PictureExif {
   std::string model;
@@ -19,4 +19,4 @@ struct PictureExif {
 // is returned as it is.
 std::string with_exif(const std::string& jpeg, const PictureExif& exif);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

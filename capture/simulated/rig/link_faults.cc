@@ -1,6 +1,6 @@
 #include "capture/simulated/rig/link_faults.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 LinkFaults::LinkFaults(const LinkFaultRates& rates)
     : rates_(rates),
@@ -130,4 +130,4 @@ std::uint64_t LinkFaults::faults() const {
   return faults_;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

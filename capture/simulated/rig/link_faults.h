@@ -14,7 +14,7 @@
 
 #include "capture/simulated/virtual_room/hash_random.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 using ModbusBytes = std::vector<std::uint8_t>;
 
@@ -89,4 +89,4 @@ class LinkFaults {
   std::optional<std::chrono::steady_clock::time_point> cut_until_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include <bit>
 #include <map>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
@@ -112,4 +112,4 @@ TEST(LinkFaultsTest, CorruptedBytesDifferInOneBitOrLength) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

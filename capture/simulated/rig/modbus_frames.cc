@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Longer than the 3.5 characters of the specification at any usual baud rate (4 ms at 9600), and
@@ -107,4 +107,4 @@ std::optional<ModbusRequest> TcpReceiver::next() {
   return request;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 
 #include "capture/simulated/rig/link_faults.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct ModbusRequest {
   std::uint16_t transaction = 0;  // TCP only
@@ -60,4 +60,4 @@ class TcpReceiver {
   bool broken_ = false;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

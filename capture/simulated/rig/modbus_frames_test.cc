@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using std::chrono::milliseconds;
@@ -95,4 +95,4 @@ TEST(ModbusFramesTest, OtherProtocolsBreakTheConnection) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

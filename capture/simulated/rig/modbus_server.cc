@@ -15,7 +15,7 @@
 #include "capture/simulated/rig/tcp_socket.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Steady = std::chrono::steady_clock;
@@ -206,4 +206,4 @@ ModbusServer::~ModbusServer() = default;
 
 int ModbusServer::tcp_port() const { return loop_->tcp_port(); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/simulated/rig/drive_registers.h"
 #include "capture/simulated/rig/link_faults.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct ModbusServerSettings {
   int unit = 1;                         // Modbus address, 1 to 247
@@ -39,4 +39,4 @@ class ModbusServer {
   std::unique_ptr<Loop> loop_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -18,7 +18,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -256,4 +256,4 @@ TEST_F(ModbusServerTest, TakenPortOrNameIsAnError) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

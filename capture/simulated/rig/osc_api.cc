@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -185,10 +185,10 @@ Json set_options(SimulatedCamera& camera, const Json& parameters) {
 Json list_files(SimulatedCamera& camera, const Json& parameters, const std::string& base_url) {
   const auto count = parameter<std::size_t>(parameters, "entryCount");
   const std::size_t start = parameters.value("startPosition", std::size_t{0});
-  const std::vector<CardFile> files = camera.card().files();
+  const std::vector<SimulatedCardFile> files = camera.card().files();
   Json entries = Json::array();
   for (std::size_t i = start; i < files.size() && entries.size() < count; ++i) {
-    const CardFile& file = files[files.size() - 1 - i];
+    const SimulatedCardFile& file = files[files.size() - 1 - i];
     entries.push_back({{"name", file.name},
                        {"fileUrl", url_of(base_url, file.name)},
                        {"size", file.bytes},
@@ -293,4 +293,4 @@ OscReply OscApi::status(const std::string& body, const std::string& base_url) co
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 
 #include "capture/simulated/rig/simulated_camera.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct OscReply {
   int http_status = 200;
@@ -30,4 +30,4 @@ class OscApi {
   SimulatedCamera& camera_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 #include "capture/simulated/rig/osc_api.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr const char* kHost = "127.0.0.1";
@@ -225,4 +225,4 @@ void OscServer::stop() { impl_->stop(); }
 int OscServer::port() const { return impl_->port(); }
 std::string OscServer::url() const { return impl_->url(); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 
 #include "capture/simulated/rig/simulated_camera.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Answers /osc/info, /osc/state, /osc/commands/execute (getOptions, setOptions, takePicture,
 // listFiles, delete), /osc/commands/status and /files/NAME from start() to stop(), several requests
@@ -43,4 +43,4 @@ class OscServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

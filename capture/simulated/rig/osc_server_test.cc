@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Json = nlohmann::json;
@@ -128,4 +128,4 @@ TEST_F(OscServerTest, PortThatIsTakenIsAnError) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,4 +91,4 @@ void PseudoTerminal::write(std::span<const std::uint8_t> bytes) {
 
 void PseudoTerminal::lift_exclusion() { ioctl(slave_, TIOCNXCL); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/simulated/rig/link_faults.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The master side of a pseudo-terminal; a client opens the other side by a symbolic link. A client
 // may close it and another one open it any number of times: the slave side is held open here too,
@@ -40,4 +40,4 @@ class PseudoTerminal {
   int slave_ = -1;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 std::uint64_t key_of(int seed, const std::string& text) {
@@ -135,4 +135,4 @@ CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
   return pose;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

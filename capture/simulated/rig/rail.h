@@ -12,7 +12,7 @@
 #include "capture/plan/capture_plan.h"
 #include "capture/simulated/virtual_room/camera_pose.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Spreads and jitters are standard deviations. Every placing draws its own values from the seed and
 // the line's id, every station from those and its number on the line, so lines are placed and
@@ -84,4 +84,4 @@ class Rail {
   std::map<std::string, Placing> placings_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr Duration kLong = std::chrono::hours(1);
@@ -184,4 +184,4 @@ TEST(RailTest, UnknownLineAndEmptySpanAreErrors) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

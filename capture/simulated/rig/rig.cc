@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -194,4 +194,4 @@ json Rig::state() {
           {"camera_faults", camera_.faults().struck()}};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

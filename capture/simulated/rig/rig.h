@@ -18,7 +18,7 @@
 #include "capture/simulated/rig/truth_recorder.h"
 #include "capture/simulated/virtual_room/virtual_room.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Works from its construction to its destruction. In its directory:
 //   slider   link to the pseudo-terminal of Modbus RTU
@@ -89,4 +89,4 @@ class Rig {
   std::optional<ModbusServer> modbus_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

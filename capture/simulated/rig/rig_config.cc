@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kAnySeed = std::numeric_limits<int>::max();
@@ -155,4 +155,4 @@ RigConfig read_rig_config(const std::filesystem::path& file) {
   return config;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -16,7 +16,7 @@
 #include "capture/simulated/virtual_room/room_settings.h"
 #include "core/files/settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct RigCameraSettings {
   int port = 0;                     // 0: one that is free
@@ -61,4 +61,4 @@ SettingsSchema rig_schema(RigConfig* config);
 // together.
 RigConfig read_rig_config(const std::filesystem::path& file);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "core/files/test_directory.h"
 #include "core/files/test_yaml_keys.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -109,4 +109,4 @@ TEST(RigConfigTest, FaultsMustWaitForSomethingThatTheyCanWaitFor) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/files/nearest_word.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, DriveFault>, 6> kDriveFaults{
@@ -168,4 +168,4 @@ void RigFaults::move_commanded(const std::string& line_id, double target_mm) {
   for (const FaultRequest& fault : due) inject(fault);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

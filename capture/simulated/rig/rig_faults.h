@@ -12,7 +12,7 @@
 #include "capture/simulated/rig/simulated_camera.h"
 #include "capture/simulated/rig/simulated_drive.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // configs/simulated-rig.yaml explains the kinds and what the numbers mean to each.
 struct FaultRequest {
@@ -68,4 +68,4 @@ class RigFaults {
   std::multimap<std::string, AtStation> at_stations_;  // by line
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 class RigFaultsTest : public ::testing::Test {
@@ -113,4 +113,4 @@ TEST_F(RigFaultsTest, ScheduleReachesEachDevice) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 DualFisheyeLayout lenses_of(const std::filesystem::path& file, PanoramaSize frame) {
@@ -70,4 +70,4 @@ double exposure_drift(std::uint64_t picture, int seed) {
   return sum;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

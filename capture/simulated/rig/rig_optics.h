@@ -11,7 +11,7 @@
 #include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 class RigOptics {
  public:
@@ -43,4 +43,4 @@ class RigOptics {
 // seed.
 double exposure_drift(std::uint64_t picture, int seed);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

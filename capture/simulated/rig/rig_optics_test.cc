@@ -9,7 +9,7 @@
 #include "core/files/lens_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -139,4 +139,4 @@ TEST(RigOpticsTest, LightDriftsSlowlyAndWithinItsBounds) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -13,7 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using nlohmann::json;
@@ -209,4 +209,4 @@ TEST_F(RigTest, ConfigurationsThatCannotBeAreNamed) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/simulated/rig/rig_optics.h"
 #include "core/files/lens_file.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -113,4 +113,4 @@ TEST(ShippedRehearsalTest, LinesAreOffByWhatRailsAreThatArePlacedByHand) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

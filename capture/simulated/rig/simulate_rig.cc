@@ -13,7 +13,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -58,4 +58,4 @@ void simulate_rig(const RigConfig& config, const fs::path& out) {
   while (!interrupt_requested()) clock.sleep(duration_from_ms(100.0));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "capture/simulated/rig/rig_config.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Runs a rig on the machine's clock until the user asks to stop (Ctrl-C, SIGTERM). When it is
 // ready, `out`/rig.json appears and its path is printed:
@@ -15,4 +15,4 @@ namespace raywalk {
 // with them. Throws Error where another rig works in the directory, and as Rig does.
 void simulate_rig(const RigConfig& config, const std::filesystem::path& out);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -17,7 +17,7 @@
 #include "core/files/file_lock.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -77,4 +77,4 @@ TEST(SimulateRigTest, DirectoryOfAnotherRigIsRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

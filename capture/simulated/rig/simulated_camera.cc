@@ -11,7 +11,7 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kManual = 1;
@@ -265,4 +265,4 @@ WallTime SimulatedCamera::wall_now() const {
                                  duration_from_ms(1000.0 * settings_.clock_offset_s));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

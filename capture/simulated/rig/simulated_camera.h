@@ -18,7 +18,7 @@
 #include "capture/simulated/rig/simulated_card.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The picture that is being exposed now.
 struct ExposureNow {
@@ -148,4 +148,4 @@ class SimulatedCamera {
   std::string file_before_;  // the last one on the card before the trigger
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

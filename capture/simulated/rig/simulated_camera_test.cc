@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // A grey picture as bright as its exposure: level 64 at gain 1.
@@ -211,4 +211,4 @@ TEST(CameraFault, NamesAreReadBack) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // DCF (JEITA CP-3461): eight characters and an extension; Ricoh writes R001 and four digits, and R
@@ -58,9 +58,9 @@ void SimulatedCard::write(const std::string& name, const std::string& bytes) {
   used_bytes_ += static_cast<std::int64_t>(bytes.size());
 }
 
-std::vector<CardFile> SimulatedCard::files() const {
+std::vector<SimulatedCardFile> SimulatedCard::files() const {
   const std::lock_guard lock(mutex_);
-  std::vector<CardFile> all;
+  std::vector<SimulatedCardFile> all;
   all.reserve(files_.size());
   for (const auto& [name, bytes] : files_) all.push_back({name, bytes});
   return all;
@@ -90,4 +90,4 @@ std::int64_t SimulatedCard::free_bytes() const {
   return std::max<std::int64_t>(capacity_bytes_ - used_bytes_, 0);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
-struct CardFile {
+struct SimulatedCardFile {
   std::string name;  // "R0010001.JPG"
   std::int64_t bytes = 0;
 };
@@ -27,7 +27,7 @@ class SimulatedCard {
   // Throws Error if the disk below is full.
   void write(const std::string& name, const std::string& bytes);
   // By name, which is also by age.
-  std::vector<CardFile> files() const;
+  std::vector<SimulatedCardFile> files() const;
   bool has(const std::string& name) const;
   // Throws Error naming a file that is not on the card.
   std::string read(const std::string& name) const;
@@ -45,4 +45,4 @@ class SimulatedCard {
   int last_number_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

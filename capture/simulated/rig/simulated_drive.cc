@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // How far homing first leaves the switch where it starts on it.
@@ -322,4 +322,4 @@ void SimulatedDrive::clear_faults() {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

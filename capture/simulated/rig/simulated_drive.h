@@ -17,7 +17,7 @@
 #include "capture/simulated/rig/trajectory.h"
 #include "capture/simulated/virtual_room/hash_random.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct DriveSettings {
   int seed = 1;  // of the feedback's noise
@@ -156,4 +156,4 @@ class SimulatedDrive {
   std::function<void(double target_mm)> observer_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

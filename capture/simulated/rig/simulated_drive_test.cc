@@ -7,7 +7,7 @@
 
 #include "capture/base/manual_clock.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr MotionBounds kUsual{100.0, 200.0, 200.0};
@@ -262,4 +262,4 @@ TEST_F(SimulatedDriveTest, CommandsNoDriveCouldUseAreRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

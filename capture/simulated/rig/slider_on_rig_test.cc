@@ -13,7 +13,7 @@
 #include "capture/slider/modbus_slider.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 struct Setup {
@@ -150,4 +150,4 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

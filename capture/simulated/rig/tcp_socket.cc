@@ -14,7 +14,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 TcpSocket TcpSocket::listen_on_loopback(int port) {
   TcpSocket socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -81,4 +81,4 @@ void TcpSocket::reset_connection() {
   close(std::exchange(descriptor_, -1));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

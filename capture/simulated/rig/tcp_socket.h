@@ -7,7 +7,7 @@
 
 #include "capture/simulated/rig/link_faults.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 class TcpSocket {
  public:
@@ -36,4 +36,4 @@ class TcpSocket {
   int descriptor_ = -1;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include "capture/slider/register_map.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // As drives of the "PR0" kind: one block moves, its last word is the trigger; home and stop share a
 // register.
@@ -68,4 +68,4 @@ inline RegisterMap two_write_map() {
   return map;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include "capture/simulated/rig/rig_config.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Writes a capture's configuration of one cell of 1 m with five stations to a line, at 100, 350,
 // ... 1100 mm on the rail, without overhang; returns a rig for it.
@@ -34,4 +34,4 @@ inline RigConfig small_rig(const std::filesystem::path& directory,
   return config;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

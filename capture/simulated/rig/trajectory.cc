@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 MotionState after(const MotionState& start, double acceleration_mm_s2, double time_s) {
@@ -71,4 +71,4 @@ MotionState Trajectory::at(double time_s) const {
   return {end_mm_, 0.0};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

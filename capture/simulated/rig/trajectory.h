@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // What a motion may use; all positive.
 struct MotionBounds {
@@ -51,4 +51,4 @@ class Trajectory {
   double end_mm_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

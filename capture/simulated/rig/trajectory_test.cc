@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(TrajectoryTest, LongMoveIsATrapezoid) {
@@ -81,4 +81,4 @@ TEST(TrajectoryTest, AnyMotionIsContinuousAndWithinItsBounds) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 TruthRecorder::TruthRecorder(const VirtualRoom* room, PanoramaSize size,
                              std::filesystem::path directory)
@@ -41,4 +41,4 @@ void TruthRecorder::write_distances(const std::string& picture, const CameraPose
   write_distance_map(*room_, pose, size_, directory_ / "dist" / (stem + ".png"));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/simulated/virtual_room/virtual_room.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // In a directory of its own:
 //   true_poses.csv         file,line,x,y,z,yaw,pitch,roll of every picture (metres, degrees), by
@@ -34,4 +34,4 @@ class TruthRecorder {
   std::ofstream poses_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

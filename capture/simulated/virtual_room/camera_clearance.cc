@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -69,4 +69,4 @@ void require_clear_lines(const RoomPlan& plan, const RoomScene& scene) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

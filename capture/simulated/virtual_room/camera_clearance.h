@@ -6,7 +6,7 @@
 #include "capture/simulated/virtual_room/room_plan.h"
 #include "capture/simulated/virtual_room/room_scene.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Throws Error naming the position and the seed where it is not finite, outside of the room, or
 // inside of something in it.
@@ -17,4 +17,4 @@ void require_free_camera(const RoomPlan& plan, const RoomScene& scene,
 // height nearer than the plan's clearance.
 void require_clear_lines(const RoomPlan& plan, const RoomScene& scene);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // World frame (core/geometry/sphere.h), metres.
 struct CameraPose {
@@ -13,4 +13,4 @@ struct CameraPose {
   Attitude attitude{};
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 using Color = Eigen::Vector3f;
 
@@ -13,4 +13,4 @@ inline Color mix(const Color& a, const Color& b, float share) { return a + share
 // Relative luminance of linear sRGB primaries (ITU-R BT.709).
 inline float luminance(const Color& color) { return color.dot(Color(0.2126F, 0.7152F, 0.0722F)); }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

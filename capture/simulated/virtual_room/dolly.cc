@@ -12,7 +12,7 @@
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -280,4 +280,4 @@ void DollyView::cover(cv::Mat* picture) const {
   });
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

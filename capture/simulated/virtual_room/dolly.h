@@ -5,7 +5,7 @@
 
 #include "capture/simulated/virtual_room/pixel_rays.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct DollySettings {
   bool visible = false;
@@ -35,4 +35,4 @@ class DollyView {
   cv::Mat light_;  // CV_32FC3 in the picture's order, linear, times the share
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

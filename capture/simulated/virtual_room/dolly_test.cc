@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr PanoramaSize kSize{720, 360};
@@ -103,4 +103,4 @@ TEST(DollyTest, OtherPicturesAndCamerasUnderTheFloorAreRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -1,6 +1,6 @@
 #include "capture/simulated/virtual_room/dual_fisheye.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 double squared_distance(PixelPosition a, PixelPosition b) {
@@ -32,4 +32,4 @@ std::optional<CameraRay> DualFisheyeRays::at_part(int part_u, int part_v) const 
   return CameraRay{layout_.back_position_m, front_from_back_ * *direction};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 #include "capture/simulated/virtual_room/pixel_rays.h"
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A pixel of a dual-fisheye frame belongs to the lens whose centre is nearer.
 bool belongs_to_front(const DualFisheyeLayout& layout, PixelPosition pixel);
@@ -29,4 +29,4 @@ class DualFisheyeRays final : public PixelRays {
   Eigen::Matrix3d front_from_back_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -38,4 +38,4 @@ TEST(DualFisheyeTest, LensThatFoldsOrIsNoNumberIsRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

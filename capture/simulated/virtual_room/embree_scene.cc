@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr std::size_t kPacket = 8;
@@ -152,4 +152,4 @@ bool EmbreeScene::occluded(const Ray& ray, double distance) const {
   return embree.tfar < 0.0F;  // Embree marks an occluded ray by tfar = -inf
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -1,10 +1,10 @@
 #include "capture/simulated/virtual_room/facets.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 int Facets::add_surface(const Surface& surface) {
   surfaces.push_back(surface);
   return static_cast<int>(surfaces.size()) - 1;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "capture/simulated/virtual_room/surface.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The plane coordinates in which a facet's pattern is drawn: of a point p they are
 // ((p - origin) . s_axis, (p - origin) . t_axis).
@@ -38,4 +38,4 @@ struct Facets {
   int add_surface(const Surface& surface);
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

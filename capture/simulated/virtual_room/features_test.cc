@@ -7,7 +7,7 @@
 #include "capture/simulated/virtual_room/test_rooms.h"
 #include "capture/simulated/virtual_room/virtual_room.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr PanoramaSize kSize{1024, 512};
@@ -48,4 +48,4 @@ TEST(FeaturesTest, SiftFindsFeaturesInEveryDirection) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -140,4 +140,4 @@ bool FreeSpace::is_clear_at_camera_height(const PlanRectangle& place) const {
          !overlaps_any(place, cameras_) && !overlaps_any(place, tall_);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

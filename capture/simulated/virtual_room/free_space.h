@@ -11,7 +11,7 @@
 #include "capture/simulated/virtual_room/plan_rectangle.h"
 #include "capture/simulated/virtual_room/room_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The inside of a wall. s runs along it to the right of an eye that looks at it, t upwards; both
 // count from its lower left corner.
@@ -83,4 +83,4 @@ class FreeSpace {
   std::vector<WallArea> hung_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "capture/simulated/virtual_room/wall_furnishing.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -212,4 +212,4 @@ FurnishedRoom furnish(const RoomPlan& plan, const ContentSettings& contents) {
   return Furnisher(plan, contents).furnish();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "capture/simulated/virtual_room/light_sources.h"
 #include "capture/simulated/virtual_room/room_plan.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct FurnishedRoom {
   Facets facets;
@@ -17,4 +17,4 @@ struct FurnishedRoom {
 // where something finds no place.
 FurnishedRoom furnish(const RoomPlan& plan, const ContentSettings& contents);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

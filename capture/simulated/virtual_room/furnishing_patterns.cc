@@ -5,7 +5,7 @@
 
 #include "capture/simulated/virtual_room/noise.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // Distance to the nearest whole multiple of `period`, signed.
@@ -84,4 +84,4 @@ Color shade_emission(const Surface& surface, const Eigen::Vector2f& at, float fo
   return surface.base * (1.0F - 0.35F * rib) * (1.0F + 0.12F * paper);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

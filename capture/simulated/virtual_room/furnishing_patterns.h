@@ -3,7 +3,7 @@
 
 #include "capture/simulated/virtual_room/surface.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 Color wood_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color fabric_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
@@ -12,4 +12,4 @@ Color book_albedo(const Surface& surface, const Eigen::Vector2f& at, float footp
 Color leaf_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color shade_emission(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

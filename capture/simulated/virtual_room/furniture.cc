@@ -6,7 +6,7 @@
 #include "capture/simulated/virtual_room/palette.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -233,4 +233,4 @@ void add_coat_stand(const Placement& place, HashRandom random, Facets* facets) {
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "capture/simulated/virtual_room/shapes.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 inline constexpr double kTableHeight = 0.75;
 
@@ -35,4 +35,4 @@ void add_coat_stand(const Placement& place, HashRandom random, Facets* facets);
 void add_books(const Placement& place, double x_min, double x_max, double height, double depth,
                HashRandom random, Facets* facets);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 NormalPair normal_pair(std::uint64_t key) {
   // 1 - u lies in (0, 1], where the logarithm is finite.
@@ -13,4 +13,4 @@ NormalPair normal_pair(std::uint64_t key) {
   return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A hash of all 64 bits: the output function of SplitMix64 (Steele, Lea, Flood 2014, "Fast
 // splittable pseudorandom number generators").
@@ -54,4 +54,4 @@ class HashRandom {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "capture/simulated/virtual_room/dual_fisheye.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 double falloff(const FisheyeLens& lens, PixelPosition pixel, double vignetting) {
@@ -39,4 +39,4 @@ cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
   return light;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

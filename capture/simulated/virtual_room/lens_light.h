@@ -6,7 +6,7 @@
 
 #include "core/geometry/fisheye_lens.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 struct LensLightSettings {
   double vignetting = 0.0;    // share of the light that is lost at the rim, 0 to 0.9
@@ -22,4 +22,4 @@ struct LensLightSettings {
 cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
                    const LensLightSettings& settings);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

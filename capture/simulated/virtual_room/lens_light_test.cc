@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr PanoramaSize kFrame{404, 202};
@@ -53,4 +53,4 @@ TEST(LensLightTest, LensThatFoldsIsRefused) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -8,7 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -224,4 +224,4 @@ Color LightMap::at(const Hit& hit, const Vector3d& point, const Vector3d& normal
   return light;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

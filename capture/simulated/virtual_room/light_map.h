@@ -6,7 +6,7 @@
 #include "capture/simulated/virtual_room/embree_scene.h"
 #include "capture/simulated/virtual_room/light_sources.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Irradiance on a grid over each facet: the light of window and lamp with their soft shadows, and
 // one bounce from all other surfaces; scaled so that the mean over floor, walls and ceiling is
@@ -42,4 +42,4 @@ class LightMap {
   std::vector<Color> light_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

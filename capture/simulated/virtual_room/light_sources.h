@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The pane of the window: a rectangle from `corner`, facing `inward`.
 struct WindowLight {
@@ -29,4 +29,4 @@ struct LightSources {
   std::uint32_t sky_seed = 0;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

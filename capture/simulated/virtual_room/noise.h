@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Value noise: smooth in [-1, 1], with one independent value at every whole position.
 float value_noise(float x, float y, std::uint32_t seed);
@@ -32,4 +32,4 @@ float soft_step(float x, float footprint);
 // it, so that thin gaps darken evenly in the distance where they would else flicker.
 float soft_stripe(float x, float half_width, float footprint);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "capture/simulated/virtual_room/surface.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 TEST(HashRandomTest, UniformAndNormalNumbersHaveTheirMoments) {
@@ -106,4 +106,4 @@ TEST(SurfaceTest, WallpaperRepeatsExactly) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

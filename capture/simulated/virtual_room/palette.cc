@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 Color color_from_hue(double hue, double saturation, double value) {
   // Each channel is a trapezoid over the circle of hues, a third of a turn apart.
@@ -70,4 +70,4 @@ Surface random_plaster(HashRandom* random) {
   return plaster;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

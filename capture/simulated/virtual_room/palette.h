@@ -4,7 +4,7 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "capture/simulated/virtual_room/surface.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A colour of hue 0..1 (red, green, blue at thirds), saturation and brightness 0..1.
 Color color_from_hue(double hue, double saturation, double value);
@@ -28,4 +28,4 @@ Surface random_fabric(HashRandom* random);
 // Painted plaster, light, in some tint.
 Surface random_plaster(HashRandom* random);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

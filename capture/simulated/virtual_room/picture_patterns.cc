@@ -6,7 +6,7 @@
 #include "capture/simulated/virtual_room/noise.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kShapes = 7;
@@ -75,4 +75,4 @@ Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t
   return mix(sky, land, soft_step(ridge - up, std::max(pixel_rad, 0.001F)));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 
 #include "capture/simulated/virtual_room/surface.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // A painting over `extent`, another one for every seed: hills under a sky, with discs and bars.
 // Arguments as albedo_at (surface.h).
@@ -14,4 +14,4 @@ Color picture_albedo(const Surface& surface, const Eigen::Vector2f& at, float fo
 // covers.
 Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t seed);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -9,7 +9,7 @@
 #include "capture/simulated/virtual_room/tone.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // A pixel is divided into 4 x 4 strata of 4 x 4 parts each. The first four rays go through one
@@ -158,4 +158,4 @@ cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const Ca
   return picture;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "capture/simulated/virtual_room/pixel_rays.h"
 #include "capture/simulated/virtual_room/room_scene.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // How many rays a pixel is the mean of.
 enum class Sampling {
@@ -21,4 +21,4 @@ enum class Sampling {
 cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
                        double unit_m, Sampling sampling);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 PanoramaRays::PanoramaRays(PanoramaSize size) : size_(size) {
   for (int part = 0; part < size.width * kPixelParts; ++part) {
@@ -21,4 +21,4 @@ std::optional<CameraRay> PanoramaRays::at_part(int part_u, int part_v) const {
   return CameraRay{{0, 0, 0}, {phi.cosine * theta.sine, phi.sine, phi.cosine * theta.cosine}};
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Pixels are divided into this many parts per side; a ray goes through the middle of a part.
 inline constexpr int kPixelParts = 16;
@@ -56,4 +56,4 @@ class PanoramaRays final : public PixelRays {
   std::vector<SineCosine> phi_;    // of every part along v
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -41,4 +41,4 @@ bool inside(const PlanRectangle& inner, const Vector2d& min, const Vector2d& max
          ((inner.centre + half).array() <= max.array()).all();
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

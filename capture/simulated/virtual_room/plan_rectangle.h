@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Room units; coordinates are (x, z). Its own axes are turned by yaw as Attitude::yaw_rad turns.
 struct PlanRectangle {
@@ -17,4 +17,4 @@ bool overlap(const PlanRectangle& a, const PlanRectangle& b);
 // Whether `inner` lies within the upright rectangle between two corners.
 bool inside(const PlanRectangle& inner, const Eigen::Vector2d& min, const Eigen::Vector2d& max);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

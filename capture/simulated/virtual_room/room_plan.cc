@@ -8,7 +8,7 @@
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr int kStationsPerCell = 40;  // where the settings leave the spacing open
@@ -135,4 +135,4 @@ RoomPlan plan_room(const VirtualRoomSettings& settings) {
   return plan;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

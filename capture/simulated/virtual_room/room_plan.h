@@ -13,7 +13,7 @@
 #include "capture/simulated/virtual_room/room_settings.h"
 #include "core/geometry/grid.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // An upright box, room units.
 struct RoomBox {
@@ -56,4 +56,4 @@ struct RoomPlan {
 // is neither 0 nor at least kLeastFurnitureScale_m.
 RoomPlan plan_room(const VirtualRoomSettings& settings);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

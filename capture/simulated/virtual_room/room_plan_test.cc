@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -89,4 +89,4 @@ TEST(RoomPlanTest, ImpossibleRoomsAreRefusedByKey) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

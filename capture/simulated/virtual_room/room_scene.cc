@@ -6,7 +6,7 @@
 
 #include "capture/simulated/virtual_room/picture_patterns.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -84,4 +84,4 @@ Color RoomScene::matt_light(const Ray& ray, const Hit& hit, double travelled,
   return albedo.cwiseProduct(light_map_.at(hit, point, normal));
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

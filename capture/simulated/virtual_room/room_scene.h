@@ -7,7 +7,7 @@
 #include "capture/simulated/virtual_room/furnishing.h"
 #include "capture/simulated/virtual_room/light_map.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Room units. Safe to use from several threads at once.
 class RoomScene {
@@ -44,4 +44,4 @@ class RoomScene {
   LightMap light_map_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kLargestRoom_m = 1000.0;
@@ -86,4 +86,4 @@ VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file
   return settings;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

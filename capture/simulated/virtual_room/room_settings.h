@@ -7,7 +7,7 @@
 
 #include "core/files/settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The room and what stands in it; 0 where a length is left to the seed.
 struct RoomSettings {
@@ -111,4 +111,4 @@ void require_valid(const VirtualRoomSettings& settings, const std::string& sourc
 // Reads the file. Throws UsageError: what SettingsSchema and require_valid refuse.
 VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -7,7 +7,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using ::testing::HasSubstr;
@@ -106,4 +106,4 @@ TEST(RoomSettingsTest, KeysCanBePartOfALargerFile) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -11,7 +11,7 @@
 #include "capture/simulated/virtual_room/virtual_room.h"
 #include "core/base/median.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -184,4 +184,4 @@ TEST_F(RoomViewsTest, DraftIsAnUnbiasedSketchOfTheFinePicture) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

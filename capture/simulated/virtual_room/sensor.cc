@@ -9,7 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // What each level becomes under a gain, not rounded.
@@ -70,4 +70,4 @@ cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double 
   return out;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

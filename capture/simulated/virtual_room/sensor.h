@@ -6,7 +6,7 @@
 
 #include "capture/simulated/virtual_room/room_settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The picture (CV_8UC3, sRGB) as exposed with a relative `gain` and read out with noise. The gain
 // multiplies linear light; what exceeds white is clipped. The noise is normally distributed and
@@ -17,4 +17,4 @@ namespace raywalk {
 cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double gain,
                      std::uint64_t key, const cv::Mat& light = {});
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 cv::Mat grey(int level) { return cv::Mat(200, 300, CV_8UC3, cv::Scalar::all(level)); }
@@ -124,4 +124,4 @@ TEST(ToneTest, CurveRisesBendsAtHighlightsAndInverts) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -153,4 +153,4 @@ void add_globe(const Vector3d& centre, double radius, double half_height, int su
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

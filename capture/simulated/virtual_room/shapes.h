@@ -6,7 +6,7 @@
 
 #include "capture/simulated/virtual_room/facets.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Turns by yaw (as Attitude::yaw_rad does) and moves to `origin`.
 struct Placement {
@@ -40,4 +40,4 @@ void add_rod(const Placement& place, const Rod& rod, int surface, Facets* facets
 void add_globe(const Eigen::Vector3d& centre, double radius, double half_height, int surface,
                Facets* facets);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

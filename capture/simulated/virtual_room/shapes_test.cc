@@ -11,7 +11,7 @@
 #include "capture/simulated/virtual_room/plan_rectangle.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -144,4 +144,4 @@ TEST(PlacementTest, TurnsAsAttitudesDo) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -4,7 +4,7 @@
 #include "capture/simulated/virtual_room/picture_patterns.h"
 #include "capture/simulated/virtual_room/wall_patterns.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   switch (surface.pattern) {
@@ -54,4 +54,4 @@ Color mean_albedo(const Surface& surface) {
   return sum / static_cast<float>(kSide * kSide);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

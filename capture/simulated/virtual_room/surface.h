@@ -6,7 +6,7 @@
 
 #include "capture/simulated/virtual_room/color.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 enum class Pattern {
   kPlain,      // uniform paint
@@ -45,4 +45,4 @@ Color albedo_at(const Surface& surface, const Eigen::Vector2f& at, float footpri
 // The mean of albedo_at over the surface, as it colours the light that it scatters.
 Color mean_albedo(const Surface& surface);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

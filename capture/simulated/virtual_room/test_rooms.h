@@ -3,7 +3,7 @@
 
 #include "capture/simulated/virtual_room/room_settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Nothing but floor, ceiling and four walls: a box, whose distances are known in closed form.
 inline VirtualRoomSettings empty_room(int seed, double cell_side_m) {
@@ -26,4 +26,4 @@ inline VirtualRoomSettings furnished_room(int seed, double cell_side_m = 1.0) {
   return settings;
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -6,7 +6,7 @@
 
 #include "core/panorama/srgb.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 constexpr double kKnee = 0.8;
@@ -41,4 +41,4 @@ float level_from_light(float light) {
   return table[entry] + (root - static_cast<float>(index)) * (table[entry + 1] - table[entry]);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

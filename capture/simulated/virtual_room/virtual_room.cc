@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 void require_panorama(PanoramaSize size) {
@@ -69,4 +69,4 @@ cv::Mat VirtualRoom::dual_fisheye(const CameraPose& pose, const DualFisheyeLayou
   return render_picture(*scene_, DualFisheyeRays(layout, frame), pose, plan_.unit_m, sampling);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -18,7 +18,7 @@
 #include "capture/simulated/virtual_room/room_plan.h"
 #include "capture/simulated/virtual_room/room_settings.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // The inside of the room, metres in the world frame.
 struct RoomExtent {
@@ -61,4 +61,4 @@ class VirtualRoom {
   std::unique_ptr<const RoomScene> scene_;
 };
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

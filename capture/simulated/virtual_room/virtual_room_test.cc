@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -208,4 +208,4 @@ TEST(VirtualRoomTest, RoomTooSmallForItsContentsSaysSo) {
 }
 
 }  // namespace
-}  // namespace raywalk
+}  // namespace raywalk::capture

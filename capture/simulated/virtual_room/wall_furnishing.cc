@@ -7,7 +7,7 @@
 #include "capture/simulated/virtual_room/palette.h"
 #include "capture/simulated/virtual_room/shapes.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -260,4 +260,4 @@ void add_pictures(const RoomPlan& plan, int count, FreeSpace* space, HashRandom 
   }
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

@@ -5,7 +5,7 @@
 #include "capture/simulated/virtual_room/free_space.h"
 #include "capture/simulated/virtual_room/light_sources.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 // Floor, ceiling and walls, painted, bricked, boarded or tiled as the random numbers have it.
 void add_shell(const RoomPlan& plan, HashRandom random, Facets* facets);
@@ -36,4 +36,4 @@ void add_plain_patch(const RoomPlan& plan, int wall, FreeSpace* space, HashRando
 void add_pictures(const RoomPlan& plan, int count, FreeSpace* space, HashRandom random,
                   Facets* facets);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

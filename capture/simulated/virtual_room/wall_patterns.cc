@@ -7,7 +7,7 @@
 #include "capture/simulated/virtual_room/noise.h"
 #include "core/geometry/sphere.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 namespace {
 
 // A position in a pattern of equal cells: which cell, and how far from its centre.
@@ -121,4 +121,4 @@ Color tile_albedo(const Surface& surface, const Eigen::Vector2f& at, float footp
   return mix(stone, Color(0.3F, 0.29F, 0.27F), grout).cwiseMax(0.02F);
 }
 
-}  // namespace raywalk
+}  // namespace raywalk::capture

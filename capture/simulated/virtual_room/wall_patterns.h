@@ -4,7 +4,7 @@
 
 #include "capture/simulated/virtual_room/surface.h"
 
-namespace raywalk {
+namespace raywalk::capture {
 
 Color plaster_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color brick_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
@@ -13,4 +13,4 @@ Color wallpaper_albedo(const Surface& surface, const Eigen::Vector2f& at, float 
 Color board_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color tile_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 
-}  // namespace raywalk
+}  // namespace raywalk::capture
