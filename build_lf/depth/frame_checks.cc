@@ -8,14 +8,14 @@
 #include "build_lf/depth/matching_views.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 // Median of the values and how far from it is no longer usual: 3.5 robust standard deviations
-// (Iglewicz and Hoaglin 1993); 1.4826 makes the median absolute deviation the standard deviation of
-// normal values.
+// (Iglewicz and Hoaglin 1993).
 struct Usual {
   double median = 0.0;
   double margin = 0.0;
@@ -23,13 +23,12 @@ struct Usual {
 
 Usual usual_of(const std::vector<double>& values) {
   constexpr double kDeviations = 3.5;
-  constexpr double kNormalPerMad = 1.4826;
   if (values.empty()) return {};
   const double middle = median(values);
   std::vector<double> deviations;
   deviations.reserve(values.size());
   for (const double value : values) deviations.push_back(std::fabs(value - middle));
-  return {middle, kDeviations * kNormalPerMad * median(std::move(deviations))};
+  return {middle, kDeviations * robust_sigma(std::move(deviations))};
 }
 
 // The checks of one line.

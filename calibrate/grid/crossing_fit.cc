@@ -7,14 +7,12 @@
 #include <random>
 
 #include "calibrate/grid/rail_model.h"
-#include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 constexpr int kFewestMatches = 8;
-// The median of the absolute values of normal errors is 0.6745 standard deviations.
-constexpr double kSigmaPerMad = 1.4826;
 
 struct RayPair {
   WorldRay x{};
@@ -205,12 +203,12 @@ double noise_of(std::span<const RayPair> pairs, const CrossingFit& fit, double l
   for (const RayPair& pair : pairs) across.push_back(std::fabs(split_of(pair, fit).across_rad));
   constexpr int kRounds = 3;
   constexpr double kInlierSigmas = 4.0;
-  double sigma = std::max(std::sqrt(2.0) * least_rad, kSigmaPerMad * median(across));
+  double sigma = std::max(std::sqrt(2.0) * least_rad, robust_sigma(across));
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> good;
     std::copy_if(across.begin(), across.end(), std::back_inserter(good),
                  [&](double value) { return value <= kInlierSigmas * sigma; });
-    sigma = std::max(std::sqrt(2.0) * least_rad, kSigmaPerMad * median(std::move(good)));
+    sigma = std::max(std::sqrt(2.0) * least_rad, robust_sigma(std::move(good)));
   }
   return sigma / std::sqrt(2.0);
 }
@@ -227,7 +225,7 @@ double depth_sigma_of(std::span<const RayPair> pairs, const CrossingFit& fit) {
   }
   if (off.size() < kFewestMatches) return fit.depth.sigma;
   // Distances are spread with longer tails than a normal distribution's.
-  return std::max(1.5 * kSigmaPerMad * median(std::move(off)), 0.1 * std::fabs(fit.depth.mean));
+  return std::max(1.5 * robust_sigma(std::move(off)), 0.1 * std::fabs(fit.depth.mean));
 }
 
 void mark_inliers(std::span<const RayPair> pairs, CrossingFit* fit) {

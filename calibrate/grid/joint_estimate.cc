@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "calibrate/base/stop_on_interrupt.h"
 #include "calibrate/grid/joint_costs.h"
 #include "calibrate/grid/normal_inverse.h"
 #include "core/base/error.h"
@@ -24,14 +25,6 @@ struct StationUnknowns {
   Eigen::Matrix3d reference = Eigen::Matrix3d::Identity();
 
   Eigen::Matrix3d attitude() const { return matrix_of(turn_rad) * reference; }
-};
-
-// Ends the solver when the user asks to.
-class StopOnInterrupt : public ceres::IterationCallback {
- public:
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return interrupt_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
 };
 
 class JointProblem {

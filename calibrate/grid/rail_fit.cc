@@ -176,7 +176,7 @@ double jitter_of(const Eigen::MatrixXd& residuals, double sigma, Eigen::Index pa
   const Eigen::MatrixXd column = residuals.reshaped(residuals.size(), 1);
   const double freedom =
       static_cast<double>(residuals.rows()) / static_cast<double>(residuals.rows() - parameters);
-  const double square = std::pow(robust_sigma(column, 0.0), 2) * freedom - sigma * sigma;
+  const double square = std::pow(residual_sigma(column, 0.0), 2) * freedom - sigma * sigma;
   return std::sqrt(std::max(0.0, square));
 }
 
@@ -205,8 +205,8 @@ Scatter scatter_of(const Residuals& residuals, std::span<const RailSample> sampl
   const double rotation_rad = std::max(least.rotation_rad, median(std::move(rotation)));
   const Eigen::MatrixXd across = residuals.position_m.rightCols(2).reshaped();
   const Eigen::MatrixXd turned = residuals.rotation_rad.reshaped();
-  return {robust_sigma(residuals.position_m.col(0), position_m), robust_sigma(across, position_m),
-          robust_sigma(turned, rotation_rad)};
+  return {residual_sigma(residuals.position_m.col(0), position_m),
+          residual_sigma(across, position_m), residual_sigma(turned, rotation_rad)};
 }
 
 std::vector<bool> rejected_samples(const Residuals& residuals, std::span<const RailSample> samples,

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -40,7 +40,7 @@ Eigen::VectorXd reweighted(const Eigen::MatrixXd& basis, const Eigen::VectorXd& 
     const Eigen::VectorXd roots = weights.cwiseSqrt();
     solution = least_squares(roots.asDiagonal() * basis, roots.cwiseProduct(data));
     const Eigen::VectorXd residuals = data - basis * solution;
-    const double sigma = robust_sigma(residuals, least);
+    const double sigma = residual_sigma(residuals, least);
     for (Eigen::Index i = 0; i < weights.size(); ++i) {
       weights[i] = weight(weights[i], std::fabs(residuals[i]) / sigma);
     }
@@ -54,14 +54,12 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& basis, const Eigen::MatrixX
   return basis.colPivHouseholderQr().solve(data);
 }
 
-double robust_sigma(const Eigen::VectorXd& residuals, double least) {
-  // The median of the sizes of normal errors is 0.6745 standard deviations.
-  constexpr double kSigmaPerMad = 1.4826;
+double residual_sigma(const Eigen::VectorXd& residuals, double least) {
   std::vector<double> sizes(static_cast<size_t>(residuals.size()));
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
     sizes[static_cast<size_t>(i)] = std::fabs(residuals[i]);
   }
-  return std::max(least, kSigmaPerMad * median(std::move(sizes)));
+  return std::max(least, robust_sigma(std::move(sizes)));
 }
 
 // A start by least squares, or by a curve, would follow a few wrong samples at an end.
@@ -78,14 +76,14 @@ Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& 
     const Eigen::VectorXd off =
         values -
         line * reweighted(line, values, least, Eigen::VectorXd::Ones(values.size()), absolute);
-    const double wrong = kSurelyWrong * robust_sigma(off, least);
+    const double wrong = kSurelyWrong * residual_sigma(off, least);
     const auto weights_by = [](const Eigen::VectorXd& residuals, const auto& weight) {
       return Eigen::VectorXd(residuals.unaryExpr(weight));
     };
     const Eigen::VectorXd right =
         weights_by(off, [&](double r) { return std::fabs(r) < wrong ? 1.0 : 0.0; });
     const Eigen::VectorXd rest = values - basis * reweighted(basis, values, least, right, absolute);
-    const double sigma = robust_sigma(rest, least);
+    const double sigma = residual_sigma(rest, least);
     result.col(column) =
         reweighted(basis, values, least,
                    weights_by(rest, [&](double r) { return biweight(std::fabs(r) / sigma); }),

@@ -15,9 +15,8 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& basis, const Eigen::MatrixX
 // scatter below which there is none.
 Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data, double least);
 
-// The standard deviation of residuals whose mean is 0, from the median of their sizes; at least
-// `least`.
-double robust_sigma(const Eigen::VectorXd& residuals, double least);
+// robust_sigma of residuals about 0; at least `least`.
+double residual_sigma(const Eigen::VectorXd& residuals, double least);
 
 // Mean square of the residuals of samples left out of a least-squares fit, in five interleaved
 // folds; 0 where there are too few samples to leave any out.

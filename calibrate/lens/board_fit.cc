@@ -17,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/base/robust_sigma.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::calibrate {

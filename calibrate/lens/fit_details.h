@@ -1,7 +1,6 @@
 // What both ways of fitting a camera share.
 #pragma once
 
-#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 
 #include <Eigen/Core>
@@ -18,10 +17,6 @@ inline constexpr double kOutlierSigmas = 5.0;
 // At 2.385 standard deviations Cauchy's estimate has 95 % of the efficiency of least squares under
 // normal errors (Holland and Welsch 1977).
 inline constexpr double kCauchySigmas = 2.385;
-
-// Standard deviation of normal errors by the median of their absolute values, which wrong ones do
-// not move. At least one value.
-double robust_sigma(std::vector<double> absolute_values);
 
 // Runs the solver until it converges; points of the problem, if any, are the blocks named to be
 // eliminated first. Throws Interrupted, and Error where there is no usable solution.

@@ -1,7 +1,6 @@
 #include "calibrate/poses/refine_poses.h"
 
 #include <ceres/autodiff_cost_function.h>
-#include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
@@ -15,9 +14,11 @@
 #include <numeric>
 #include <set>
 
+#include "calibrate/base/stop_on_interrupt.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -74,13 +75,6 @@ class RailResidual {
   double sigma_m_;
 };
 
-class StopOnInterrupt final : public ceres::IterationCallback {
- public:
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return interrupt_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
-};
-
 // Neighbouring stations on a rail that both have a pose, and the slider's distance.
 struct RailStep {
   std::size_t a = 0;
@@ -115,9 +109,8 @@ double rail_spread(const std::vector<RailStep>& steps, const FramePoses& poses) 
     const double distance_m = (poses[step.b]->position_m - poses[step.a]->position_m).norm();
     deviations.push_back(std::abs(distance_m / step.distance_m - 1.0));
   }
-  constexpr double kNormalFromMedian = 1.4826;
   return deviations.empty() ? kLeastRailSpread
-                            : std::max(kLeastRailSpread, kNormalFromMedian * median(deviations));
+                            : std::max(kLeastRailSpread, robust_sigma(std::move(deviations)));
 }
 
 FramePoses observed_only(const FramePoses& poses, const SeenPoints& points) {

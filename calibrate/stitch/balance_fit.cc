@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::calibrate {
@@ -24,7 +24,6 @@ constexpr double kFalloff2Prior = 0.3;
 constexpr double kFalloff4Prior = 0.1;
 // Scatter below this is the rounding of levels.
 constexpr double kLeastScatter = 1e-3;
-constexpr double kSigmaOfMedianDeviation = 1.4826;
 constexpr double kCauchy = 2.385;  // 95 % as efficient as least squares where errors are normal
 
 double square(double x) { return x * x; }
@@ -93,7 +92,7 @@ double scatter_of(const std::vector<LightRatio>& ratios, const Eigen::VectorXd& 
       deviations.push_back(std::abs(residual_of(equation, colour, measured, unknowns)));
     }
   }
-  return std::max(kSigmaOfMedianDeviation * median(std::move(deviations)), kLeastScatter);
+  return std::max(robust_sigma(std::move(deviations)), kLeastScatter);
 }
 
 NormalEquations equations_about(const std::vector<LightRatio>& ratios,
