@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
@@ -134,9 +135,8 @@ PanoramaSize common_map_size(const std::map<std::string, fs::path>& maps, Panora
   return common;
 }
 
-std::string stamp_of(const fs::path& file) {
-  return fmt::format("{}\n{} {}\n", file.string(), fs::file_size(file),
-                     fs::last_write_time(file).time_since_epoch().count());
+std::string stamp_lines(const fs::path& file) {
+  return file.string() + "\n" + stamp_of(file).text() + "\n";
 }
 
 std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
@@ -145,12 +145,12 @@ std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
   text += read_file(options.frames);
   for (const std::vector<StationSource>& line : plan.sources) {
     for (const StationSource& source : line) {
-      text += stamp_of(source.panorama);
-      if (source.distance_map) text += stamp_of(*source.distance_map);
-      if (source.mask) text += stamp_of(*source.mask);
+      text += stamp_lines(source.panorama);
+      if (source.distance_map) text += stamp_lines(*source.distance_map);
+      if (source.mask) text += stamp_lines(*source.mask);
     }
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {

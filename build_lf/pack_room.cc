@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
 #include <system_error>
 
 #include "build_lf/partial_room.h"
@@ -91,7 +90,7 @@ std::string manifest_of(const PackPlan& plan, const fs::path& room) {
 std::string checksum_of_line(const fs::path& volume) {
   std::string all;
   for (const std::string& sha256 : Hdf5File::open(volume).read_strings("sha256")) all += sha256;
-  return sha256_hex(std::as_bytes(std::span(all)));
+  return sha256_hex(all);
 }
 
 void pack_room(const PackOptions& options) {

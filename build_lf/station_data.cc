@@ -47,7 +47,7 @@ std::string checksum_of_distances(std::span<const float> distance_m,
                                   std::span<const std::uint8_t> confidence) {
   const std::string both =
       sha256_hex(std::as_bytes(distance_m)) + sha256_hex(std::as_bytes(confidence));
-  return sha256_hex(std::as_bytes(std::span(both)));
+  return sha256_hex(both);
 }
 
 std::string checksum_of_rays(std::span<const std::uint8_t> rays,
@@ -55,7 +55,7 @@ std::string checksum_of_rays(std::span<const std::uint8_t> rays,
   std::string of_rays = sha256_hex(std::as_bytes(rays));
   if (valid_rows.empty()) return of_rays;
   const std::string both = of_rays + sha256_hex(std::as_bytes(valid_rows));
-  return sha256_hex(std::as_bytes(std::span(both)));
+  return sha256_hex(both);
 }
 
 std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask) {

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <span>
 
 #include "build_lf/depth/depth_page.h"
 #include "build_lf/depth/depth_truth.h"
@@ -51,7 +50,7 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
   }
   text += manifest_to_json(room.manifest());  // where the stations are
   if (options.valid_mask) text += read_file(*options.valid_mask);
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 // The room, or the part of it that distances are to be told from.

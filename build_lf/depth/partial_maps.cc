@@ -84,7 +84,7 @@ fs::path PartialMaps::file_of(const std::string& stage, StationIndex station) co
 void PartialMaps::store(const std::string& stage, const InverseDistanceMap& map) {
   std::string text(reinterpret_cast<const char*>(bytes_of(map).data()), bytes_of(map).size());
   text.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
-  text += sha256_hex(std::as_bytes(std::span(text)));
+  text += sha256_hex(text);
   write_file_atomically(file_of(stage, map.station), text);
 }
 

@@ -97,7 +97,7 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
   const std::string text = fmt::format("{}{}{} {}", manifest_to_json(room.manifest()),
                                        distances_sha256(room), kept, distance_width);
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 std::int64_t images_of(const Room& room) {

@@ -8,8 +8,10 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/lens_file.h"
+#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -34,8 +36,7 @@ fs::path panorama_file(const CaptureFrame& frame) {
 }
 
 std::string file_line(const fs::path& file) {
-  return fmt::format("{} {} {}\n", fs::absolute(file).string(), fs::file_size(file),
-                     fs::last_write_time(file).time_since_epoch().count());
+  return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";
 }
 
 // The content of a file, or that there is none.
@@ -312,7 +313,7 @@ std::string Calibration::frames_fingerprint() const {
     text += file_line(frame.file);
     if (frame.back) text += file_line(*frame.back);
   }
-  return sha256_of_text(text);
+  return sha256_hex(text);
 }
 
 std::string Calibration::panoramas_fingerprint() const {
@@ -353,7 +354,7 @@ std::string Calibration::inputs_of(CalibrationStep step) const {
 }
 
 std::string Calibration::fingerprint(CalibrationStep step) const {
-  return sha256_of_text(fmt::format("{} {}\n{}", step_name(step), kStepsVersion, inputs_of(step)));
+  return sha256_hex(fmt::format("{} {}\n{}", step_name(step), kStepsVersion, inputs_of(step)));
 }
 
 std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {

@@ -8,6 +8,7 @@
 
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
 #include "core/report/markup.h"
 
 namespace raywalk::calibrate {
@@ -89,7 +90,7 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
   spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
   std::string inputs = calibration->fingerprint_without_keyframes();
   for (const double spacing_mm : spacings_mm) inputs += fmt::format(" {}", spacing_mm);
-  const std::string fingerprint = sha256_of_text(inputs);
+  const std::string fingerprint = sha256_hex(inputs);
   if (calibration->records().done(kStep, fingerprint)) {
     return read_trials(calibration->out() / kFile);
   }

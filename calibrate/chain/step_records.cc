@@ -4,13 +4,12 @@
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
-#include <span>
 #include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -26,9 +25,9 @@ constexpr std::uintmax_t kLargestHashed_bytes = std::uintmax_t{1} << 20;
 fs::path records_file(const fs::path& out) { return out / "steps.json"; }
 
 std::string state_of(const fs::path& file) {
-  const std::uintmax_t bytes = fs::file_size(file);
-  if (bytes <= kLargestHashed_bytes) return sha256_of_file(file);
-  return fmt::format("{} bytes at {}", bytes, fs::last_write_time(file).time_since_epoch().count());
+  const FileStamp stamp = stamp_of(file);
+  if (stamp.bytes <= kLargestHashed_bytes) return sha256_of_file(file);
+  return fmt::format("{} bytes at {}", stamp.bytes, stamp.time);
 }
 
 bool is_unchanged(const fs::path& file, const std::string& state) {
@@ -102,11 +101,5 @@ void StepRecords::write() const {
   const ordered_json document{{"format_version", kFormatVersion}, {"steps", steps}};
   write_file_atomically(records_file(out_), document.dump(1) + "\n");
 }
-
-std::string sha256_of_text(const std::string& text) {
-  return sha256_hex(std::as_bytes(std::span(text)));
-}
-
-std::string sha256_of_file(const fs::path& file) { return sha256_of_text(read_file(file)); }
 
 }  // namespace raywalk::calibrate

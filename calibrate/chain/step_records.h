@@ -43,8 +43,4 @@ class StepRecords {
   std::map<std::string, StepRecord> records_{};
 };
 
-// SHA-256 of a file's bytes. Throws Error naming it.
-std::string sha256_of_file(const std::filesystem::path& file);
-std::string sha256_of_text(const std::string& text);
-
 }  // namespace raywalk::calibrate

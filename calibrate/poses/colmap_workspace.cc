@@ -11,8 +11,8 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
 #include "core/files/sqlite_connection.h"
 
 namespace raywalk::calibrate {
@@ -30,16 +30,6 @@ constexpr double kSeam_deg = 2.0;
 // COLMAP's own least number of matches between two pictures.
 constexpr std::size_t kLeastMatches = 15;
 constexpr double kRoundFace_px = 512.0;  // what TriangulationRound::error_px refers to
-
-std::string file_stamp(const fs::path& file) {
-  std::error_code error;
-  const auto size = fs::file_size(file, error);
-  if (error) {
-    throw Error(fmt::format("{}: cannot be read ({})", file.string(), error.message()));
-  }
-  const auto time = fs::last_write_time(file, error).time_since_epoch().count();
-  return fmt::format("{} {} {}", file.string(), size, time);
-}
 
 std::int64_t count_rows(const fs::path& database, const std::string& table) {
   if (!fs::exists(database)) return 0;
@@ -77,14 +67,10 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyfram
 std::string ColmapWorkspace::inputs_text() const {
   std::string text = fmt::format("version {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
                                  options_.face_px, options_.lenses.has_value());
-  if (options_.mask) {
-    const cv::Mat mask = options_.mask->isContinuous() ? *options_.mask : options_.mask->clone();
-    const cv::Mat bytes = mask.reshape(1, 1);
-    text +=
-        "mask " + sha256_hex(std::as_bytes(std::span(bytes.ptr<uchar>(), bytes.total()))) + "\n";
-  }
+  if (options_.mask) text += "mask " + sha256_of_pixels(*options_.mask) + "\n";
   for (const int frame : keyframes_) {
-    text += file_stamp(set_.frames[static_cast<std::size_t>(frame)].file) + "\n";
+    const fs::path& file = set_.frames[static_cast<std::size_t>(frame)].file;
+    text += file.string() + " " + stamp_of(file).text() + "\n";
   }
   return text;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <span>
 
 #include "calibrate/stitch/frame_pictures.h"
 #include "calibrate/stitch/measure_balance.h"
@@ -18,6 +17,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
 
@@ -64,10 +64,7 @@ void append(std::string* text, const FisheyeLens& lens, const Eigen::Vector3d& p
 }
 
 void append(std::string* text, const fs::path& file) {
-  std::error_code missing;  // reading it will say so
-  const auto bytes = fs::file_size(file, missing);
-  const auto time = fs::last_write_time(file, missing).time_since_epoch().count();
-  *text += fmt::format("{} {} {}\n", file.string(), bytes, time);
+  *text += file.string() + " " + stamp_of(file).text() + "\n";
 }
 
 // Of all that panoramas depend on.
@@ -85,7 +82,7 @@ std::string fingerprint_of(const CaptureSet& set, const DualFisheyeCamera& camer
     append(&text, frame.file);
     if (frame.back) append(&text, *frame.back);
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 class SetStitcher {

@@ -93,7 +93,7 @@ void require_same(const std::string& station, const std::set<std::string>& check
   for (const std::size_t shot : shots) {
     for (const CardFile& file : card.shots[shot].files) {
       const std::string bytes = read_file(file.file);
-      if (checksums.contains(sha256_hex(std::as_bytes(std::span(bytes))))) continue;
+      if (checksums.contains(sha256_hex(bytes))) continue;
       throw Error(fmt::format(
           "{}: by its time it is a picture of {}, which already has another one; was the card "
           "changed, or is this another session's?",

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <mutex>
 #include <set>
-#include <span>
 #include <system_error>
 
 #include "capture/session/frame_files.h"
@@ -36,7 +35,7 @@ std::string fault_of(const FrameRecord& frame, const fs::path& directory) {
   }
   try {
     const std::string content = read_file(file);
-    if (sha256_hex(std::as_bytes(std::span(content))) == frame.sha256) return "";
+    if (sha256_hex(content) == frame.sha256) return "";
     return fmt::format("{} (station {}): changed since it was written (SHA-256 differs)",
                        frame.file, frame.station);
   } catch (const Error& unreadable) {

@@ -252,7 +252,7 @@ std::string checksums_of(const Room& room, int line) {
       text += sha256_hex(std::as_bytes(volume.distance_column(map, theta)));
       text += sha256_hex(std::as_bytes(volume.confidence_column(map, theta)));
     }
-    text = sha256_hex(std::as_bytes(std::span(text)));
+    text = sha256_hex(text);
   }
   return text;
 }
@@ -271,7 +271,7 @@ std::string distances_sha256(const Room& room) {
     }
     text += " " + checksums_of(room, line) + "\n";
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 std::filesystem::path requirements_path(const std::filesystem::path& room) {

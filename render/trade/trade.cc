@@ -13,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/sha256.h"
 #include "core/room/requirements.h"
 #include "core/room/room_fingerprint.h"
@@ -43,11 +44,6 @@ std::string cpu_name() {
   return "unknown";
 }
 
-std::string pixels_sha256(const cv::Mat& picture) {
-  const cv::Mat rows = picture.isContinuous() ? picture : picture.clone();
-  return sha256_hex(std::as_bytes(std::span(rows.data, rows.total() * rows.elemSize())));
-}
-
 // Changes when anything does that measurements depend on, but for the settings.
 std::string fingerprint_of(const TradeInput& input) {
   std::string text = fmt::format("{} {} {} {} {}\n", input.sweep, input.truth, input.repetitions,
@@ -57,9 +53,9 @@ std::string fingerprint_of(const TradeInput& input) {
   views.insert(views.end(), input.held_out.begin(), input.held_out.end());
   for (const TradeView& view : views) {
     text += fmt::format("{} {} {} {} {}\n", view.name, view.viewpoint.x_m, view.viewpoint.z_m,
-                        pixels_sha256(view.truth), pixels_sha256(view.mask));
+                        sha256_of_pixels(view.truth), sha256_of_pixels(view.mask));
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs::path& file) {
