@@ -1,4 +1,5 @@
 // all: the whole chain.
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>

@@ -1,10 +1,13 @@
 // The options of the steps, which the commands of single steps and `all` share.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "calibrate/chain/calibration.h"
+
+namespace CLI {
+class App;
+}
 
 namespace raywalk::calibrate {
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/check_picture.h"
@@ -61,11 +62,20 @@ std::string shown_sizes(const Json& formats) {
 
 }  // namespace
 
+struct OscCamera::Options {
+  Json supported = Json::object();  // exposure_option_names()
+  Json lock;                        // at 0 EV; null without a lock
+  Json set = Json::object();        // what was set last
+};
+
 OscCamera::OscCamera(const CameraConfig& config, Clock& clock)
     : config_(config),
       clock_(clock),
       client_(config.osc, clock),
+      options_(std::make_unique<Options>()),
       frame_{config.width_px, config.height_px} {}
+
+OscCamera::~OscCamera() = default;
 
 std::string OscCamera::description() const { return "camera at " + client_.url(); }
 
@@ -162,13 +172,13 @@ Json OscCamera::chosen_lock(const ExposureSettings& exposure) {
 
 std::string OscCamera::prepare(const ExposureSettings& exposure, const std::string& earlier) {
   exposure_ = exposure;
-  lock_ = nullptr;
-  set_ = Json::object();
+  options_->lock = nullptr;
+  options_->set = Json::object();
   client_.open_session();
   try {
     choose_file_format();
     if (!exposure.lock) {
-      supported_ = client_.options(exposure_option_names());
+      options_->supported = client_.options(exposure_option_names());
       return {};
     }
     const Json recorded = Json::parse(earlier, nullptr, false);
@@ -177,31 +187,31 @@ std::string OscCamera::prepare(const ExposureSettings& exposure, const std::stri
       throw DeviceFault(FaultKind::kExposure, "the session's record of the exposure is damaged: " +
                                                   excerpt(earlier) + "; start a new session");
     }
-    lock_ = earlier.empty() ? chosen_lock(exposure) : recorded;
-    set_ = lock_;
-    set(set_);
+    options_->lock = earlier.empty() ? chosen_lock(exposure) : recorded;
+    options_->set = options_->lock;
+    set(options_->set);
     // Ricoh lists the shutter times and sensitivities of the present exposureProgram only.
-    supported_ = client_.options(exposure_option_names());
+    options_->supported = client_.options(exposure_option_names());
     check_promise();
-    return lock_.dump();
+    return options_->lock.dump();
   } catch (const OscRefusal& refusal) {
     throw fault_of(refusal, client_.url());
   }
 }
 
 Json OscCamera::exposure_options(double ev) const {
-  if (!lock_.is_null()) return bracketed(lock_, ev, supported_);
+  if (!options_->lock.is_null()) return bracketed(options_->lock, ev, options_->supported);
   const bool single = exposure_.bracket_ev.size() < 2 && ev == 0.0;
   if (single) return Json::object();
-  return {{"exposureCompensation", nearest_compensation(supported_, ev)}};
+  return {{"exposureCompensation", nearest_compensation(options_->supported, ev)}};
 }
 
 // Reads back what was set.
 void OscCamera::check_promise() {
-  if (set_.empty()) return;
+  if (options_->set.empty()) return;
   std::vector<std::string> names;
-  for (const auto& item : set_.items()) names.push_back(item.key());
-  const std::string broken = broken_promise(set_, client_.options(names));
+  for (const auto& item : options_->set.items()) names.push_back(item.key());
+  const std::string broken = broken_promise(options_->set, client_.options(names));
   if (broken.empty()) return;
   throw DeviceFault(FaultKind::kExposure,
                     fmt::format("{}: the camera does not keep its exposure: {}; see that nobody "
@@ -211,8 +221,8 @@ void OscCamera::check_promise() {
 
 void OscCamera::check_promise(const std::string& bytes) {
   const auto taken = exif_exposure(bytes);
-  if (!taken || !set_.contains("shutterSpeed")) return;
-  const std::string broken = broken_promise(set_, *taken);
+  if (!taken || !options_->set.contains("shutterSpeed")) return;
+  const std::string broken = broken_promise(options_->set, *taken);
   if (broken.empty()) return;
   throw DeviceFault(FaultKind::kExposure,
                     fmt::format("{}: the picture is not exposed as it was set: {}; see that nobody "
@@ -236,9 +246,9 @@ Shot OscCamera::shoot(SteadyTime settled_at) {
 
 Picture OscCamera::expose(double ev, Shot* shot) {
   const Json wanted = exposure_options(ev);
-  if (wanted != set_) {
+  if (wanted != options_->set) {
     set(wanted);
-    set_ = wanted;
+    options_->set = wanted;
   }
   const Taken taken = take_picture();
   if (shot->pictures.empty()) shot->triggered_at = shot->exposed_at = taken.triggered_at;
@@ -260,7 +270,7 @@ Picture OscCamera::expose(double ev, Shot* shot) {
 }
 
 std::string OscCamera::exposure_record(double ev, const std::string& bytes) const {
-  Json record = set_;
+  Json record = options_->set;
   if (const auto taken = exif_exposure(bytes); taken && !record.contains("shutterSpeed")) {
     record["shutterSpeed"] = taken->shutter_s;
     record["iso"] = taken->iso;
@@ -326,8 +336,7 @@ std::string OscCamera::finished_file(OscCommand command, SteadyTime deadline) {
     sleep_poll();
     command = client_.status_of(command.id);
   }
-  std::string file = OscClient::file_in(command.results);
-  if (!file.empty()) return file;
+  if (!command.file.empty()) return command.file;
   if (is_card_full()) throw_card_full();
   throw DeviceFault(FaultKind::kMissingPicture,
                     client_.url() +

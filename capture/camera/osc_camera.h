@@ -1,7 +1,8 @@
 // A camera that speaks the Open Spherical Camera API over HTTP: Ricoh Theta, Insta360 and others.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -24,6 +25,7 @@ class OscCamera final : public Camera {
  public:
   // The clock must outlive the camera. Throws UsageError for an address that is none.
   OscCamera(const CameraConfig& config, Clock& clock);
+  ~OscCamera() override;
 
   std::string description() const override;
   // The state is "idle", "shooting" or "ready", and what the camera complains of: "idle,
@@ -37,6 +39,7 @@ class OscCamera final : public Camera {
   Shot shoot(SteadyTime settled_at) override;
 
  private:
+  struct Options;
   struct Taken {
     std::string file;  // as the API names it
     WallTime triggered_at{};
@@ -64,9 +67,7 @@ class OscCamera final : public Camera {
   Clock& clock_;
   OscClient client_;
   ExposureSettings exposure_;
-  nlohmann::json supported_ = nlohmann::json::object();  // exposure_option_names()
-  nlohmann::json lock_;                                  // at 0 EV; null without a lock
-  nlohmann::json set_ = nlohmann::json::object();        // what was set last
+  std::unique_ptr<Options> options_;
   std::optional<SteadyTime> set_at_;
   PanoramaSize frame_;  // 0 x 0 before the first picture where none is configured
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/osc_time.h"
@@ -38,6 +39,16 @@ std::string shown_at(const Json& object, const char* key) {
   return found->is_string() ? found->get<std::string>() : found->dump();
 }
 
+// The file that the results of a picture name; empty if they name none.
+std::string file_in(const Json& results) {
+  // Level 2; then level 1 as Google and as Ricoh name it.
+  for (const char* key : {"fileUrl", "fileUri", "_fileUri"}) {
+    std::string file = shown_at(results, key);
+    if (!file.empty()) return file;
+  }
+  return {};
+}
+
 void throw_if_refused(const Json& reply) {
   if (!reply.contains("error")) return;
   const Json error = object_at(reply, "error");
@@ -60,6 +71,15 @@ std::string path_in(const std::string& url) {
 }
 
 }  // namespace
+
+// To a command that was carried out or begun.
+struct OscClient::Answer {
+  bool done = false;
+  std::string id;  // of a command in progress
+  Json results;    // an object; empty while in progress
+
+  OscCommand command() const { return {done, id, file_in(results)}; }
+};
 
 bool OscRefusal::is_passing() const {
   // Theta: "cannot be executed due to the camera status", "cannot be received temporarily"; Google:
@@ -142,12 +162,13 @@ Json OscClient::state() {
   return json.at("state");
 }
 
-OscCommand OscClient::command_of(const Json& reply) const {
+OscClient::Answer OscClient::answer_in(const HttpReply& http_reply, const std::string& path) const {
+  const Json reply = object_in(http_reply, path);
   throw_if_refused(reply);
   const std::string state = shown_at(reply, "state");
   if (state == "inProgress") {
-    OscCommand command{false, shown_at(reply, "id"), Json::object()};
-    if (!command.id.empty()) return command;
+    Answer answer{false, shown_at(reply, "id"), Json::object()};
+    if (!answer.id.empty()) return answer;
     throw DeviceFault(FaultKind::kWrongDevice,
                       url() + kExecute + ": a command in progress without an id: " +
                           excerpt(reply.dump()) + "; update the camera's firmware");
@@ -161,7 +182,7 @@ OscCommand OscClient::command_of(const Json& reply) const {
                         "; update the camera's firmware");
 }
 
-OscCommand OscClient::execute(const std::string& name, Json parameters, Repeat repeat) {
+OscClient::Answer OscClient::execute(const std::string& name, Json parameters, Repeat repeat) {
   if (!session_id_.empty()) parameters["sessionId"] = session_id_;
   Json request = {{"name", name}};
   if (!parameters.empty()) request["parameters"] = std::move(parameters);
@@ -169,7 +190,7 @@ OscCommand OscClient::execute(const std::string& name, Json parameters, Repeat r
   const HttpReply reply = answered(repeat, [&] {
     return http_.post_json(kExecute, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
   });
-  return command_of(object_in(reply, kExecute));
+  return answer_in(reply, kExecute);
 }
 
 void OscClient::open_session() {
@@ -202,9 +223,9 @@ Json OscClient::options(const std::vector<std::string>& names) {
                [this](const std::string& name) { return !unknown_options_.contains(name); });
   if (wanted.empty()) return Json::object();
   try {
-    const OscCommand command =
+    const Answer answer =
         execute("camera.getOptions", {{"optionNames", wanted}}, Repeat::kIfUnanswered);
-    return object_at(command.results, "options");
+    return object_at(answer.results, "options");
   } catch (const OscRefusal& refusal) {
     if (refusal.is_passing() && wanted.size() == 1) throw;
     if (wanted.size() == 1) {
@@ -225,7 +246,7 @@ void OscClient::set_options(const Json& options) {
 
 OscCommand OscClient::begin_picture() {
   http_.use_fresh_connection();
-  return execute("camera.takePicture", Json::object(), Repeat::kNever);
+  return execute("camera.takePicture", Json::object(), Repeat::kNever).command();
 }
 
 OscCommand OscClient::status_of(const std::string& id) {
@@ -233,16 +254,7 @@ OscCommand OscClient::status_of(const std::string& id) {
   const HttpReply reply = answered(Repeat::kIfUnanswered, [&] {
     return http_.post_json(kStatus, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
   });
-  return command_of(object_in(reply, kStatus));
-}
-
-std::string OscClient::file_in(const Json& results) {
-  // Level 2; then level 1 as Google and as Ricoh name it.
-  for (const char* key : {"fileUrl", "fileUri", "_fileUri"}) {
-    std::string file = shown_at(results, key);
-    if (!file.empty()) return file;
-  }
-  return {};
+  return answer_in(reply, kStatus).command();
 }
 
 std::string OscClient::fetch(const std::string& file) {

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -35,8 +35,8 @@ class OscRefusal : public std::runtime_error {
 // A command that was begun.
 struct OscCommand {
   bool done = false;
-  std::string id;          // to ask for its status; empty once done
-  nlohmann::json results;  // an object, once done
+  std::string id;    // to ask for its status; empty once done
+  std::string file;  // of a picture that is done, as its results name it; empty if they name none
 };
 
 // Reads are repeated twice where there is no answer; a command that changes something may have been
@@ -60,8 +60,6 @@ class OscClient {
   void set_options(const nlohmann::json& options);  // throws OscRefusal
   OscCommand begin_picture();                       // never repeated; throws OscRefusal
   OscCommand status_of(const std::string& id);      // throws OscRefusal
-  // The file that the results of a picture name; empty if they name none.
-  static std::string file_in(const nlohmann::json& results);
   std::string fetch(const std::string& file);
 
   // The camera's clock minus this machine's by the Date header of its last answer; none if it sent
@@ -71,8 +69,10 @@ class OscClient {
  private:
   enum class Repeat { kNever, kIfUnanswered };
 
-  OscCommand execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
-  OscCommand command_of(const nlohmann::json& reply) const;
+  struct Answer;
+
+  Answer execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
+  Answer answer_in(const HttpReply& reply, const std::string& path) const;
   HttpReply answered(Repeat repeat, const std::function<HttpReply()>& send);
   nlohmann::json object_in(const HttpReply& reply, const std::string& path) const;
   void note_date(const HttpReply& reply);

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "capture/base/device_fault.h"
@@ -186,7 +187,7 @@ TEST_F(OscClientTest, CameraOfLevel1IsUsedWithinASession) {
   client.open_session();
   const OscCommand command = client.begin_picture();
   EXPECT_TRUE(command.done);
-  EXPECT_EQ(OscClient::file_in(command.results), "S2.JPG");
+  EXPECT_EQ(command.file, "S2.JPG");
   EXPECT_EQ(client.fetch("S2.JPG"), "{\"the\":\"picture\"}");
   EXPECT_EQ(fetched, (Json{{"fileUri", "S2.JPG"}}));
 }
@@ -253,10 +254,17 @@ TEST_F(OscClientTest, AnswersWithoutWhatTheyMustHoldAreAWrongDevice) {
 }
 
 TEST_F(OscClientTest, DoneWithoutUsableResultsNamesNoFile) {
-  for (const Json& results : {Json::object(), Json{{"fileUrl", ""}}, Json{{"fileUrl", nullptr}}}) {
-    EXPECT_EQ(OscClient::file_in(results), "");
-  }
-  EXPECT_EQ(OscClient::file_in({{"fileUrl", "http://a/b.JPG"}}), "http://a/b.JPG");
+  OscClient client(camera_.config(), clock_);
+  const auto file_of = [&](const Json& results) {
+    camera_.answers["camera.takePicture"] = [results](const Json&) {
+      return ScriptedCamera::done(results);
+    };
+    return client.begin_picture().file;
+  };
+  EXPECT_EQ(file_of(Json::object()), "");
+  EXPECT_EQ(file_of({{"fileUrl", ""}}), "");
+  EXPECT_EQ(file_of({{"fileUrl", nullptr}}), "");
+  EXPECT_EQ(file_of({{"fileUrl", "http://a/b.JPG"}}), "http://a/b.JPG");
 }
 
 }  // namespace

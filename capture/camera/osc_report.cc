@@ -1,6 +1,7 @@
 #include "capture/camera/osc_report.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "capture/camera/osc_json.h"
 #include "capture/camera/osc_time.h"

@@ -1,7 +1,7 @@
 // What a camera of the Open Spherical Camera API says of itself.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>

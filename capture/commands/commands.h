@@ -2,7 +2,9 @@
 // options, an example and the call that does the work.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace raywalk::capture {
 

@@ -1,5 +1,7 @@
 #include "capture/commands/config_arguments.h"
 
+#include <CLI/CLI.hpp>
+
 #include "capture/config/rig_addresses.h"
 
 namespace raywalk::capture {

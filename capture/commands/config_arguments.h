@@ -1,10 +1,13 @@
 // The configuration that commands with devices take.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "capture/config/capture_config.h"
+
+namespace CLI {
+class App;
+}
 
 namespace raywalk::capture {
 

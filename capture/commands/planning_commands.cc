@@ -1,8 +1,10 @@
 // plan, check: before anything moves.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "capture/commands/commands.h"
 #include "capture/commands/config_arguments.h"

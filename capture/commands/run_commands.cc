@@ -1,6 +1,7 @@
 // run, home, jog, stop: the commands that move.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "capture/commands/commands.h"

@@ -1,6 +1,7 @@
 // simulate, virtual-room: captures without hardware.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 

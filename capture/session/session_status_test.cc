@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "capture/session/session_status.h"
 #include "capture/session/session_times.h"

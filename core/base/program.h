@@ -2,10 +2,11 @@
 // exceptions into one line on stderr and an exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <functional>
-
 #include "core/base/error.h"
+
+namespace CLI {
+class App;
+}
 
 namespace raywalk {
 

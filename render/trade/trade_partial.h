@@ -4,7 +4,8 @@
 
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -18,6 +19,7 @@ class TradePartial {
   // other inputs are not mixed. Throws Error where the file is damaged or belongs to another input,
   // or cannot be written.
   TradePartial(std::filesystem::path file, const std::string& input);
+  ~TradePartial();
 
   // The measurement of a setting; none where it is not there yet.
   std::optional<TradeMeasurement> find(const TradeSetting& setting) const;
@@ -28,7 +30,7 @@ class TradePartial {
   void read();
 
   std::filesystem::path file_;
-  nlohmann::ordered_json content_;                    // of the file
+  std::unique_ptr<nlohmann::ordered_json> content_;   // of the file
   std::map<std::string, TradeMeasurement> measured_;  // by the text of their dials
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "capture/simulated/jpeg_encoder.h"
 #include "core/base/error.h"
