@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk::build_lf {
 namespace {
 
 bool same_surface(float a, float b, float tolerance) {
   return std::abs(a - b) <= tolerance * std::max(a, b);
 }
-
-int wrapped(int theta, int width) { return (theta % width + width) % width; }
 
 // Writes a point of a map into the pixels it covers from here, where nothing nearer is.
 class Splat {
@@ -33,7 +33,7 @@ class Splat {
     const int first_column = static_cast<int>(std::floor(at.u - half_columns + 0.5));
     const int last_column = static_cast<int>(std::ceil(at.u + half_columns - 0.5));
     for (int column = first_column; column <= last_column; ++column) {
-      const int theta = wrapped(column, size.width);
+      const int theta = wrapped_column(column, size.width);
       for (int row = first_row; row <= last_row; ++row) {
         float& omega = target_->at(theta, row);
         omega = std::max(omega, seen.omega);
@@ -126,10 +126,10 @@ void fill_row(int row, OmegaMap* map) {
   int last = known;  // known, and everything from `known` to here is
   for (int step = 1; step <= width; ++step) {
     const int here = known + step;
-    const float omega = map->at(wrapped(here, width), row);
+    const float omega = map->at(wrapped_column(here, width), row);
     if (omega < 0.0f) continue;
-    const float farther = std::min(omega, map->at(wrapped(last, width), row));
-    for (int gap = last + 1; gap < here; ++gap) map->at(wrapped(gap, width), row) = farther;
+    const float farther = std::min(omega, map->at(wrapped_column(last, width), row));
+    for (int gap = last + 1; gap < here; ++gap) map->at(wrapped_column(gap, width), row) = farther;
     last = here;
   }
 }
@@ -142,23 +142,17 @@ float OmegaMap::surface_tolerance() const {
 }
 
 float OmegaMap::sample(PixelPosition pixel) const {
-  const double u = std::floor(pixel.u), v = std::floor(pixel.v);
-  const double du = pixel.u - u, dv = pixel.v - v;
-  const auto column = [&](int step) { return wrapped(static_cast<int>(u) + step, size_.width); };
-  const auto row = [&](int step) {
-    return std::clamp(static_cast<int>(v) + step, 0, size_.height - 1);
-  };
-  const float nearest = at(column(du < 0.5 ? 0 : 1), row(dv < 0.5 ? 0 : 1));
+  const PixelsAround around = pixels_around(pixel, size_);
+  const float nearest = at(around.nearest_column(), around.nearest_row());
   if (nearest < 0.0f) return nearest;
   const float tolerance = surface_tolerance();
   double sum = 0.0, weight = 0.0;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) {
-      const float omega = at(column(i), row(j));
+  for (size_t i = 0; i < 2; ++i) {
+    for (size_t j = 0; j < 2; ++j) {
+      const float omega = at(around.column[i], around.row[j]);
       if (omega < 0.0f || !same_surface(omega, nearest, tolerance)) continue;
-      const double part = (i == 0 ? 1.0 - du : du) * (j == 0 ? 1.0 - dv : dv);
-      sum += part * omega;
-      weight += part;
+      sum += around.weight(i, j) * omega;
+      weight += around.weight(i, j);
     }
   }
   return static_cast<float>(sum / weight);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk::build_lf {
 namespace {
 
@@ -10,18 +12,13 @@ constexpr double kMostDb = 100.0;
 
 // Red, green and blue between pixels, bilinearly.
 Eigen::Vector3d color_at(const StationView& view, PixelPosition pixel) {
-  const PanoramaSize size = view.rays->panorama();
-  const double u = std::floor(pixel.u), v = std::floor(pixel.v);
-  const double du = pixel.u - u, dv = pixel.v - v;
+  const PixelsAround around = pixels_around(pixel, view.rays->panorama());
   Eigen::Vector3d color(0, 0, 0);
-  for (int i = 0; i < 2; ++i) {
-    const int theta = ((static_cast<int>(u) + i) % size.width + size.width) % size.width;
-    const auto column = view.rays->column(view.station, theta);
-    for (int j = 0; j < 2; ++j) {
-      const int row = std::clamp(static_cast<int>(v) + j, 0, size.height - 1);
-      const std::uint8_t* rgb = column.data() + 3 * static_cast<size_t>(row);
-      const double weight = (i == 0 ? 1.0 - du : du) * (j == 0 ? 1.0 - dv : dv);
-      color += weight * Eigen::Vector3d(rgb[0], rgb[1], rgb[2]);
+  for (size_t i = 0; i < 2; ++i) {
+    const auto column = view.rays->column(view.station, around.column[i]);
+    for (size_t j = 0; j < 2; ++j) {
+      const std::uint8_t* rgb = column.data() + 3 * static_cast<size_t>(around.row[j]);
+      color += around.weight(i, j) * Eigen::Vector3d(rgb[0], rgb[1], rgb[2]);
     }
   }
   return color;
@@ -29,13 +26,10 @@ Eigen::Vector3d color_at(const StationView& view, PixelPosition pixel) {
 
 // Whether all four pixels around may be used.
 bool is_valid(const StationView& view, PixelPosition pixel) {
-  const PanoramaSize size = view.rays->panorama();
-  const int u = static_cast<int>(std::floor(pixel.u));
-  const int v = static_cast<int>(std::floor(pixel.v));
-  for (int i = 0; i < 2; ++i) {
-    const int theta = ((u + i) % size.width + size.width) % size.width;
+  const PixelsAround around = pixels_around(pixel, view.rays->panorama());
+  for (const int theta : around.column) {
     const RowRun rows = view.rays->valid_rows(view.station, theta);
-    if (std::max(v, 0) < rows.begin || std::min(v + 1, size.height - 1) >= rows.end) return false;
+    if (around.row[0] < rows.begin || around.row[1] >= rows.end) return false;
   }
   return true;
 }

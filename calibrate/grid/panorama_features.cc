@@ -111,11 +111,7 @@ cv::Mat FeatureFinder::picture_of(const View& view, const PanoramaSampler& panor
 }
 
 bool FeatureFinder::allowed(const Eigen::Vector3d& direction) const {
-  const PixelPosition at =
-      pixel_from_angles(angles_from_direction(direction), {mask_.cols, mask_.rows});
-  const cv::Point pixel = wrapped_pixel(static_cast<int>(std::lround(at.u)),
-                                        static_cast<int>(std::lround(at.v)), mask_.size());
-  return mask_.at<uchar>(pixel) != 0;
+  return mask_.at<uchar>(nearest_pixel(direction, mask_.size())) != 0;
 }
 
 // Whether all that the feature was described by may be looked at: its middle and a ring of the

@@ -108,10 +108,8 @@ std::array<cv::Mat, kFaceCount> FaceCutter::cut_mask(const cv::Mat& mask, double
     for (int y = 0; y < face_px_; ++y) {
       for (int x = 0; x < face_px_; ++x) {
         const Eigen::Vector3d direction = direction_of(faces_[i], face_px_, {x + 0.5, y + 0.5});
-        const PixelPosition at = pixel_from_angles(angles_from_direction(direction), panorama_);
-        const cv::Point pixel = wrapped_pixel(static_cast<int>(std::lround(at.u)),
-                                              static_cast<int>(std::lround(at.v)), mask.size());
-        const bool usable = mask.at<uchar>(pixel) != 0 && std::abs(direction.z()) >= seam;
+        const bool usable = mask.at<uchar>(nearest_pixel(direction, mask.size())) != 0 &&
+                            std::abs(direction.z()) >= seam;
         faces[i].at<uchar>(y, x) = usable ? 255 : 0;
       }
     }

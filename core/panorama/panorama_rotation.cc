@@ -74,9 +74,7 @@ cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_fr
 cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_from_camera) {
   cv::Mat rotated(map.size(), CV_16UC1);
   for_each_source(map.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
-    const int nearest_u = static_cast<int>(std::lround(position.u));
-    const int nearest_v = static_cast<int>(std::lround(position.v));
-    rotated.at<ushort>(v, u) = map.at<ushort>(wrapped_pixel(nearest_u, nearest_v, map.size()));
+    rotated.at<ushort>(v, u) = map.at<ushort>(nearest_pixel(position, map.size()));
   });
   return rotated;
 }

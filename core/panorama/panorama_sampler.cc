@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk {
 namespace {
 
@@ -35,7 +37,17 @@ cv::Point wrapped_pixel(int u, int v, cv::Size size) {
     v = v < 0 ? -1 - v : 2 * size.height - 1 - v;
     u += size.width / 2;
   }
-  return {((u % size.width) + size.width) % size.width, std::clamp(v, 0, size.height - 1)};
+  return {wrapped_column(u, size.width), std::clamp(v, 0, size.height - 1)};
+}
+
+cv::Point nearest_pixel(PixelPosition position, cv::Size size) {
+  return wrapped_pixel(static_cast<int>(std::lround(position.u)),
+                       static_cast<int>(std::lround(position.v)), size);
+}
+
+cv::Point nearest_pixel(const Eigen::Vector3d& direction, cv::Size size) {
+  return nearest_pixel(
+      pixel_from_angles(angles_from_direction(direction), {size.width, size.height}), size);
 }
 
 PanoramaSampler::PanoramaSampler(const cv::Mat& panorama)

@@ -12,6 +12,11 @@ namespace raywalk {
 // the seam; a row beyond a pole is the mirrored row, seen half a turn away.
 cv::Point wrapped_pixel(int u, int v, cv::Size size);
 
+// The pixel of a panorama of `size`, width = 2 * height, whose centre is nearest to a position (any
+// that pixel_from_angles returns), or to where a direction of the camera's frame, not zero, lies.
+cv::Point nearest_pixel(PixelPosition position, cv::Size size);
+cv::Point nearest_pixel(const Eigen::Vector3d& direction, cv::Size size);
+
 // Samples with Catmull-Rom cubics in floating point, continued across the seam and over the poles.
 // Safe to use from several threads at once.
 class PanoramaSampler {

@@ -63,5 +63,28 @@ TEST(WrappedPixelTest, RowsBeyondAPoleAreSeenHalfATurnAway) {
   EXPECT_EQ(wrapped_pixel(6, 4, size), cv::Point(2, 3));
 }
 
+TEST(NearestPixelTest, IsTheOneThatTheDirectionLiesIn) {
+  const cv::Size size(kSize.width, kSize.height);
+  for (double phi = -90.0; phi <= 90.0; phi += 1.5) {
+    for (double theta = -180.0; theta < 180.0; theta += 2.25) {
+      const Eigen::Vector3d direction =
+          direction_from_angles({radians_from_degrees(theta), radians_from_degrees(phi)});
+      const cv::Point pixel = nearest_pixel(direction, size);
+      ASSERT_TRUE(cv::Rect({}, size).contains(pixel)) << theta << " " << phi;
+      const Eigen::Vector3d centre =
+          direction_from_angles(angles_from_pixel({double(pixel.x), double(pixel.y)}, kSize));
+      // Half the diagonal of a pixel.
+      EXPECT_LT((centre - direction).norm(), 0.71 * kTwoPi / kSize.width) << theta << " " << phi;
+    }
+  }
+}
+
+TEST(NearestPixelTest, GoesRoundAtTheSeam) {
+  const cv::Size size(kSize.width, kSize.height);
+  EXPECT_EQ(nearest_pixel(PixelPosition{63.6, 5.2}, size), cv::Point(0, 5));
+  EXPECT_EQ(nearest_pixel(PixelPosition{-0.4, 5.2}, size), cv::Point(0, 5));
+  EXPECT_EQ(nearest_pixel(PixelPosition{-0.4, 31.4}, size), cv::Point(0, 31));
+}
+
 }  // namespace
 }  // namespace raywalk

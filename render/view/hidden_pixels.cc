@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
 #include "render/view/column_scratch.h"
 #include "render/view/sample_check.h"
 
@@ -27,7 +28,7 @@ bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& directi
   const int first = static_cast<int>(std::floor(at.u - columns));
   const int last = static_cast<int>(std::ceil(at.u + columns));
   for (int u = first; u <= last; ++u) {
-    const int theta = ((u % captured.width) + captured.width) % captured.width;
+    const int theta = wrapped_column(u, captured.width);
     const RowRun rows = volume.valid_rows(map.station, theta);
     if (std::max(first_row, 0) < rows.begin || std::min(last_row, captured.height - 1) >= rows.end)
       return false;

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/geometry/sphere.h"
+#include "core/geometry/panorama_pixels.h"
 #include "render/view/column_kernels.h"
 
 namespace raywalk::render {
@@ -72,8 +72,7 @@ inline ColumnPosition split_column(double u, int width) {
     whole += 1.0;
     part = 0.0;
   }
-  const int column = static_cast<int>(whole) % width;
-  return {column < 0 ? column + width : column, static_cast<float>(part)};
+  return {wrapped_column(static_cast<int>(whole), width), static_cast<float>(part)};
 }
 
 }  // namespace raywalk::render

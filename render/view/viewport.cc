@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/geometry/panorama_pixels.h"
 
 namespace raywalk::render {
 namespace {
@@ -141,7 +142,7 @@ PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
   }
   const auto first = static_cast<int>(std::floor(left));
   part.columns = static_cast<int>(std::ceil(right)) - first + 1;
-  part.first_column = ((first % panorama.width) + panorama.width) % panorama.width;
+  part.first_column = wrapped_column(first, panorama.width);
   return part;
 }
 
