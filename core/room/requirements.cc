@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 
@@ -157,84 +158,47 @@ Json json_of(T& value) {
   }
 }
 
-// Each reads a value found at `place`, and throws Error where it is of another kind.
-[[noreturn]] void fail(const std::string& place, const char* what) {
-  throw Error(fmt::format("'{}' {}", place, what));
+// Each reads a value, and throws Error where it is of another kind.
+void read(const CheckedJson& json, double* value) {
+  *value = json.number_or(std::numeric_limits<double>::infinity());
 }
-void read(const Json& json, const std::string& place, double* value) {
-  if (!json.is_number() && !json.is_null()) fail(place, "is not a number");
-  *value = json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
-}
-void read(const Json& json, const std::string& place, int* value) {
-  const bool whole = json.is_number_integer() && json.get<double>() >= 0.0 &&
-                     json.get<double>() <= std::numeric_limits<int>::max();
-  if (!whole) fail(place, "is not a count");
-  *value = json.get<int>();
-}
-void read(const Json& json, const std::string& place, std::uint64_t* value) {
-  if (!json.is_number_unsigned()) fail(place, "is not a number of bytes");
-  *value = json.get<std::uint64_t>();
-}
-void read(const Json& json, const std::string& place, std::string* value) {
-  if (!json.is_string()) fail(place, "is not a text");
-  *value = json.get<std::string>();
-}
+void read(const CheckedJson& json, int* value) { *value = json.integer(0); }
+void read(const CheckedJson& json, std::uint64_t* value) { *value = json.unsigned_integer(); }
+void read(const CheckedJson& json, std::string* value) { *value = json.text(); }
 template <typename T>
-void read(const Json& json, const std::string& place, T* object);
+void read(const CheckedJson& json, T* object);
 template <typename T>
-void read(const Json& json, const std::string& place, std::optional<T>* value) {
+void read(const CheckedJson& json, std::optional<T>* value) {
   value->reset();
-  if (!json.is_null()) read(json, place, &value->emplace());
+  if (!json.is_null()) read(json, &value->emplace());
 }
 template <typename T>
-void read(const Json& json, const std::string& place, std::vector<T>* values) {
-  if (!json.is_array()) fail(place, "is not a list");
+void read(const CheckedJson& json, std::vector<T>* values) {
   values->clear();
-  for (const Json& item : json) {
-    values->emplace_back();
-    read(item, fmt::format("{}[{}]", place, values->size() - 1), &values->back());
-  }
+  for (const CheckedJson& item : json.items()) read(item, &values->emplace_back());
 }
 template <typename T>
-void read(const Json& json, const std::string& place, T* object) {
-  if (!json.is_object()) fail(place, "is not an object");
-  visit_members(*object, [&](const char* key, auto& member) {
-    const std::string inner = place.empty() ? key : place + "." + key;
-    const auto found = json.find(key);
-    if (found == json.end()) fail(inner, "is missing");
-    read(*found, inner, &member);
-  });
-}
-
-void require(bool valid, const char* what) {
-  if (!valid) throw Error(what);
+void read(const CheckedJson& json, T* object) {
+  visit_members(*object, [&](const char* key, auto& member) { read(json.at(key), &member); });
 }
 
 // The values that others compute with.
-void check_values(const RoomRequirements& r) {
+void check_values(const CheckedJson& root, const RoomRequirements& r) {
+  const auto require = [](bool valid, const CheckedJson& json, const char* what) {
+    if (!valid) json.fail(what);
+  };
   const auto is_k = [](double k_deg) { return k_deg >= 45.0 && k_deg <= 90.0; };
-  require(r.tolerance_px > 0.0 && std::isfinite(r.tolerance_px), "'tolerance_px' is not positive");
+  require(r.tolerance_px > 0.0 && std::isfinite(r.tolerance_px), root.at("tolerance_px"),
+          "is not positive");
   require(r.layers.omega_min_per_m >= 0.0 && r.layers.omega_min_per_m <= r.layers.omega_max_per_m &&
               std::isfinite(r.layers.omega_max_per_m),
-          "'layers' holds no range of inverse distances");
+          root.at("layers"), "holds no range of inverse distances");
+  const CheckedJson connection = root.at("connection");
   require(!r.connection.model_k_deg || is_k(*r.connection.model_k_deg),
-          "'connection.model_k_deg' is not in 45..90");
-  for (const MeasuredConnection& measured : r.connection.measured) {
-    require(is_k(measured.k_deg), "'connection.measured' holds a k_deg that is not in 45..90");
+          connection.at("model_k_deg"), "is not in 45..90");
+  for (const CheckedJson& measured : connection.at("measured").items()) {
+    measured.at("k_deg").number(45.0, 90.0);
   }
-}
-
-RoomRequirements requirements_of(const Json& root) {
-  require(root.is_object() && root.value("format", Json()) == kRequirementsFormat,
-          "not written by raywalk-build-lf require");
-  const Json version = root.value("format_version", Json());
-  require(version.is_number_integer() && version.get<double>() >= 1.0,
-          "'format_version' is not a version");
-  require(version.get<double>() <= kRequirementsVersion, "made by a newer Raywalk");
-  RoomRequirements requirements;
-  read(root, "", &requirements);
-  check_values(requirements);
-  return requirements;
 }
 
 // The checksums of a line's maps; of a volume written without them, one over all that it holds.
@@ -289,17 +253,16 @@ std::string requirements_to_json(const RoomRequirements& requirements) {
 }
 
 RoomRequirements requirements_from_json(const std::string& text, const std::string& source) {
-  const auto failure = [&](const std::string& what) {
-    return Error(one_line(
-        fmt::format("{}: {}; run raywalk-build-lf require on the room again", source, what)));
-  };
-  try {
-    return requirements_of(Json::parse(text));
-  } catch (const nlohmann::json::exception& e) {
-    throw failure(e.what());
-  } catch (const Error& e) {
-    throw failure(e.what());
+  const CheckedJson root =
+      CheckedJson::parse(text, source, "run raywalk-build-lf require on the room again");
+  if (root.at("format").text() != kRequirementsFormat) {
+    root.fail("not written by raywalk-build-lf require");
   }
+  root.require_version(kRequirementsVersion);
+  RoomRequirements requirements;
+  read(root, &requirements);
+  check_values(root, requirements);
+  return requirements;
 }
 
 std::optional<RoomRequirements> current_requirements(const Room& room) {

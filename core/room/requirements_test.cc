@@ -198,7 +198,7 @@ TEST(Requirements, NewerVersionIsNamed) {
   std::string text = requirements_to_json(example());
   const std::string version = "\"format_version\": 1";
   text.replace(text.find(version), version.size(), "\"format_version\": 2");
-  EXPECT_THAT(error_of(text), HasSubstr("made by a newer Raywalk"));
+  EXPECT_THAT(error_of(text), HasSubstr("format version 2 is newer than 1"));
 }
 
 class CurrentRequirements : public ::testing::Test {
