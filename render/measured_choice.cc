@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/requirements.h"
 #include "render/trade/trade.h"
@@ -18,22 +18,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ViewSettings settings_from(const nlohmann::json& dials) {
+ViewSettings settings_from(const CheckedJson& dials) {
+  const CheckedJson layers = dials.at("layers");
   ViewSettings settings;
-  settings.generation = dials.at("generation");
-  settings.k_deg = fmt::format("{}", dials.at("k_deg").get<double>());
-  settings.overlap_deg = dials.at("overlap_deg");
-  const auto& layers = dials.at("layers");
-  settings.layers = layers.is_string() ? layers.get<std::string>() : layers.dump();
-  settings.width_px = dials.at("width_px");
-  settings.interpolation = dials.at("interpolation");
-  settings.arithmetic = dials.at("arithmetic");
-  settings.second_side = dials.at("second_side");
-  settings.stations_mixed = dials.at("stations_mixed");
-  settings.station_stride = dials.at("station_stride");
-  settings.distance_maps = dials.at("distance_maps");
-  settings.fill_stations = dials.at("fill_stations");
-  settings.skip_px = dials.at("skip_px");
+  settings.generation = dials.at("generation").text();
+  settings.k_deg = fmt::format("{}", dials.at("k_deg").number());
+  settings.overlap_deg = dials.at("overlap_deg").number();
+  settings.layers = layers.is_text() ? layers.text() : std::to_string(layers.integer());
+  settings.width_px = dials.at("width_px").integer();
+  settings.interpolation = dials.at("interpolation").text();
+  settings.arithmetic = dials.at("arithmetic").text();
+  settings.second_side = dials.at("second_side").text();
+  settings.stations_mixed = dials.at("stations_mixed").integer();
+  settings.station_stride = dials.at("station_stride").integer();
+  settings.distance_maps = dials.at("distance_maps").integer();
+  settings.fill_stations = dials.at("fill_stations").integer();
+  settings.skip_px = dials.at("skip_px").number();
   return settings;
 }
 
@@ -70,27 +70,25 @@ std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* bette
 }  // namespace
 
 MeasuredTrade measured_trade_from_json(const std::string& text, const std::string& source) {
-  try {
-    const auto json = nlohmann::json::parse(text);
-    if (json.at("format_version") != 1) {
-      throw Error(source + ": written by a newer version; measure again with raywalk-render trade");
+  const CheckedJson root =
+      CheckedJson::parse(text, source, "measure again with raywalk-render trade");
+  root.require_version(1);
+  MeasuredTrade trade{root.at("distances_sha256").text(), root.at("width_px").integer(), {}};
+  const std::vector<CheckedJson> rooms = root.at("rooms").items();
+  if (rooms.empty()) root.at("rooms").fail("is empty");
+  const std::string depth = rooms.front().at("depth").text();
+  const int stored_width_px = rooms.front().at("stored_width_px").integer();
+  const int threads = root.at("machine").at("threads").integer();
+  for (const CheckedJson& setting : root.at("settings").items()) {
+    if (setting.at("depth").text() != depth || setting.at("threads").integer() != threads ||
+        setting.at("stored_width_px").integer() != stored_width_px) {
+      continue;
     }
-    MeasuredTrade trade{json.at("distances_sha256"), json.at("width_px"), {}};
-    const auto& room = json.at("rooms").at(0);
-    const auto& threads = json.at("machine").at("threads");
-    for (const auto& setting : json.at("settings")) {
-      if (setting.at("depth") != room.at("depth") || setting.at("threads") != threads ||
-          setting.at("stored_width_px") != room.at("stored_width_px")) {
-        continue;
-      }
-      trade.choices.push_back(
-          {setting.at("name"), settings_from(setting), setting.at("ratio"), setting.at("psnr_db")});
-    }
-    if (trade.choices.empty()) throw Error(source + ": holds no setting of its own room");
-    return trade;
-  } catch (const nlohmann::json::exception&) {
-    throw Error(source + ": is damaged; measure again with raywalk-render trade");
+    trade.choices.push_back({setting.at("name").text(), settings_from(setting),
+                             setting.at("ratio").number(), setting.at("psnr_db").number()});
   }
+  if (trade.choices.empty()) root.fail("holds no setting of its own room");
+  return trade;
 }
 
 Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double remap_ms) {

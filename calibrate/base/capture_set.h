@@ -50,6 +50,8 @@ struct CaptureSet {
   double rail_m(int frame_index) const;
   // Index of the frame of that name; none if there is no such.
   std::optional<int> find(const std::string& name) const;
+  // Index of the line of that id; none if there is no such.
+  std::optional<int> find_line(const std::string& id) const;
 };
 
 // Two lines of different axes that cross.

@@ -8,6 +8,7 @@
 
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/sha256.h"
 #include "core/report/markup.h"
 
@@ -15,7 +16,6 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr const char* kStep = "trade";
@@ -69,15 +69,16 @@ void compare(const FramePoses& densest, SolvedTrial* solved) {
 
 std::vector<KeyframeTrial> read_trials(const fs::path& file) {
   std::vector<KeyframeTrial> trials;
-  for (const json& trial : json::parse(read_file(file))) {
-    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").get<double>(),
-                      .keyframes = trial.at("keyframes").get<int>(),
-                      .seconds = trial.at("seconds").get<double>(),
-                      .median_mm = trial.at("median_mm").get<double>(),
-                      .largest_mm = trial.at("largest_mm").get<double>(),
-                      .median_deg = trial.at("median_deg").get<double>(),
-                      .largest_deg = trial.at("largest_deg").get<double>(),
-                      .trustworthy = trial.at("trustworthy").get<bool>()});
+  for (const CheckedJson& trial :
+       CheckedJson::read(file, "remove it and run the trade again").items()) {
+    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").number(),
+                      .keyframes = trial.at("keyframes").integer(),
+                      .seconds = trial.at("seconds").number(),
+                      .median_mm = trial.at("median_mm").number(),
+                      .largest_mm = trial.at("largest_mm").number(),
+                      .median_deg = trial.at("median_deg").number(),
+                      .largest_deg = trial.at("largest_deg").number(),
+                      .trustworthy = trial.at("trustworthy").boolean()});
   }
   return trials;
 }

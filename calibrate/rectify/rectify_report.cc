@@ -10,6 +10,7 @@
 #include "calibrate/rectify/rectified_frames.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/image_file.h"
 #include "core/report/markup.h"
 #include "core/report/svg_plot.h"
@@ -18,11 +19,11 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
 constexpr const char* kReport = "rectify.json";
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 // Photographic stops, as cameras count exposure.
 double stops(double gain) { return std::log2(gain); }
@@ -78,62 +79,53 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
           {"frames", frames}};
 }
 
-// A number, or NaN where JSON has null for one.
-double number_or_nan(const json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+int line_named(const CaptureSet& set, const CheckedJson& id) {
+  const std::optional<int> line = set.find_line(id.text());
+  if (!line) id.fail("the capture has no line " + excerpt(id.text()));
+  return *line;
 }
 
-int line_named(const CaptureSet& set, const std::string& id) {
-  for (std::size_t i = 0; i < set.lines.size(); ++i) {
-    if (set.lines[i].id == id) return static_cast<int>(i);
-  }
-  throw Error("the capture has no line " + excerpt(id));
+CrossingComparison comparison_of(const CheckedJson& document, const CaptureSet& set) {
+  return {.along_x = line_named(set, document.at("along_x")),
+          .along_z = line_named(set, document.at("along_z")),
+          .frame_x = document.at("frame_x").text(),
+          .frame_z = document.at("frame_z").text(),
+          .before = document.at("before").text(),
+          .after = document.at("after").text(),
+          .difference_before = document.at("difference_before").number_or(kNotMeasured),
+          .difference_after = document.at("difference_after").number_or(kNotMeasured)};
 }
 
-CrossingComparison comparison_of(const json& document, const CaptureSet& set) {
-  return {.along_x = line_named(set, document.at("along_x").get<std::string>()),
-          .along_z = line_named(set, document.at("along_z").get<std::string>()),
-          .frame_x = document.at("frame_x").get<std::string>(),
-          .frame_z = document.at("frame_z").get<std::string>(),
-          .before = document.at("before").get<std::string>(),
-          .after = document.at("after").get<std::string>(),
-          .difference_before = number_or_nan(document.at("difference_before")),
-          .difference_after = number_or_nan(document.at("difference_after"))};
-}
-
-ConnectionBeforeAfter connection_of(const json& document) {
-  ConnectionBeforeAfter connection{.width_px = document.at("width_px").get<int>(),
-                                   .note = document.at("note").get<std::string>()};
-  for (const json& row : document.at("rows")) {
-    connection.rows.push_back({.k_deg = row.at("k_deg").get<double>(),
-                               .before = number_or_nan(row.at("before")),
-                               .after = number_or_nan(row.at("after"))});
+ConnectionBeforeAfter connection_of(const CheckedJson& document) {
+  ConnectionBeforeAfter connection{.width_px = document.at("width_px").integer(),
+                                   .note = document.at("note").text()};
+  for (const CheckedJson& row : document.at("rows").items()) {
+    connection.rows.push_back({.k_deg = row.at("k_deg").number(),
+                               .before = row.at("before").number_or(kNotMeasured),
+                               .after = row.at("after").number_or(kNotMeasured)});
   }
   return connection;
 }
 
-RectifyResult result_of(const json& document, const CaptureSet& set) {
-  if (document.at("format_version").get<int>() > kFormatVersion) {
-    throw Error("written by a newer version of this program");
-  }
-  RectifyResult result{.frames = document.at("grid_frames").get<int>(),
-                       .validation_frames = document.at("validation_frames").get<int>(),
-                       .left_out = document.at("left_out").get<std::vector<std::string>>()};
+RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
+  document.require_version(kFormatVersion);
+  RectifyResult result{.frames = document.at("grid_frames").integer(),
+                       .validation_frames = document.at("validation_frames").integer(),
+                       .left_out = document.at("left_out").texts()};
   result.gains.assign(set.frames.size(), LightGain{1.0, 1.0, 1.0});
-  for (const json& frame : document.at("frames")) {
-    const auto index = set.find(frame.at("name").get<std::string>());
-    if (!index) throw Error("names a frame that the capture does not have");
-    const json& gain = frame.at("gain");
-    result.gains[static_cast<std::size_t>(*index)] = {gain.at("red").get<double>(),
-                                                      gain.at("green").get<double>(),
-                                                      gain.at("blue").get<double>()};
+  for (const CheckedJson& frame : document.at("frames").items()) {
+    const auto index = set.find(frame.at("name").text());
+    if (!index) frame.at("name").fail("names a frame that the capture does not have");
+    const CheckedJson gain = frame.at("gain");
+    result.gains[static_cast<std::size_t>(*index)] = {
+        gain.at("red").number(), gain.at("green").number(), gain.at("blue").number()};
   }
-  for (const json& crossing : document.at("crossings")) {
+  for (const CheckedJson& crossing : document.at("crossings").items()) {
     result.crossings.push_back(comparison_of(crossing, set));
   }
   result.connection = connection_of(document.at("e_connect"));
-  const json& tolerance = document.at("line_tolerance_mm");
-  if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.get<double>();
+  const CheckedJson tolerance = document.at("line_tolerance_mm");
+  if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.number();
   return result;
 }
 
@@ -259,14 +251,7 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const 
 }
 
 RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {
-  const std::string text = read_file(file);
-  try {
-    return result_of(json::parse(text), set);
-  } catch (const json::exception& e) {
-    throw Error(one_line(fmt::format("{}: damaged ({}); rectify again", file.string(), e.what())));
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: {}; rectify again", file.string(), e.what()));
-  }
+  return result_of(CheckedJson::read(file, "rectify again"), set);
 }
 
 }  // namespace raywalk::calibrate

@@ -66,6 +66,8 @@ bool CheckedJson::has(const std::string& key) const {
 
 bool CheckedJson::is_null() const { return value_->is_null(); }
 
+bool CheckedJson::is_text() const { return value_->is_string(); }
+
 std::vector<CheckedJson> CheckedJson::items() const {
   if (!value_->is_array()) fail("is not a list");
   std::vector<CheckedJson> items;

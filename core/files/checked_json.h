@@ -13,9 +13,9 @@
 
 namespace raywalk {
 
-// A value of a document, which it keeps alive. All functions but has() and is_null() throw Error
-// "SOURCE: PLACE: WHAT; ADVICE" where the value is missing, of another type or out of range, e.g.
-// "poses.json: frames[2]: yaw_deg: is not a number; solve the poses again".
+// A value of a document, which it keeps alive. All functions but has(), is_null() and is_text()
+// throw Error "SOURCE: PLACE: WHAT; ADVICE" where the value is missing, of another type or out of
+// range, e.g. "poses.json: frames[2]: yaw_deg: is not a number; solve the poses again".
 class CheckedJson {
  public:
   // The root of a document. `source` is what errors name, as a rule the file; `advice` how the file
@@ -34,6 +34,7 @@ class CheckedJson {
   CheckedJson at(const std::string& key) const;  // of an object
   bool has(const std::string& key) const;        // whether it is an object with this key
   bool is_null() const;
+  bool is_text() const;
 
   std::vector<CheckedJson> items() const;  // of a list
   std::vector<CheckedJson> items(std::size_t count) const;

@@ -46,6 +46,8 @@ TEST(CheckedJson, GivesWhatIsThere) {
   EXPECT_TRUE(std::isnan(root.at("none").number_or(std::nan(""))));
   EXPECT_EQ(root.at("far").number_or(0.0), 1e300);
   EXPECT_TRUE(root.at("none").is_null());
+  EXPECT_TRUE(root.at("name").is_text());
+  EXPECT_FALSE(root.at("count").is_text());
   EXPECT_TRUE(root.has("none"));
   EXPECT_FALSE(root.has("some"));
   EXPECT_FALSE(root.at("name").has("some"));

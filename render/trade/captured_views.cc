@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::render {
@@ -21,13 +20,9 @@ constexpr double kSamePlace_m = 1e-3;
 std::string estimation_method(const fs::path& room) {
   const fs::path file = room / "depth.json";
   if (!fs::exists(file)) return "estimated";
-  try {
-    return nlohmann::json::parse(read_file(file)).at("method").get<std::string>();
-  } catch (const nlohmann::json::exception&) {
-    throw Error(file.string() +
-                ": not as raywalk-build-lf depth writes it; estimate the room's "
-                "distances again, or remove it");
-  }
+  return CheckedJson::read(file, "estimate the room's distances again, or remove it")
+      .at("method")
+      .text();
 }
 
 Eigen::Vector3d place_on(const Line& line, double along_m) {

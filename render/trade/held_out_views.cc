@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
 
 #include "core/base/child_process.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::render {
@@ -36,14 +36,12 @@ struct DepthRun {
 };
 
 DepthRun read_depth_run(const fs::path& file) {
-  try {
-    const auto json = nlohmann::json::parse(read_file(file));
-    return {json.at("method"), json.at("width"), json.value("every", 0), json.value("hold_out", 0),
-            json.value("valid_mask", "")};
-  } catch (const nlohmann::json::exception&) {
-    throw Error(file.string() +
-                ": does not tell how distances were estimated; run raywalk-build-lf depth again");
-  }
+  const auto json = CheckedJson::read(file, "run raywalk-build-lf depth again");
+  return {.method = json.at("method").text(),
+          .width = json.at("width").integer(),
+          .every = json.has("every") ? json.at("every").integer() : 0,
+          .hold_out = json.has("hold_out") ? json.at("hold_out").integer() : 0,
+          .valid_mask = json.has("valid_mask") ? json.at("valid_mask").text() : ""};
 }
 
 // Whether what is there was estimated in this way, after the room's own distances.
