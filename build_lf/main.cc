@@ -41,8 +41,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
       pack->add_option("--line-tolerance-mm", arguments->line_tolerance_mm,
                        "How far a station may lie off its line (default: a tenth of the spacing)")
           ->check(CLI::Range(1e-6, 1e6));
-  pack->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(pack, &arguments->threads);
   pack->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
       "A run that was stopped is resumed by the same command.");
@@ -72,8 +71,7 @@ void add_depth(CLI::App* app, Arguments* arguments) {
                     "raywalk-render trade --held-out; 0 = use all");
   depth->add_flag("--truth", options->compare_truth,
                   "Compare with the distances that were packed with the room");
-  depth->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(depth, &arguments->threads);
   depth->footer(
       "Example:\n  raywalk-build-lf depth room.lf\n"
       "A run that was stopped is resumed by the same command. Distances that were packed with the "
@@ -101,8 +99,7 @@ void add_info(CLI::App* app, Arguments* arguments) {
 void add_verify(CLI::App* app, Arguments* arguments) {
   CLI::App* verify = app->add_subcommand("verify", "Check a room against its stored checksums");
   verify->add_option("room", arguments->room, "Room directory")->required();
-  verify->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(verify, &arguments->threads);
   verify->footer("Example:\n  raywalk-build-lf verify room.lf");
   verify->callback([arguments] {
     set_thread_count(arguments->threads);
@@ -125,8 +122,7 @@ void add_require(CLI::App* app, Arguments* arguments) {
                       "Room to make of the stations that are needed, with the loss measured");
   command->add_option("--report", options->report,
                       "Directory for index.html and require.json, made if it is missing");
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-build-lf require room.lf --report report\n"
       "The result is kept in the room; raywalk-render --layers auto --k auto goes by it.");

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "core/base/counted.h"
+
 namespace raywalk::build_lf {
 namespace {
 
@@ -94,10 +96,6 @@ LineInfo line_info(const Room& room, int index) {
   info.bytes = bytes_of(line_volume_path(room.directory(), line.id)) +
                bytes_of(distance_volume_path(room.directory(), line.id));
   return info;
-}
-
-std::string counted(std::size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 std::string distances_text(const LineInfo& line) {

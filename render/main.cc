@@ -64,8 +64,7 @@ ViewSettings chosen_settings(const ViewFlags& flags, const Demand& demand, const
 void add_room(CLI::App* command, Arguments* arguments) {
   command->add_option("room", arguments->room, "Room directory, made by raywalk-build-lf pack")
       ->required();
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
 }
 
 void add_trade_flags(CLI::App* command, ViewFlags* flags) {

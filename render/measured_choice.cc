@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
 #include "core/panorama/pitch_remap.h"
@@ -42,10 +42,8 @@ double time_of_remap_ms(int width_px) {
   PitchRemap remap(width_px);
   std::vector<double> times_ms;
   for (int run = 0; run < 6; ++run) {
-    const auto start = std::chrono::steady_clock::now();
-    remap.run();
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    if (run > 0) times_ms.push_back(took.count());
+    const double taken_s = times_of([&] { remap.run(); }).wall_s;
+    if (run > 0) times_ms.push_back(1e3 * taken_s);
   }
   return median(std::move(times_ms));
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/counted.h"
 #include "core/geometry/spacing.h"
 #include "core/report/svg_plot.h"
 #include "core/room/connection_errors.h"
@@ -67,7 +68,7 @@ std::string ghost_plot(const RoomRequirements& r) {
   };
   add("no depth", [&](double s) { return tolerance_reached_without_depth(scene, s); });
   for (const int layers : kGhostLayers) {
-    add(fmt::format("{} layer{}", layers, layers == 1 ? "" : "s"), [&](double s) {
+    add(counted(static_cast<size_t>(layers), "layer"), [&](double s) {
       return tolerance_reached(scene, omega_error_of_layers(scene, layers), s);
     });
   }

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
@@ -150,10 +150,8 @@ double Calibration::seconds(CalibrationStep step) const {
 void Calibration::run(CalibrationStep step) {
   const std::string inputs = fingerprint(step);
   records_.forget(step_name(step));
-  const auto begin = std::chrono::steady_clock::now();
-  do_step(step);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  records_.note(step_name(step), inputs, taken.count(), outputs_of(step));
+  const double seconds = times_of([&] { do_step(step); }).wall_s;
+  records_.note(step_name(step), inputs, seconds, outputs_of(step));
 }
 
 void Calibration::do_step(CalibrationStep step) {

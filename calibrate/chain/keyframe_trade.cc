@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "core/base/median.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
 #include "core/files/sha256.h"
@@ -35,13 +35,15 @@ SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
   poses.out = directory;
   GridOptions grid = calibration.grid_options();
   grid.out = directory;
-  const auto begin = std::chrono::steady_clock::now();
-  const PosesResult solved = solve_poses(set, poses);
-  GridResult estimated = estimate_grid(set, solved.poses, grid);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  PosesResult solved;
+  GridResult estimated;
+  const Times times = times_of([&] {
+    solved = solve_poses(set, poses);
+    estimated = estimate_grid(set, solved.poses, grid);
+  });
   return {{.keyframes_mm = spacing_mm,
            .keyframes = static_cast<int>(solved.keyframes.size()),
-           .seconds = taken.count(),
+           .seconds = times.wall_s,
            .trustworthy = estimated.trustworthy},
           std::move(estimated.poses)};
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/program.h"
 #include "core/files/number.h"
 
 namespace raywalk::calibrate {
@@ -47,8 +48,7 @@ void add_input(CLI::App* command, StepArguments* arguments) {
                    "How far a station of poses.csv may lie off its line (default: a tenth of the "
                    "spacing)")
       ->check(CLI::Range(1e-6, 1e6));
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
 }
 
 void add_lens_options(CLI::App* command, StepArguments* arguments) {

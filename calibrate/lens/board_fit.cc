@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "calibrate/base/cauchy_loss.h"
 #include "calibrate/lens/camera_model.h"
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"

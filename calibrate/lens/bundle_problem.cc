@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "calibrate/base/cauchy_loss.h"
 #include "calibrate/lens/fit_details.h"
 
 namespace raywalk::calibrate {

@@ -14,9 +14,6 @@ namespace raywalk::calibrate {
 
 // An observation further from the fit than this many standard deviations is taken for a wrong one.
 inline constexpr double kOutlierSigmas = 5.0;
-// At 2.385 standard deviations Cauchy's estimate has 95 % of the efficiency of least squares under
-// normal errors (Holland and Welsch 1977).
-inline constexpr double kCauchySigmas = 2.385;
 
 // Runs the solver until it converges; points of the problem, if any, are the blocks named to be
 // eliminated first. Throws Interrupted, and Error where there is no usable solution.

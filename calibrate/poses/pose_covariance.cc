@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "calibrate/base/cauchy_loss.h"
+
 namespace raywalk::calibrate {
 namespace {
 
@@ -15,7 +17,6 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 constexpr int kMostFramesInFull = 500;
-constexpr double kCauchyWidth = 2.385;  // as in refine_poses
 
 // What an observation tells about its pose and its point, in standard deviations.
 struct LinearObservation {
@@ -70,7 +71,7 @@ LinearObservation linearised(const RefinedPoses& refined, const Unknowns& unknow
   bearing_cost(observation, pose.world_from_camera)
       ->Evaluate(parameters.data(), error.data(), jacobians.data());
   // The Cauchy loss weighs an error e as 1 / (1 + (e / width)^2).
-  const double share = refined.errors_px[index] / (kCauchyWidth * refined.noise_px);
+  const double share = refined.errors_px[index] / (kCauchySigmas * refined.noise_px);
   const double scale = 1.0 / (refined.noise_px * std::sqrt(1.0 + share * share));
   by_pose.rightCols<3>() *= unknowns.unit_m;
   const int column = unknowns.columns[static_cast<std::size_t>(observation.frame)];
@@ -182,7 +183,7 @@ double curvature_share(const RefinedPoses& refined) {
   double curvature = 0.0;
   double weights = 0.0;
   for (const double error_px : refined.errors_px) {
-    const double share = error_px / (kCauchyWidth * refined.noise_px);
+    const double share = error_px / (kCauchySigmas * refined.noise_px);
     const double weight = 1.0 / (1.0 + share * share);
     curvature += 0.5 * (weight + weight * weight * (1.0 - share * share));
     weights += weight;

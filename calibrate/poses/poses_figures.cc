@@ -14,10 +14,6 @@ namespace {
 constexpr double kFarOff = 0.25;
 constexpr int kFewFeatures = 100;  // over all faces of a panorama
 
-const std::string& line_id(const CaptureSet& set, int line) {
-  return set.lines[static_cast<std::size_t>(line)].id;
-}
-
 LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const FramePoses& start,
                      int line) {
   LinePoses figures;
@@ -85,6 +81,10 @@ void warn_of_line(const CaptureSet& set, const MatchSummary& summary, const Line
 }
 
 }  // namespace
+
+const std::string& line_id(const CaptureSet& set, int line) {
+  return set.lines[static_cast<std::size_t>(line)].id;
+}
 
 std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& result,
                                     const FramePoses& start) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "calibrate/poses/poses_figures.h"
 #include "core/files/atomic_output.h"
 #include "core/report/html_page.h"
 #include "core/report/plan_drawing.h"
@@ -15,10 +16,6 @@ namespace raywalk::calibrate {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-const std::string& line_id(const CaptureSet& set, int line) {
-  return set.lines[static_cast<std::size_t>(line)].id;
-}
 
 const std::string& frame_name(const CaptureSet& set, int frame) {
   return set.frames[static_cast<std::size_t>(frame)].name;

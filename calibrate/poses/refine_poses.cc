@@ -14,6 +14,7 @@
 #include <numeric>
 #include <set>
 
+#include "calibrate/base/cauchy_loss.h"
 #include "calibrate/base/stop_on_interrupt.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -23,9 +24,6 @@
 namespace raywalk::calibrate {
 namespace {
 
-// The Cauchy loss that loses 5 % of efficiency on normal errors is as wide as 2.385 standard
-// deviations (Holland and Welsch 1977).
-constexpr double kCauchyWidth = 2.385;
 constexpr double kInlierWidth = 4.0;     // standard deviations
 constexpr double kLeastNoise_px = 1e-3;  // below the rounding of COLMAP's features
 constexpr int kPasses = 3;               // of solving and measuring the spread again
@@ -152,7 +150,7 @@ class Adjustment {
   void add_observations(double noise_px) {
     // In standard deviations, as the other residuals are. The problem takes the loss, which its
     // blocks share.
-    auto cauchy = std::make_unique<ceres::CauchyLoss>(kCauchyWidth * noise_px);
+    auto cauchy = std::make_unique<ceres::CauchyLoss>(kCauchySigmas * noise_px);
     auto* loss =
         new ceres::ScaledLoss(cauchy.release(), 1.0 / (noise_px * noise_px), ceres::TAKE_OWNERSHIP);
     for (const PointObservation& observation : points_.observations) {

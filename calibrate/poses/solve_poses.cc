@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/colmap_workspace.h"
@@ -18,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::calibrate {
@@ -78,11 +78,10 @@ class PoseSolver {
  private:
   template <typename Step>
   void timed(const std::string& name, const Step& step) {
-    const auto begin = std::chrono::steady_clock::now();
-    const bool reused = step();
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    result_.times.push_back({name, seconds.count(), reused});
-    spdlog::info("{}: {:.1f} s{}", name, seconds.count(), reused ? " (done before)" : "");
+    bool reused = false;
+    const double seconds = times_of([&] { reused = step(); }).wall_s;
+    result_.times.push_back({name, seconds, reused});
+    spdlog::info("{}: {:.1f} s{}", name, seconds, reused ? " (done before)" : "");
   }
 
   void match(ColmapWorkspace* workspace) {

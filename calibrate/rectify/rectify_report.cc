@@ -157,10 +157,6 @@ void add_gains(const CaptureSet& set, const FramePoses& poses, const RectifyResu
   page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the colours")});
 }
 
-std::string facts_text(double value, int decimals) {
-  return std::isfinite(value) ? fixed_number(value, decimals) : "–";
-}
-
 void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) {
   std::vector<HtmlFact> facts{{"frames", std::to_string(result.frames)},
                               {"validation frames", std::to_string(result.validation_frames)},
@@ -168,7 +164,7 @@ void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) 
   if (!result.connection.rows.empty()) {
     const ConnectionAtK& row = result.connection.rows.back();
     facts.push_back({fmt::format("E_connect at k = {:g}", row.k_deg),
-                     facts_text(row.before, 1) + " → " + facts_text(row.after, 1)});
+                     number_or_dash(row.before, 1) + " → " + number_or_dash(row.after, 1)});
   }
   page->add_facts(facts);
   page->add_paragraph(
@@ -229,8 +225,8 @@ void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page) {
   HtmlTable table{.header = {"k / deg", "before", "after"}};
   for (const ConnectionAtK& row : connection.rows) {
     table.rows.push_back({{fmt::format("{:g}", row.k_deg)},
-                          {facts_text(row.before, 1)},
-                          {facts_text(row.after, 1), row.after < row.before}});
+                          {number_or_dash(row.before, 1)},
+                          {number_or_dash(row.after, 1), row.after < row.before}});
   }
   page->add_table(table);
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/base/cauchy_loss.h"
 #include "core/base/robust_sigma.h"
 #include "core/geometry/sphere.h"
 
@@ -24,7 +25,6 @@ constexpr double kFalloff2Prior = 0.3;
 constexpr double kFalloff4Prior = 0.1;
 // Scatter below this is the rounding of levels.
 constexpr double kLeastScatter = 1e-3;
-constexpr double kCauchy = 2.385;  // 95 % as efficient as least squares where errors are normal
 
 double square(double x) { return x * x; }
 
@@ -102,7 +102,8 @@ NormalEquations equations_about(const std::vector<LightRatio>& ratios,
     const Equation equation = equation_of(ratio);
     for (int colour = 0; colour < 3; ++colour) {
       const double measured = ratio.log_light[static_cast<std::size_t>(colour)];
-      const double off = residual_of(equation, colour, measured, unknowns) / (kCauchy * scatter);
+      const double off =
+          residual_of(equation, colour, measured, unknowns) / (kCauchySigmas * scatter);
       normal.add(equation, colour, measured, 1.0 / (square(scatter) * (1.0 + square(off))));
     }
   }

@@ -9,6 +9,7 @@
 #include "capture/simulated/rig/simulate_rig.h"
 #include "capture/simulated/write_capture.h"
 #include "core/base/parallel.h"
+#include "core/base/program.h"
 
 namespace raywalk::capture {
 namespace {
@@ -47,8 +48,7 @@ void add_simulate(CLI::App* app) {
       ->add_option("--out", arguments->out,
                    "Directory for the port's link, the camera's card and the truth")
       ->required();
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture simulate configs/simulated-rig.yaml --out rig &\n"
       "  raywalk-capture run configs/capture-osc.yaml --rig rig --session hall\n"
@@ -84,8 +84,7 @@ void add_virtual_room(CLI::App* app) {
       ->add_option("--every-distance", arguments->capture.distance_every,
                    "Write the distance map of every so many-th station (default 8; 0: of none)")
       ->check(CLI::Range(0, 1000000));
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"
       "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/base/counted.h"
 #include "core/geometry/spacing.h"
 #include "core/report/markup.h"
 
@@ -49,10 +50,6 @@ void add_lines(const CapturePlan& plan, PlanReport* report) {
     (line.validation ? report->validation_stations : report->stations) += line.stations.size();
     report->last_mm = std::max(report->last_mm, line.stations.back().rail_mm);
   }
-}
-
-std::string counted(std::size_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 // "45 s", "12 min", "3 h 05 min".

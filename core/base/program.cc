@@ -101,4 +101,9 @@ int run_program(CLI::App& app, int argc, char** argv) {
   }
 }
 
+void add_threads_option(CLI::App* command, int* threads) {
+  command->add_option("--threads", *threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
+}
+
 }  // namespace raywalk

@@ -17,4 +17,8 @@ namespace raywalk {
 // <what>", to stderr.
 int run_program(CLI::App& app, int argc, char** argv);
 
+// Adds the option --threads, 0 to 1024, for set_thread_count (parallel.h); 0 means all cores.
+// `threads` has to outlive the command.
+void add_threads_option(CLI::App* command, int* threads);
+
 }  // namespace raywalk

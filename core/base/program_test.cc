@@ -173,5 +173,17 @@ TEST(RunProgramDeathTest, CtrlCGives130) {
               "raywalk-test: error: interrupted");
 }
 
+TEST(ThreadsOption, TakesANumberOfThreads) {
+  int threads = -1;
+  CLI::App app("", "raywalk-test");
+  add_threads_option(&app, &threads);
+  app.parse("--threads 0");
+  EXPECT_EQ(threads, 0);
+  app.parse("--threads 7");
+  EXPECT_EQ(threads, 7);
+  EXPECT_THROW(app.parse("--threads -1"), CLI::ValidationError);
+  EXPECT_THROW(app.parse("--threads many"), CLI::ParseError);
+}
+
 }  // namespace
 }  // namespace raywalk

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/files/output_path.h"
 
 namespace raywalk {
 namespace {
@@ -48,10 +49,6 @@ class Descriptor {
  private:
   int fd_;
 };
-
-fs::path directory_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
 
 fs::path follow_link(fs::path target) {
   std::error_code error;

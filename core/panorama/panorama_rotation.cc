@@ -49,17 +49,6 @@ cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_fro
 // Rows and columns on each side that a cubic at the border reads beyond it.
 constexpr int kBorder = 2;
 
-cv::Mat with_border(const cv::Mat& mask) {
-  cv::Mat bordered(mask.rows + 2 * kBorder, mask.cols + 2 * kBorder, CV_8UC1);
-  for (int v = 0; v < bordered.rows; ++v) {
-    for (int u = 0; u < bordered.cols; ++u) {
-      bordered.at<uchar>(v, u) =
-          mask.at<uchar>(wrapped_pixel(u - kBorder, v - kBorder, mask.size()));
-    }
-  }
-  return bordered;
-}
-
 }  // namespace
 
 cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_from_camera) {
@@ -84,7 +73,7 @@ cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camer
   // every place at once.
   const cv::Mat footprint = cv::Mat::ones(4, 4, CV_8UC1);
   cv::Mat least;
-  cv::erode(with_border(mask), least, footprint, {1, 1});
+  cv::erode(with_wrapped_border(mask, kBorder), least, footprint, {1, 1});
   cv::Mat rotated(mask.size(), CV_8UC1);
   for_each_source(mask.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
     const int left = static_cast<int>(std::floor(position.u));

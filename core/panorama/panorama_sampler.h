@@ -12,6 +12,10 @@ namespace raywalk {
 // the seam; a row beyond a pole is the mirrored row, seen half a turn away.
 cv::Point wrapped_pixel(int u, int v, cv::Size size);
 
+// The panorama, of any type, with `border_px` pixels around it that are those of wrapped_pixel.
+// At most as wide as the panorama is high.
+cv::Mat with_wrapped_border(const cv::Mat& panorama, int border_px);
+
 // The pixel of a panorama of `size`, width = 2 * height, whose centre is nearest to a position (any
 // that pixel_from_angles returns), or to where a direction of the camera's frame, not zero, lies.
 cv::Point nearest_pixel(PixelPosition position, cv::Size size);

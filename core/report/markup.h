@@ -17,7 +17,11 @@ std::string escape_markup(std::string_view text);
 // "-inf"; zero has no sign.
 std::string fixed_number(double value, int decimals);
 
-// The same with at most `decimals` digits and no trailing zeros ("2", "0.25", "-3.1").
+// The same; "–" for a value that is not finite: not measured, or not measurable.
+std::string number_or_dash(double value, int decimals);
+
+// The same as fixed_number with at most `decimals` digits and no trailing zeros ("2", "0.25",
+// "-3.1").
 std::string plain_number(double value, int decimals);
 
 }  // namespace raywalk

@@ -44,6 +44,12 @@ TEST(FixedNumber, HasAllItsDecimals) {
   EXPECT_EQ(fixed_number(-0.0, 0), "0");
 }
 
+TEST(NumberOrDash, HasADashForWhatIsNotFinite) {
+  EXPECT_EQ(number_or_dash(2.0, 2), "2.00");
+  EXPECT_EQ(number_or_dash(std::nan(""), 2), "–");
+  EXPECT_EQ(number_or_dash(-std::numeric_limits<double>::infinity(), 2), "–");
+}
+
 TEST(PlainNumber, HasNoTrailingZeros) {
   EXPECT_EQ(plain_number(2.0, 3), "2");
   EXPECT_EQ(plain_number(0.25, 3), "0.25");

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/report/html_page.h"
+#include "core/report/markup.h"
 #include "core/report/svg_plot.h"
 #include "render/trade/captured_views.h"
 #include "render/trade/trade_plot.h"
@@ -42,10 +43,6 @@ constexpr std::array kColumns{
     Column{"touched / MB",
            [](const TradeMeasurement& m) { return m.touched_mb.value_or(std::nan("")); }, 1,
            false}};
-
-std::string number(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : kNotMeasured;
-}
 
 HtmlCell name_cell(const Trade& trade, std::size_t index) {
   return {.text = fmt::format("{} · {}", index + 1, trade.settings[index].setting.name),
@@ -87,7 +84,7 @@ void add_front(const Trade& trade, const std::vector<std::size_t>& front, HtmlPa
     std::vector<HtmlCell> row{name_cell(trade, i)};
     for (const Column& column : kColumns) {
       if (!column.in_tables) continue;
-      row.push_back({number(column.value(trade.settings[i].measured), column.decimals)});
+      row.push_back({number_or_dash(column.value(trade.settings[i].measured), column.decimals)});
     }
     table.rows.push_back(std::move(row));
   }
@@ -115,10 +112,10 @@ void add_presets(const Trade& trade, HtmlPage* page) {
     }
     table.rows.push_back({{preset.name},
                           name_cell(trade, preset.setting),
-                          {number(measured.ms, 2)},
-                          {number(measured.ratio, 2)},
-                          {number(measured.scores.psnr_db, 2)},
-                          {number(measured.scores.ssim, 4)},
+                          {number_or_dash(measured.ms, 2)},
+                          {number_or_dash(measured.ratio, 2)},
+                          {number_or_dash(measured.scores.psnr_db, 2)},
+                          {number_or_dash(measured.scores.ssim, 4)},
                           {percent_more(measured.ratio, least)}});
   }
   page->add_table(table);
@@ -135,10 +132,10 @@ void add_held_out(const Trade& trade, HtmlPage* page) {
       "The same settings scored without captured truth: stations of the room left out and rendered "
       "again from the others. Where the order is the same, a room without true views can be judged "
       "by its own stations.");
-  page->add_facts({{"rank correlation, PSNR", number(agreement.psnr_db, 3)},
-                   {"WS-PSNR", number(agreement.ws_psnr_db, 3)},
-                   {"SSIM", number(agreement.ssim, 3)},
-                   {"FSIM", number(agreement.fsim, 3)}});
+  page->add_facts({{"rank correlation, PSNR", number_or_dash(agreement.psnr_db, 3)},
+                   {"WS-PSNR", number_or_dash(agreement.ws_psnr_db, 3)},
+                   {"SSIM", number_or_dash(agreement.ssim, 3)},
+                   {"FSIM", number_or_dash(agreement.fsim, 3)}});
   LinePlot plot{.title = "Each point is a setting",
                 .x_label = "PSNR against the truth, dB",
                 .y_label = "PSNR of held-out stations, dB"};
@@ -167,7 +164,7 @@ std::vector<HtmlCell> moved_row(const Trade& trade, std::size_t index, std::size
   const TradeMeasurement& measured = trade.settings[index].measured;
   const TradeMeasurement& central = trade.settings[centre].measured;
   std::vector<HtmlCell> row{name_cell(trade, index),
-                            {number(measured.ms, 2)},
+                            {number_or_dash(measured.ms, 2)},
                             {percent_more(measured.ratio, central.ratio)},
                             {percent_more(measured.cpu_ratio, central.cpu_ratio)}};
   for (const Column& column : kColumns) {
@@ -227,7 +224,7 @@ HtmlCard card_of(const Trade& trade, std::size_t index, const TradePictures& pic
   }
   for (const Column& column : kColumns) {
     card.facts[1].push_back(
-        {column.heading, number(column.value(setting.measured), column.decimals)});
+        {column.heading, number_or_dash(column.value(setting.measured), column.decimals)});
   }
   return card;
 }

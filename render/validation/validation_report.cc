@@ -8,6 +8,7 @@
 
 #include "core/base/median.h"
 #include "core/report/html_page.h"
+#include "core/report/markup.h"
 #include "render/validation/validation_plots.h"
 
 namespace raywalk::render {
@@ -33,10 +34,6 @@ const ValidatedView& view_at(const Validation& validation, std::size_t truth, st
   return validation.views[truth * validation.modes.size() + mode];
 }
 
-std::string number(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : kNotMeasured;
-}
-
 std::string percent(double share) { return fmt::format("{:.2f} %", 100.0 * share); }
 
 std::string place_of(const TruthView& truth) {
@@ -58,7 +55,7 @@ std::vector<HtmlCell> row_of(std::string name, const std::vector<double>& values
   std::vector<HtmlCell> row{{std::move(name)}};
   const double largest = *std::max_element(values.begin(), values.end());
   for (const double value : values) {
-    row.push_back({number(value, decimals), values.size() > 1 && value == largest});
+    row.push_back({number_or_dash(value, decimals), values.size() > 1 && value == largest});
   }
   return row;
 }
@@ -74,15 +71,15 @@ std::vector<double> render_times(const Validation& validation, std::size_t mode)
 void add_headline(const Validation& validation, HtmlPage& page) {
   const std::size_t best = best_mode(validation);
   const ViewScores scores = mean_scores(validation, best);
-  std::vector<HtmlFact> facts{
-      {"mean PSNR, " + mode_name(validation.modes[best]), number(scores.psnr_db, 2) + " dB"}};
+  std::vector<HtmlFact> facts{{"mean PSNR, " + mode_name(validation.modes[best]),
+                               number_or_dash(scores.psnr_db, 2) + " dB"}};
   const auto initial = initial_mode(validation);
   if (initial && *initial != best) {
     const double gain_db = scores.psnr_db - mean_scores(validation, *initial).psnr_db;
     facts.push_back({"gain over initial views", fmt::format("{:+.2f} dB", gain_db)});
   }
-  facts.push_back({"mean SSIM", number(scores.ssim, 4)});
-  facts.push_back({"mean FSIM", number(scores.fsim, 4)});
+  facts.push_back({"mean SSIM", number_or_dash(scores.ssim, 4)});
+  facts.push_back({"mean FSIM", number_or_dash(scores.fsim, 4)});
   facts.push_back(
       {"median time of a view", fmt::format("{:.0f} ms", median(render_times(validation, best)))});
   page.add_facts(facts);
@@ -109,12 +106,12 @@ void add_means(const Validation& validation, HtmlPage& page) {
     const double best = *std::max_element(means.begin(), means.end());
     for (std::size_t mode = 0; mode < means.size(); ++mode) {
       table.rows[mode].push_back(
-          {number(means[mode], column.decimals), means.size() > 1 && means[mode] == best});
+          {number_or_dash(means[mode], column.decimals), means.size() > 1 && means[mode] == best});
     }
   }
   table.header.push_back("median time / ms");
   for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
-    table.rows[mode].push_back({number(median(render_times(validation, mode)), 0)});
+    table.rows[mode].push_back({number_or_dash(median(render_times(validation, mode)), 0)});
   }
   page.add_table(table);
 }
@@ -189,7 +186,7 @@ std::vector<HtmlCell> column_over_k(const ConnectError& measured, double Connect
   std::vector<HtmlCell> column;
   column.reserve(measured.rows.size());
   for (const ConnectErrorRow& row : measured.rows) {
-    column.push_back({number(row.*member, 1), row.*member == least});
+    column.push_back({number_or_dash(row.*member, 1), row.*member == least});
   }
   return column;
 }
@@ -214,7 +211,7 @@ HtmlTable connection_error_table(const Validation& validation) {
   std::vector<HtmlCell> coverage;
   coverage.reserve(first.size());
   for (const ConnectErrorRow& row : first) {
-    coverage.push_back({number(100.0 * row.coverage, 0) + " %"});
+    coverage.push_back({number_or_dash(100.0 * row.coverage, 0) + " %"});
   }
   add_column("corners read", coverage);
   return table;
@@ -253,7 +250,7 @@ void add_view_table(const Validation& validation, const MetricColumn& column, Ht
     std::vector<HtmlCell> row = row_of(truth.name, values, column.decimals);
     row.insert(row.begin() + 1, {{fmt::format("{:g}", truth.viewpoint.x_m)},
                                  {fmt::format("{:g}", truth.viewpoint.z_m)},
-                                 {number(100.0 * truth.line_distance_m, 1)}});
+                                 {number_or_dash(100.0 * truth.line_distance_m, 1)}});
     table.rows.push_back(std::move(row));
   }
   page.add_table(table);
@@ -289,7 +286,7 @@ void add_making(const Validation& validation, HtmlPage& page) {
                           {percent(report.filled_share)},
                           {percent(report.stretched_share)},
                           {percent(report.empty_share)},
-                          {number(report.render_ms, 0)}});
+                          {number_or_dash(report.render_ms, 0)}});
   }
   page.add_table(table);
 }

@@ -21,6 +21,9 @@ struct ModbusRequest {
   ModbusBytes pdu{};  // function code and data
 };
 
+// The big-endian word at an index that has two bytes.
+std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at);
+
 // CRC-16 of the serial line: the polynomial 0xa001 (bits reversed), started at 0xffff.
 std::uint16_t modbus_crc(std::span<const std::uint8_t> bytes);
 
