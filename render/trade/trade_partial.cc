@@ -13,7 +13,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "raywalk-trade-partial";
-constexpr int kFormatVersion = 1;
+constexpr int kPartialFormatVersion = 1;
 
 std::string key_of(const TradeSetting& setting) { return dials_of(setting).dump(); }
 
@@ -22,7 +22,7 @@ std::string key_of(const TradeSetting& setting) { return dials_of(setting).dump(
 TradePartial::TradePartial(std::filesystem::path file, const std::string& input)
     : file_(std::move(file)),
       content_({{"format", kFormat},
-                {"format_version", kFormatVersion},
+                {"format_version", kPartialFormatVersion},
                 {"input", input},
                 {"settings", ordered_json::array()}}) {
   const AtomicFile probe(file_);
