@@ -20,9 +20,6 @@ namespace raywalk::calibrate {
 inline constexpr int kLeastSharedPoints = 15;
 inline constexpr int kLeastObservations = 30;
 
-// The id of a line by its index.
-const std::string& line_id(const CaptureSet& set, int line);
-
 // One for each line that has keyframes, by the poses of `result`.
 std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& result,
                                     const FramePoses& start);

@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/files/output_path.h"
 
 namespace raywalk {
 namespace {
@@ -111,6 +110,10 @@ int write_all(int fd, std::span<const std::byte> bytes) {
 }
 
 }  // namespace
+
+fs::path directory_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
 
 AtomicFile::AtomicFile(fs::path target) : target_(follow_link(std::move(target))) {
   check_target(target_);

@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/files/output_path.h"
+#include "core/files/atomic_output.h"
 
 namespace raywalk {
 namespace {

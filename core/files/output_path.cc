@@ -12,10 +12,6 @@ fs::path without_trailing_slash(const fs::path& path) {
   return path.has_filename() ? path : path.parent_path();
 }
 
-fs::path directory_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
-
 void require_absent(const fs::path& path, const std::string& option) {
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(path, ignored))) {

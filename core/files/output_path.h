@@ -9,9 +9,6 @@ namespace raywalk {
 // "room.lf/" and "room.lf" name the same directory, but only the latter has a name to extend.
 std::filesystem::path without_trailing_slash(const std::filesystem::path& path);
 
-// The directory that a file lies in; "." for a name alone.
-std::filesystem::path directory_of(const std::filesystem::path& file);
-
 // Throws Error naming it where `path` is taken, be it by a link that leads nowhere; `option` is
 // what chooses it ("--out").
 void require_absent(const std::filesystem::path& path, const std::string& option);

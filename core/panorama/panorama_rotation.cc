@@ -47,7 +47,7 @@ cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_fro
 }
 
 // Rows and columns on each side that a cubic at the border reads beyond it.
-constexpr int kBorder = 2;
+constexpr int kMaskBorder = 2;
 
 }  // namespace
 
@@ -73,12 +73,13 @@ cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camer
   // every place at once.
   const cv::Mat footprint = cv::Mat::ones(4, 4, CV_8UC1);
   cv::Mat least;
-  cv::erode(with_wrapped_border(mask, kBorder), least, footprint, {1, 1});
+  cv::erode(with_wrapped_border(mask, kMaskBorder), least, footprint, {1, 1});
   cv::Mat rotated(mask.size(), CV_8UC1);
   for_each_source(mask.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
     const int left = static_cast<int>(std::floor(position.u));
     const int upper = static_cast<int>(std::floor(position.v));
-    rotated.at<uchar>(v, u) = least.at<uchar>(upper + kBorder, left + kBorder) == 0 ? 0 : 255;
+    rotated.at<uchar>(v, u) =
+        least.at<uchar>(upper + kMaskBorder, left + kMaskBorder) == 0 ? 0 : 255;
   });
   return rotated;
 }

@@ -11,7 +11,7 @@ namespace raywalk {
 namespace {
 
 // Rows and columns a cubic reads beyond the image on each side.
-constexpr int kBorder = 2;
+constexpr int kSampleBorder = 2;
 
 // Catmull-Rom weights of the samples at -1, 0, 1, 2 for a position t in [0, 1): the cubic through
 // the inner two whose slopes there are the central differences.
@@ -53,7 +53,8 @@ cv::Point nearest_pixel(const Eigen::Vector3d& direction, cv::Size size) {
 }
 
 PanoramaSampler::PanoramaSampler(const cv::Mat& panorama)
-    : size_{panorama.cols, panorama.rows}, bordered_(with_wrapped_border(panorama, kBorder)) {}
+    : size_{panorama.cols, panorama.rows},
+      bordered_(with_wrapped_border(panorama, kSampleBorder)) {}
 
 cv::Vec3f PanoramaSampler::at(PixelPosition position) const {
   const int u = static_cast<int>(std::floor(position.u));
@@ -62,7 +63,8 @@ cv::Vec3f PanoramaSampler::at(PixelPosition position) const {
   const std::array<float, 4> down = cubic_weights(static_cast<float>(position.v - v));
   cv::Vec3f sum(0, 0, 0);
   for (int row = 0; row < 4; ++row) {
-    const cv::Vec3b* pixels = bordered_.ptr<cv::Vec3b>(v - 1 + row + kBorder) + u - 1 + kBorder;
+    const cv::Vec3b* pixels =
+        bordered_.ptr<cv::Vec3b>(v - 1 + row + kSampleBorder) + u - 1 + kSampleBorder;
     cv::Vec3f along(0, 0, 0);
     for (int column = 0; column < 4; ++column) {
       along += across[static_cast<size_t>(column)] * cv::Vec3f(pixels[column]);

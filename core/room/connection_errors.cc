@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
-constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxErrorsBytes = std::size_t{16} << 20;
 
 Json json_of_error(double error) { return std::isnan(error) ? Json(nullptr) : Json(error); }
 
@@ -108,7 +108,7 @@ std::vector<ConnectionErrorMeasurement> read_connection_errors(const std::filesy
   const std::filesystem::path file = connection_errors_path(room);
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return {};
-  return measurements_of(CheckedJson::parse(read_file(file, kMaxBytes), file.string(),
+  return measurements_of(CheckedJson::parse(read_file(file, kMaxErrorsBytes), file.string(),
                                             "measure again with raywalk-render connect-error"));
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kTradeFormatVersion = 1;
 
 ordered_json json_of(const TradeFronts& fronts) {
   return {{"psnr_db", fronts.psnr_db},
@@ -127,7 +127,7 @@ TradeMeasurement measurement_from(const ordered_json& json) {
 
 std::string trade_json(const Trade& trade) {
   ordered_json json{{"format", "raywalk-trade"},
-                    {"format_version", kFormatVersion},
+                    {"format_version", kTradeFormatVersion},
                     {"written_by", "raywalk " RAYWALK_VERSION},
                     {"room", trade.rooms.front().directory},
                     {"truth", trade.truth},

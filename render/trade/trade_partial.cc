@@ -13,7 +13,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "raywalk-trade-partial";
-constexpr int kFormatVersion = 1;
+constexpr int kPartialFormatVersion = 1;
 
 std::string key_of(const TradeSetting& setting) { return dials_of(setting).dump(); }
 
@@ -21,10 +21,11 @@ std::string key_of(const TradeSetting& setting) { return dials_of(setting).dump(
 
 TradePartial::TradePartial(std::filesystem::path file, const std::string& input)
     : file_(std::move(file)),
-      content_(std::make_unique<ordered_json>(ordered_json{{"format", kFormat},
-                                                           {"format_version", kFormatVersion},
-                                                           {"input", input},
-                                                           {"settings", ordered_json::array()}})) {
+      content_(
+          std::make_unique<ordered_json>(ordered_json{{"format", kFormat},
+                                                      {"format_version", kPartialFormatVersion},
+                                                      {"input", input},
+                                                      {"settings", ordered_json::array()}})) {
   const AtomicFile probe(file_);
   if (std::filesystem::exists(file_)) read();
 }

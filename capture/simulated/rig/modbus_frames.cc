@@ -14,10 +14,6 @@ constexpr std::size_t kMbapBytes = 7;
 
 }  // namespace
 
-std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
-  return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
-}
-
 std::uint16_t modbus_crc(std::span<const std::uint8_t> bytes) {
   unsigned crc = 0xffff;
   for (const std::uint8_t byte : bytes) {
