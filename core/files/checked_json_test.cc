@@ -17,15 +17,15 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-constexpr const char* kText = R"({
+constexpr const char* kDocument = R"({
   "format_version": 2, "name": "x0", "names": ["a", "b"], "kept": true, "count": 7, "low": -7,
   "bytes": 18446744073709551615, "far": 1e300, "none": null, "place": [1, 2.5],
   "lines": [{"id": "x0"}, {"id": 7}]
 })";
 
-std::string error_of(const std::function<void(const CheckedJson&)>& read) {
+std::string error_of_reading(const std::function<void(const CheckedJson&)>& read) {
   try {
-    read(CheckedJson::parse(kText, "room.json", "make it again"));
+    read(CheckedJson::parse(kDocument, "room.json", "make it again"));
   } catch (const Error& error) {
     return error.what();
   }
@@ -33,7 +33,7 @@ std::string error_of(const std::function<void(const CheckedJson&)>& read) {
 }
 
 TEST(CheckedJson, GivesWhatIsThere) {
-  const CheckedJson root = CheckedJson::parse(kText, "room.json");
+  const CheckedJson root = CheckedJson::parse(kDocument, "room.json");
   EXPECT_EQ(root.at("name").text(), "x0");
   EXPECT_THAT(root.at("names").texts(), ElementsAre("a", "b"));
   EXPECT_TRUE(root.at("kept").boolean());
@@ -55,25 +55,27 @@ TEST(CheckedJson, GivesWhatIsThere) {
 }
 
 TEST(CheckedJson, KeepsTheDocumentAlive) {
-  const CheckedJson line = CheckedJson::parse(kText, "room.json").at("lines").items()[0];
+  const CheckedJson line = CheckedJson::parse(kDocument, "room.json").at("lines").items()[0];
   EXPECT_EQ(line.at("id").text(), "x0");
 }
 
 TEST(CheckedJson, ErrorsNameTheFileThePlaceAndTheRemedy) {
-  EXPECT_EQ(error_of([](const CheckedJson& root) { root.at("lines").items()[1].at("id").text(); }),
+  EXPECT_EQ(error_of_reading(
+                [](const CheckedJson& root) { root.at("lines").items()[1].at("id").text(); }),
             "room.json: lines[1]: id: is not a text; make it again");
-  EXPECT_EQ(error_of([](const CheckedJson& root) { root.at("lines").items()[1].at("axis"); }),
-            "room.json: lines[1]: has no 'axis'; make it again");
-  EXPECT_EQ(error_of([](const CheckedJson& root) { root.require_version(1); }),
+  EXPECT_EQ(
+      error_of_reading([](const CheckedJson& root) { root.at("lines").items()[1].at("axis"); }),
+      "room.json: lines[1]: has no 'axis'; make it again");
+  EXPECT_EQ(error_of_reading([](const CheckedJson& root) { root.require_version(1); }),
             "room.json: format version 2 is newer than 1, the newest this program reads; use a "
             "newer Raywalk, or make it again");
-  EXPECT_EQ(error_of([](const CheckedJson& root) { root.at("name").fail("is\nodd"); }),
+  EXPECT_EQ(error_of_reading([](const CheckedJson& root) { root.at("name").fail("is\nodd"); }),
             "room.json: name: is odd; make it again");
 }
 
 TEST(CheckedJson, OtherTypesAreRefused) {
   const auto refused = [](const std::string& key, auto read) {
-    return error_of([&](const CheckedJson& root) { read(root.at(key)); });
+    return error_of_reading([&](const CheckedJson& root) { read(root.at(key)); });
   };
   const auto text = [](const CheckedJson& json) { json.text(); };
   const auto texts = [](const CheckedJson& json) { json.texts(); };
@@ -98,18 +100,18 @@ TEST(CheckedJson, OtherTypesAreRefused) {
 }
 
 TEST(CheckedJson, RangesAreChecked) {
-  EXPECT_THAT(error_of([](const CheckedJson& root) { root.at("count").integer(0, 6); }),
+  EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("count").integer(0, 6); }),
               HasSubstr("count: is not between 0 and 6"));
-  EXPECT_THAT(error_of([](const CheckedJson& root) { root.at("count").number(7.5, 9); }),
+  EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("count").number(7.5, 9); }),
               HasSubstr("count: is not between 7.5 and 9"));
-  EXPECT_THAT(error_of([](const CheckedJson& root) { root.at("place").items(3); }),
+  EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("place").items(3); }),
               HasSubstr("place: does not have 3 elements"));
 }
 
 TEST(CheckedJson, TextThatIsNotJsonIsOneLineOfError) {
   for (const std::string& text :
        {std::string(), std::string("{"), std::string("1e999"), std::string("\xff\xfe"),
-        std::string("{\"a\":\n\"b\nc\"}"), std::string(kText).substr(0, 60)}) {
+        std::string("{\"a\":\n\"b\nc\"}"), std::string(kDocument).substr(0, 60)}) {
     try {
       CheckedJson::parse(text, "room.json");
       ADD_FAILURE() << text;
