@@ -18,26 +18,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ViewSettings settings_from(const nlohmann::json& dials) {
+ViewSettings settings_from(const nlohmann::json& parameters) {
   ViewSettings settings;
-  settings.generation = dials.at("generation");
-  settings.k_deg = fmt::format("{}", dials.at("k_deg").get<double>());
-  settings.overlap_deg = dials.at("overlap_deg");
-  const auto& layers = dials.at("layers");
+  settings.generation = parameters.at("generation");
+  settings.k_deg = fmt::format("{}", parameters.at("k_deg").get<double>());
+  settings.overlap_deg = parameters.at("overlap_deg");
+  const auto& layers = parameters.at("layers");
   settings.layers = layers.is_string() ? layers.get<std::string>() : layers.dump();
-  settings.width_px = dials.at("width_px");
-  settings.interpolation = dials.at("interpolation");
-  settings.arithmetic = dials.at("arithmetic");
-  settings.second_side = dials.at("second_side");
-  settings.stations_mixed = dials.at("stations_mixed");
-  settings.station_stride = dials.at("station_stride");
-  settings.distance_maps = dials.at("distance_maps");
-  settings.fill_stations = dials.at("fill_stations");
-  settings.skip_px = dials.at("skip_px");
+  settings.width_px = parameters.at("width_px");
+  settings.interpolation = parameters.at("interpolation");
+  settings.arithmetic = parameters.at("arithmetic");
+  settings.second_side = parameters.at("second_side");
+  settings.stations_mixed = parameters.at("stations_mixed");
+  settings.station_stride = parameters.at("station_stride");
+  settings.distance_maps = parameters.at("distance_maps");
+  settings.fill_stations = parameters.at("fill_stations");
+  settings.skip_px = parameters.at("skip_px");
   return settings;
 }
 
-// Five runs, of which the median counts; the first one, cold, does not.
+// Median of five runs after a warm-up run.
 double time_of_remap_ms(int width_px) {
   PitchRemap remap(width_px);
   std::vector<double> times_ms;
@@ -109,7 +109,7 @@ Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double r
   const auto in_time = [&](const MeasuredChoice& choice) {
     return !demand.budget_ms || choice.ratio * remap_ms <= *demand.budget_ms;
   };
-  // Fastest first: of those that suffice the first, else the best of those in time.
+  // Fastest first: the first that meets the minimum PSNR, else the most accurate within the budget.
   const MeasuredChoice* chosen = nullptr;
   const MeasuredChoice* better = nullptr;
   for (const MeasuredChoice& choice : by_time) {

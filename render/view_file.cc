@@ -17,7 +17,7 @@ std::string percent(double share) {
   return share > 0.0 && share < 5e-4 ? "under 0.1 %" : fmt::format("{:.1f} %", 100.0 * share);
 }
 
-// What skip_px left out of a corrected view.
+// The work that skip_px skipped in a corrected view.
 std::string left_out(const WorkCounts& work, std::int64_t pixels) {
   const auto share = [](std::int64_t part, std::int64_t all) {
     return percent(all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0.0);
@@ -74,7 +74,7 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
 
 std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file) {
-  viewport_of(frame);  // refuses what is no picture before any work
+  viewport_of(frame);  // rejects an invalid frame before any work
   require_writable_picture(file);
   Renderer renderer(room, mode.options);
   const RenderedView view = render_framed(&renderer, viewpoint, frame);

@@ -49,7 +49,7 @@ RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFr
   RenderedView view = renderer->render(viewpoint);
   const Attitude turn = attitude_of(frame);
   if (turn.yaw_rad != 0.0 || turn.pitch_rad != 0.0 || turn.roll_rad != 0.0) {
-    // What the turned camera sees in its own direction d lies at R d in the world.
+    // Direction d of the turned camera is R d in the world.
     view.image = rotate_panorama(view.image, world_from_camera(turn).transpose());
   }
   return view;

@@ -45,7 +45,7 @@ void override_with(const std::optional<T>& flag, T* value) {
   if (flag) *value = *flag;
 }
 
-// The k that the settings fix; none where it is chosen for the room.
+// The k that the settings give; none where it is chosen for the room.
 std::optional<double> fixed_k_deg(const ViewSettings& settings) {
   std::optional<double> k_deg;
   if (settings.k_deg != "auto") {
@@ -64,7 +64,7 @@ std::optional<double> fixed_k_deg(const ViewSettings& settings) {
   return own_k_deg;
 }
 
-// 0 where as many are used as the tolerance needs.
+// 0 for automatic: as many as the tolerance needs.
 int fixed_layers(const ViewSettings& settings) {
   if (settings.layers == "auto") return 0;
   const std::optional<int> layers = parse_whole_number(settings.layers);
@@ -80,7 +80,7 @@ void require_consistent(const ViewSettings& settings) {
   fixed_layers(settings);
 }
 
-// What the room keeps of its requirements, if anything is left to choose by them.
+// The room's stored requirements, if any setting is chosen by them.
 std::optional<RoomRequirements> requirements_for(const ViewSettings& settings, const Room& room) {
   const bool choose = !fixed_k_deg(settings) || fixed_layers(settings) == 0;
   return choose ? current_requirements(room) : std::nullopt;
@@ -127,7 +127,8 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
       throw UsageError(flags.settings->string() + ": " + e.what());
     }
   }
-  // A connection named on the command line brings its own k; the file's k was meant for the file's.
+  // A connection named on the command line uses its own k: the file's k belongs to the file's
+  // connection.
   if (flags.connection && !flags.k_deg && *flags.connection != settings.connection) {
     settings.k_deg = "auto";
   }

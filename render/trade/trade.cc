@@ -117,7 +117,7 @@ void give_connection_error(const ConnectErrorRow& row, std::size_t room,
 }
 
 // The connection error of every room at each generation and k that its settings have; the other
-// dials hardly change it.
+// parameters hardly change it.
 void measure_connections(const TradeInput& input, std::vector<MeasuredSetting>* settings) {
   for (std::size_t room = 0; room < input.rooms.size(); ++room) {
     const ConnectionsOfRoom wanted = connections_of(*settings, room);
@@ -206,7 +206,7 @@ void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, T
                          .depth = input->rooms.front().depth};
     setting.mode.options.width = base.width_px;
     const auto alike = std::ranges::find_if(input->settings, [&](const TradeSetting& other) {
-      return dials_of(other) == dials_of(setting);
+      return parameters_of(other) == parameters_of(setting);
     });
     const auto index = static_cast<std::size_t>(alike - input->settings.begin());
     if (alike == input->settings.end()) input->settings.push_back(setting);

@@ -1,4 +1,4 @@
-// The work of `raywalk-render trade`: many settings of the dials of rendering, each measured
+// The work of `raywalk-render trade`: many settings of the parameters of rendering, each measured
 // against ground truth, and which of them are worth having.
 #pragma once
 

@@ -22,7 +22,7 @@ ordered_json json_of(const TradeFronts& fronts) {
 
 ordered_json json_of(const MeasuredSetting& setting) {
   ordered_json json{{"name", setting.setting.name}};
-  json.update(dials_of(setting.setting));
+  json.update(parameters_of(setting.setting));
   json.update(json_of(setting.measured));
   json["pareto"] = json_of(setting.pareto);
   return json;

@@ -73,7 +73,7 @@ void add_headline(const Trade& trade, const std::vector<std::size_t>& front, Htm
 void add_front(const Trade& trade, const std::vector<std::size_t>& front, HtmlPage* page) {
   page->add_section("The front", kFrontAnchor);
   page->add_paragraph(
-      "Each point is a setting of all dials; a click leads to its dials, its scores and its error "
+      "Each point is a setting of all parameters; a click leads to its parameters, its scores and its error "
       "picture. Filled and numbered: no other setting is faster and more accurate. Up and to the "
       "left is better. The time is in units of one cv::remap of a panorama of the truths' size, "
       "run "
@@ -177,19 +177,19 @@ std::vector<HtmlCell> moved_row(const Trade& trade, std::size_t index, std::size
   return row;
 }
 
-// How many dials were turned: another room counts as one, though it shows in two.
-std::size_t turns(const TradeSetting& setting, const TradeSetting& centre) {
-  std::size_t dials = setting.room == centre.room ? 0 : 1;
-  for (const std::string& dial : moved_dials(setting, centre)) {
-    if (dial != "stored_width_px" && dial != "depth") ++dials;
+// How many parameters were turned: another room counts as one, though it shows in two.
+std::size_t changed_parameter_count(const TradeSetting& setting, const TradeSetting& centre) {
+  std::size_t parameters = setting.room == centre.room ? 0 : 1;
+  for (const std::string& parameter : changed_parameters(setting, centre)) {
+    if (parameter != "stored_width_px" && parameter != "depth") ++parameters;
   }
-  return dials;
+  return parameters;
 }
 
-void add_single_dials(const Trade& trade, HtmlPage* page) {
-  page->add_section("One dial at a time");
+void add_single_parameters(const Trade& trade, HtmlPage* page) {
+  page->add_section("One parameter at a time");
   page->add_paragraph(
-      "What each dial does alone: time and scores against the central setting of its generation, "
+      "What each parameter does alone: time and scores against the central setting of its generation, "
       "which is what is rendered unless asked otherwise.");
   for (std::size_t centre = 0; centre < trade.settings.size(); ++centre) {
     const TradeSetting& central = trade.settings[centre].setting;
@@ -204,7 +204,7 @@ void add_single_dials(const Trade& trade, HtmlPage* page) {
     for (std::size_t i = 0; i < trade.settings.size(); ++i) {
       const TradeSetting& setting = trade.settings[i].setting;
       const bool same = setting.mode.options.generation == central.mode.options.generation;
-      if (same && turns(setting, central) == 1) table.rows.push_back(moved_row(trade, i, centre));
+      if (same && changed_parameter_count(setting, central) == 1) table.rows.push_back(moved_row(trade, i, centre));
     }
     if (!table.rows.empty()) page->add_table(table);
   }
@@ -221,9 +221,9 @@ HtmlCard card_of(const Trade& trade, std::size_t index, const TradePictures& pic
                        .markup;
   }
   card.facts.resize(2);
-  const nlohmann::ordered_json dials = dials_of(setting.setting);
-  for (const auto& [dial, value] : dials.items()) {
-    card.facts[0].push_back({dial, dial_text(value)});
+  const nlohmann::ordered_json parameters = parameters_of(setting.setting);
+  for (const auto& [parameter, value] : parameters.items()) {
+    card.facts[0].push_back({parameter, parameter_text(value)});
   }
   for (const Column& column : kColumns) {
     card.facts[1].push_back(
@@ -237,7 +237,7 @@ void add_settings(const Trade& trade, const TradePictures& pictures, HtmlPage* p
   const bool all_shown =
       std::ranges::none_of(pictures.errors, [](const cv::Mat& picture) { return picture.empty(); });
   page->add_paragraph(fmt::format(
-      "With the error at {}, times {:g}{}. Dials have their names of the settings file "
+      "With the error at {}, times {:g}{}. Parameters have their names of the settings file "
       "configs/view.yaml.",
       pictures.view, kErrorGain, all_shown ? "" : ", of settings on the front and near it"));
   page->add_figures(
@@ -284,7 +284,7 @@ std::string trade_page(const Trade& trade, const TradePictures& pictures) {
   add_front(trade, front, &page);
   add_presets(trade, &page);
   add_held_out(trade, &page);
-  add_single_dials(trade, &page);
+  add_single_parameters(trade, &page);
   add_settings(trade, pictures, &page);
   add_making(trade, &page);
   return page.html();

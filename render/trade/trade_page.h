@@ -22,7 +22,7 @@ struct TradePictures {
 // on the PSNR front and nearest to it. Throws as Renderer does; Interrupted.
 TradePictures trade_pictures(const Trade& trade, std::span<const TradeRoom> rooms);
 
-// One self-contained HTML page: the front, what each dial does alone, every setting.
+// One self-contained HTML page: the front, what each parameter does alone, every setting.
 std::string trade_page(const Trade& trade, const TradePictures& pictures);
 
 }  // namespace raywalk::render

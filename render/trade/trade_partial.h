@@ -29,7 +29,7 @@ class TradePartial {
 
   std::filesystem::path file_;
   nlohmann::ordered_json content_;                    // of the file
-  std::map<std::string, TradeMeasurement> measured_;  // by the text of their dials
+  std::map<std::string, TradeMeasurement> measured_;  // by the text of their parameters
 };
 
 }  // namespace raywalk::render

@@ -1,4 +1,4 @@
-// One setting of all dials, to be measured against others.
+// One setting of all parameters, to be measured against others.
 #pragma once
 
 #include <cstddef>
@@ -19,16 +19,16 @@ struct TradeSetting {
   std::string depth{};      // of that room's distances: depth_name
 };
 
-// Every dial by its name, in the order of tables, numbers as numbers: {"generation": "hlf-vd",
+// Every parameter by its name, in the order of tables, numbers as numbers: {"generation": "hlf-vd",
 // "k_deg": 76.0, ...}; `layers` is "auto" where as many are used as the tolerance needs. Two
 // settings are alike where these are equal.
-nlohmann::ordered_json dials_of(const TradeSetting& setting);
+nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
-// A dial's value as it is read in tables.
-std::string dial_text(const nlohmann::ordered_json& value);
+// A parameter's value as it is read in tables.
+std::string parameter_text(const nlohmann::ordered_json& value);
 
-// The dials that differ from those of another setting, in the order of dials_of.
-std::vector<std::string> moved_dials(const TradeSetting& setting, const TradeSetting& from);
+// The parameters that differ from those of another setting, in the order of parameters_of.
+std::vector<std::string> changed_parameters(const TradeSetting& setting, const TradeSetting& from);
 
 // The generation, and what differs from the central setting of it, in words: "hlf-vd, nearest, 1
 // station mixed". Unique where the settings differ.

@@ -28,8 +28,8 @@ bool resampled(const TradeSetting& setting) {
   return fold * setting.mode.options.width != setting.stored_width_px;
 }
 
-// What a dial that has no effect is set to: its place in the central setting.
-void still_idle_dials(const ViewOptions& centre, TradeSetting* setting) {
+// What a parameter that has no effect is set to: its place in the central setting.
+void reset_unused_parameters(const ViewOptions& centre, TradeSetting* setting) {
   ViewOptions& options = setting->mode.options;
   if (options.generation != Generation::kTwoSided) options.second_side = centre.second_side;
   if (options.generation != Generation::kInitial) return;
@@ -60,14 +60,14 @@ class Sweep {
 
   void add(TradeSetting setting) {
     const TradeSetting& centre = centre_of(setting);
-    still_idle_dials(centre.mode.options, &setting);
+    reset_unused_parameters(centre.mode.options, &setting);
     const double k_deg = setting.mode.options.k_deg;
     if (k_deg != centre.mode.options.k_deg) {
       setting.mode.connection = connection_name(k_deg);
       setting.mode.k_source = "as swept";
     }
     setting.name = name_of(setting, centre);
-    if (known_.insert(dials_of(setting).dump()).second) settings_.push_back(std::move(setting));
+    if (known_.insert(parameters_of(setting).dump()).second) settings_.push_back(std::move(setting));
   }
   void add(const Settings& settings) {
     for (const TradeSetting& setting : settings) add(setting);
@@ -109,10 +109,10 @@ class Sweep {
   const SweepBase& base_;
   Settings centres_;
   Settings settings_;
-  std::set<std::string> known_;  // dials of settings_
+  std::set<std::string> known_;  // parameters of settings_
 };
 
-// Every setting with every value of a dial.
+// Every setting with every value of a parameter.
 template <typename T, typename Set>
 Settings product(const Settings& settings, const std::vector<T>& values, const Set& set) {
   Settings all;
@@ -126,16 +126,16 @@ Settings product(const Settings& settings, const std::vector<T>& values, const S
 }
 
 template <typename T>
-Settings product(const Settings& settings, T ViewOptions::*dial, const std::vector<T>& values) {
-  return product(settings, values, [dial](TradeSetting* setting, const T& value) {
-    setting->mode.options.*dial = value;
+Settings product(const Settings& settings, T ViewOptions::*parameter, const std::vector<T>& values) {
+  return product(settings, values, [parameter](TradeSetting* setting, const T& value) {
+    setting->mode.options.*parameter = value;
   });
 }
 
 template <typename T>
-void add_moves(Sweep* sweep, Generation generation, T ViewOptions::*dial,
+void add_moves(Sweep* sweep, Generation generation, T ViewOptions::*parameter,
                const std::vector<T>& values) {
-  sweep->add(product(sweep->centres({generation}), dial, values));
+  sweep->add(product(sweep->centres({generation}), parameter, values));
 }
 
 void add_single_moves(const SweepBase& base, Sweep* sweep) {

@@ -19,11 +19,11 @@ struct SweepBase {
   int threads = 1;                     // all that may be used
 };
 
-// The central settings, one dial at a time moved from them, and combinations that go together
+// The central settings, one parameter at a time moved from them, and combinations that go together
 // (everything for speed, everything for accuracy, what lies between): about 40.
 std::vector<TradeSetting> quick_sweep(const SweepBase& base);
 
-// The quick sweep and the grids of the dials that interact: those of how samples are chosen and
+// The quick sweep and the grids of the parameters that interact: those of how samples are chosen and
 // read (interpolation, stations_mixed, second_side, distance_maps, skip_px, station_stride), and
 // those of how the view is laid out (k, overlap, layers, width, arithmetic, threads), each at every
 // generation; of the other rooms every generation and interpolation. About a thousand.

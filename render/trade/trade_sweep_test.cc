@@ -49,7 +49,7 @@ class TradeSweepTest : public ::testing::Test {
 
 std::set<std::string> dial_texts(const std::vector<TradeSetting>& settings) {
   std::set<std::string> texts;
-  for (const TradeSetting& setting : settings) texts.insert(dials_of(setting).dump());
+  for (const TradeSetting& setting : settings) texts.insert(parameters_of(setting).dump());
   return texts;
 }
 
@@ -59,12 +59,12 @@ std::set<std::string> names(const std::vector<TradeSetting>& settings) {
   return names;
 }
 
-// The values that every dial takes.
+// The values that every parameter takes.
 std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetting>& settings) {
   std::map<std::string, std::set<std::string>> values;
   for (const TradeSetting& setting : settings) {
-    const ordered_json dials = dials_of(setting);
-    for (const auto& [dial, value] : dials.items()) values[dial].insert(value.dump());
+    const ordered_json parameters = parameters_of(setting);
+    for (const auto& [parameter, value] : parameters.items()) values[parameter].insert(value.dump());
   }
   return values;
 }
@@ -88,8 +88,8 @@ TEST_F(TradeSweepTest, NoTwoSettingsAreAlike) {
 
 TEST_F(TradeSweepTest, EveryDialIsMoved) {
   add_two_rooms();
-  for (const auto& [dial, taken] : values(quick_sweep(base_))) {
-    EXPECT_GE(taken.size(), 2U) << dial;
+  for (const auto& [parameter, taken] : values(quick_sweep(base_))) {
+    EXPECT_GE(taken.size(), 2U) << parameter;
   }
   const auto full = values(full_sweep(base_));
   EXPECT_THAT(full.at("interpolation"), SizeIs(3));
@@ -121,14 +121,14 @@ TEST_F(TradeSweepTest, TheFullSweepHoldsTheQuickOneAndCombinations) {
   EXPECT_TRUE(layout);
 }
 
-// A dial without effect would give the same picture in the same time under another name.
+// A parameter without effect would give the same picture in the same time under another name.
 TEST_F(TradeSweepTest, DialsWithoutEffectAreLeftAlone) {
   add_room("room.lf", {.width = 64});
   const std::vector<TradeSetting> full = full_sweep(base_);
   const auto initial = values(of_generation(full, Generation::kInitial));
-  for (const char* dial : {"layers", "arithmetic", "distance_maps", "fill_stations", "second_side",
+  for (const char* parameter : {"layers", "arithmetic", "distance_maps", "fill_stations", "second_side",
                            "skip_px", "interpolation"}) {
-    EXPECT_THAT(initial.at(dial), SizeIs(1)) << dial;
+    EXPECT_THAT(initial.at(parameter), SizeIs(1)) << parameter;
   }
   EXPECT_THAT(initial.at("k_deg"), SizeIs(4));
   EXPECT_THAT(values(of_generation(full, Generation::kHlfVd)).at("second_side"), SizeIs(1));

@@ -53,10 +53,10 @@ class TradeTest : public ::testing::Test {
     std::ofstream(directory_ / "gt.csv") << "file,x,y,z\n" << rows;
   }
   // A few settings only, so that it is soon done.
-  TradeInput input(const std::vector<ViewOptions>& dials) const {
+  TradeInput input(const std::vector<ViewOptions>& parameters) const {
     TradeInput input{.truth = options_.truth.string(), .repetitions = 1, .connect_viewpoints = 2};
     input.rooms = {trade_room(room_, captured_views(room_, read_truth(options_.truth, room_), 2))};
-    for (const ViewOptions& options : dials) {
+    for (const ViewOptions& options : parameters) {
       TradeSetting setting{.name = "setting " + std::to_string(input.settings.size()),
                            .mode = {.options = options},
                            .threads = thread_count(),
@@ -170,7 +170,7 @@ TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
   EXPECT_GT(settings[3]["psnr_db"], 10.0);
 }
 
-// E_connect belongs to a generation and its k, and not to the other dials.
+// E_connect belongs to a generation and its k, and not to the other parameters.
 TEST_F(TradeTest, ConnectionErrorsAreThoseOfGenerationAndK) {
   make_room({.overhang_m = 0.25, .width = 128});
   write_trade(few(), options_.report);

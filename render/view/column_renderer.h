@@ -149,7 +149,7 @@ class ColumnRenderer {
   // A source counts the more the nearer its line is: alone when the viewpoint is on it.
   static double blend_share(std::span<const RaySource> sources, size_t which);
 
-  // Rows that each source sees and is to be read in; without those that the dials leave out.
+  // Rows that each source sees and is to be read in; without those that the parameters leave out.
   void look_from_sources(double theta_rad, int depth_theta, std::span<const RaySource> sources,
                          std::span<std::span<const std::uint8_t>> visible);
   void look_where_hidden(double theta_rad, int depth_theta, std::span<const RaySource> sources,

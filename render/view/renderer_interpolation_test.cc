@@ -1,4 +1,4 @@
-// Views by the dials that choose what is read for a pixel: nearest, linear or cubic samples, of one
+// Views by the parameters that choose what is read for a pixel: nearest, linear or cubic samples, of one
 // station or two.
 #include <gtest/gtest.h>
 

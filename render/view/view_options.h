@@ -1,4 +1,4 @@
-// The dials of rendering: everything that trades the speed of a view for its accuracy. What each
+// The parameters of rendering: everything that trades the speed of a view for its accuracy. What each
 // costs is said beside it, per pixel of the output; "a sample" is a place in one captured panorama,
 // found (some 25 operations) and read (4 pixels of 3 bytes unless `interpolation` says otherwise).
 #pragma once
