@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr double kSamePlace_m = 1e-3;
 
-// The method that depth.json names; "estimated" where it is not there to tell.
+// The method in depth.json; "estimated" where there is no depth.json.
 std::string estimation_method(const fs::path& room) {
   const fs::path file = room / "depth.json";
   if (!fs::exists(file)) return "estimated";

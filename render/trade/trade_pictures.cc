@@ -12,8 +12,7 @@ namespace {
 constexpr std::size_t kMostPictures = 60;
 constexpr int kPictureWidth_px = 560;  // sharp at half the page's width
 
-// How much PSNR the fastest setting that has more of it, and takes no longer, gains; 0 on the
-// front.
+// The PSNR that a setting lacks to the best setting that takes no longer; 0 on the front.
 double below_front_db(const Trade& trade, const MeasuredSetting& setting) {
   double gap_db = 0.0;
   for (const MeasuredSetting& other : trade.settings) {

@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A parameter's value as part of a name; {} is the value.
+// A parameter's value as part of a setting's name.
 std::string phrase(const std::string& parameter, const ordered_json& value) {
   static const std::map<std::string, const char*> kPhrases{{"k_deg", "k {}°"},
                                                            {"overlap_deg", "overlap {}°"},

@@ -64,7 +64,8 @@ std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetti
   std::map<std::string, std::set<std::string>> values;
   for (const TradeSetting& setting : settings) {
     const ordered_json parameters = parameters_of(setting);
-    for (const auto& [parameter, value] : parameters.items()) values[parameter].insert(value.dump());
+    for (const auto& [parameter, value] : parameters.items())
+      values[parameter].insert(value.dump());
   }
   return values;
 }
@@ -126,8 +127,8 @@ TEST_F(TradeSweepTest, DialsWithoutEffectAreLeftAlone) {
   add_room("room.lf", {.width = 64});
   const std::vector<TradeSetting> full = full_sweep(base_);
   const auto initial = values(of_generation(full, Generation::kInitial));
-  for (const char* parameter : {"layers", "arithmetic", "distance_maps", "fill_stations", "second_side",
-                           "skip_px", "interpolation"}) {
+  for (const char* parameter : {"layers", "arithmetic", "distance_maps", "fill_stations",
+                                "second_side", "skip_px", "interpolation"}) {
     EXPECT_THAT(initial.at(parameter), SizeIs(1)) << parameter;
   }
   EXPECT_THAT(initial.at("k_deg"), SizeIs(4));
