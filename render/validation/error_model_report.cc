@@ -23,7 +23,7 @@ namespace {
 constexpr int kLargestViewpoints = 1000;
 // Steps of 0.1 N over the paper's range 1.2 N to 2.5 N.
 constexpr int kSweepSamples = 14;
-// Distances closer than this (in N) are one sample of the sweep.
+// Distances closer together than this (in N) count as one sample of the sweep.
 constexpr double kSameDistance = 1e-6;
 
 struct StatedOptimum {
@@ -113,7 +113,7 @@ const StatedOptimum* stated_optimum(double distance) {
   return stated == kStatedOptima.end() ? nullptr : stated;
 }
 
-// "76", or a dash where the paper states none.
+// The paper's optimum, "76", or "-" where it states none.
 std::string stated_text(double distance) {
   const StatedOptimum* stated = stated_optimum(distance);
   return stated == nullptr ? "-" : std::to_string(stated->k_deg);

@@ -19,7 +19,7 @@ namespace raywalk::render {
 namespace {
 
 constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
-constexpr int kLeastWidth_px = 32;            // the metrics need 8 columns in a quarter of it
+constexpr int kLeastWidth_px = 32;            // the metrics need 8 columns in a quarter
 
 double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -52,8 +52,7 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
   if (table.has_column("mask") && !table.text(row, "mask").empty()) {
     truth.mask = list.parent_path() / table.text(row, "mask");
     if (cv::countNonZero(read_mask(truth.mask, {truth.width, truth.width / 2})) == 0) {
-      throw Error(truth.mask.string() + " masks every pixel; leave nothing to compare out of the " +
-                  "list");
+      throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
     }
   }
   const double off_height_m = std::abs(table.number(row, "y") - plan.height_m());
@@ -75,12 +74,12 @@ std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room&
       truths.push_back(truth_at(table, row, list, room));
     } catch (const Error& e) {
       const std::string what = e.what();
-      // A number that does not parse already says where.
+      // Errors of the table already name the row.
       throw Error(what.starts_with(table.where(row)) ? what : table.where(row) + ": " + what);
     }
     if (!names.insert(truths.back().name).second) {
       throw Error(table.where(row) + ": the name " + excerpt(truths.back().name) +
-                  " appears twice; views are told apart by their file's stem");
+                  " appears twice; file stems must be unique");
     }
   }
   if (truths.empty()) {

@@ -33,7 +33,7 @@ std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
   return renderers;
 }
 
-// Where the sample of a truth lies in the report; none if it is not shown.
+// Position of a truth among the report's samples; none if it is not shown.
 PictureSample* sample_of(Validation& validation, std::size_t truth) {
   const auto found = std::find_if(validation.samples.begin(), validation.samples.end(),
                                   [&](const PictureSample& s) { return s.truth == truth; });
@@ -126,7 +126,8 @@ ViewScores mean_scores(const Validation& validation, std::size_t mode) {
 
 std::string validate(const Room& room, const ValidateOptions& options) {
   std::vector<TruthView> truths = read_truth(options.truth, room);
-  renderers_of(room, options.modes, truths.front().width);  // refuses what cannot be rendered
+  renderers_of(room, options.modes,
+               truths.front().width);  // throws for modes that cannot be rendered
   prepare_report(options.report);
   Validation validation = validate_views(room, std::move(truths), options.modes);
   validation.connection_error = connection_errors(room, options.modes, options.connect);
