@@ -174,7 +174,7 @@ void add_flat_flags(CLI::App* command, ViewFrame* frame) {
           "--fov-deg", frame->fov_deg,
           "Horizontal field of view in degrees of a flat picture; without it a panorama is "
           "rendered")
-      ->check(CLI::Range(1e-3, kWidestFovDeg));
+      ->check(CLI::Range(1e-3, kMaxFovDeg));
   command->add_option("--size", frame->size,
                       "Size of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
 }

@@ -35,8 +35,6 @@ MeasuredTrade measured_trade_from_json(const std::string& text, const std::strin
 struct Demand {
   std::optional<double> budget_ms{};    // per panorama
   std::optional<double> min_psnr_db{};  // against the truth of the trade
-};                                      // per panorama
-std::optional<double> min_psnr_db{};    // against the truth of the trade
 };
 
 // The setting that meets a demand, of which at least one member is set: with a minimum PSNR the

@@ -52,8 +52,8 @@ class WriteView : public testing::Test {
     room_ = Room::open(directory_ / "room.lf");
   }
   cv::Mat written(const ViewFrame& frame) {
-    told_ = write_view(room_, {.options = {.k_deg = 76.0}, .k_source = "as asked for"}, {0.1, -0.2},
-                       frame, directory_ / "view.png");
+    told_ = write_view(room_, {.options = {.k_deg = 76.0}, .k_source = "given"}, {0.1, -0.2}, frame,
+                       directory_ / "view.png");
     return read_picture(directory_ / "view.png");
   }
   TestDirectory directory_;
@@ -78,17 +78,17 @@ TEST_F(WriteView, TurnsAPanorama) {
 }
 
 TEST(ViewSummary, SaysWhatWasLeftOut) {
-  ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "as asked for"};
+  ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "given"};
   ViewReport report;
   report.pixels = 1000;
   report.work = {.readings = 2000, .uncorrected = 250, .one_station = 1000, .one_side = 30};
   EXPECT_THAT(view_summary(mode, report),
-              HasSubstr("left out: 12.5 % of corrections, 50.0 % of second stations, 3.0 % of "
+              HasSubstr("skipped: 12.5 % of corrections, 50.0 % of second stations, 3.0 % of "
                         "second sides"));
   mode.options.generation = Generation::kInitial;
-  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("left out")));
+  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
   mode.options = {};
-  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("left out")));
+  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
 }
 
 TEST_F(WriteView, WritesAFlatPictureThatShowsWhereItLooks) {

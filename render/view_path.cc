@@ -75,8 +75,9 @@ void require_same_work(json earlier, json now, const fs::path& record) {
   for (const auto& [key, value] : earlier.items()) keys.insert(key);
   for (const std::string& key : keys) {
     if (earlier.value(key, json()) != now.value(key, json())) {
-      throw Error(fmt::format("{}: the views there were made with another {}; use another --out",
-                              record.string(), key == "room_sha256" ? "room" : key));
+      throw Error(
+          fmt::format("{}: the views there were rendered with another {}; use another --out",
+                      record.string(), key == "room_sha256" ? "room" : key));
     }
   }
 }
@@ -180,7 +181,7 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
       progress.advance();
     }
   } catch (const Interrupted&) {
-    throw Interrupted(fmt::format("interrupted after {} of {} views; the same command goes on",
+    throw Interrupted(fmt::format("interrupted after {} of {} views; the same command resumes",
                                   done, views.size()));
   }
   return fmt::format("{}: {} views, {} of them rendered now; {}, {} at k = {:g} degrees ({})",

@@ -41,10 +41,10 @@ TEST(ViewFile, ReadsViewpointsOfEitherSign) {
 }
 
 TEST(ViewFile, TellsWhatAViewWasMadeOf) {
-  const ViewMode mode{.options = {.k_deg = 80.0}, .k_source = "as asked for"};
+  const ViewMode mode{.options = {.k_deg = 80.0}, .k_source = "given"};
   const std::string text = view_summary(
       mode, {.layers = 12, .limited_corners = 2, .filled_share = 0.016, .empty_share = 0.5});
-  EXPECT_THAT(text, AllOf(HasSubstr("hlf-vd, hybrid at k = 80 degrees (as asked for)"),
+  EXPECT_THAT(text, AllOf(HasSubstr("hlf-vd, hybrid at k = 80 degrees (given)"),
                           HasSubstr("12 layers"), HasSubstr("2 of 4 corners"),
                           HasSubstr("1.6 % filled"), HasSubstr("50.0 % empty")));
   EXPECT_EQ(text.find("seen by no station"), std::string::npos);

@@ -20,8 +20,7 @@ struct TradeMeasurement {
   double remap_ms = 0.0;   // time of that remap, median
   double peak_mb = 0.0;    // growth of the resident set by one view, 1e6 bytes, room files included
   double mapped_mb = 0.0;  // the part that is pages of the room's files
-  std::optional<double>
-      touched_mb{};  // bytes of the volumes that one view reads; none: not counted
+  std::optional<double> touched_mb{};  // 1e6 bytes of the volumes read by a view; none: not counted
   ViewScores scores{};
   std::optional<ViewScores> held_out{};  // of held-out stations; none: not measured
   // Equation (11) at the setting's generation and k, in squared 8-bit levels; NaN: not measurable.

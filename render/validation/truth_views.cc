@@ -19,7 +19,7 @@ namespace raywalk::render {
 namespace {
 
 constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
-constexpr int kLeastWidth_px = 32;            // the metrics need 8 columns in a quarter
+constexpr int kMinWidth_px = 32;              // the metrics need 8 columns in a quarter
 
 double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -43,11 +43,11 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
   truth.line_distance_m = nearest_line_m(room.grid(), plan);
   truth.width = panorama_size_of(truth.file).width;
-  if (truth.width % 4 != 0 || truth.width < kLeastWidth_px) {
+  if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
     throw Error(
         fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at "
                     "least {}",
-                    truth.file.string(), truth.width, kLeastWidth_px));
+                    truth.file.string(), truth.width, kMinWidth_px));
   }
   if (table.has_column("mask") && !table.text(row, "mask").empty()) {
     truth.mask = list.parent_path() / table.text(row, "mask");

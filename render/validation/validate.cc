@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostSamples = 3;
+constexpr std::size_t kMaxSamples = 3;
 constexpr int kPageWidth_px = 720;  // of a picture on the page: sharp at half the page's width
 
 std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
@@ -69,7 +69,7 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   Validation validation;
   validation.volume = room.directory().string();
   validation.has_distances = room.has_distances();
-  for (const std::size_t truth : spread_over_distance(truths, kMostSamples)) {
+  for (const std::size_t truth : spread_over_distance(truths, kMaxSamples)) {
     validation.samples.push_back({.truth = truth});
   }
   Progress progress("validating", static_cast<std::int64_t>(truths.size() * modes.size()), "views");

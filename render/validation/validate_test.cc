@@ -38,7 +38,7 @@ class ValidateTest : public ::testing::Test {
     options_.modes.push_back(mode(Generation::kTwoSided));
   }
   static ViewMode mode(Generation generation) {
-    return {.options = {.generation = generation, .k_deg = 80.0}, .k_source = "as asked for"};
+    return {.options = {.generation = generation, .k_deg = 80.0}, .k_source = "given"};
   }
   void make_truth(const std::string& name, PlanPoint at, int width) const {
     write_image(directory_ / (name + ".png"), render_truth(spec_, at, width));

@@ -82,7 +82,7 @@ TEST_P(KernelDepths, SnappedPointsLieOnTheirNearestLayer) {
 }
 
 TEST_P(KernelDepths, SnappedPointsObeyTheLawOfSines) {
-  // (5) solved for the source in design.md section 3: alpha = phi* + asin((d_p / d_src) sin phi*).
+  // Equation (5) solved for the source: alpha = phi* + asin((d_p / d_src) sin phi*).
   constexpr int kRows = 200;
   const LatitudeTable latitudes(kRows, kRows);
   const RowTable table = latitudes.table();

@@ -1,5 +1,5 @@
-// Views by the parameters that choose what is read for a pixel: nearest, linear or cubic samples, of one
-// station or two.
+// Views by the parameters that choose what is read for a pixel: nearest, linear or cubic samples,
+// of one station or two.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -100,7 +100,7 @@ TEST(RendererInterpolation, FlatPicturesAreReadByIt) {
       // Another picture first, so that what it leaves in memory would show.
       renderer.render({0.1, 0.2}, {.attitude = {.pitch_rad = -1.0}, .width = 50, .height = 50});
       psnr_db[static_cast<size_t>(way)] =
-          raywalk::psnr_db(renderer.render({0.1, 0.2}, viewport).image, flat_truth(spec, viewport));
+          render::psnr_db(renderer.render({0.1, 0.2}, viewport).image, flat_truth(spec, viewport));
     }
     expect_increasing(psnr_db, "flat");
   }

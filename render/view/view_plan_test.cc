@@ -40,7 +40,7 @@ PlanPoint seen_from_side(PlanPoint point, int side) {
 
 class ViewPlanScale : public testing::TestWithParam<double> {};
 
-// design.md section 3: A = (x + (N/2 - z) tan theta, N/2), d_p = (N/2 - z) / cos theta.
+// The crossing of the front line: A = (x + (N/2 - z) tan theta, N/2), d_p = (N/2 - z) / cos theta.
 TEST_P(ViewPlanScale, CrossingHasTheClosedFormOnEverySide) {
   const double n = GetParam();
   const Grid grid = square_grid(n, n);
