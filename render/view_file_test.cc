@@ -31,7 +31,7 @@ TEST(ViewFrame, IsAPanoramaUnlessItHasAFieldOfView) {
   EXPECT_EQ(viewport_of({.fov_deg = 60.0, .size = "1440x1600"})->height, 1600);
 }
 
-TEST(ViewFrame, RefusesSizesThatAreNone) {
+TEST(ViewFrame, RejectsMalformedSizes) {
   for (const char* size : {"1440", "x", "1440x", "x20", "1440x1600x3", "axb", "4.5x2"}) {
     EXPECT_THAT([&] { viewport_of({.fov_deg = 90.0, .size = size}); },
                 ThrowsMessage<UsageError>(HasSubstr("WIDTHxHEIGHT")))
@@ -77,7 +77,7 @@ TEST_F(WriteView, TurnsAPanorama) {
   EXPECT_LE(cv::norm(over, flipped, cv::NORM_INF), 1.0);
 }
 
-TEST(ViewSummary, SaysWhatWasLeftOut) {
+TEST(ViewSummary, ReportsSkippedWork) {
   ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "given"};
   ViewReport report;
   report.pixels = 1000;
@@ -91,7 +91,7 @@ TEST(ViewSummary, SaysWhatWasLeftOut) {
   EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
 }
 
-TEST_F(WriteView, WritesAFlatPictureThatShowsWhereItLooks) {
+TEST_F(WriteView, WritesAFlatPictureInItsDirection) {
   const cv::Mat straight = written({});
   const cv::Mat picture = written({.yaw_deg = -90.0, .fov_deg = 40.0, .size = "65x33"});
   EXPECT_EQ(picture.size(), cv::Size(65, 33));

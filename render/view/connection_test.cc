@@ -136,7 +136,7 @@ TEST(Connection, WeightRisesLinearlyFromZeroToOne) {
   EXPECT_EQ(next_side_weight(connection, kHalfPi), 1.0);
 }
 
-TEST(ConnectionProperty, CutAndBlendStayInsideWhatBothLinesHold) {
+TEST(ConnectionProperty, CutAndBlendStayWithinBothLines) {
   RandomCorners corners;
   for (int i = 0; i < 20000; ++i) {
     const CornerView corner = corners.next();

@@ -203,7 +203,7 @@ TEST(ViewPlan, HeightIsTheMeanOfTheLinesThatServe) {
   EXPECT_NEAR(ViewPlan(grid, {0.0, 0.0}, kPhysical).height_m(), -0.01, 1e-15);
 }
 
-TEST(ViewPlan, CountsTheCornersThatWantMoreOverhang) {
+TEST(ViewPlan, CountsTheCornersThatNeedMoreOverhang) {
   // At k = 45 a viewpoint beside both diagonals needs overhang at all corners; on the diagonals at
   // none, and physical connections never do.
   const Grid bare = square_grid(1.0, 0.0);
