@@ -53,7 +53,7 @@ double time_of_remap_ms(int width_px) {
 std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* better,
                        const Demand& demand, double remap_ms) {
   std::string reason = fmt::format(
-      "{}: {:.2f} dB at {:.3g} ms by the trade measured on this room ({:.2g} times "
+      "{}: {:.2f} dB at {:.3g} ms as measured by trade on this room ({:.2g} times "
       "cv::remap, which takes {:.3g} ms here)",
       chosen.name, chosen.psnr_db, chosen.ratio * remap_ms, chosen.ratio, remap_ms);
   if (demand.min_psnr_db) {
@@ -139,15 +139,15 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   std::error_code error;
   if (!fs::exists(file, error)) {
     throw Error(
-        fmt::format("{}: nothing was measured on this room to choose by; run raywalk-render "
-                    "trade on it first",
+        fmt::format("{}: no trade was measured on this room; run raywalk-render trade on it first",
                     room.directory().string()));
   }
   const MeasuredTrade trade = measured_trade_from_json(read_file(file), file.string());
   if (trade.distances_sha256 != distances_sha256(room)) {
-    throw Error(file.string() +
-                ": was measured on other distances than the room has now; run raywalk-render trade "
-                "again");
+    throw Error(
+        file.string() +
+        ": was measured with other distances than the room has now; run raywalk-render trade "
+        "again");
   }
   Preset chosen = choose_setting(trade, demand, time_of_remap_ms(trade.width_px));
   chosen.settings = view_settings(flags, chosen.settings);

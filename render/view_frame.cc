@@ -19,8 +19,7 @@ std::optional<Viewport> viewport_of(const ViewFrame& frame) {
   if (frame.fov_deg == 0.0) {
     if (!frame.size.empty()) {
       throw UsageError(
-          "--size is that of a flat picture; give --fov-deg too, or --width for a "
-          "panorama");
+          "--size is for a flat picture; give --fov-deg too, or use --width for a panorama");
     }
     require_viewport(viewport);
     return std::nullopt;

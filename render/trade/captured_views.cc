@@ -87,7 +87,7 @@ void require_same_lines(const Room& room, const Room& other) {
   const std::vector<Line>& lines = room.grid().lines;
   const std::vector<Line>& others = other.grid().lines;
   const auto refuse = [&](const std::string& how) {
-    throw Error(fmt::format("{}: {} {}; --also takes the same place packed otherwise",
+    throw Error(fmt::format("{}: {} {}; --also needs another room of the same place",
                             other.directory().string(), how, room.directory().string()));
   };
   if (lines.size() != others.size()) {

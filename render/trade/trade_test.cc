@@ -366,10 +366,10 @@ TEST_F(HeldOutTradeTest, WorksWithoutTruth) {
 TEST_F(HeldOutTradeTest, NeedsTruthOrHeldOutStations) {
   options_.truth.clear();
   options_.held_out = 0;
-  EXPECT_THAT(run_error(), HasSubstr("--truth, or --held-out"));
+  EXPECT_THAT(run_error(), HasSubstr("with --truth, or use stations"));
   options_.held_out = 4;
   options_.also = {directory_ / "room.lf"};
-  EXPECT_THAT(run_error(), HasSubstr("--also with --truth alone"));
+  EXPECT_THAT(run_error(), HasSubstr("--also needs --truth without --held-out"));
 }
 
 }  // namespace

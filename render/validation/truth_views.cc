@@ -57,8 +57,9 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
   }
   const double off_height_m = std::abs(table.number(row, "y") - plan.height_m());
   if (off_height_m > kHeightTolerance_m) {
-    spdlog::warn("{}: captured {:.3f} m off the height of the lines, which views are rendered at",
-                 table.where(row), off_height_m);
+    spdlog::warn(
+        "{}: captured {:.3f} m off the height of the lines; views are rendered at that height",
+        table.where(row), off_height_m);
   }
   return truth;
 }

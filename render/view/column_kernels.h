@@ -233,7 +233,7 @@ struct ColumnKernels {
 
   // Follows the rays of a column into a distance map (inverse distances omega_map, [column][row], <
   // 0 where unknown; offset = viewpoint - map's station) and corrects omega, known to about a
-  // pixel, by what the map holds there on the same surface: to first order rho scales with the
+  // pixel, by the map's value there on the same surface: to first order rho scales with the
   // distance.
   void (*refine_omega)(RowTable table, const float* omega, int rows, ColumnOffset offset,
                        ColumnTarget target, const float* omega_map, float tolerance,

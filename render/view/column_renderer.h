@@ -82,8 +82,7 @@ struct WorkCounts {
 // Counts of pixels by how they were rendered.
 struct PixelCounts {
   std::int64_t all = 0;
-  std::int64_t filled =
-      0;  // hidden from the lines in use, read from another station that sees them
+  std::int64_t filled = 0;     // hidden from the lines in use, read from another station
   std::int64_t stretched = 0;  // seen by no station: taken from the farther neighbour in the column
   std::int64_t empty = 0;  // no line serves the column, or all of it is masked; shown as a pattern
   WorkCounts work{};

@@ -80,10 +80,9 @@ class DistanceView {
 
 // A distance map looked up from another place.
 struct MapLookup {
-  float omega_there = 0.0f;  // inverse distance of the looked-up point from the map's station
-  float omega_map = -1.0f;   // inverse distance stored in that direction; < 0 if unknown
-  float omega_around =
-      -1.0f;  // of the nearest surface within the four pixels around that direction
+  float omega_there = 0.0f;    // inverse distance of the looked-up point from the map's station
+  float omega_map = -1.0f;     // inverse distance stored in that direction; < 0 if unknown
+  float omega_around = -1.0f;  // the largest of the four pixels around that direction
 };
 
 // Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a
