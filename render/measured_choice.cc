@@ -18,26 +18,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ViewSettings settings_from(const CheckedJson& dials) {
-  const CheckedJson layers = dials.at("layers");
+ViewSettings settings_from(const CheckedJson& parameters) {
+  const CheckedJson layers = parameters.at("layers");
   ViewSettings settings;
-  settings.generation = dials.at("generation").text();
-  settings.k_deg = fmt::format("{}", dials.at("k_deg").number());
-  settings.overlap_deg = dials.at("overlap_deg").number();
+  settings.generation = parameters.at("generation").text();
+  settings.k_deg = fmt::format("{}", parameters.at("k_deg").number());
+  settings.overlap_deg = parameters.at("overlap_deg").number();
   settings.layers = layers.is_text() ? layers.text() : std::to_string(layers.integer());
-  settings.width_px = dials.at("width_px").integer();
-  settings.interpolation = dials.at("interpolation").text();
-  settings.arithmetic = dials.at("arithmetic").text();
-  settings.second_side = dials.at("second_side").text();
-  settings.stations_mixed = dials.at("stations_mixed").integer();
-  settings.station_stride = dials.at("station_stride").integer();
-  settings.distance_maps = dials.at("distance_maps").integer();
-  settings.fill_stations = dials.at("fill_stations").integer();
-  settings.skip_px = dials.at("skip_px").number();
+  settings.width_px = parameters.at("width_px").integer();
+  settings.interpolation = parameters.at("interpolation").text();
+  settings.arithmetic = parameters.at("arithmetic").text();
+  settings.second_side = parameters.at("second_side").text();
+  settings.stations_mixed = parameters.at("stations_mixed").integer();
+  settings.station_stride = parameters.at("station_stride").integer();
+  settings.distance_maps = parameters.at("distance_maps").integer();
+  settings.fill_stations = parameters.at("fill_stations").integer();
+  settings.skip_px = parameters.at("skip_px").number();
   return settings;
 }
 
-// Five runs, of which the median counts; the first one, cold, does not.
+// Median of five runs after a warm-up run.
 double time_of_remap_ms(int width_px) {
   PitchRemap remap(width_px);
   std::vector<double> times_ms;
@@ -51,7 +51,7 @@ double time_of_remap_ms(int width_px) {
 std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* better,
                        const Demand& demand, double remap_ms) {
   std::string reason = fmt::format(
-      "{}: {:.2f} dB at {:.3g} ms by the trade measured on this room ({:.2g} times "
+      "{}: {:.2f} dB at {:.3g} ms as measured by trade on this room ({:.2g} times "
       "cv::remap, which takes {:.3g} ms here)",
       chosen.name, chosen.psnr_db, chosen.ratio * remap_ms, chosen.ratio, remap_ms);
   if (demand.min_psnr_db) {
@@ -105,7 +105,7 @@ Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double r
   const auto in_time = [&](const MeasuredChoice& choice) {
     return !demand.budget_ms || choice.ratio * remap_ms <= *demand.budget_ms;
   };
-  // Fastest first: of those that suffice the first, else the best of those in time.
+  // Fastest first: the first that meets the minimum PSNR, else the most accurate within the budget.
   const MeasuredChoice* chosen = nullptr;
   const MeasuredChoice* better = nullptr;
   for (const MeasuredChoice& choice : by_time) {
@@ -135,15 +135,15 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   std::error_code error;
   if (!fs::exists(file, error)) {
     throw Error(
-        fmt::format("{}: nothing was measured on this room to choose by; run raywalk-render "
-                    "trade on it first",
+        fmt::format("{}: no trade was measured on this room; run raywalk-render trade on it first",
                     room.directory().string()));
   }
   const MeasuredTrade trade = measured_trade_from_json(read_file(file), file.string());
   if (trade.distances_sha256 != distances_sha256(room)) {
-    throw Error(file.string() +
-                ": was measured on other distances than the room has now; run raywalk-render trade "
-                "again");
+    throw Error(
+        file.string() +
+        ": was measured with other distances than the room has now; run raywalk-render trade "
+        "again");
   }
   Preset chosen = choose_setting(trade, demand, time_of_remap_ms(trade.width_px));
   chosen.settings = view_settings(flags, chosen.settings);
