@@ -1,4 +1,4 @@
-// Ctrl-C as a flag that long work looks at, so that it can stop in good order.
+// Ctrl-C as a flag that long work polls, so that it can stop cleanly.
 #pragma once
 
 #include <array>
@@ -10,9 +10,8 @@ namespace raywalk {
 // once.
 void install_interrupt_handlers();
 
-// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT ask to stop and do no more, however often
-// they come: for work that must not end in the middle, as a motor that has to be stopped first.
-// Only one may exist at a time.
+// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT only set the flag, however often they
+// arrive: for work that must not be killed, such as moving a motor. Only one may exist at a time.
 class StopSignalsOnlyAsk {
  public:
   StopSignalsOnlyAsk();
