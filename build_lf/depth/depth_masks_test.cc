@@ -87,7 +87,7 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
         const auto distance_m = volume.distance_column(m, u);
         const auto confidence = volume.confidence_column(m, u);
         for (size_t v = 0; v < distance_m.size(); ++v) {
-          map.omega.push_back(confidence[v] >= kLeastConfidence ? 1.0f / distance_m[v] : 1e6f);
+          map.omega.push_back(confidence[v] >= kMinConfidence ? 1.0f / distance_m[v] : 1e6f);
         }
       }
       // A pixel of parallax at the reach, half the cell's side.

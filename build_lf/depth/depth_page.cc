@@ -35,7 +35,7 @@ cv::Mat confidence_picture(const InverseDistanceMap& map) {
   const cv::Mat confidence = upright(map.confidence, map.size, CV_8UC1);
   cv::Mat picture;
   cv::cvtColor(confidence, picture, cv::COLOR_GRAY2BGR);
-  picture.setTo(cv::Scalar(40, 40, 220), confidence < kLeastConfidence);
+  picture.setTo(cv::Scalar(40, 40, 220), confidence < kMinConfidence);
   return picture;
 }
 

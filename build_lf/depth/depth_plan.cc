@@ -158,7 +158,7 @@ std::vector<int> voters_of(const DepthPlan& plan, int which) {
   return voters;
 }
 
-std::vector<int> farther_voters_of(const DepthPlan& plan, std::span<const int> voters) {
+std::vector<int> fallback_voters_of(const DepthPlan& plan, std::span<const int> voters) {
   constexpr size_t kMost = 8;
   constexpr double kGapPerDistance = 0.25;
   std::vector<int> all(voters.begin(), voters.end());

@@ -61,7 +61,7 @@ std::vector<int> voters_of(const DepthPlan& plan, int which);
 // Further maps that are asked where masks hide what is below from all of `voters`: at most eight,
 // nearest first, each at least a quarter of its own distance from those and from one another, so
 // that they reach over the room.
-std::vector<int> farther_voters_of(const DepthPlan& plan, std::span<const int> voters);
+std::vector<int> fallback_voters_of(const DepthPlan& plan, std::span<const int> voters);
 
 // The candidates within three reaches of a reference: what lies farther off is never the best view.
 std::vector<SweepCandidate> candidates_near(const DepthPlan& plan, const SweepReference& reference);

@@ -282,7 +282,7 @@ TEST(DepthPlanTest, FartherVotersReachOverTheRoom) {
   };
   for (int which = 0; which < static_cast<int>(plan.maps.size()); ++which) {
     const std::vector<int> near = voters_of(plan, which);
-    const std::vector<int> farther = farther_voters_of(plan, near);
+    const std::vector<int> farther = fallback_voters_of(plan, near);
     EXPECT_GT(farther.size(), 0U);
     EXPECT_LE(farther.size(), 8U);
     for (size_t i = 0; i < farther.size(); ++i) {
@@ -303,7 +303,7 @@ TEST(DepthPlanTest, ThereMayBeNoFartherVoters) {
   spec.cells_z = 0;
   const DepthTestRoom room(spec);
   const DepthPlan plan = plan_depth(room.room(), {.every = 8});
-  EXPECT_TRUE(farther_voters_of(plan, voters_of(plan, 1)).empty());
+  EXPECT_TRUE(fallback_voters_of(plan, voters_of(plan, 1)).empty());
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct MapSummary {
   int station = 0;
   std::string file{};
   double mean_confidence = 0.0;  // in [0, 1], over the solid angle
-  double low_share = 0.0;        // of the solid angle, below kLeastConfidence
+  double low_share = 0.0;        // of the solid angle, below kMinConfidence
   double parallax_share = 0.0;   // of the solid angle, moves by a pixel or more over the reach
 };
 

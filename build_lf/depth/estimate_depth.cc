@@ -107,7 +107,7 @@ MapSummary summary_of(const Room& room, const DepthPlan& plan, const InverseDist
     const double confidence = map.confidence[p] / 255.0;
     total += weight;
     summary.mean_confidence += weight * confidence;
-    if (map.confidence[p] < kLeastConfidence) summary.low_share += weight;
+    if (map.confidence[p] < kMinConfidence) summary.low_share += weight;
     if (map.omega[p] * plan.pixels_per_omega_m() >= 1.0) summary.parallax_share += weight;
   }
   summary.mean_confidence /= total;
@@ -191,10 +191,10 @@ void make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
     flow_maps(room, plan, gains, partial);
     return;
   }
-  const double most_per_m = find_nearest_surfaces(room, plan, gains.gain, valid, partial);
-  summary->nearest_m = 1.0 / most_per_m;
-  summary->layers = sweep_layers(most_per_m, plan.reach_m, plan.size).count;
-  sweep_maps(room, plan, most_per_m, gains.gain, valid, partial);
+  const double max_per_m = find_nearest_surfaces(room, plan, gains.gain, valid, partial);
+  summary->nearest_m = 1.0 / max_per_m;
+  summary->layers = sweep_layers(max_per_m, plan.reach_m, plan.size).count;
+  sweep_maps(room, plan, max_per_m, gains.gain, valid, partial);
   fuse_swept_maps(plan, room.masked(), partial);
 }
 

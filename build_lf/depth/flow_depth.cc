@@ -59,8 +59,8 @@ struct Sighting {
 
 // A pixel is trusted if a pixel's error in the flow changes omega by less than a quarter of
 // 1/reach, and if the flow comes back to within so many pixels.
-constexpr double kMostErrorShare = 0.25;
-constexpr double kMostReturn_px = 2.0;
+constexpr double kMaxErrorShare = 0.25;
+constexpr double kMaxReturn_px = 2.0;
 
 // 1 where two flows agree, 1/2 where they are half a pixel apart.
 double agreement(double apart_px) {
@@ -96,7 +96,7 @@ class Neighbour {
     const double parallax_m = u.cross(way_m_).norm();  // parallax in radians per 1/m
     const double return_px = return_error(to_theta, to_phi, moved, std::hypot(u.x(), u.z()));
     const double agrees = agreement(return_px);
-    const bool trusted = return_px < kMostReturn_px;
+    const bool trusted = return_px < kMaxReturn_px;
     return {static_cast<float>(triangulate(u, w, way_m_)),
             trusted ? static_cast<float>(agrees * std::pow(parallax_m / pixel_rad, 2)) : 0.0f,
             static_cast<float>(agrees)};
@@ -174,7 +174,7 @@ Sighting combine(const std::vector<Sighting>& sightings) {
     if (sighting.weight <= 0.0f || sighting == best) continue;
     const double apart_px = std::fabs(sighting.omega - best.omega) * std::sqrt(sighting.weight);
     sides_agree = agreement(apart_px);
-    if (apart_px > kMostReturn_px) continue;
+    if (apart_px > kMaxReturn_px) continue;
     mean.omega += sighting.weight * sighting.omega;
     mean.weight += sighting.weight;
   }
@@ -236,7 +236,7 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
   InverseDistanceMap map{station, line.stations[static_cast<size_t>(station.station)].position_m,
                          map_size, std::vector<float>(pixels, 0.0f),
                          std::vector<std::uint8_t>(pixels, 0)};
-  const double least_weight = std::pow(reach_m / kMostErrorShare, 2);
+  const double least_weight = std::pow(reach_m / kMaxErrorShare, 2);
   parallel_for(0, map_size.width, 16, [&](int begin, int end) {
     std::vector<Sighting> sightings(neighbours.size());
     for (int theta = begin; theta < end; ++theta) {

@@ -57,7 +57,7 @@ class Fusion {
       : maps_(maps),
         map_(maps[static_cast<size_t>(which)]),
         which_(static_cast<size_t>(which)),
-        nearby_(maps.size() - static_cast<size_t>(options.asked_in_need)),
+        nearby_(maps.size() - static_cast<size_t>(options.fallback_maps)),
         fewest_voters_(static_cast<size_t>(options.fewest_voters)),
         directions_(map_.size),
         tolerance_(static_cast<float>(options.tolerance_per_m)),

@@ -20,7 +20,7 @@ struct FusionOptions {
   // at least. 0: of all maps.
   int fewest_voters = 0;
   // So many of the last maps are asked only where maps[which] knows nothing.
-  int asked_in_need = 0;
+  int fallback_maps = 0;
 };
 
 // The map of `maps[which]` after the vote of all `maps` (all of one size).

@@ -202,7 +202,7 @@ TEST(MapFusionTest, FartherMapsAreAskedOnlyInNeed) {
     if (!is_below(pixel)) maps[4].omega[pixel] *= 3.0f;
   }
   const FusionOptions options{
-      .tolerance_per_m = kTolerance_per_m, .fewest_voters = 1, .asked_in_need = 1};
+      .tolerance_per_m = kTolerance_per_m, .fewest_voters = 1, .fallback_maps = 1};
   const auto fused = fuse_maps(maps, 0, options);
   EXPECT_GT(share_within(fused, truth[0], kTolerance_per_m, is_below), 0.9);
   const std::span without_last(maps.data(), 4);

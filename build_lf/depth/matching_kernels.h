@@ -34,7 +34,7 @@ constexpr bool is_valid(MatchingSample sample) {
 }
 
 // The most that one pair of samples can differ by, and what is set where the sample is invalid.
-inline constexpr int kMostDifference = 264;
+inline constexpr int kMaxDifference = 264;
 inline constexpr int kInvalidDifference = 265;
 
 // A few neighbouring pixels of the reference: the unit vectors they are seen in, in world axes, and
@@ -63,7 +63,7 @@ struct ViewSamples {
 inline constexpr int kTileColumns = 16;
 inline constexpr int kTileRows = 32;
 inline constexpr int kTilePixels = kTileColumns * kTileRows;
-inline constexpr int kMostViews = 8;
+inline constexpr int kMaxViews = 8;
 using ViewDifferences = std::array<std::int32_t, kTilePixels>;
 
 struct MatchingKernels {
@@ -75,8 +75,8 @@ struct MatchingKernels {
   void (*compare)(const ReferenceRays& reference, const ViewSamples& view,
                   std::int32_t* difference);
   // mean[i], for i < count, becomes the mean of the least half, rounded up, of what the first
-  // `views` rows of `differences` hold for ray i. 1 to kMostViews views.
-  void (*average_better_half)(const std::array<ViewDifferences, kMostViews>& differences, int views,
+  // `views` rows of `differences` hold for ray i. 1 to kMaxViews views.
+  void (*average_better_half)(const std::array<ViewDifferences, kMaxViews>& differences, int views,
                               int count, float* mean);
   // One step of semi-global matching for `layers` layers: path[k] = cost[k] + min(previous[k],
   // previous[k +- 1] + small_step, least_previous + large_step) - least_previous; adds path to sum

@@ -208,9 +208,9 @@ TEST_P(DifferenceKernels, AverageTheBetterHalfOfTheViews) {
   const MatchingKernels* kernels = matching_kernels_named(GetParam());
   if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
   std::mt19937 random(6);
-  std::array<ViewDifferences, kMostViews> differences{};
+  std::array<ViewDifferences, kMaxViews> differences{};
   for (int trial = 0; trial < 200; ++trial) {
-    const int views = 1 + trial % kMostViews;
+    const int views = 1 + trial % kMaxViews;
     const int count = 1 + static_cast<int>(random() % kTilePixels);
     for (auto& of_view : differences) {
       for (auto& value : of_view) value = static_cast<std::int32_t>(random() % 265);

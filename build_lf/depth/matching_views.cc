@@ -10,7 +10,7 @@ namespace {
 
 // How much worse than wished a station may be and still be used; a baseline off by a factor of e
 // counts 1, a way along the direction as long as the reach counts 1/4.
-constexpr double kMostMisfit = 0.8;
+constexpr double kMaxMisfit = 0.8;
 constexpr double kWayAlongMisfit = 0.25;
 
 struct Candidate {
@@ -62,7 +62,7 @@ MatchingViews choose_matching_views(const MatchingGeometry& geometry,
     std::vector<int>& chosen = views.side[side];
     for (int i = 1; i <= kViewsPerSide; ++i) {
       const double wished_m = geometry.reach_m * i / kViewsPerSide;
-      double least = kMostMisfit;
+      double least = kMaxMisfit;
       int best = -1;
       for (const Candidate& candidate : candidates[side]) {
         const double misfit =

@@ -126,7 +126,7 @@ class Refiner {
   void move_pixel(const std::vector<float>& before, int theta, int phi) {
     // A gradient of two levels a pixel cannot be told from noise.
     constexpr float kFlat = 2.0f;
-    constexpr float kMostPx = 0.5f;
+    constexpr float kMaxPx = 0.5f;
     const size_t pixel = pixel_index(theta, phi, map_->size);
     NormalSums sums;
     for (int du = -kWindow; du <= kWindow; ++du) {
@@ -142,7 +142,7 @@ class Refiner {
     }
     const float damped = sums.gradient_square + kFlat * kFlat * sums.weight;
     if (damped <= 0.0f) return;
-    const float step_px = std::clamp(sums.gradient_error / damped, -kMostPx, kMostPx);
+    const float step_px = std::clamp(sums.gradient_error / damped, -kMaxPx, kMaxPx);
     map_->omega[pixel] = std::max(0.0f, before[pixel] + step_px * pixel_per_m_);
   }
 

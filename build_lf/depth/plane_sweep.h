@@ -17,10 +17,10 @@ struct SweepLayers {
   double last_per_m() const { return step_per_m * (count - 1); }
 };
 
-// Layers from 0 to at least `most_per_m`, at most one and a half pixels of parallax apart at the
+// Layers from 0 to at least `max_per_m`, at most one and a half pixels of parallax apart at the
 // longest baseline `reach_m`: the parabola through the best layer and refine_parallax interpolate,
 // and closer layers render no better. At least 16 layers, a multiple of 16.
-SweepLayers sweep_layers(double most_per_m, double reach_m, PanoramaSize size);
+SweepLayers sweep_layers(double max_per_m, double reach_m, PanoramaSize size);
 
 struct CostVolume {
   PanoramaSize size;

@@ -17,15 +17,15 @@ TEST(SweepLayersTest, ReachTheNearestSurfaceInStepsOfAPixelAndAHalf) {
   for (int trial = 0; trial < 2000; ++trial) {
     const double reach_m = std::pow(10.0, exponent(random));
     // Nearer than a tenth of the reach nothing is looked for.
-    const double most_per_m = std::pow(10.0, 0.5 * exponent(random) - 0.5) / reach_m;
+    const double max_per_m = std::pow(10.0, 0.5 * exponent(random) - 0.5) / reach_m;
     const PanoramaSize size{64 << (trial % 5), 32 << (trial % 5)};
-    const SweepLayers layers = sweep_layers(most_per_m, reach_m, size);
-    EXPECT_GE(layers.last_per_m(), most_per_m * (1.0 - 1e-12));
+    const SweepLayers layers = sweep_layers(max_per_m, reach_m, size);
+    EXPECT_GE(layers.last_per_m(), max_per_m * (1.0 - 1e-12));
     EXPECT_LE(layers.step_per_m * reach_m, 1.5 * kTwoPi / size.width * (1.0 + 1e-12));
     EXPECT_EQ(layers.count % 16, 0);
     EXPECT_GE(layers.count, 16);
     // No more layers than that takes.
-    EXPECT_LE(layers.count, most_per_m * reach_m * size.width / (1.5 * kTwoPi) + 17.0);
+    EXPECT_LE(layers.count, max_per_m * reach_m * size.width / (1.5 * kTwoPi) + 17.0);
   }
 }
 
@@ -54,14 +54,14 @@ class Sweeper {
             {line.direction.x_m, 0.0, line.direction.z_m}};
   }
 
-  void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double most_per_m) {
+  void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double max_per_m) {
     const TileViews views(reference(station), candidates_, reach_m, &pictures_);
-    sweep(views, sweep_layers(most_per_m, reach_m, kSize), volume);
+    sweep(views, sweep_layers(max_per_m, reach_m, kSize), volume);
   }
 
-  InverseDistanceMap map(StationIndex station, double reach_m, double most_per_m) {
+  InverseDistanceMap map(StationIndex station, double reach_m, double max_per_m) {
     CostVolume volume;
-    sweep_into(&volume, station, reach_m, most_per_m);
+    sweep_into(&volume, station, reach_m, max_per_m);
     SemiGlobalScratch scratch;
     return regularise(volume, reference(station), &scratch);
   }

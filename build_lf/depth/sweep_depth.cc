@@ -20,7 +20,7 @@ constexpr const char* kSweptStage = "swept";
 struct SweepRun {
   const char* progress;
   const char* stage;
-  double most_per_m;
+  double max_per_m;
   bool refine;
 };
 
@@ -29,7 +29,7 @@ struct SweepRun {
 template <typename See>
 void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* pictures,
                PartialMaps* partial, const See& see) {
-  const SweepLayers layers = sweep_layers(run.most_per_m, plan.reach_m, pictures->map_size());
+  const SweepLayers layers = sweep_layers(run.max_per_m, plan.reach_m, pictures->map_size());
   CostVolume volume;
   SemiGlobalScratch scratch;
   Progress progress(run.progress, static_cast<std::int64_t>(plan.maps.size()), "stations");
@@ -88,11 +88,11 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
   return std::min(limit, kMargin * limit * (bin + 1) / kBins);
 }
 
-void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
+void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
                 PartialMaps* partial) {
   PictureCache pictures(room, plan.size, gains, valid, kPicturesKept);
-  sweep_all(plan, {"sweeping", kSweptStage, most_per_m, true}, &pictures, partial,
+  sweep_all(plan, {"sweeping", kSweptStage, max_per_m, true}, &pictures, partial,
             [](const InverseDistanceMap&) {});
 }
 
@@ -100,7 +100,7 @@ void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
   // A pixel and a half of parallax at the reach: both maps are off by up to half a layer, and their
   // pixels do not meet.
   constexpr double kAgreePx = 1.5;
-  // Two maps that agree are believed by views (kLeastConfidence) if six at most could tell.
+  // Two maps that agree are believed by views (kMinConfidence) if six at most could tell.
   constexpr int kFewestVoters = 6;
   FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
   if (masked) options.fewest_voters = kFewestVoters;
@@ -113,9 +113,9 @@ void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
       std::vector<InverseDistanceMap> maps;
       std::vector<int> voters = voters_of(plan, i);
       if (masked) {
-        const std::vector<int> farther = farther_voters_of(plan, voters);
+        const std::vector<int> farther = fallback_voters_of(plan, voters);
         voters.insert(voters.end(), farther.begin(), farther.end());
-        options.asked_in_need = static_cast<int>(farther.size());
+        options.fallback_maps = static_cast<int>(farther.size());
       }
       for (const int voter : voters) {
         const SweepReference& reference = plan.maps[static_cast<size_t>(voter)];

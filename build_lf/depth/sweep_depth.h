@@ -17,7 +17,7 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
                              const cv::Mat& valid, PartialMaps* partial);
 
 // Sweeps every map's station, refines what was found and keeps the maps as "swept".
-void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
+void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
                 PartialMaps* partial);
 

@@ -13,11 +13,11 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr double kEyeLevelDeg = 20.0;
-constexpr int kMostMaps = 24;
+constexpr int kMaxMaps = 24;
 constexpr int kColumnsPerMap = 360;
 constexpr double kBorder_px = 26.0;
 // Far surfaces seen through a door or a window would shrink the room to a dot.
-constexpr double kMostExtents = 4.0;
+constexpr double kMaxExtents = 4.0;
 
 constexpr std::string_view kRules = R"(.raywalk-plan .surface { fill: #828e9b; fill-opacity: .55; }
 .raywalk-plan .needed { fill: var(--accent); }
@@ -30,7 +30,7 @@ std::vector<PlanPoint> surface_points(const Room& room) {
     for (int map = 0; map < room.distances(line).maps(); ++map) maps.emplace_back(line, map);
   }
   std::vector<PlanPoint> points;
-  const size_t count = std::min<size_t>(kMostMaps, maps.size());
+  const size_t count = std::min<size_t>(kMaxMaps, maps.size());
   for (size_t i = 0; i < count; ++i) {
     const auto [line, map] = maps[i * maps.size() / count];
     const DistanceVolume& volume = room.distances(line);
@@ -72,7 +72,7 @@ PlanBounds plan_bounds(const Grid& grid, std::vector<PlanPoint>* surfaces) {
   const double middle_z = 0.5 * (bounds.min.z_m + bounds.max.z_m);
   std::erase_if(*surfaces, [&](PlanPoint p) {
     const double off_m = std::max(std::abs(p.x_m - middle_x), std::abs(p.z_m - middle_z));
-    return off_m > kMostExtents * extent_m;
+    return off_m > kMaxExtents * extent_m;
   });
   for (const PlanPoint& point : *surfaces) bounds.add(point);
   return bounds;

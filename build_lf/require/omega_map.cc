@@ -89,10 +89,10 @@ std::optional<float> looked_up(const PlacedMap& in, const Eigen::Vector3d& direc
 // places; so each look brings it nearer.
 std::optional<float> intersected(const PlacedMap& in, const Eigen::Vector3d& direction, float omega,
                                  const Eigen::Vector3d& position_m) {
-  constexpr int kMostLooks = 4;
+  constexpr int kMaxLooks = 4;
   constexpr float kNearEnough = 1e-4f;
   std::optional<float> found = looked_up(in, direction, omega, position_m);
-  for (int look = 1; look < kMostLooks && found; ++look) {
+  for (int look = 1; look < kMaxLooks && found; ++look) {
     const float before = *found;
     found = looked_up(in, direction, before, position_m);
     if (found && same_surface(*found, before, kNearEnough)) break;

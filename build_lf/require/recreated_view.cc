@@ -6,7 +6,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr double kMostDb = 100.0;
+constexpr double kMaxDb = 100.0;
 
 // Red, green and blue between pixels, bilinearly.
 Eigen::Vector3d color_at(const StationView& view, PixelPosition pixel) {
@@ -86,7 +86,7 @@ double displacement_error(const StationView& view, PixelPosition pixel, double t
 }  // namespace
 
 double psnr_db(double mean_squared_error) {
-  return std::min(kMostDb, 10.0 * std::log10(255.0 * 255.0 / mean_squared_error));
+  return std::min(kMaxDb, 10.0 * std::log10(255.0 * 255.0 / mean_squared_error));
 }
 
 RecreationScore score_recreation(const StationView& truth, const StationView& left,
@@ -122,7 +122,7 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
       ++pixels;
     }
   }
-  if (pixels == 0) return {kMostDb, kMostDb, kMostDb, 1.0};
+  if (pixels == 0) return {kMaxDb, kMaxDb, kMaxDb, 1.0};
   const double samples = 3.0 * static_cast<double>(pixels);
   return {psnr_db(with / samples), psnr_db(without / samples), psnr_db(displaced / samples),
           hidden / solid_angle};

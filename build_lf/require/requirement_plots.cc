@@ -65,15 +65,15 @@ std::string ghost_plot(const RoomRequirements& r) {
     }
     plot.series.push_back(std::move(series));
   };
-  add("no depth", [&](double s) { return tolerance_reached_without_depth(scene, s); });
+  add("no depth", [&](double s) { return largest_ghost_without_depth(scene, s); });
   for (const int layers : kGhostLayers) {
     add(fmt::format("{} layer{}", layers, layers == 1 ? "" : "s"), [&](double s) {
-      return tolerance_reached(scene, omega_error_of_layers(scene, layers), s);
+      return largest_ghost(scene, omega_error_of_layers(scene, layers), s);
     });
   }
   if (r.distance.omega_error_per_m) {
     add("distances",
-        [&](double s) { return tolerance_reached(scene, *r.distance.omega_error_per_m, s); });
+        [&](double s) { return largest_ghost(scene, *r.distance.omega_error_per_m, s); });
   }
   const double widest_cm = kCentimetres * widest_m;
   plot.series.push_back({.name = fmt::format("tolerance {:g} px", r.tolerance_px),

@@ -13,7 +13,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kMostMaps = 12;
+constexpr int kMaxMaps = 12;
 constexpr int kSmallestWidth = 32;
 constexpr std::uint64_t kColourBytes = 3;
 constexpr std::uint64_t kConfidenceBytes = 1;
@@ -32,7 +32,7 @@ std::vector<MapIndex> some_maps(const Room& room) {
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     for (int map = 0; map < room.distances(line).maps(); ++map) all.push_back({line, map});
   }
-  const size_t count = std::min<size_t>(kMostMaps, all.size());
+  const size_t count = std::min<size_t>(kMaxMaps, all.size());
   std::vector<MapIndex> some;
   for (size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
   return some;

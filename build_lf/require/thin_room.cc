@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostViews = 48;
+constexpr int kMaxViews = 48;
 
 // All columns of a station or map, which follow each other in memory.
 template <typename T>
@@ -158,7 +158,7 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
     facts.stations += static_cast<int>(kept[line].size());
     facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
   }
-  const auto views = spread_over(dropped_stations(kept), kMostViews);
+  const auto views = spread_over(dropped_stations(kept), kMaxViews);
   facts.views = static_cast<int>(views.size());
   facts.psnr_db = facts.worst_psnr_db = psnr_db(0.0);
   if (views.empty()) return facts;

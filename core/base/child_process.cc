@@ -91,7 +91,7 @@ ChildProcess::ChildProcess(const std::filesystem::path& executable,
   setpgid(pid_, pid_);
 }
 
-std::optional<int> ChildProcess::ended() {
+std::optional<int> ChildProcess::try_wait() {
   if (!status_) {
     int status = 0;
     if (waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
@@ -101,11 +101,11 @@ std::optional<int> ChildProcess::ended() {
 
 void ChildProcess::stop() {
   const auto deadline = std::chrono::steady_clock::now() + kGrace;
-  if (!ended()) kill(-pid_, SIGTERM);
-  while (!ended() && std::chrono::steady_clock::now() < deadline) {
+  if (!try_wait()) kill(-pid_, SIGTERM);
+  while (!try_wait() && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(kPollEvery);
   }
-  if (ended()) return;
+  if (try_wait()) return;
   kill(-pid_, SIGKILL);
   int status = 0;
   waitpid(pid_, &status, 0);
@@ -113,7 +113,7 @@ void ChildProcess::stop() {
 }
 
 int ChildProcess::wait() {
-  while (!ended()) {
+  while (!try_wait()) {
     if (interrupt_requested()) {
       stop();
       throw Interrupted("interrupted");
@@ -125,7 +125,7 @@ int ChildProcess::wait() {
 
 bool succeeded(int status) { return WIFEXITED(status) && WEXITSTATUS(status) == 0; }
 
-std::string ending_of(int status) {
+std::string describe_failure(int status) {
   if (WIFSIGNALED(status)) return fmt::format("was killed by signal {}", WTERMSIG(status));
   return fmt::format("failed with exit code {}", WEXITSTATUS(status));
 }

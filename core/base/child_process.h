@@ -26,7 +26,7 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   // The status as waitpid(2) returns it; none while the process runs. Does not block.
-  std::optional<int> ended();
+  std::optional<int> try_wait();
   // Sends SIGTERM, then SIGKILL if the process has not ended within a few seconds.
   void stop();
   // Waits for the process to end and returns its status. On Ctrl-C stops it and throws Interrupted.
@@ -40,6 +40,6 @@ class ChildProcess {
 // Whether `status` (from waitpid) is a normal exit with code 0.
 bool succeeded(int status);
 // A failed status in words: "failed with exit code 1", "was killed by signal 9".
-std::string ending_of(int status);
+std::string describe_failure(int status);
 
 }  // namespace raywalk

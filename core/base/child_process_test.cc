@@ -51,10 +51,10 @@ TEST_F(ChildProcessTest, EnvironmentIsAddedToAndReplaced) {
 }
 
 TEST_F(ChildProcessTest, EndIsTold) {
-  EXPECT_EQ(ending_of(run_shell("exit 3")), "failed with exit code 3");
-  EXPECT_EQ(ending_of(run_shell("kill -9 $$")), "was killed by signal 9");
+  EXPECT_EQ(describe_failure(run_shell("exit 3")), "failed with exit code 3");
+  EXPECT_EQ(describe_failure(run_shell("kill -9 $$")), "was killed by signal 9");
   ChildProcess missing(directory_ / "nothing", {}, log_);
-  EXPECT_EQ(ending_of(missing.wait()), "failed with exit code 127");
+  EXPECT_EQ(describe_failure(missing.wait()), "failed with exit code 127");
   EXPECT_THROW(ChildProcess("/bin/true", {}, directory_ / "none/log"), Error);
 }
 
@@ -62,9 +62,9 @@ TEST_F(ChildProcessTest, StoppingEndsWhatItStartedToo) {
   ChildProcess child("/bin/sh", {"-c", "sleep 100 & echo $!; wait"}, log_);
   while (text_of(log_).find('\n') == std::string::npos) usleep(1000);
   const pid_t grandchild = std::stoi(text_of(log_));
-  EXPECT_FALSE(child.ended());
+  EXPECT_FALSE(child.try_wait());
   child.stop();
-  EXPECT_TRUE(child.ended());
+  EXPECT_TRUE(child.try_wait());
   // Ended, and no more than a zombie until init has noticed.
   const auto is_gone = [grandchild] {
     const std::string stat = text_of("/proc/" + std::to_string(grandchild) + "/stat");
@@ -78,8 +78,8 @@ TEST_F(ChildProcessTest, ProgramDeafToTheRequestIsEndedAllTheSame) {
   ChildProcess child("/bin/sh", {"-c", "trap '' TERM; echo on; while :; do sleep 1; done"}, log_);
   while (text_of(log_).empty()) usleep(1000);
   child.stop();
-  ASSERT_TRUE(child.ended());
-  EXPECT_EQ(ending_of(*child.ended()), "was killed by signal 9");
+  ASSERT_TRUE(child.try_wait());
+  EXPECT_EQ(describe_failure(*child.try_wait()), "was killed by signal 9");
 }
 
 }  // namespace

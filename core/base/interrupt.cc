@@ -34,11 +34,11 @@ void install_interrupt_handlers() {
   install(SIGTERM, SA_RESTART);
 }
 
-StopSignalsOnlyAsk::StopSignalsOnlyAsk() {
+DeferStopSignals::DeferStopSignals() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) before_[i] = install(kSignals[i], SA_RESTART);
 }
 
-StopSignalsOnlyAsk::~StopSignalsOnlyAsk() {
+DeferStopSignals::~DeferStopSignals() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 

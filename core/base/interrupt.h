@@ -12,12 +12,12 @@ void install_interrupt_handlers();
 
 // While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT only set the flag, however often they
 // arrive: for work that must not be killed, such as moving a motor. Only one may exist at a time.
-class StopSignalsOnlyAsk {
+class DeferStopSignals {
  public:
-  StopSignalsOnlyAsk();
-  ~StopSignalsOnlyAsk();
-  StopSignalsOnlyAsk(const StopSignalsOnlyAsk&) = delete;
-  StopSignalsOnlyAsk& operator=(const StopSignalsOnlyAsk&) = delete;
+  DeferStopSignals();
+  ~DeferStopSignals();
+  DeferStopSignals(const DeferStopSignals&) = delete;
+  DeferStopSignals& operator=(const DeferStopSignals&) = delete;
 
  private:
   static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};

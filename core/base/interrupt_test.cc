@@ -54,7 +54,7 @@ TEST_F(InterruptDeathTest, WhileSignalsOnlyAskNoneEndsTheProcess) {
   EXPECT_EXIT(
       {
         install_interrupt_handlers();
-        const StopSignalsOnlyAsk protection;
+        const DeferStopSignals protection;
         for (const int signal : {SIGINT, SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::raise(signal);
         std::exit(interrupt_requested() ? 42 : 1);
       },
@@ -64,7 +64,7 @@ TEST_F(InterruptDeathTest, WhileSignalsOnlyAskNoneEndsTheProcess) {
 TEST_F(InterruptDeathTest, AfterwardsSignalsDoWhatTheyDidBefore) {
   EXPECT_EXIT(
       {
-        { const StopSignalsOnlyAsk protection; }
+        { const DeferStopSignals protection; }
         std::raise(SIGHUP);
         std::exit(0);
       },

@@ -83,7 +83,7 @@ class SettingsReader {
   // Here and below `key` is as messages name it.
   void apply(const SettingsSchema::Setting& setting, const YAML::Node& node,
              const std::string& key) const {
-    if (setting.most) {
+    if (setting.max_count) {
       read_sequence(setting, node, key);
     } else {
       read_scalar(setting, node, key);
@@ -97,9 +97,9 @@ class SettingsReader {
                      (setting.next_item ? "' must be a list; start every item under it with '- '"
                                         : "' must be a list; write it as [first, second]"));
     }
-    if (node.size() > *setting.most) {
+    if (node.size() > *setting.max_count) {
       fail(node, fmt::format("'{}' has {} items; it may have {} at most", key, node.size(),
-                             *setting.most));
+                             *setting.max_count));
     }
     if (setting.clear) setting.clear();
     for (std::size_t i = 0; i < node.size(); ++i) {
@@ -212,27 +212,27 @@ SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
 }
 
 SettingsSchema& SettingsSchema::numbers(std::string key, std::vector<double>* values, double min,
-                                        double max, std::size_t most) {
+                                        double max, std::size_t max_count) {
   return bind(
       std::move(key),
       {.set = [=](const std::string& scalar) { values->push_back(number_from(scalar, min, max)); },
        .value = [=] { return sequence_text(*values); },
-       .most = most,
+       .max_count = max_count,
        .clear = [=] { values->clear(); }});
 }
 
 SettingsSchema& SettingsSchema::words(std::string key, std::vector<std::string>* values,
-                                      std::size_t most) {
+                                      std::size_t max_count) {
   return bind(std::move(key), {.set = [=](const std::string& scalar) { values->push_back(scalar); },
                                .takes_quoted = true,
                                .value = [=] { return sequence_text(*values); },
-                               .most = most,
+                               .max_count = max_count,
                                .clear = [=] { values->clear(); }});
 }
 
 SettingsSchema& SettingsSchema::items(std::string key, std::function<SettingsSchema()> next_item,
-                                      std::size_t most) {
-  return bind(std::move(key), {.most = most, .next_item = std::move(next_item)});
+                                      std::size_t max_count) {
+  return bind(std::move(key), {.max_count = max_count, .next_item = std::move(next_item)});
 }
 
 std::map<std::string, std::string> SettingsSchema::values() const {

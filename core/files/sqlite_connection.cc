@@ -130,7 +130,7 @@ std::string SqliteConnection::text(const std::string& sql) {
   return statement.step() ? statement.text(0) : std::string();
 }
 
-SqliteConnection open_sqlite_to_look(const std::filesystem::path& file) {
+SqliteConnection open_sqlite_read_only(const std::filesystem::path& file) {
   SqliteConnection connection(file, SqliteAccess::kReadOnly);
   return can_be_read(&connection) ? std::move(connection) : open_immutable(file);
 }

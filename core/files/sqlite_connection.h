@@ -55,7 +55,7 @@ class SqliteConnection {
 // Opens a database read-only, also while another process writes and on read-only file systems.
 // Throws Error as the constructor does, and if the file system is read-only and the latest entries
 // are still in the write-ahead log.
-SqliteConnection open_sqlite_to_look(const std::filesystem::path& file);
+SqliteConnection open_sqlite_read_only(const std::filesystem::path& file);
 
 // A prepared statement: bind, then step through its rows. Columns are counted from 0.
 class SqliteStatement {

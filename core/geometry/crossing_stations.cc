@@ -88,7 +88,7 @@ class CrossingAssignment {
     std::vector<int> shared;
     for (int station = 0; station < static_cast<int>(stations_.size()); ++station) {
       const Eigen::Vector2d point = plan_of(stations_[static_cast<size_t>(station)]);
-      if (line(x_line).off(point) <= tolerance_m_ && line(z_line).off(point) <= tolerance_m_) {
+      if (line(x_line).distance_to(point) <= tolerance_m_ && line(z_line).distance_to(point) <= tolerance_m_) {
         shared.push_back(station);
       }
     }

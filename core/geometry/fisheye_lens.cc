@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-constexpr int kMostNewtonSteps = 20;
+constexpr int kMaxNewtonSteps = 20;
 
 // r / focal_px at the angle t, and its derivative.
 struct Radius {
@@ -29,7 +29,7 @@ Radius relative_radius(const FisheyeLens& lens, double t) {
 double angle_of_radius(const FisheyeLens& lens, double radius) {
   double low = 0.0, high = lens.largest_angle_rad;
   double t = std::min(radius, high);
-  for (int i = 0; i < kMostNewtonSteps; ++i) {
+  for (int i = 0; i < kMaxNewtonSteps; ++i) {
     const Radius at = relative_radius(lens, t);
     const double error = at.value - radius;
     if (std::abs(error) < 1e-14) break;

@@ -96,7 +96,7 @@ class LineSearch {
 
   bool on_claimed_line(int station, LineAxis axis) const {
     return std::any_of(groups_.begin(), groups_.end(), [&](const StationGroup& group) {
-      return group.line.axis == axis && group.line.off(point(station)) <= tolerance_m_;
+      return group.line.axis == axis && group.line.distance_to(point(station)) <= tolerance_m_;
     });
   }
 
@@ -120,7 +120,7 @@ class LineSearch {
       const std::array<Eigen::Vector2d, 2> ends{point(seed), point(other)};
       const PlanLine line = fit_line(ends, axis);
       const auto count = std::count_if(candidates.begin(), candidates.end(), [&](int station) {
-        return line.off(point(station)) <= 2.0 * tolerance_m_;
+        return line.distance_to(point(station)) <= 2.0 * tolerance_m_;
       });
       if (count > best_count) {
         best = line;
@@ -152,7 +152,7 @@ class LineSearch {
   std::vector<int> stations_within(const PlanLine& line, double limit_m) const {
     std::vector<int> members;
     for (int station = 0; station < static_cast<int>(points_.size()); ++station) {
-      if (claimed_[static_cast<size_t>(station)] || line.off(point(station)) > limit_m) continue;
+      if (claimed_[static_cast<size_t>(station)] || line.distance_to(point(station)) > limit_m) continue;
       members.push_back(station);
     }
     std::stable_sort(members.begin(), members.end(),
@@ -193,7 +193,7 @@ class LineSearch {
 
 }  // namespace
 
-double PlanLine::off(const Eigen::Vector2d& point) const {
+double PlanLine::distance_to(const Eigen::Vector2d& point) const {
   const Eigen::Vector2d from = point - origin;
   return std::abs(direction.x() * from.y() - direction.y() * from.x());
 }

@@ -20,7 +20,7 @@ struct PlanLine {
 
   double along(const Eigen::Vector2d& point) const { return (point - origin).dot(direction); }
   // Distance of a point from the line, not signed.
-  double off(const Eigen::Vector2d& point) const;
+  double distance_to(const Eigen::Vector2d& point) const;
   // The slope against the axis, as the tangent of the angle; infinite at a right angle.
   double obliqueness() const;
 };

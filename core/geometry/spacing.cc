@@ -63,11 +63,11 @@ double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad) {
   return step_for_difference(tolerance_rad, scene.max, scene.max, 0.0);
 }
 
-double tolerance_reached(OmegaRange scene, double omega_error, double spacing_m) {
+double largest_ghost(OmegaRange scene, double omega_error, double spacing_m) {
   return ghost_of_difference(spacing_m, omega_error, scene.min, scene.min + omega_error);
 }
 
-double tolerance_reached_without_depth(OmegaRange scene, double spacing_m) {
+double largest_ghost_without_depth(OmegaRange scene, double spacing_m) {
   return ghost_of_difference(spacing_m, scene.max, scene.max, 0.0);
 }
 

@@ -79,8 +79,8 @@ double spacing_needed(OmegaRange scene, double omega_error, double tolerance_rad
 double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad);
 
 // The inverse question: the largest ghost, in radians, at a spacing.
-double tolerance_reached(OmegaRange scene, double omega_error, double spacing_m);
-double tolerance_reached_without_depth(OmegaRange scene, double spacing_m);
+double largest_ghost(OmegaRange scene, double omega_error, double spacing_m);
+double largest_ghost_without_depth(OmegaRange scene, double spacing_m);
 
 // What a spacing can resolve without distances: sources from this distance on stay within the
 // tolerance.

@@ -164,7 +164,7 @@ TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
     const double error = omega_error_of_layers(scene, layers);
     const double spacing = spacing_needed(scene, error, tolerance);
     if (std::isinf(spacing)) continue;
-    EXPECT_NEAR(tolerance_reached(scene, error, spacing), tolerance, 1e-12 * tolerance);
+    EXPECT_NEAR(largest_ghost(scene, error, spacing), tolerance, 1e-12 * tolerance);
     for (int source = 0; source < 20; ++source) {
       const double omega = uniform(scene.min, scene.max);
       const double width = 2.0 * error;
@@ -173,7 +173,7 @@ TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
       ASSERT_LE(ghost_angle(spacing, omega, assumed), tolerance * (1.0 + 1e-9));
     }
     const double in_place = spacing_needed_without_depth(scene, tolerance);
-    EXPECT_NEAR(tolerance_reached_without_depth(scene, in_place), tolerance, 1e-12 * tolerance);
+    EXPECT_NEAR(largest_ghost_without_depth(scene, in_place), tolerance, 1e-12 * tolerance);
     ASSERT_LE(ghost_angle(in_place, uniform(scene.min, scene.max), 0.0), tolerance * (1.0 + 1e-12));
     EXPECT_NEAR(nearest_distance_resolved(in_place, tolerance) * scene.max, 1.0, 1e-12);
   }
@@ -194,7 +194,7 @@ TEST_F(Spacing, DepthAllowsWiderSpacing) {
 TEST_F(Spacing, NothingNearNeedsNoStationsAtAll) {
   EXPECT_EQ(spacing_needed_without_depth({0.0, 0.0}, 1e-3), kInfinity);
   EXPECT_EQ(spacing_needed({0.5, 0.5}, 0.0, 1e-3), kInfinity);
-  EXPECT_EQ(tolerance_reached({0.1, 2.0}, 0.0, 10.0), 0.0);
+  EXPECT_EQ(largest_ghost({0.1, 2.0}, 0.0, 10.0), 0.0);
   EXPECT_EQ(nearest_distance_resolved(0.0, 1e-3), 0.0);
 }
 

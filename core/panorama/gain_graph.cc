@@ -43,7 +43,7 @@ Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
 Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures,
                                  double prior_error) {
   constexpr double kHuber = 1.345;
-  constexpr int kMostIterations = 50;
+  constexpr int kMaxIterations = 50;
   constexpr double kConverged = 1e-6;
   const double prior_weight = 1.0 / (prior_error * prior_error);
   std::vector<double> weights;
@@ -52,7 +52,7 @@ Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int
     weights.push_back(1.0 / (equation.error * equation.error));
   }
   Eigen::VectorXd solution = solve_weighted(equations, weights, pictures, prior_weight);
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     for (std::size_t i = 0; i < equations.size(); ++i) {
       const GainEquation& equation = equations[i];
       const double residual =

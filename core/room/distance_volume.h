@@ -25,7 +25,7 @@ inline constexpr const char* kGivenOrigin = "given";
 
 // Distances of less confidence are more often wrong than right (raywalk-build-lf depth --truth
 // shows it): views do without them.
-inline constexpr std::uint8_t kLeastConfidence = 64;
+inline constexpr std::uint8_t kMinConfidence = 64;
 
 class DistanceVolume {
  public:

@@ -71,7 +71,7 @@ void estimate(const fs::path& room, const DepthRun& run) {
   ChildProcess depth(program, arguments, log);
   const int status = depth.wait();
   if (succeeded(status)) return;
-  throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(), ending_of(status),
+  throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(), describe_failure(status),
                           log.string()));
 }
 

@@ -2,7 +2,7 @@
 //
 // The few maps nearest to the viewpoint are projected into it; where several see a surface, the
 // nearest surface wins, and among maps that agree on it the one captured nearest. Pixels no map
-// sees, or none is sure of (kLeastConfidence), take the farther of their neighbours along the great
+// sees, or none is sure of (kMinConfidence), take the farther of their neighbours along the great
 // circle, because what a near object hides is background; a view no map is sure of anywhere is the
 // initial view.
 #pragma once
