@@ -43,7 +43,7 @@ TEST_F(DepthPageTest, PicturesEveryMapShown) {
   shown_.push_back(shown_.front());
   EXPECT_EQ(count_of("data:image/jpeg", page()), 6U);
   EXPECT_THAT(page(), Not(HasSubstr("Warnings")));
-  EXPECT_THAT(page(), Not(HasSubstr("Against the given distances")));
+  EXPECT_THAT(page(), Not(HasSubstr("Comparison with the given distances")));
 }
 
 TEST_F(DepthPageTest, NamesWarningsWhateverTheFilesAreCalled) {

@@ -22,7 +22,7 @@ DepthSummary some_summary() {
   summary.maps = {{"x0", 4, "front_4.png", 0.75, 0.125, 1.0},
                   {"z1", 0, "right_0.png", 0.5, 0.25, 0.375}};
   summary.frame_findings = {{{0, 7}, "front_7.png", FrameFault::kExposureStep, {0, 6}, 1.3}};
-  summary.warnings = {"front_7.png is exposed 1.30 times as front_6.png"};
+  summary.warnings = {"the exposure of front_7.png is 1.30 times that of front_6.png"};
   return summary;
 }
 

@@ -30,7 +30,7 @@ TEST(FrameWarningsTest, SayWhatIsWrongWhereAndWhatIsDoneAboutIt) {
                                 HasSubstr("not to have moved"), HasSubstr("not used")),
                           AllOf(HasSubstr("z0_003.png differs from z0_004.png"),
                                 HasSubstr("3.2 times"), HasSubstr("not used")),
-                          AllOf(HasSubstr("z1_001.png"), HasSubstr("1.30 times as z1_000.png"),
+                          AllOf(HasSubstr("z1_001.png"), HasSubstr("1.30 times that of z1_000.png"),
                                 HasSubstr("scaled")),
                           AllOf(HasSubstr("line x0"), HasSubstr("0.050 m"), HasSubstr("0.125 m")),
                           AllOf(HasSubstr("line z1"), HasSubstr("0.750 m"), HasSubstr("0.500 m"))));

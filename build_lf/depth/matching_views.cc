@@ -8,19 +8,19 @@
 namespace raywalk::build_lf {
 namespace {
 
-// How much worse than wished a station may be and still be used; a baseline off by a factor of e
-// counts 1, a way along the direction as long as the reach counts 1/4.
+// Maximum penalty of a usable station; a baseline off by a factor of e costs 1, an offset along the
+// direction as long as the reach costs 1/4.
 constexpr double kMaxMisfit = 0.8;
 constexpr double kWayAlongMisfit = 0.25;
 
 struct Candidate {
   int station = 0;
   double baseline_m = 0.0;
-  double misfit = 0.0;  // what the way along the direction and a slant cost
+  double misfit = 0.0;  // penalty for the offset along the direction and for a slant
 };
 
-// The unit vector perpendicular to `direction` that tells the two sides apart: the rail's part, or
-// where the direction runs nearly along the rail the horizontal that crosses it.
+// The unit vector perpendicular to `direction` that separates the two sides: the component of the
+// rail or, if the direction is nearly along the rail, the horizontal perpendicular to it.
 Eigen::Vector3d side_axis(const Eigen::Vector3d& rail, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d across = rail - rail.dot(direction) * direction;
   constexpr double kNearlyAlong = 0.35;

@@ -96,7 +96,7 @@ class Refiner {
 
   NormalSums sums_of(const MatchingViews& views, const Eigen::Vector3f& direction, float luminance,
                      float omega) const {
-    // Differences of twelve levels are as likely something else as the same thing.
+    // Differences of twelve levels are as likely to be another surface as the same one.
     constexpr float kUnlike = 12.0f;
     const float half = 0.5f * pixel_per_m_;
     NormalSums sums;
@@ -124,7 +124,7 @@ class Refiner {
   }
 
   void move_pixel(const std::vector<float>& before, int theta, int phi) {
-    // A gradient of two levels a pixel cannot be told from noise.
+    // A gradient of two levels per pixel is indistinguishable from noise.
     constexpr float kFlat = 2.0f;
     constexpr float kMaxPx = 0.5f;
     const size_t pixel = pixel_index(theta, phi, map_->size);
@@ -148,7 +148,7 @@ class Refiner {
 
   const TileViews& views_;
   InverseDistanceMap* map_;
-  float pixel_per_m_;  // inverse distance of a pixel of parallax at the reach, 1/m
+  float pixel_per_m_;  // inverse distance with one pixel of parallax at the reach, 1/m
   std::vector<NormalSums> sums_;
 };
 

@@ -11,9 +11,8 @@
 namespace raywalk::build_lf {
 namespace {
 
-// What average_better_half does, of those differences only whose samples are valid: a station whose
-// view of a surface is masked does not speak against it. What only one station can tell counts as
-// half unknown.
+// As average_better_half, but over valid samples only: a masked view of a surface is no evidence
+// against it. A pixel with a single valid sample gets one maximum difference in addition.
 void average_better_half_of_valid(const std::array<ViewDifferences, kMaxViews>& differences,
                                   int views, int count, float* mean) {
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
@@ -30,8 +29,8 @@ void average_better_half_of_valid(const std::array<ViewDifferences, kMaxViews>& 
   }
 }
 
-// The sweep of one reference, tile by tile: from one layer to the next a tile's pixels are found
-// close to where they were, in samples that are still at hand.
+// Sweeps one reference tile by tile: from one layer to the next a tile's pixels move little, so
+// their samples are still in cache.
 class Sweeper {
  public:
   Sweeper(const TileViews& views, CostVolume* volume) : views_(views), volume_(volume) {}
@@ -77,7 +76,8 @@ class Sweeper {
     return costs;
   }
 
-  // Pixel i of the tile; without costs, or where the reference is invalid, as not comparable.
+  // Stores pixel i of the tile; without costs, or where the reference is invalid, as not
+  // comparable.
   void store(size_t pixel, size_t i, const ReferenceTile& reference,
              const std::vector<std::uint8_t>& costs) const {
     const MatchingSample sample = reference.samples[i];
@@ -91,7 +91,7 @@ class Sweeper {
     }
   }
 
-  // The differences of every station on either side; returns how many there are.
+  // Computes the differences of every station on either side; returns their number.
   int compare_with(const MatchingViews& views, double omega, const ReferenceTile& reference,
                    std::array<ViewDifferences, kMaxViews>* differences) const {
     static_assert(kMaxViews == 2 * kViewsPerSide);

@@ -23,7 +23,7 @@ StationLink compare(const StationPair& pair, const ComparedPicture& from,
           .unexplained_change = compared.unexplained_change};
 }
 
-// The images asked for last; consecutive pairs share stations.
+// A small cache of images, as consecutive pairs share stations.
 class RecentImages {
  public:
   explicit RecentImages(const Room& room) : room_(room) {

@@ -12,7 +12,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Pictures kept between references: neighbours share most of theirs.
+// Cache size: neighbouring references share most pictures.
 constexpr std::size_t kPicturesKept = 48;
 
 constexpr const char* kSweptStage = "swept";
@@ -24,8 +24,7 @@ struct SweepRun {
   bool refine;
 };
 
-// Sweeps the stations whose map of the stage is not there yet. `see` is called with every map, in
-// order.
+// Sweeps the stations without a stored map of the stage. `see` is called with every map, in order.
 template <typename See>
 void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* pictures,
                PartialMaps* partial, const See& see) {
@@ -56,8 +55,8 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
                              const cv::Mat& valid, PartialMaps* partial) {
   constexpr int kReduction = 4;
   constexpr double kNearestPerReach = 0.25;
-  // Confidence of a pixel that is believed, and the share of believed pixels that may be nearer
-  // than what the maps look for: false matches are spread over all layers.
+  // Minimum confidence of the pixels counted, and the share of them that may lie nearer than the
+  // sweep's near limit: false matches are spread over all layers.
   constexpr int kBelieved = 64;
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
@@ -97,10 +96,10 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
 }
 
 void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
-  // A pixel and a half of parallax at the reach: both maps are off by up to half a layer, and their
-  // pixels do not meet.
+  // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
+  // do not coincide.
   constexpr double kAgreePx = 1.5;
-  // Two maps that agree are believed by views (kMinConfidence) if six at most could tell.
+  // With six voters, two maps that agree are enough for kMinConfidence.
   constexpr int kFewestVoters = 6;
   FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
   if (masked) options.fewest_voters = kFewestVoters;

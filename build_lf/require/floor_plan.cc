@@ -16,7 +16,7 @@ constexpr double kEyeLevelDeg = 20.0;
 constexpr int kMaxMaps = 24;
 constexpr int kColumnsPerMap = 360;
 constexpr double kBorder_px = 26.0;
-// Far surfaces seen through a door or a window would shrink the room to a dot.
+// Limits the plot, as surfaces far away behind a door or window would shrink the room to a dot.
 constexpr double kMaxExtents = 4.0;
 
 constexpr std::string_view kRules = R"(.raywalk-plan .surface { fill: #828e9b; fill-opacity: .55; }
@@ -64,7 +64,7 @@ PlanBounds station_bounds(const Grid& grid) {
   return bounds;
 }
 
-// Around the stations and the surfaces near them.
+// Bounds of the stations and the surfaces near them.
 PlanBounds plan_bounds(const Grid& grid, std::vector<PlanPoint>* surfaces) {
   PlanBounds bounds = station_bounds(grid);
   const double extent_m = std::max(bounds.width_m(), bounds.depth_m());
@@ -83,7 +83,7 @@ PlanBounds plan_bounds(const Grid& grid, std::vector<PlanPoint>* surfaces) {
 std::string floor_plan_svg(const Room& room, const KeptStations& kept) {
   std::vector<PlanPoint> surfaces = surface_points(room);
   PlanDrawing drawing(plan_bounds(room.grid(), &surfaces), kBorder_px);
-  // Neighbouring maps place the same surfaces: a point per pixel of the drawing is enough.
+  // Neighbouring maps place the same surfaces: one point per pixel of the drawing is enough.
   const double pixel_m = drawing.metres_of(1.0);
   std::set<std::pair<int, int>> drawn;
   for (const PlanPoint& point : surfaces) {

@@ -28,11 +28,12 @@ struct RecreationScore {
 // a grid of pixels about `width` wide.
 // - With distances: each ray's point, by truth.omega, is projected into both stations and the two
 //   colours are blended by nearness. A station in which the point is occluded (by its own omega) or
-//   masked is left out, unless both occlude it. Pixels masked in `truth` or in both stations are not
-//   compared.
+//   masked is left out, unless both occlude it. Pixels masked in `truth` or in both stations are
+//   not compared.
 // - Without depth: the same pixel of both stations is blended (the vertical cut).
-// The PSNR of the tolerance is that of the captured view against itself, displaced by `tolerance_px`
-// of its pixels once along rows and once along columns. It depends on the scene's texture.
+// The PSNR of the tolerance is that of the captured view against itself, displaced by
+// `tolerance_px` of its pixels once along rows and once along columns. It depends on the scene's
+// texture.
 RecreationScore score_recreation(const StationView& truth, const StationView& left,
                                  const StationView& right, double tolerance_px, int width);
 

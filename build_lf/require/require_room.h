@@ -24,9 +24,9 @@ RoomRequirements measure_requirements(const Room& room, double tolerance_px);
 // Measures the room and writes ROOM/require.json; with `thin` also writes the thinned room and adds
 // its quality to ROOM/require.json; with `report` writes the report. Every output is written
 // atomically. Returns a summary for the terminal. Throws UsageError for a tolerance out of range.
-// Throws Error before any work if the room has no distances, if `thin` exists, equals or contains `report`,
-// or if an output cannot be written; and before writing anything if no station that `thin` would
-// keep has a distance map.
+// Throws Error before any work if the room has no distances, if `thin` exists, equals or contains
+// `report`, or if an output cannot be written; and before writing anything if no station that
+// `thin` would keep has a distance map.
 std::string require_room(const RequireOptions& options);
 
 }  // namespace raywalk::build_lf

@@ -237,7 +237,7 @@ TEST_F(RequireRoomTest, SingleLineHasNoConnection) {
   room_of(line_spec());
   require_room({.room = path_, .report = report_});
   EXPECT_FALSE(kept().connection.model_k_deg);
-  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("nothing connects"));
+  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("no lines connect"));
 }
 
 TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {

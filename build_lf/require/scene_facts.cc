@@ -80,10 +80,10 @@ DistanceFacts distance_facts(const Room& room) {
       std::clamp(kMaxSamples / std::max(1, map_count(room)), 256, kMaxSamplesPerMap);
   DistanceSamples known = sample_distances(room, per_map);
   if (known.samples.empty()) {
-    throw Error(fmt::format(
-        "{}: the room knows no distances, which tell what it requires; run raywalk-build-lf depth "
-        "on it, or pack it with raywalk-build-lf pack --distance DIR",
-        room.directory().string()));
+    throw Error(
+        fmt::format("{}: the room has no known distances to measure; run raywalk-build-lf depth "
+                    "on it, or pack it with raywalk-build-lf pack --distance DIR",
+                    room.directory().string()));
   }
   DistanceFacts facts;
   facts.directions = directions(known.samples);

@@ -18,7 +18,7 @@ constexpr int kSmallestWidth = 32;
 constexpr std::uint64_t kColourBytes = 3;
 constexpr std::uint64_t kConfidenceBytes = 1;
 constexpr std::uint64_t kFloatBytes = 4;
-constexpr std::uint64_t kCodesBesideSteps = 2;  // unknown, and no surface
+constexpr std::uint64_t kCodesBesideSteps = 2;  // "unknown" and "no surface"
 
 std::uint64_t pixels_of(double width) { return static_cast<std::uint64_t>(width * width / 2.0); }
 
@@ -38,7 +38,7 @@ std::vector<MapIndex> some_maps(const Room& room) {
   return some;
 }
 
-// Solid angle of a map's known pixels, and of those that a coarser map keeps near enough.
+// Solid angle of a map's known pixels, and of those that a coarser map keeps within the tolerance.
 struct KeptShare {
   double known = 0.0;
   double kept = 0.0;
@@ -62,7 +62,7 @@ KeptShare kept_share(const OmegaMap& map, int width, double most_omega_error) {
   return share;
 }
 
-// kept_share of some maps, at each of `widths`.
+// kept_share over a sample of maps, for each of `widths`.
 std::vector<KeptShare> kept_shares(const Room& room, const std::vector<int>& widths,
                                    double most_omega_error) {
   const std::vector<MapIndex> maps = some_maps(room);

@@ -21,7 +21,7 @@ namespace raywalk {
 namespace {
 
 constexpr std::chrono::milliseconds kPollEvery{20};
-constexpr std::chrono::seconds kGrace{3};  // between asking a program to end and killing it
+constexpr std::chrono::seconds kGrace{3};  // between SIGTERM and SIGKILL
 
 std::string_view name_of(std::string_view variable) {
   return variable.substr(0, variable.find('='));
@@ -46,7 +46,7 @@ std::vector<char*> null_terminated(std::vector<std::string>* texts) {
   return pointers;
 }
 
-// In the child.
+// Runs in the child process after fork.
 [[noreturn]] void start(const std::vector<char*>& argv, const std::vector<char*>& envp,
                         int output) {
   setpgid(0, 0);
@@ -68,7 +68,7 @@ ChildProcess::ChildProcess(const std::filesystem::path& executable,
                            const std::filesystem::path& output,
                            const std::vector<std::string>& environment) {
   // Everything that allocates comes before fork: between fork and exec only async-signal-safe
-  // functions may be called in a program of several threads.
+  // functions may be called in a multithreaded program.
   std::vector<std::string> words{executable.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> variables = environment_with(environment);

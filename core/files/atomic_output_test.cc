@@ -85,7 +85,7 @@ TEST(AtomicFile, ImpossibleTargetsAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(error_of([&] { AtomicFile(directory / "file/a.png"); }),
               HasSubstr("not an existing directory"));
   EXPECT_THAT(error_of([] { AtomicFile(""); }), HasSubstr("names no file"));
-  EXPECT_THAT(error_of([] { AtomicFile("/dev/null"); }), HasSubstr("not a plain file"));
+  EXPECT_THAT(error_of([] { AtomicFile("/dev/null"); }), HasSubstr("not a regular file"));
   EXPECT_THAT(error_of([] { write_file_atomically("/proc/raywalk", "text"); }),
               HasSubstr("cannot write /proc/raywalk: "));
 }

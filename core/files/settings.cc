@@ -45,12 +45,12 @@ std::string sequence_text(const std::vector<Value>& values) {
 // Applies one mapping of a document to the variables of a schema.
 class SettingsReader {
  public:
-  // `place` goes before every key in messages: "" or, within items, "validation[2].".
+  // `place` prefixes every key in messages: "" or, within items, "validation[2].".
   SettingsReader(const SettingsSchema& schema, const std::string& source, std::string place)
       : settings_(schema.settings_), source_(source), place_(std::move(place)) {}
 
-  // Reads the mapping whose keys start with `group` ("" or "blend."). It goes deeper only where the
-  // schema does, so that neither nesting nor aliases in a hostile file can make it run long.
+  // Reads the mapping whose keys start with `group` ("" or "blend."). Recurses only where the
+  // schema does, so that deep nesting or aliases in a hostile file cannot make it run long.
   void read_mapping(const YAML::Node& mapping, const std::string& group) {
     for (const auto& entry : mapping) {
       if (!entry.first.IsScalar()) fail(entry.first, "a key must be a single word");
@@ -80,7 +80,7 @@ class SettingsReader {
     read_mapping(node, key + ".");
   }
 
-  // Here and below `key` is as messages name it.
+  // From here on `key` is the full name used in messages.
   void apply(const SettingsSchema::Setting& setting, const YAML::Node& node,
              const std::string& key) const {
     if (setting.max_count) {
@@ -204,7 +204,7 @@ SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
                                        std::vector<std::string> choices) {
   const auto set = [value, choices = std::move(choices)](const std::string& scalar) {
     if (std::find(choices.begin(), choices.end(), scalar) == choices.end()) {
-      throw std::invalid_argument("is not a choice" + suggestion(scalar, choices));
+      throw std::invalid_argument("is not a valid choice" + suggestion(scalar, choices));
     }
     *value = scalar;
   };

@@ -61,7 +61,7 @@ class SettingsSchema {
     bool takes_quoted = false;  // text may be quoted, numbers and booleans may not
     std::function<std::string()> value{};
     std::optional<std::size_t> max_count{};  // of a sequence; none: a scalar
-    std::function<void()> clear{};      // empties a sequence of scalars
+    std::function<void()> clear{};           // empties a sequence of scalars
     std::function<SettingsSchema()> next_item{};
   };
   SettingsSchema& bind(std::string key, Setting setting);

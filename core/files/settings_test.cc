@@ -110,8 +110,9 @@ TEST(Settings, WrongTypesAreErrors) {
                                 "blend: 5",       "blend:",        "blend: [overlap_deg]"}) {
     EXPECT_THAT(error_of(bad), StartsWith("view.yaml:1: ")) << bad;
   }
-  EXPECT_EQ(error_of("connection: hybird"),
-            "view.yaml:1: 'connection' is 'hybird'; it is not a choice; did you mean 'hybrid'?");
+  EXPECT_EQ(
+      error_of("connection: hybird"),
+      "view.yaml:1: 'connection' is 'hybird'; it is not a valid choice; did you mean 'hybrid'?");
   EXPECT_EQ(error_of("k_deg:"), "view.yaml:1: 'k_deg' has no value");
 }
 
@@ -227,7 +228,7 @@ TEST(Settings, MistakesInSequencesNameTheElement) {
 
 TEST(Settings, MistakesInItemsNameItemLineAndKey) {
   EXPECT_EQ(drawing_error("marks:\n- axis: x\n- axis: y\n"),
-            "plan.yaml:3: 'marks[1].axis' is 'y'; it is not a choice; valid are x, z");
+            "plan.yaml:3: 'marks[1].axis' is 'y'; it is not a valid choice; valid are x, z");
   EXPECT_EQ(drawing_error("marks:\n- axs: x\n"),
             "plan.yaml:2: unknown key 'marks[0].axs'; did you mean 'marks[0].axis'?");
   EXPECT_EQ(drawing_error("marks:\n- axis: x\n  axis: z\n"),

@@ -25,7 +25,7 @@ Radius relative_radius(const FisheyeLens& lens, double t) {
 }
 
 // Solves relative_radius(t) = radius by Newton's method, kept inside a bracket that bisection
-// narrows: the radius grows with the angle, so there is one root.
+// narrows: the radius increases with the angle, so there is one root.
 double angle_of_radius(const FisheyeLens& lens, double radius) {
   double low = 0.0, high = lens.largest_angle_rad;
   double t = std::min(radius, high);
@@ -47,7 +47,7 @@ void require_growing_radius(const FisheyeLens& lens) {
   for (int i = 0; i <= kSteps; ++i) {
     if (!(relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope > 0.0)) {
       throw Error(
-          "the fisheye lens images two directions at one radius, or none at all; reduce its "
+          "the radius of the fisheye lens does not increase with the angle; reduce its "
           "coefficients k or its "
           "field of view");
     }

@@ -7,10 +7,10 @@
 namespace raywalk {
 namespace {
 
-// Weighted least squares. The normal equations are those of a graph: they leave the mean of every
-// connected part open. Their right side sums to 0 over each part, so with a vanishing multiple of
-// the unit matrix added, which makes them regular, each part's mean comes out as 0. How small it
-// can be is a matter of rounding, which it magnifies: to less than 1e-6 here.
+// Weighted least squares. The normal matrix is a graph Laplacian, singular in the mean of every
+// connected component. The right side sums to 0 over each component, so adding a small multiple of
+// the identity makes the system regular and each component's mean 0. The multiple amplifies
+// rounding errors, to less than 1e-6 here.
 Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
                                const std::vector<double>& weights, int pictures,
                                double prior_weight) {

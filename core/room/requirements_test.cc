@@ -228,7 +228,7 @@ TEST_F(CurrentRequirements, BelongToTheDistancesTheyWereMeasuredOn) {
   other.scene.walls.max_m.x() += 0.01;
   room = room_of(other);
   keep(measured);
-  EXPECT_FALSE(current_requirements(room)) << "other distances";
+  EXPECT_FALSE(current_requirements(room)) << "different distances";
   room = room_of({.width = 32, .distance_every = 2});
   keep(measured);
   EXPECT_FALSE(current_requirements(room)) << "fewer distances";
