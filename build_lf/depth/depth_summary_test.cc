@@ -57,7 +57,7 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
   EXPECT_TRUE(json["truth"].is_null());
 }
 
-TEST(DepthSummaryTest, TruthIsThereWhereItWasCompared) {
+TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   DepthSummary summary = some_summary();
   summary.truth = TruthComparison{2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}};
   const auto truth = nlohmann::json::parse(depth_summary_to_json(summary))["truth"];

@@ -43,7 +43,7 @@ TEST_P(FlowDepthOfScale, FindsTheWallsOfABox) {
     EXPECT_EQ(map.position_m, truth.position_m);
     const double all = share_within(map, truth, pixel_per_m(reach_m), kAllPixels);
     EXPECT_GT(all, 0.75) << seed;
-    // Confidence tells where: the certain are more often right.
+    // Confident pixels are more often right.
     const auto certain = [&](size_t pixel) { return map.confidence[pixel] > 160; };
     EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m), certain), all + 0.03) << seed;
   }
@@ -71,7 +71,7 @@ TEST(FlowDepthTest, FindsInfinityFarAway) {
   for (const float omega : map.omega) ASSERT_LT(omega, 0.1 * pixel_per_m(0.5));
 }
 
-TEST(FlowDepthTest, KnowsNothingAlongTheRailAndFillsItFromAround) {
+TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
   const SyntheticRoomSpec spec = captured_line(1.0);
   const DepthTestRoom room(spec);
   const auto map = flow_map(room.room(), {0, 8}, 0.5, kSize, no_gains(room.grid()));
@@ -92,7 +92,7 @@ TEST(FlowDepthTest, KnowsNothingAlongTheRailAndFillsItFromAround) {
   }
 }
 
-TEST(FlowDepthTest, BringsExposuresTogetherFirst) {
+TEST(FlowDepthTest, EqualisesExposuresFirst) {
   const SyntheticRoomSpec spec = captured_line(1.0);
   auto gains = no_gains(synthetic_grid(spec));
   for (size_t i = 0; i < gains[0].size(); ++i) {

@@ -12,8 +12,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Every warning names what it is about, what was measured, and what becomes of it.
-TEST(FrameWarningsTest, SayWhatIsWrongWhereAndWhatIsDoneAboutIt) {
+// Every warning names the files, the measurement and the consequence.
+TEST(FrameWarningsTest, NameFaultFilesAndConsequence) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   spec.width = 32;
   const DepthTestRoom room(spec);
@@ -37,7 +37,7 @@ TEST(FrameWarningsTest, SayWhatIsWrongWhereAndWhatIsDoneAboutIt) {
   EXPECT_THAT(warnings_of(room.room(), {}), IsEmpty());
 }
 
-TEST(ParallaxWarningsTest, NameTheLinesNoneOfWhoseMapsShowsAny) {
+TEST(ParallaxWarningsTest, NameTheLinesWithoutParallax) {
   const std::vector<MapSummary> maps{
       {.line = "x0", .parallax_share = 0.005}, {.line = "x0", .parallax_share = 0.5},
       {.line = "x1", .parallax_share = 0.9},   {.line = "z0", .parallax_share = 0.0},

@@ -10,7 +10,7 @@ namespace {
 
 class TilesOfSize : public ::testing::TestWithParam<int> {};
 
-// Whatever the size, also one that tiles do not divide.
+// Also for sizes that are not a multiple of the tile's.
 TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   const PanoramaSize size{GetParam(), GetParam() / 2};
@@ -45,7 +45,7 @@ TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
 
 INSTANTIATE_TEST_SUITE_P(Widths, TilesOfSize, ::testing::Values(32, 36, 100, 128));
 
-TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndKnowsInvalidOnes) {
+TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndMarksInvalidOnes) {
   const DepthTestRoom room(room_of_scale(1.0));
   const PanoramaSize size{100, 50};
   cv::Mat valid(size.height, size.width, CV_8UC1, cv::Scalar(255));

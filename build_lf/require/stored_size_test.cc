@@ -13,12 +13,11 @@ namespace {
 
 class StoredSizeTest : public RequireTest {};
 
-TEST(WidthWorthStoring, IsWhereTheParallaxLeftEqualsTheTolerance) {
+TEST(WidthWorthStoring, IsWhereResidualParallaxEqualsTheTolerance) {
   const StorageNeed need{
       .reach_m = 0.5, .spacing_m = 0.0, .tolerance_px = 0.5, .omega_error = 0.01};
   const double width_px = width_worth_storing(need);
-  // Independently: how far the worst latitude is off where a source at 4 m is taken to be at the
-  // wrong distance.
+  // Independent computation: the largest latitude error for a source at 4 m with a wrong distance.
   double worst_rad = 0.0;
   for (int degree = 0; degree <= 90; ++degree) {
     const double alpha_rad = radians_from_degrees(degree);

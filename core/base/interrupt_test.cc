@@ -9,7 +9,7 @@
 namespace raywalk {
 namespace {
 
-// The flag never goes back, so each case that raises a signal runs in a process of its own.
+// The flag is never reset, so each test that raises a signal runs in its own process.
 class InterruptDeathTest : public testing::Test {
  protected:
   void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
@@ -50,7 +50,7 @@ TEST_F(InterruptDeathTest, SecondSigintEndsTheProcessAtOnce) {
       testing::KilledBySignal(SIGINT), "");
 }
 
-TEST_F(InterruptDeathTest, WhileSignalsOnlyAskNoneEndsTheProcess) {
+TEST_F(InterruptDeathTest, DeferredSignalsDoNotEndTheProcess) {
   EXPECT_EXIT(
       {
         install_interrupt_handlers();
@@ -61,7 +61,7 @@ TEST_F(InterruptDeathTest, WhileSignalsOnlyAskNoneEndsTheProcess) {
       testing::ExitedWithCode(42), "");
 }
 
-TEST_F(InterruptDeathTest, AfterwardsSignalsDoWhatTheyDidBefore) {
+TEST_F(InterruptDeathTest, HandlersAreRestoredAfterwards) {
   EXPECT_EXIT(
       {
         { const DeferStopSignals protection; }

@@ -75,7 +75,7 @@ TEST(AtomicFile, CommitWithoutAWrittenFileIsAnError) {
   EXPECT_THAT(error_of([&] { output.commit(); }), HasSubstr("a.txt: No such file"));
 }
 
-TEST(AtomicFile, ImpossibleTargetsAreRefusedBeforeAnythingIsWritten) {
+TEST(AtomicFile, InvalidTargetsAreRejectedBeforeWriting) {
   const TestDirectory directory;
   fs::create_directory(directory / "folder");
   write_file_atomically(directory / "file", "text");
@@ -125,7 +125,7 @@ TEST(WriteFileDeathTest, FailedWriteKeepsTheOldFile) {
   EXPECT_EQ(directory.entries(), 1U);
 }
 
-TEST(MakeDirectories, MakesAllThatAreMissingAndAcceptsWhatIsThere) {
+TEST(MakeDirectories, CreatesMissingOnesAndAcceptsExistingOnes) {
   const TestDirectory directory;
   make_directories(directory / "a" / "b");
   make_directories(directory / "a" / "b");

@@ -65,7 +65,7 @@ void expect_same(const FisheyeLens& a, const FisheyeLens& b) {
   EXPECT_DOUBLE_EQ(a.largest_angle_rad, b.largest_angle_rad);
 }
 
-TEST(LensFileTest, WhatIsWrittenIsReadBackWithAllItsDigits) {
+TEST(LensFileTest, RoundTripKeepsFullPrecision) {
   const TestDirectory directory;
   const DualFisheyeCamera camera = crooked_camera();
   write_lens_file(directory / "lens.yaml", camera);
@@ -81,7 +81,7 @@ TEST(LensFileTest, WhatIsWrittenIsReadBackWithAllItsDigits) {
   EXPECT_TRUE(back.layout.back_position_m.isApprox(camera.layout.back_position_m, 1e-15));
 }
 
-TEST(LensFileTest, LensesLookAwayFromEachOtherFromOnePlaceUnlessToldOtherwise) {
+TEST(LensFileTest, DefaultIsBackToBackAtOnePosition) {
   const DualFisheyeCamera camera = parsed(kLeast);
   EXPECT_FALSE(camera.two_files);
   EXPECT_EQ(camera.layout.back.centre.u, 299.5);
@@ -91,7 +91,7 @@ TEST(LensFileTest, LensesLookAwayFromEachOtherFromOnePlaceUnlessToldOtherwise) {
   EXPECT_EQ(camera.layout.front.k, FisheyeLens{}.k);
 }
 
-TEST(LensFileTest, NumbersThatNothingCanStandInForAreAskedFor) {
+TEST(LensFileTest, KeysWithoutDefaultsAreRequired) {
   for (const char* key : {"picture_width_px", "picture_height_px"}) {
     expect_refused(without_line_of(kLeast, key), std::string("'") + key + "' is missing");
   }
@@ -106,12 +106,12 @@ TEST(LensFileTest, MistakesAreNamed) {
   expect_refused(std::string(kLeast) + "  focal_mm: 3\n", "did you mean 'back.focal_px'");
   expect_refused(std::string(kLeast) + "  k1: much\n", "back.k1");
   expect_refused(std::string(kLeast) + "  largest_angle_deg: 190\n", "back.largest_angle_deg");
-  expect_refused(std::string(kLeast) + "  k1: -0.3\n", "back: the fisheye lens images two");
+  expect_refused(std::string(kLeast) + "  k1: -0.3\n", "back: the radius of the fisheye lens");
   EXPECT_THROW(read_lens_file("no/such/lens.yaml"), UsageError);
 }
 
-// A direction is seen at the same share of a picture of any size, measured from its corner.
-TEST(LensFileTest, ScaledCameraSeesTheSameAtTheSameShareOfItsPicture) {
+// A direction has the same relative position, measured from the corner, at any picture size.
+TEST(LensFileTest, ScaledCameraKeepsRelativePixelPositions) {
   const DualFisheyeCamera camera = crooked_camera();
   const DualFisheyeCamera small = scaled_to(camera, {640, 320});
   EXPECT_EQ(small.picture.width, 640);
@@ -126,7 +126,7 @@ TEST(LensFileTest, ScaledCameraSeesTheSameAtTheSameShareOfItsPicture) {
   EXPECT_EQ(small.layout.back_position_m, camera.layout.back_position_m);
 }
 
-TEST(LensFileTest, PicturesOfOtherProportionsAreNotOfThisCamera) {
+TEST(LensFileTest, OtherAspectRatiosAreRejected) {
   EXPECT_THROW(scaled_to(crooked_camera(), {640, 480}), Error);
   EXPECT_NO_THROW(scaled_to(crooked_camera(), {641, 320}));
 }

@@ -23,7 +23,7 @@ TEST(RowNamesTest, ComeInTheOrderOfTheRows) {
   EXPECT_THAT(file_names_of_rows(table_of(""), "name"), ElementsAre());
 }
 
-TEST(RowNamesTest, AreRefusedWhereTheyWouldNotBeAFileOfTheirOwn) {
+TEST(RowNamesTest, InvalidAndDuplicateNamesAreRejected) {
   for (const std::string& name :
        {std::string("../a"), std::string("/a"), std::string(".a"), std::string("\"\""),
         std::string("\"a,b\""), std::string("\"a\"\"b\""), std::string("\"a\nb\""),

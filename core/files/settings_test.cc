@@ -68,7 +68,7 @@ TEST(Settings, SetsEveryTypeAndNestedKeys) {
   EXPECT_EQ(view.overlap_deg, 2.0);
 }
 
-TEST(Settings, WhatTheFileDoesNotSetKeepsItsValue) {
+TEST(Settings, UnsetKeysKeepTheirValues) {
   const ViewSettings view = parsed("width: 512\n");
   EXPECT_EQ(view.k_deg, 76.0);
   EXPECT_EQ(view.connection, "hybrid");
@@ -116,7 +116,7 @@ TEST(Settings, WrongTypesAreErrors) {
   EXPECT_EQ(error_of("k_deg:"), "view.yaml:1: 'k_deg' has no value");
 }
 
-TEST(Settings, WhatIsNotOneMappingIsAnError) {
+TEST(Settings, DocumentThatIsNotAMappingIsAnError) {
   for (const std::string bad :
        {"- k_deg", "just text", "k_deg: 50\n---\nwidth: 512\n", "? [a]\n: b", "k_deg: [", "a: b: c",
         "\t- x", "*nowhere", "{", "'open"}) {
@@ -195,7 +195,7 @@ std::string drawing_error(const std::string& yaml) {
   return "";
 }
 
-TEST(Settings, SequencesReplaceWhatWasThere) {
+TEST(Settings, SequencesReplaceEarlierValues) {
   const Drawing drawing = drawing_from(
       "plot:\n  steps: [1, -0.25]\nlayers: [\"0x10\", grid]\nmarks:\n  - axis: z\n    at_m: [2]\n"
       "  - {}\n");
