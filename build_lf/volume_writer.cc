@@ -15,8 +15,7 @@ namespace {
 
 constexpr const char* kWorldFrame =
     "metres; x right, y up, z forward; direction(theta, phi) = (cos phi sin theta, sin phi, cos "
-    "phi cos "
-    "theta)";
+    "phi cos theta)";
 constexpr const char* kPixelGrid =
     "theta = (i + 0.5) / width * 360 - 180 degrees; phi = 90 - (j + 0.5) / height * 180 degrees";
 

@@ -83,8 +83,8 @@ void add_truth(const TruthComparison& truth, HtmlPage* page) {
   page->add_section("Comparison with the given distances");
   page->add_paragraph(
       fmt::format("{} maps, errors in pixels of parallax at the reach: {:.1f} % within 1 px, "
-                  "{:.1f} % within 2, "
-                  "{:.1f} % within 4; the median error of the distance is {:.2f} %.",
+                  "{:.1f} % within 2, {:.1f} % within 4; the median error of the distance is "
+                  "{:.2f} %.",
                   truth.maps, 100.0 * truth.within_1px_share, 100.0 * truth.within_2px_share,
                   100.0 * truth.within_4px_share, 100.0 * truth.median_relative_error));
   LinePlot plot{.title = "Low confidence predicts error",

@@ -67,9 +67,8 @@ void add_scene(const Room& room, const RoomRequirements& r, const KeptStations& 
                HtmlPage* page) {
   page->add_section("Distances of the scene");
   page->add_paragraph(fmt::format(
-      "Distances from the stations, weighted by solid angle and confidence: 1 % are nearer "
-      "than {}, half nearer than {}, 99 % nearer than {}. Sky covers {} of the directions; {} of "
-      "them "
+      "Distances from the stations, weighted by solid angle and confidence: 1 % are nearer than "
+      "{}, half nearer than {}, 99 % nearer than {}. Sky covers {} of the directions; {} of them "
       "are known.",
       metres(r.distance.near_m), metres(r.distance.median_m), metres(r.distance.far_m),
       percent(r.distance.sky_share), percent(r.distance.known_share)));
@@ -108,11 +107,9 @@ void add_layers(const RoomRequirements& r, HtmlPage* page) {
   page->add_section("Depth layers");
   page->add_paragraph(fmt::format(
       "A view a distance d_p from the line moves each ray's latitude by up to d_p times the "
-      "inverse "
-      "distance of its source. With layers equally spaced in inverse distance, from {} to {} per "
-      "metre, an error of half a layer remains. These counts keep it within {:g} px at {} px, "
-      "except for rays "
-      "that graze a surface at more than 80 degrees.",
+      "inverse distance of its source. With layers equally spaced in inverse distance, from {} to "
+      "{} per metre, an error of half a layer remains. These counts keep it within {:g} px at {} "
+      "px, except for rays that graze a surface at more than 80 degrees.",
       fixed_number(r.layers.omega_min_per_m, 3), fixed_number(r.layers.omega_max_per_m, 3),
       r.tolerance_px, r.storage.panorama_width_px));
   page->add_table(layers_table(r));
@@ -158,12 +155,11 @@ HtmlTable held_out_table(const RoomRequirements& r) {
 void add_spacing(const RoomRequirements& r, HtmlPage* page) {
   page->add_section("Spacing of the stations");
   page->add_paragraph(fmt::format(
-      "Plenoptic sampling along a rail: a source at inverse distance w appears in two stations, "
-      "a step s apart, in directions s w apart. A blend without correction shows it twice; "
-      "corrected by an assumed distance, the copies are apart by the error of that distance. "
-      "Chai's "
-      "critical sampling is a tolerance of 1 px about the optimal single depth; here it is {:g} "
-      "px, {} degrees.",
+      "Plenoptic sampling along a rail: a source at inverse distance w appears in two stations, a "
+      "step s apart, in directions s w apart. A blend without correction shows it twice; corrected "
+      "by an assumed distance, the copies are apart by the error of that distance. Chai's critical "
+      "sampling is a tolerance of 1 px about the optimal single depth; here it is {:g} px, {} "
+      "degrees.",
       r.tolerance_px, plain_number(360.0 * r.tolerance_px / r.storage.panorama_width_px, 4)));
   page->add_figures(
       {svg_figure(ghost_plot(r), "Distance between the two copies of the nearest source."),
@@ -174,10 +170,9 @@ void add_spacing(const RoomRequirements& r, HtmlPage* page) {
   page->add_table(held_out_table(r));
   page->add_paragraph(fmt::format(
       "With distances {} of {} stations suffice, including those at corners and ends. Without "
-      "depth "
-      "they may be at most {} apart, and the capture is {}. The rule for distances ignores "
-      "occlusion, reflections and resampling, which the re-created stations measure: the "
-      "smaller of the two spacings is used.",
+      "depth they may be at most {} apart, and the capture is {}. The rule for distances ignores "
+      "occlusion, reflections and resampling, which the re-created stations measure: the smaller "
+      "of the two spacings is used.",
       r.spacing.stations_needed_with_distances, r.spacing.stations,
       spacing(r.spacing.needed_without_depth_m),
       r.spacing.captured_max_m <= r.spacing.needed_without_depth_m ? "dense enough"
@@ -218,10 +213,9 @@ void add_storage(const RoomRequirements& r, HtmlPage* page) {
   page->add_section("Storage");
   page->add_paragraph(fmt::format(
       "Width: with the error of the distances, at half a cell ({}) and half a step, the residual "
-      "parallax "
-      "equals {:g} px of a panorama {} wide; a wider one stores detail that views displace by "
-      "more. Distances: maps {} px wide keep {} of the directions within the tolerance at this "
-      "reach, which needs {} steps of inverse distance, {} bits.",
+      "parallax equals {:g} px of a panorama {} wide; a wider one stores detail that views "
+      "displace by more. Distances: maps {} px wide keep {} of the directions within the tolerance "
+      "at this reach, which needs {} steps of inverse distance, {} bits.",
       metres(s.reach_m), r.tolerance_px, pixels(s.worth_width_px), s.needed_distance_width_px,
       percent(s.share_within_tolerance), s.omega_steps, s.omega_bits));
   page->add_table({.caption = "Bytes",

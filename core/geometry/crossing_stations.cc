@@ -96,8 +96,8 @@ class CrossingAssignment {
     if (shared.size() > 2) {
       throw Error(
           fmt::format("{}, {} and {} all lie within {:.3g} mm of the crossing of two lines, where "
-                      "each line has one "
-                      "station; remove the repeated one or lower the line tolerance",
+                      "each line has one station; remove the repeated one or lower the line "
+                      "tolerance",
                       name(shared[0]), name(shared[1]), name(shared[2]), tolerance_m_ * 1e3));
     }
     return shared;

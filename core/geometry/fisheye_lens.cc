@@ -48,8 +48,7 @@ void require_growing_radius(const FisheyeLens& lens) {
     if (!(relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope > 0.0)) {
       throw Error(
           "the radius of the fisheye lens does not increase with the angle; reduce its "
-          "coefficients k or its "
-          "field of view");
+          "coefficients k or its field of view");
     }
   }
 }

@@ -16,10 +16,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "raywalk-room";
 constexpr const char* kFrame =
     "metres; x right, y up, z forward (left-handed); theta = 0 looks to +z and grows towards +x, "
-    "phi "
-    "grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v + "
-    "0.5) "
-    "/ height * 180 degrees; every packed panorama is in world axes";
+    "phi grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v "
+    "+ 0.5) / height * 180 degrees; every packed panorama is in world axes";
 constexpr const char* kSideNames[] = {"front", "right", "back", "left"};
 
 constexpr int kMaxDepth = 16;       // the manifest itself nests 5 deep
