@@ -122,7 +122,7 @@ DepthPlan plan_depth(const Room& room, const DepthOptions& options) {
   return plan;
 }
 
-void leave_out(std::span<const StationIndex> stations, DepthPlan* plan) {
+void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan) {
   const auto is_left_out = [&](const auto& entry) {
     return std::find(stations.begin(), stations.end(), entry.station) != stations.end();
   };
@@ -163,16 +163,16 @@ std::vector<int> fallback_voters_of(const DepthPlan& plan, std::span<const int> 
   constexpr size_t kMaxFallback = 8;
   constexpr double kGapPerDistance = 0.25;
   std::vector<int> all(voters.begin(), voters.end());
-  const auto way_m = [&](int a, int b) {
+  const auto distance_m = [&](int a, int b) {
     return (plan.maps[static_cast<size_t>(a)].position_m -
             plan.maps[static_cast<size_t>(b)].position_m)
         .norm();
   };
   for (const int i : maps_by_distance(plan, voters.front())) {
     if (all.size() == voters.size() + kMaxFallback) break;
-    const double gap_m = kGapPerDistance * way_m(i, voters.front());
-    const bool is_near =
-        std::any_of(all.begin(), all.end(), [&](int other) { return way_m(i, other) <= gap_m; });
+    const double gap_m = kGapPerDistance * distance_m(i, voters.front());
+    const bool is_near = std::any_of(all.begin(), all.end(),
+                                     [&](int other) { return distance_m(i, other) <= gap_m; });
     if (!is_near && i != voters.front()) all.push_back(i);
   }
   return {all.begin() + static_cast<std::ptrdiff_t>(voters.size()), all.end()};

@@ -53,7 +53,7 @@ DepthPlan plan_depth(const Room& room, const DepthOptions& options);
 
 // Removes stations from a plan, both as maps and as candidates. Throws Error if no map is left, or
 // no line has two stations left.
-void leave_out(std::span<const StationIndex> stations, DepthPlan* plan);
+void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan);
 
 // The maps that vote in the fusion of maps[which]: itself first, then the nearest four of its own
 // line and the nearest eight of other lines.

@@ -192,7 +192,7 @@ TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
   DepthPlan plan = plan_depth(room.room(), {.every = 2});
   const DepthPlan whole = plan;
   const std::vector<StationIndex> bad{{0, 4}, {2, 5}};
-  leave_out(bad, &plan);
+  exclude_stations(bad, &plan);
   EXPECT_EQ(plan.maps.size(), whole.maps.size() - 1);
   EXPECT_EQ(plan.candidates.size(), whole.candidates.size() - 2);
   for (const StationIndex station : bad) {
@@ -208,7 +208,7 @@ TEST(DepthPlanTest, NothingLeftToCompareIsAnError) {
   for (const StationIndex station : stations_compared(plan)) {
     if (station.station > 0) all_but_first.push_back(station);
   }
-  EXPECT_THAT([&] { leave_out(all_but_first, &plan); },
+  EXPECT_THAT([&] { exclude_stations(all_but_first, &plan); },
               ThrowsMessage<Error>(HasSubstr("64 of 68 stations had to be left out")));
 }
 
@@ -216,7 +216,7 @@ TEST(DepthPlanTest, NothingLeftToCompareIsAnError) {
 TEST(DepthPlanTest, NoMapLeftIsAnError) {
   const DepthTestRoom room(tiny_room(1.0));
   DepthPlan plan = plan_depth(room.room(), {.every = 1000});
-  EXPECT_THAT([&] { leave_out(stations_with_map(plan), &plan); },
+  EXPECT_THAT([&] { exclude_stations(stations_with_map(plan), &plan); },
               ThrowsMessage<Error>(HasSubstr("--every")));
 }
 
@@ -275,7 +275,7 @@ TEST(DepthPlanTest, StationsFarAwayAreNotCompared) {
 TEST(DepthPlanTest, FallbackVotersSpreadOverTheRoom) {
   const DepthTestRoom room(tiny_room(1.0, 3, 2));
   const DepthPlan plan = plan_depth(room.room(), {});
-  const auto way_m = [&](int a, int b) {
+  const auto distance_m = [&](int a, int b) {
     return (plan.maps[static_cast<size_t>(a)].position_m -
             plan.maps[static_cast<size_t>(b)].position_m)
         .norm();
@@ -288,11 +288,11 @@ TEST(DepthPlanTest, FallbackVotersSpreadOverTheRoom) {
     for (size_t i = 0; i < farther.size(); ++i) {
       EXPECT_EQ(std::count(near.begin(), near.end(), farther[i]), 0);
       for (const int other : near) {
-        EXPECT_GE(way_m(farther[i], other), 0.25 * way_m(farther[i], which));
+        EXPECT_GE(distance_m(farther[i], other), 0.25 * distance_m(farther[i], which));
       }
       for (size_t j = 0; j < i; ++j) {
-        EXPECT_GE(way_m(farther[i], farther[j]), 0.25 * way_m(farther[i], which));
-        EXPECT_GE(way_m(farther[i], which), way_m(farther[j], which));
+        EXPECT_GE(distance_m(farther[i], farther[j]), 0.25 * distance_m(farther[i], which));
+        EXPECT_GE(distance_m(farther[i], which), distance_m(farther[j], which));
       }
     }
   }

@@ -144,7 +144,7 @@ inline void add_noise(StationIndex station, double deviation, cv::Mat* frame) {
 }
 
 // Gains of 1 for every station.
-inline std::vector<std::vector<ColourGain>> no_gains(const Grid& grid) {
+inline std::vector<std::vector<ColourGain>> unit_gains(const Grid& grid) {
   std::vector<std::vector<ColourGain>> gains;
   for (const Line& line : grid.lines) gains.emplace_back(line.stations.size(), ColourGain(1, 1, 1));
   return gains;

@@ -58,11 +58,13 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
 Room room_to_estimate(const DepthOptions& options) {
   Room room = Room::open(options.room);
   if (options.hold_out == 0) return room;
-  if (options.hold_out < 2) throw UsageError("--hold-out: give 2 or more, or 0 to use all stations");
+  if (options.hold_out < 2)
+    throw UsageError("--hold-out: give 2 or more, or 0 to use all stations");
   if (options.compare_truth) {
     throw UsageError("--truth compares the distances of all stations; give it without --hold-out");
   }
-  return room.subset(all_but(room.grid(), held_out_stations(room.grid(), options.hold_out)));
+  return room.subset(
+      stations_except(room.grid(), held_out_stations(room.grid(), options.hold_out)));
 }
 
 // The output directory for maps and summary.
@@ -131,7 +133,7 @@ std::vector<InverseDistanceMap> maps_to_show(const Room& room, const DepthPlan& 
 }
 
 // Outlier frames: at a wrong position, or showing something that moved.
-std::vector<StationIndex> misleading(const FrameChecks& checks) {
+std::vector<StationIndex> outlier_frames(const FrameChecks& checks) {
   std::vector<StationIndex> stations;
   for (const FrameFinding& finding : checks.frames) {
     if (finding.fault != FrameFault::kExposureStep) stations.push_back(finding.station);
@@ -207,7 +209,7 @@ StationGains examine_frames(const Room& room, DepthPlan* plan, DepthSummary* sum
   summary->largest_exposure_step = largest_step_of(gains);
   summary->frame_findings = checks.frames;
   warn(warnings_of(room, checks), summary);
-  leave_out(misleading(checks), plan);
+  exclude_stations(outlier_frames(checks), plan);
   return gains;
 }
 

@@ -84,9 +84,9 @@ double triangulate(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const Eig
 // Forward and backward flow between the reference and a neighbour.
 class Neighbour {
  public:
-  Neighbour(const cv::Mat& there, const cv::Mat& back, int border_px, const Eigen::Vector3d& way_m,
-            PanoramaSize size)
-      : there_(there), back_(back), border_px_(border_px), way_m_(way_m), size_(size) {}
+  Neighbour(const cv::Mat& there, const cv::Mat& back, int border_px,
+            const Eigen::Vector3d& baseline_m, PanoramaSize size)
+      : there_(there), back_(back), border_px_(border_px), baseline_m_(baseline_m), size_(size) {}
 
   Sighting at(int theta, int phi, const Eigen::Vector3d& u) const {
     const auto moved = there_.at<cv::Vec2f>(border_px_ + theta, border_px_ + phi);
@@ -94,11 +94,11 @@ class Neighbour {
     const double to_theta = theta + moved[1];
     const Eigen::Vector3d w = direction_from_angles(angles_from_pixel({to_theta, to_phi}, size_));
     const double pixel_rad = kTwoPi / size_.width;
-    const double parallax_m = u.cross(way_m_).norm();  // radians per 1/m
+    const double parallax_m = u.cross(baseline_m_).norm();  // radians per 1/m
     const double return_px = return_error(to_theta, to_phi, moved, std::hypot(u.x(), u.z()));
     const double agrees = agreement(return_px);
     const bool trusted = return_px < kMaxReturn_px;
-    return {static_cast<float>(triangulate(u, w, way_m_)),
+    return {static_cast<float>(triangulate(u, w, baseline_m_)),
             trusted ? static_cast<float>(agrees * std::pow(parallax_m / pixel_rad, 2)) : 0.0f,
             static_cast<float>(agrees)};
   }
@@ -119,7 +119,7 @@ class Neighbour {
   cv::Mat there_;
   cv::Mat back_;
   int border_px_;
-  Eigen::Vector3d way_m_;
+  Eigen::Vector3d baseline_m_;
   PanoramaSize size_;
 };
 
@@ -129,10 +129,10 @@ std::optional<int> neighbour_on(const Line& line, int station, int side, double 
   double least = std::numeric_limits<double>::infinity();
   const double here_m = line.stations[static_cast<size_t>(station)].along_m;
   for (int i = station + side; i >= 0 && i < static_cast<int>(line.stations.size()); i += side) {
-    const double way_m = std::fabs(line.stations[static_cast<size_t>(i)].along_m - here_m);
-    const double misfit = std::fabs(std::log(way_m / baseline_m));
-    if (misfit < least) {
-      least = misfit;
+    const double distance_m = std::fabs(line.stations[static_cast<size_t>(i)].along_m - here_m);
+    const double error = std::fabs(std::log(distance_m / baseline_m));
+    if (error < least) {
+      least = error;
       best = i;
     }
   }
@@ -152,9 +152,10 @@ std::vector<Neighbour> follow(const FlowImages& images, const Line& line, Statio
   std::vector<Neighbour> neighbours;
   for (const int other : others) {
     const cv::Mat seen = images.grey({station.line, other});
-    const Eigen::Vector3d way_m = line.stations[static_cast<size_t>(other)].position_m - here_m;
+    const Eigen::Vector3d baseline_m =
+        line.stations[static_cast<size_t>(other)].position_m - here_m;
     neighbours.emplace_back(FlowImages::flow(reference, seen), FlowImages::flow(seen, reference),
-                            images.border_px(), way_m, size);
+                            images.border_px(), baseline_m, size);
   }
   return neighbours;
 }

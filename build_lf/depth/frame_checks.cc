@@ -63,7 +63,7 @@ class LineChecks {
       const auto [earlier, is_new] =
           first.emplace(checksums[static_cast<size_t>(volume_.index_in_file(i))], i);
       if (is_new) continue;
-      report(i, FrameFault::kSameFile, earlier->second, way_m(earlier->second, i));
+      report(i, FrameFault::kSameFile, earlier->second, distance_m(earlier->second, i));
       copies_.push_back(i);
     }
   }
@@ -76,7 +76,7 @@ class LineChecks {
     std::vector<std::optional<double>> log_share(line_.stations.size());
     std::vector<double> known;
     for (int i = 1; i < stations(); ++i) {
-      const auto share = share_of_usual_change(i);
+      const auto share = relative_change(i);
       if (!share) continue;
       log_share[static_cast<size_t>(i)] = std::log(std::max(*share, 1e-6));
       known.push_back(*log_share[static_cast<size_t>(i)]);
@@ -137,7 +137,7 @@ class LineChecks {
 
   int stations() const { return static_cast<int>(line_.stations.size()); }
 
-  double way_m(int a, int b) const {
+  double distance_m(int a, int b) const {
     return std::fabs(line_.stations[static_cast<size_t>(b)].along_m -
                      line_.stations[static_cast<size_t>(a)].along_m);
   }
@@ -153,20 +153,20 @@ class LineChecks {
 
   // The change from station i - 1 to i relative to the median of the pairs around it, within half
   // of the line; robust as long as fewer than half of these are faulty.
-  std::optional<double> share_of_usual_change(int i) const {
+  std::optional<double> relative_change(int i) const {
     const StationLink* pair = link(i - 1, i);
     if (pair == nullptr) return std::nullopt;
     const int around = std::max(2, stations() / 4);
     std::vector<double> changes;
-    std::vector<double> ways_m;
+    std::vector<double> distances_m;
     for (int j = std::max(1, i - around); j <= std::min(stations() - 1, i + around); ++j) {
       const StationLink* other = link(j - 1, j);
       if (other == nullptr) continue;
       changes.push_back(other->change);
-      ways_m.push_back(way_m(j - 1, j));
+      distances_m.push_back(distance_m(j - 1, j));
     }
-    const double expected =
-        median(std::move(changes)) * std::min(1.0, way_m(i - 1, i) / median(std::move(ways_m)));
+    const double expected = median(std::move(changes)) *
+                            std::min(1.0, distance_m(i - 1, i) / median(std::move(distances_m)));
     if (expected <= 0.0) return std::nullopt;
     return pair->change / expected;
   }

@@ -49,14 +49,14 @@ std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks
 }
 
 std::vector<std::string> parallax_warnings(std::span<const MapSummary> maps, double far_m) {
-  constexpr double kFew = 0.01;  // false matches
+  constexpr double kMinShare = 0.01;  // false matches
   std::vector<std::string> warnings;
   for (size_t first = 0, end = 0; first < maps.size(); first = end) {
     double share = 0.0;
     for (; end < maps.size() && maps[end].line == maps[first].line; ++end) {
       share = std::max(share, maps[end].parallax_share);
     }
-    if (share >= kFew) continue;
+    if (share >= kMinShare) continue;
     warnings.push_back(fmt::format(
         "line {} shows no parallax: its view is farther than {:.3g} m or without texture, or "
         "the camera did not move along it",

@@ -63,7 +63,7 @@ class Fusion {
         tolerance_(static_cast<float>(options.tolerance_per_m)),
         slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(map_.size.width)) {
     for (const InverseDistanceMap& map : maps) {
-      ways_.push_back((map_.position_m - map.position_m).cast<float>());
+      offsets_.push_back((map_.position_m - map.position_m).cast<float>());
     }
   }
 
@@ -105,17 +105,17 @@ class Fusion {
 
   // Whether enough maps agree on a surface and few see through it.
   bool established(const Ballot& ballot) const {
-    constexpr float kEnough = 0.3f;
-    constexpr float kSeesThrough = 0.15f;
-    return ballot.score() >= kEnough * ballot.voters &&
-           ballot.against <= kSeesThrough * (ballot.votes + ballot.against);
+    constexpr float kMinSupport = 0.3f;
+    constexpr float kMaxSeenThrough = 0.15f;
+    return ballot.score() >= kMinSupport * ballot.voters &&
+           ballot.against <= kMaxSeenThrough * (ballot.votes + ballot.against);
   }
 
   // Of two established surfaces the nearer one wins: votes for the farther one come from stations
   // that see it past the edge of the nearer one. Otherwise the votes decide.
   bool wins(const Ballot& ballot, const Ballot& over) const {
-    constexpr float kApart = 2.0f;
-    if (std::fabs(ballot.omega - over.omega) > kApart * tolerance_ && established(ballot) &&
+    constexpr float kMinSeparation = 2.0f;
+    if (std::fabs(ballot.omega - over.omega) > kMinSeparation * tolerance_ && established(ballot) &&
         established(over)) {
       return ballot.omega > over.omega;
     }
@@ -130,7 +130,7 @@ class Fusion {
         if (maps_[i].confidence[pixel] == 0) continue;
         const float omega = maps_[i].omega[pixel];
         // The point at 1/omega along the ray, relative to this map's station, times omega.
-        const Eigen::Vector3f point = directions_.of(theta, phi) - omega * ways_[i];
+        const Eigen::Vector3f point = directions_.of(theta, phi) - omega * offsets_[i];
         float& nearest = seen[pixel_of(point, map_.size)];
         nearest = std::max(nearest, omega / point.norm());
       }
@@ -191,7 +191,7 @@ class Fusion {
     float weights = 0.0f;
     float weighted = 0.0f;
     for (size_t i = 0; i < voter_count; ++i) {
-      const Eigen::Vector3f point = direction + proposed * ways_[i];
+      const Eigen::Vector3f point = direction + proposed * offsets_[i];
       const float distance = point.norm();
       const size_t there = pixel_of(i == which_ ? direction : point, map_.size);
       if (maps_[i].confidence[there] == 0) continue;
@@ -229,9 +229,9 @@ class Fusion {
   size_t nearby_;         // maps that always vote; the others are fallbacks
   size_t fewest_voters_;  // FusionOptions
   PixelDirections directions_;
-  float tolerance_;                    // 1/m
-  float slant_;                        // share of the inverse distance
-  std::vector<Eigen::Vector3f> ways_;  // from each map's station to this one's, metres
+  float tolerance_;                       // 1/m
+  float slant_;                           // share of the inverse distance
+  std::vector<Eigen::Vector3f> offsets_;  // from each map's station to this one's, metres
   std::vector<std::vector<float>> proposals_;
 };
 

@@ -25,8 +25,8 @@ std::vector<Eigen::Vector3d> positions_of(const Grid& grid) {
 // Length of the component of the vector to a station that causes parallax.
 double baseline_m(const MatchingGeometry& geometry, const Eigen::Vector3d& direction,
                   const Eigen::Vector3d& station_m) {
-  const Eigen::Vector3d way = station_m - geometry.reference_m;
-  return (way - way.dot(direction) * direction).norm();
+  const Eigen::Vector3d offset = station_m - geometry.reference_m;
+  return (offset - offset.dot(direction) * direction).norm();
 }
 
 const std::vector<Eigen::Vector3d>& directions_around() {
@@ -74,10 +74,10 @@ TEST_P(MatchingViewsOfScale, HaveParallaxInEveryDirection) {
     double longest_m = 0.0;
     for (const auto& side : views.side) {
       for (const int station : side) {
-        const Eigen::Vector3d way =
+        const Eigen::Vector3d offset =
             stations_m_[static_cast<size_t>(station)] - geometry_.reference_m;
-        longest_m = std::max(longest_m, (way - way.dot(direction) * direction).norm());
-        EXPECT_LE(way.dot(direction), geometry_.reach_m) << "may lie behind the surface";
+        longest_m = std::max(longest_m, (offset - offset.dot(direction) * direction).norm());
+        EXPECT_LE(offset.dot(direction), geometry_.reach_m) << "may lie behind the surface";
       }
     }
     EXPECT_GT(longest_m, 0.5 * geometry_.reach_m) << direction.transpose();

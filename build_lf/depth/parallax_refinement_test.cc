@@ -20,7 +20,7 @@ class RefinementCase {
                           const DepthTestRoom::Edit& edit = nullptr)
       : room_(spec, edit),
         plan_(plan_depth(room_.room(), {.every = 8})),
-        gains_(no_gains(room_.grid())),
+        gains_(unit_gains(room_.grid())),
         pictures_(room_.room(), kSize, gains_, valid, 100),
         truth_(true_map(spec.scene, reference().position_m, kSize)) {}
 

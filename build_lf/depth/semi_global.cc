@@ -50,9 +50,9 @@ class PathCosts {
   // not added.
   void add(Walk walk, int run_up, int steps) const {
     // One layer more at either end, too expensive to be chosen.
-    constexpr std::uint16_t kTooDear = 30000;
-    std::vector<std::uint16_t> previous(layers_ + 2, kTooDear);
-    std::vector<std::uint16_t> path(layers_ + 2, kTooDear);
+    constexpr std::uint16_t kTooExpensive = 30000;
+    std::vector<std::uint16_t> previous(layers_ + 2, kTooExpensive);
+    std::vector<std::uint16_t> path(layers_ + 2, kTooExpensive);
     std::vector<std::uint16_t> dropped(layers_);
     std::fill(previous.begin() + 1, previous.end() - 1, std::uint16_t{0});
     std::uint16_t least = 0;
@@ -133,9 +133,9 @@ LayerChoice choose_layer(const std::uint16_t* sum, int layers) {
     if (std::abs(k - best) > kSameMinimum) elsewhere = std::min<int>(elsewhere, sum[k]);
   }
   // A margin of about seven levels of each colour along every path gives full confidence.
-  constexpr double kClear = kPaths * 40.0;
-  choice.confidence =
-      static_cast<std::uint8_t>(std::clamp((elsewhere - sum[best]) / kClear * 255.0, 1.0, 255.0));
+  constexpr double kFullConfidence = kPaths * 40.0;
+  choice.confidence = static_cast<std::uint8_t>(
+      std::clamp((elsewhere - sum[best]) / kFullConfidence * 255.0, 1.0, 255.0));
   return choice;
 }
 

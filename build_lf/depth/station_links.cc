@@ -34,8 +34,8 @@ class RecentImages {
     const auto found = std::find_if(images_.begin(), images_.end(),
                                     [&](const auto& held) { return held.first == station; });
     if (found != images_.end()) return found->second;
-    constexpr size_t kKept = 4;
-    if (images_.size() == kKept) images_.pop_front();
+    constexpr size_t kCapacity = 4;
+    if (images_.size() == kCapacity) images_.pop_front();
     images_.emplace_back(station,
                          ComparedPicture{station_image(room_, station, size_),
                                          station_validity(room_, station, size_, kMaskMarginPx)});

@@ -143,7 +143,7 @@ TEST(StationPictureTest, MarksInvalidPixels) {
 
 TEST(PictureCacheTest, ReturnsTheRightPictureAtAnyCapacity) {
   const DepthTestRoom room(small_line());
-  auto gains = no_gains(room.grid());
+  auto gains = unit_gains(room.grid());
   gains[0][3] = {0.5f, 1.0f, 1.0f};
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kSize, gains, all_valid, 2);

@@ -57,7 +57,7 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
   constexpr double kNearestPerReach = 0.25;
   // Minimum confidence of the pixels counted, and the share of them that may lie nearer than the
   // sweep's near limit: false matches are spread over all layers.
-  constexpr int kBelieved = 64;
+  constexpr int kConfident = 64;
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
   constexpr int kBins = 1024;
@@ -70,7 +70,7 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
       plan, {"looking for the nearest surfaces", "coarse", limit, false}, &pictures, partial,
       [&](const InverseDistanceMap& map) {
         for (size_t p = 0; p < map.omega.size(); ++p) {
-          if (map.confidence[p] < kBelieved) continue;
+          if (map.confidence[p] < kConfident) continue;
           const double phi_rad =
               angles_from_pixel({0.0, double(p % static_cast<size_t>(size.height))}, size).phi_rad;
           const auto bin =

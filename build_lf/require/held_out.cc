@@ -134,7 +134,7 @@ std::vector<RecreationScore> recreate_stations(const Room& room, const Room& dis
   return scores;
 }
 
-std::vector<HeldOutStation> spread_over(std::span<const HeldOutStation> stations, int count) {
+std::vector<HeldOutStation> pick_evenly(std::span<const HeldOutStation> stations, int count) {
   if (std::ssize(stations) <= count) return {stations.begin(), stations.end()};
   std::vector<HeldOutStation> chosen;
   chosen.reserve(static_cast<size_t>(count));
@@ -155,7 +155,7 @@ std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px)
   std::vector<double> step_m;
   for (const int stride : strides) {
     std::vector<double> steps_m;
-    const auto views = spread_over(middles(room.grid(), stride, &steps_m), kViewsPerStride);
+    const auto views = pick_evenly(middles(room.grid(), stride, &steps_m), kViewsPerStride);
     first.push_back(all.size());
     step_m.push_back(median(steps_m));
     all.insert(all.end(), views.begin(), views.end());

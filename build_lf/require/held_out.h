@@ -27,7 +27,7 @@ std::vector<RecreationScore> recreate_stations(const Room& room, const Room& dis
                                                double tolerance_px);
 
 // At most `count` of the stations, spread evenly.
-std::vector<HeldOutStation> spread_over(std::span<const HeldOutStation> stations, int count);
+std::vector<HeldOutStation> pick_evenly(std::span<const HeldOutStation> stations, int count);
 
 // For strides 2, 3, 4, 6, 8, ...: keeps every stride-th station of every line that is long enough
 // and re-creates the middle one of each gap, which is the hardest; a dozen per stride, spread over

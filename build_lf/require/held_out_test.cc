@@ -98,12 +98,12 @@ TEST_F(HeldOutTest, LineOfTwoStationsHasNothingToLeaveOut) {
   EXPECT_TRUE(measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 0.5).empty());
 }
 
-TEST(SpreadOver, TakesAllIfFewOtherwiseEvenly) {
+TEST(PickEvenly, TakesAllIfFewOtherwiseEvenly) {
   std::vector<HeldOutStation> stations;
   for (int i = 0; i < 100; ++i) stations.push_back({.line = i / 50, .station = i % 50});
   const auto places = [&](int count) {
     std::vector<int> found;
-    for (const HeldOutStation& each : spread_over(stations, count)) {
+    for (const HeldOutStation& each : pick_evenly(stations, count)) {
       found.push_back(50 * each.line + each.station);
     }
     return found;
@@ -113,7 +113,7 @@ TEST(SpreadOver, TakesAllIfFewOtherwiseEvenly) {
   EXPECT_THAT(places(1), ::testing::ElementsAre(50));
   EXPECT_EQ(places(100).size(), 100U);
   EXPECT_EQ(places(101).size(), 100U);
-  EXPECT_TRUE(spread_over({}, 12).empty());
+  EXPECT_TRUE(pick_evenly({}, 12).empty());
 }
 
 TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {

@@ -23,7 +23,7 @@ class Splat {
   void write(const SeenPoint& seen, double phi_rad, double magnification) {
     const PanoramaSize size = target_->size();
     const PixelPosition at = pixel_from_angles(seen.angles, size);
-    const double half_rows = 0.5 * scale_ * std::min(magnification, kLargest);
+    const double half_rows = 0.5 * scale_ * std::min(magnification, kMaxMagnification);
     const double widening =
         std::cos(phi_rad) / std::max(std::cos(seen.angles.phi_rad), 1.0 / size.width);
     const double half_columns = std::min(half_rows * widening, 0.5 * size.width - 1.0);
@@ -43,7 +43,7 @@ class Splat {
 
  private:
   // A surface far from the source but close to the target is too coarse to be useful.
-  static constexpr double kLargest = 4.0;
+  static constexpr double kMaxMagnification = 4.0;
 
   OmegaMap* target_;
   double scale_;  // target pixels per source pixel
@@ -88,13 +88,13 @@ std::optional<float> looked_up(const PlacedMap& in, const Eigen::Vector3d& direc
 // positions, so each lookup reduces the error.
 std::optional<float> intersected(const PlacedMap& in, const Eigen::Vector3d& direction, float omega,
                                  const Eigen::Vector3d& position_m) {
-  constexpr int kMaxLooks = 4;
-  constexpr float kNearEnough = 1e-4f;
+  constexpr int kMaxIterations = 4;
+  constexpr float kConverged = 1e-4f;
   std::optional<float> found = looked_up(in, direction, omega, position_m);
-  for (int look = 1; look < kMaxLooks && found; ++look) {
+  for (int iteration = 1; iteration < kMaxIterations && found; ++iteration) {
     const float before = *found;
     found = looked_up(in, direction, before, position_m);
-    if (found && same_surface(*found, before, kNearEnough)) break;
+    if (found && same_surface(*found, before, kConverged)) break;
   }
   return found;
 }

@@ -47,8 +47,8 @@ struct Sighting {
 };
 
 // The point of `truth` in `direction`, seen from another station.
-Sighting look(const StationView& from, const StationView& truth, const Eigen::Vector3d& direction,
-              float omega) {
+Sighting sight(const StationView& from, const StationView& truth, const Eigen::Vector3d& direction,
+               float omega) {
   const SeenPoint seen = seen_from(direction, omega, truth.position_m - from.position_m);
   const float nearest = from.omega->sample(pixel_from_angles(seen.angles, from.omega->size()));
   // One pixel of this map, and one of the map it was projected from.
@@ -106,8 +106,8 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
       const Eigen::Vector3d direction = direction_from_angles(angles);
       const float omega =
           std::max(0.0f, truth.omega->sample(pixel_from_angles(angles, truth.omega->size())));
-      const Sighting a = look(left, truth, direction, omega);
-      const Sighting b = look(right, truth, direction, omega);
+      const Sighting a = sight(left, truth, direction, omega);
+      const Sighting b = sight(right, truth, direction, omega);
       const double part = std::cos(angles.phi_rad);
       solid_angle += part;
       if (!a.visible && !b.visible) hidden += part;

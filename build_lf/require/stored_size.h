@@ -21,7 +21,7 @@ struct StorageNeed {
 // latitude (the slope of (5), see layer_count.h) and, at right angles, spacing / 2 * e along the
 // rail (half the ghost, see spacing.h). A wider panorama would store detail that views displace by
 // more than the tolerance.
-double width_worth_storing(const StorageNeed& need);
+double useful_width(const StorageNeed& need);
 
 // Higher than kTrustedShare (distance_error.h), because coarse maps lose silhouettes, where views
 // tear. In white-room, maps that kept 97.6 % and 99.1 % cost hlf-vd views 3.2 dB and 1.4 dB,

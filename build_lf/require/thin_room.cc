@@ -158,7 +158,7 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
     facts.stations += static_cast<int>(kept[line].size());
     facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
   }
-  const auto views = spread_over(dropped_stations(kept), kMaxViews);
+  const auto views = pick_evenly(dropped_stations(kept), kMaxViews);
   facts.views = static_cast<int>(views.size());
   facts.psnr_db = facts.worst_psnr_db = psnr_db(0.0);
   if (views.empty()) return facts;

@@ -62,7 +62,7 @@ FisheyeLens lens_of(const LensEntry& entry, const std::string& file, const std::
   require_given(!std::isnan(lens.focal_px), file, name + ".focal_px");
   lens.largest_angle_rad = radians_from_degrees(entry.largest_angle_deg);
   try {
-    require_growing_radius(lens);
+    require_monotonic_radius(lens);
   } catch (const Error& e) {
     throw UsageError(fmt::format("{}: {}: {}", file, name, e.what()));
   }

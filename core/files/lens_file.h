@@ -22,7 +22,7 @@ struct DualFisheyeCamera {
 //   front.x_mm, .y_mm, .z_mm   position in the camera's frame
 //   back.…                     the same, and its attitude in the camera's frame:
 //                              back.yaw_deg, .pitch_deg, .roll_deg
-// Throws UsageError as SettingsSchema does, and if a lens fails require_growing_radius
+// Throws UsageError as SettingsSchema does, and if a lens fails require_monotonic_radius
 // (fisheye_lens.h).
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file);
 // Written atomically, numbers in full precision. Throws Error if it cannot be written.

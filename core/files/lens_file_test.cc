@@ -15,7 +15,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr const char* kLeast =
+constexpr const char* kMinimal =
     "picture_width_px: 400\npicture_height_px: 200\n"
     "front:\n  centre_u_px: 99.5\n  centre_v_px: 99.5\n  focal_px: 59\n"
     "back:\n  centre_u_px: 299.5\n  centre_v_px: 99.5\n  focal_px: 59\n";
@@ -82,7 +82,7 @@ TEST(LensFileTest, RoundTripKeepsFullPrecision) {
 }
 
 TEST(LensFileTest, DefaultIsBackToBackAtOnePosition) {
-  const DualFisheyeCamera camera = parsed(kLeast);
+  const DualFisheyeCamera camera = parsed(kMinimal);
   EXPECT_FALSE(camera.two_files);
   EXPECT_EQ(camera.layout.back.centre.u, 299.5);
   EXPECT_DOUBLE_EQ(camera.layout.back_attitude.yaw_rad, kPi);
@@ -93,20 +93,20 @@ TEST(LensFileTest, DefaultIsBackToBackAtOnePosition) {
 
 TEST(LensFileTest, KeysWithoutDefaultsAreRequired) {
   for (const char* key : {"picture_width_px", "picture_height_px"}) {
-    expect_refused(without_line_of(kLeast, key), std::string("'") + key + "' is missing");
+    expect_refused(without_line_of(kMinimal, key), std::string("'") + key + "' is missing");
   }
   for (const char* key : {"centre_u_px", "centre_v_px", "focal_px"}) {
-    expect_refused(without_line_of(kLeast, key), std::string("'front.") + key + "' is missing");
+    expect_refused(without_line_of(kMinimal, key), std::string("'front.") + key + "' is missing");
   }
-  expect_refused(std::string(kLeast).substr(0, std::string(kLeast).find("back:")),
+  expect_refused(std::string(kMinimal).substr(0, std::string(kMinimal).find("back:")),
                  "'back.centre_u_px' is missing");
 }
 
 TEST(LensFileTest, MistakesAreNamed) {
-  expect_refused(std::string(kLeast) + "  focal_mm: 3\n", "did you mean 'back.focal_px'");
-  expect_refused(std::string(kLeast) + "  k1: much\n", "back.k1");
-  expect_refused(std::string(kLeast) + "  largest_angle_deg: 190\n", "back.largest_angle_deg");
-  expect_refused(std::string(kLeast) + "  k1: -0.3\n", "back: the radius of the fisheye lens");
+  expect_refused(std::string(kMinimal) + "  focal_mm: 3\n", "did you mean 'back.focal_px'");
+  expect_refused(std::string(kMinimal) + "  k1: much\n", "back.k1");
+  expect_refused(std::string(kMinimal) + "  largest_angle_deg: 190\n", "back.largest_angle_deg");
+  expect_refused(std::string(kMinimal) + "  k1: -0.3\n", "back: the radius of the fisheye lens");
   EXPECT_THROW(read_lens_file("no/such/lens.yaml"), UsageError);
 }
 

@@ -42,7 +42,7 @@ double angle_of_radius(const FisheyeLens& lens, double radius) {
 
 }  // namespace
 
-void require_growing_radius(const FisheyeLens& lens) {
+void require_monotonic_radius(const FisheyeLens& lens) {
   constexpr int kSteps = 1000;
   for (int i = 0; i <= kSteps; ++i) {
     if (!(relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope > 0.0)) {

@@ -31,7 +31,7 @@ T fisheye_radius(const Coefficients& k, const T& t) {
 
 // Throws Error unless the lens's radius is finite and increases with the angle throughout the field
 // of view; otherwise two directions would map to one pixel.
-void require_growing_radius(const FisheyeLens& lens);
+void require_monotonic_radius(const FisheyeLens& lens);
 
 // The pixel of a direction in the lens's frame; none outside the field of view.
 std::optional<PixelPosition> project(const FisheyeLens& lens, const Eigen::Vector3d& direction);

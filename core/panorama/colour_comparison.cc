@@ -187,10 +187,11 @@ struct HalfwayImages {
 cv::Mat moved_along(const cv::Mat& flow, float share, const cv::Mat& bordered) {
   cv::Mat places(flow.size(), CV_32FC2);
   for (int row = 0; row < flow.rows; ++row) {
-    const auto* way = flow.ptr<cv::Vec2f>(row);
+    const auto* displacement = flow.ptr<cv::Vec2f>(row);
     auto* place = places.ptr<cv::Vec2f>(row);
     for (int col = 0; col < flow.cols; ++col) {
-      place[col] = cv::Vec2f(static_cast<float>(col), static_cast<float>(row)) + share * way[col];
+      place[col] =
+          cv::Vec2f(static_cast<float>(col), static_cast<float>(row)) + share * displacement[col];
     }
   }
   cv::Mat moved;

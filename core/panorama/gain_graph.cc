@@ -14,11 +14,11 @@ namespace {
 Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
                                const std::vector<double>& weights, int pictures,
                                double prior_weight) {
-  constexpr double kVanishing = 1e-9;
+  constexpr double kRegularisation = 1e-9;
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(static_cast<std::size_t>(pictures) + 4 * equations.size());
   Eigen::VectorXd right = Eigen::VectorXd::Zero(pictures);
-  double most_weight = 1.0;
+  double max_weight = 1.0;
   for (std::size_t i = 0; i < equations.size(); ++i) {
     const auto [from, to, difference, error] = equations[i];
     const double weight = weights[i];
@@ -28,9 +28,9 @@ Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
     entries.emplace_back(to, from, -weight);
     right[from] += weight * difference;
     right[to] -= weight * difference;
-    most_weight = std::max(most_weight, weight);
+    max_weight = std::max(max_weight, weight);
   }
-  const double diagonal = std::max(prior_weight, kVanishing * most_weight);
+  const double diagonal = std::max(prior_weight, kRegularisation * max_weight);
   for (int i = 0; i < pictures; ++i) entries.emplace_back(i, i, diagonal);
   Eigen::SparseMatrix<double> normal(pictures, pictures);
   normal.setFromTriplets(entries.begin(), entries.end());

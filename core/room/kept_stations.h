@@ -16,7 +16,7 @@ KeptStations every_nth_station(const Room& room, int stride);
 std::vector<std::vector<int>> held_out_stations(const Grid& grid, int every);
 
 // All stations except `left_out` ([line], increasing indices).
-KeptStations all_but(const Grid& grid, const std::vector<std::vector<int>>& left_out);
+KeptStations stations_except(const Grid& grid, const std::vector<std::vector<int>>& left_out);
 
 // Where `raywalk-build-lf depth --hold-out` stores distances estimated without the held-out
 // stations. Station indices in its files are those of the room without them.

@@ -42,7 +42,7 @@ TEST_F(KeptStationsTest, StationsWithMapsArePreferred) {
 TEST_F(KeptStationsTest, HeldOutAndKeptStationsPartitionTheRoom) {
   for (int every = 2; every < 12; ++every) {
     const auto left_out = held_out_stations(room_.grid(), every);
-    const KeptStations kept = all_but(room_.grid(), left_out);
+    const KeptStations kept = stations_except(room_.grid(), left_out);
     for (std::size_t line = 0; line < kept.size(); ++line) {
       std::vector<int> all;
       std::ranges::merge(kept[line], left_out[line], std::back_inserter(all));
