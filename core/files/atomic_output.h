@@ -1,5 +1,4 @@
-// Atomic output files: written under a temporary name beside the target, then
-// renamed onto it.
+// Atomic output files: written under a temporary name beside the target, then renamed to it.
 #pragma once
 
 #include <cstddef>

@@ -28,10 +28,11 @@ double corrected_latitude(double d_src_m, double d_p_m, double phi_rad);
 // at infinite d_src or apart = 0, phi at d_src = 0.
 double latitude_shift(double d_src_m, double phi_rad, double apart_m);
 
-// (3): how much farther in the plan the source is from the station `step_m` >= 0 further along the
-// line, on the side turned away for theta > 0. `theta_rad` is the incidence angle in
-// [-pi/2, pi/2]. |result| <= step. The result crosses zero with n = 2 d_src cos(phi) sin(theta) +
-// step; where the terms of n differ in sign the bound is 4 ulp * (sum of their magnitudes) / |n|.
+// (3): the difference in plan distance to the source between the station `step_m` >= 0 further
+// along the line (away from the source for theta > 0) and this one. `theta_rad` is the incidence
+// angle in [-pi/2, pi/2]. |result| <= step. The result crosses zero with n = 2 d_src cos(phi)
+// sin(theta) + step; where the terms of n differ in sign the bound is 4 ulp * (sum of their
+// magnitudes) / |n|.
 double bending_distance(double d_src_m, double phi_rad, double theta_rad, double step_m);
 
 // Distances from a viewpoint to the two lines that meet at a corner, both >= 0 and finite; with the

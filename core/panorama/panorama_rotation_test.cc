@@ -130,8 +130,8 @@ TEST(RotateMask, RotatedMaskCoversAllMaskedPixels) {
     cv::absdiff(rotate_panorama(clean, rotation), rotate_panorama(painted, rotation), difference);
     difference.setTo(cv::Scalar::all(0), rotated == 0);
     EXPECT_EQ(cv::norm(difference, cv::NORM_INF), 0.0);
-    // Only a border of about two pixels is lost: the solid angle is at most that of the mask dilated
-    // by three pixels.
+    // Only a border of about two pixels is lost: the solid angle is at most that of the mask
+    // dilated by three.
     const auto solid_angle = [](const cv::Mat& of) {
       double sum = 0.0;
       for (int v = 0; v < of.rows; ++v) {
