@@ -34,8 +34,7 @@ struct MapSummary {
   std::string file{};
   double mean_confidence = 0.0;  // in [0, 1], over the solid angle
   double low_share = 0.0;        // of the solid angle, below kMinConfidence
-  double parallax_share =
-      0.0;  // of the solid angle, with a parallax of 1 px or more over the reach
+  double parallax_share = 0.0;   // of the solid angle, moves 1 px or more over the reach
 };
 
 struct DepthSummary {

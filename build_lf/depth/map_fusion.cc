@@ -58,7 +58,7 @@ class Fusion {
         map_(maps[static_cast<size_t>(which)]),
         which_(static_cast<size_t>(which)),
         nearby_(maps.size() - static_cast<size_t>(options.fallback_maps)),
-        fewest_voters_(static_cast<size_t>(options.fewest_voters)),
+        min_voters_(static_cast<size_t>(options.min_voters)),
         directions_(map_.size),
         tolerance_(static_cast<float>(options.tolerance_per_m)),
         slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(map_.size.width)) {
@@ -215,7 +215,7 @@ class Fusion {
     ballot.against = against;
     ballot.omega = std::max(0.0f, weights > 0.0f ? weighted / weights : proposed);
     ballot.voters =
-        static_cast<float>(fewest_voters_ > 0 ? std::max(known, fewest_voters_) : voter_count);
+        static_cast<float>(min_voters_ > 0 ? std::max(known, min_voters_) : voter_count);
     const float share = votes / ballot.voters;
     // Confidence 0 (unknown) only without a vote.
     const float least = votes > 0.0f ? 1.0f : 0.0f;
@@ -226,8 +226,8 @@ class Fusion {
   std::span<const InverseDistanceMap> maps_;
   const InverseDistanceMap& map_;
   size_t which_;
-  size_t nearby_;         // maps that always vote; the others are fallbacks
-  size_t fewest_voters_;  // FusionOptions
+  size_t nearby_;      // maps that always vote; the others are fallbacks
+  size_t min_voters_;  // FusionOptions
   PixelDirections directions_;
   float tolerance_;                       // 1/m
   float slant_;                           // share of the inverse distance

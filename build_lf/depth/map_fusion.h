@@ -18,7 +18,7 @@ struct FusionOptions {
   // For frames with masks: a masked view of a surface is no evidence against it, so shares of votes
   // are relative to the number of maps with a value there, but at least to this number. 0: relative
   // to all maps.
-  int fewest_voters = 0;
+  int min_voters = 0;
   // The last `fallback_maps` maps are used only where maps[which] has confidence 0.
   int fallback_maps = 0;
 };

@@ -188,8 +188,8 @@ TEST(MapFusionTest, UnknownMapsDoNotVoteAgainstASurface) {
   };
   // Two of five have a value, and agree.
   EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m}), 255 * 2 / 5, 12);
-  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .fewest_voters = 2}), 255, 30);
-  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .fewest_voters = 4}), 255 / 2, 15);
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .min_voters = 2}), 255, 30);
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .min_voters = 4}), 255 / 2, 15);
 }
 
 TEST(MapFusionTest, FallbackMapsVoteOnlyForUnknownPixels) {
@@ -201,12 +201,12 @@ TEST(MapFusionTest, FallbackMapsVoteOnlyForUnknownPixels) {
     if (!is_below(pixel)) maps[4].omega[pixel] *= 3.0f;
   }
   const FusionOptions options{
-      .tolerance_per_m = kTolerance_per_m, .fewest_voters = 1, .fallback_maps = 1};
+      .tolerance_per_m = kTolerance_per_m, .min_voters = 1, .fallback_maps = 1};
   const auto fused = fuse_maps(maps, 0, options);
   EXPECT_GT(share_within(fused, truth[0], kTolerance_per_m, is_below), 0.9);
   const std::span without_last(maps.data(), 4);
   const auto without =
-      fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .fewest_voters = 1});
+      fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .min_voters = 1});
   for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
     // The final median reads one row farther.
     if (pixel % kSize.height >= kSize.height * 2 / 3 - 1) continue;

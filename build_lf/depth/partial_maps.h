@@ -37,8 +37,8 @@ class PartialMaps {
   // The existing directory to write the volumes to.
   const std::filesystem::path& volumes() const { return volumes_; }
   // Moves the volumes to `<room>/distances`, atomically if the file system can exchange
-  // directories, and removes all else. The previous `distances` are removed or, if `keep_as` is not
-  // empty, kept as `<room>/<keep_as>`, replacing what is there. Throws Error on failure.
+  // directories, and removes everything else. The previous `distances` are removed or, if `keep_as`
+  // is not empty, kept as `<room>/<keep_as>`, replacing what is there. Throws Error on failure.
   void complete(const std::string& keep_as);
 
  private:

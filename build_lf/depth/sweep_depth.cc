@@ -100,9 +100,9 @@ void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
   // do not coincide.
   constexpr double kAgreePx = 1.5;
   // With six voters, two maps that agree are enough for kMinConfidence.
-  constexpr int kFewestVoters = 6;
+  constexpr int kMinVoters = 6;
   FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
-  if (masked) options.fewest_voters = kFewestVoters;
+  if (masked) options.min_voters = kMinVoters;
   const int count = static_cast<int>(plan.maps.size());
   Progress progress("fusing", count, "maps");
   for (int i = 0; i < count; ++i) {
