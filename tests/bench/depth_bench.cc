@@ -85,9 +85,9 @@ void bench_depth(benchmark::State& state) {
     build_lf::PartialMaps partial(work, "bench");
     PeakOwnMemory memory;
     const Times times = times_of([&] {
-      const double most_per_m =
+      const double max_per_m =
           build_lf::find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
-      build_lf::sweep_maps(room, plan, most_per_m, gains.gain, {}, &partial);
+      build_lf::sweep_maps(room, plan, max_per_m, gains.gain, {}, &partial);
       build_lf::fuse_swept_maps(plan, room.masked(), &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());

@@ -136,7 +136,7 @@ TEST(DepthCommandTest, HeldOutStationsLeaveNoTrace) {
   EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
   EXPECT_EQ(files_in(room.room().directory() / "distances"), given);
   EXPECT_FALSE(fs::exists(room.room().directory() / "depth.json"));
-  const Room part = room.room().subset(all_but(grid, left_out));
+  const Room part = room.room().subset(stations_except(grid, left_out));
   const Room of_whole = part.with_distances(held_out / "distances");
   const Room of_damaged =
       part.with_distances(held_out_directory(damaged.room().directory()) / "distances");
