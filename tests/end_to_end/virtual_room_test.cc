@@ -164,7 +164,7 @@ TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
   const CommandResult no_parent =
       run_command(fmt::format("{} virtual-room {} --out {}/missing/room", RAYWALK_CAPTURE,
                               config().string(), directory_.path().string()));
-  expect_clean_error(no_parent, 1, "cannot make");
+  expect_clean_error(no_parent, 1, "cannot create");
 }
 
 // A limit on the size of files stands for a full disk: the writes fail just so.

@@ -16,7 +16,7 @@ LinkFaultRates every_kind() {
   return rates;
 }
 
-TEST(LinkFaultsTest, HappenAsOftenAsAskedInTheSameOrder) {
+TEST(LinkFaultsTest, HaveTheGivenRatesAndRepeatForASeed) {
   LinkFaults faults(every_kind()), again(every_kind());
   std::map<LinkFault, int> counts;
   constexpr int kRequests = 20000;
@@ -38,7 +38,7 @@ TEST(LinkFaultsTest, HappenAsOftenAsAskedInTheSameOrder) {
   EXPECT_EQ(faults.faults(), 20000U - static_cast<unsigned>(counts[LinkFault::kNone]));
 }
 
-TEST(LinkFaultsTest, ScheduleAndRequestOverrideChanceWithoutShiftingIt) {
+TEST(LinkFaultsTest, ScheduledAndInjectedFaultsDoNotChangeTheRandomSequence) {
   LinkFaults plain(every_kind()), scheduled(every_kind());
   scheduled.schedule(LinkFault::kLostReply, 10, milliseconds(0));
   scheduled.schedule(LinkFault::kLate, 11, milliseconds(0));

@@ -114,7 +114,7 @@ TEST_F(ModbusServerTest, ClientsComeAndGo) {
   }
 }
 
-// A client that asked for the port alone and was killed must not shut out the next one.
+// A killed client that held the port exclusively must not lock out the next one.
 TEST_F(ModbusServerTest, ExclusiveUseEndsWithTheClient) {
   const int terminal = open(link().c_str(), O_RDWR | O_NOCTTY);
   ASSERT_GE(terminal, 0);
@@ -128,7 +128,7 @@ TEST_F(ModbusServerTest, ExclusiveUseEndsWithTheClient) {
   close(terminal);
 }
 
-TEST_F(ModbusServerTest, OtherUnitsGetNoAnswerAndAllAreObeyed) {
+TEST_F(ModbusServerTest, OtherUnitsAreIgnoredAndBroadcastsExecuted) {
   const Client client = serial_client();
   make_impatient(client);
   modbus_set_slave(client.get(), 2);
@@ -154,7 +154,7 @@ TEST_F(ModbusServerTest, ExceptionsReachTheClient) {
   EXPECT_EQ(errno, EMBXILFUN);
 }
 
-TEST_F(ModbusServerTest, LostReplyLeavesTheCommandDone) {
+TEST_F(ModbusServerTest, LostReplyMeansTheCommandWasExecuted) {
   const Client client = serial_client();
   make_impatient(client);
   faults_.inject(LinkFault::kLostReply, 1);
@@ -171,7 +171,7 @@ TEST_F(ModbusServerTest, LostRequestNeverArrives) {
   EXPECT_FALSE(drive_.state().moving);
 }
 
-TEST_F(ModbusServerTest, CorruptedRepliesAreNoticedOnBothLinks) {
+TEST_F(ModbusServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
   for (const Client& client : {serial_client(), tcp_client()}) {
     make_impatient(client);
     faults_.inject(LinkFault::kCorruptedReply, 1);
@@ -180,7 +180,7 @@ TEST_F(ModbusServerTest, CorruptedRepliesAreNoticedOnBothLinks) {
   }
 }
 
-// As over a real line: the late answer is taken for that to the next question.
+// As on a real line, the late reply is mistaken for the reply to the next request.
 TEST_F(ModbusServerTest, LateReplyArrivesAfterTheTimeout) {
   const Client client = serial_client();
   make_impatient(client);
@@ -193,7 +193,7 @@ TEST_F(ModbusServerTest, LateReplyArrivesAfterTheTimeout) {
   EXPECT_EQ(byte, 1);
 }
 
-TEST_F(ModbusServerTest, DuplicatedReplyLeavesASecondOneBehind) {
+TEST_F(ModbusServerTest, DuplicatedReplyIsReceivedTwice) {
   const Client client = serial_client();
   faults_.inject(LinkFault::kDuplicated, 1);
   EXPECT_EQ(read_position(client.get()), "0");
@@ -220,7 +220,7 @@ TEST_F(ModbusServerTest, CutLineHangsUpAndComesBack) {
   EXPECT_EQ(read_position(tcp_client().get()), "0");
 }
 
-TEST_F(ModbusServerTest, CutAtARequestSwallowsItAndEndsInTime) {
+TEST_F(ModbusServerTest, CutAtARequestDropsItAndEndsOnTime) {
   const Client client = serial_client();
   faults_.schedule(LinkFault::kCut, 2, milliseconds(50));
   EXPECT_EQ(read_position(client.get()), "0");
@@ -230,7 +230,7 @@ TEST_F(ModbusServerTest, CutAtARequestSwallowsItAndEndsInTime) {
   EXPECT_EQ(read_position(serial_client().get()), "0");
 }
 
-TEST_F(ModbusServerTest, RudeClientsDoNotHarmTheOthers) {
+TEST_F(ModbusServerTest, MisbehavingClientsDoNotAffectOthers) {
   const Client good = tcp_client();
   {
     const Client rude = tcp_client();

@@ -92,12 +92,11 @@ void Rail::add_jitter(const Placing& placing, double carriage_mm, CameraPose* po
   pose->attitude.roll_rad += spread_rad * random.normal();
 }
 
-// The rail's direction is its axis turned by the yaw error and raised by the tilt. Along x, a rise
-// lifts the camera's right side, a roll to the left (negative); along z it lifts its front, a
-// pitch. A bow of b (1 - u^2) to the left has the slope -2 b u / half in rail millimetres: turning
-// right (a positive yaw) by 2 b u / half. Sag is the same downwards: a rise of 2 s u / half. A
-// twist clockwise as seen along z is a roll; as seen along x it takes the top to the back and so
-// the front up, a pitch.
+// The rail's direction is its axis rotated by the yaw error and the tilt. Along x, an upward slope
+// lifts the camera's right side (negative roll); along z it lifts its front (pitch). A bow of
+// b (1 - u^2) to the left has the slope -2 b u / half in rail millimetres: a positive yaw, to the
+// right, of 2 b u / half. Sag is the same downwards: an upward slope of 2 s u / half. Clockwise
+// twist as seen along z is a roll; as seen along x it lifts the camera's front (pitch).
 CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
                                std::optional<Duration> still_for) const {
   const auto found = placings_.find(line_id);

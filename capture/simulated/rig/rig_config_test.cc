@@ -96,8 +96,8 @@ TEST(RigConfigTest, MistakesAreNamed) {
   expect_refused("faults:\n  - kind: stal\n    at_s: 1\n", "did you mean 'stall'");
 }
 
-TEST(RigConfigTest, FaultsMustWaitForSomethingThatTheyCanWaitFor) {
-  expect_refused("faults:\n  - kind: stall\n", "faults[0]: 'stall' has to wait for exactly one of");
+TEST(RigConfigTest, FaultsMustHaveAValidTrigger) {
+  expect_refused("faults:\n  - kind: stall\n", "faults[0]: 'stall' needs exactly one of");
   expect_refused("faults:\n  - kind: stall\n    at_s: 1\n    at_station: x0_001\n", "exactly one");
   expect_refused("faults:\n  - kind: stall\n    at_request: 1\n", "another one of at_station");
   expect_refused("faults:\n  - kind: late\n    at_picture: 1\n", "another one of at_request");
