@@ -151,7 +151,7 @@ TEST_F(VirtualRoomTest, BadViewsLeaveNothing) {
   const TestDirectory elsewhere;
   write_file_atomically(elsewhere / "views.csv", "name,x,z\nfar,100,0\n");
   expect_clean_error(capture(kSmall, "--views " + (elsewhere / "views.csv").string()), 1,
-                     "outside of the room");
+                     "outside the room");
 }
 
 TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {

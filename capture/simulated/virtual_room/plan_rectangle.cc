@@ -8,13 +8,13 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Where the rectangle's own x and z axes point in the plan.
+// Directions of the rectangle's x and z axes in the plan.
 std::array<Vector2d, 2> axes_of(const PlanRectangle& rectangle) {
   const double sine = std::sin(rectangle.yaw_rad), cosine = std::cos(rectangle.yaw_rad);
   return {Vector2d(cosine, -sine), Vector2d(sine, cosine)};
 }
 
-// Half the length of the rectangle's shadow on a line in direction `axis`.
+// Half the length of the rectangle's projection on `axis`.
 double half_shadow(const PlanRectangle& rectangle, const Vector2d& axis) {
   const auto own = axes_of(rectangle);
   return rectangle.half_size.x() * std::abs(own[0].dot(axis)) +
@@ -23,7 +23,7 @@ double half_shadow(const PlanRectangle& rectangle, const Vector2d& axis) {
 
 }  // namespace
 
-// Two convex shapes are apart if and only if their shadows on the normal of some side are
+// Two convex polygons are disjoint if and only if their projections on the normal of some side are
 // (separating axis theorem).
 bool overlap(const PlanRectangle& a, const PlanRectangle& b) {
   for (const PlanRectangle* side : {&a, &b}) {

@@ -19,7 +19,7 @@ void expect_refused(const VirtualRoomSettings& settings, const std::string& key)
   }
 }
 
-// The packed room's own search for lines and cells finds what was planned, by the same names.
+// The detection of lines and cells used for rooms finds the planned ones, with the same names.
 TEST(RoomPlanTest, GridIsFoundAsPlanned) {
   VirtualRoomSettings settings;
   settings.grid.cells_x = 3;
@@ -41,7 +41,7 @@ TEST(RoomPlanTest, GridIsFoundAsPlanned) {
     EXPECT_EQ(grid.lines[i].stations.front().file, plan.lines[i].id);
     EXPECT_NEAR(median_spacing_m(grid.lines[i]), 0.1, 1e-12);
   }
-  // 25 % of 6 steps, rounded down: one step beyond each corner.
+  // 25 % of 6 steps, rounded down: one step at each end.
   EXPECT_NEAR(plan.lines[0].along.front() * plan.unit_m, -0.9 - 0.1, 1e-12);
 }
 
