@@ -33,11 +33,11 @@ import time
 import tty
 
 SLAVE = pathlib.Path(__file__).parents[1] / "peers" / "pymodbus_slave.py"
-# Function 6, register 32, value 3: what configs/sliders/generic.yaml describes as a stop.
+# Function 6, register 32, value 3: the stop command of configs/sliders/generic.yaml.
 STOP = bytes.fromhex("010600200003")
-# An emulated port hands over byte by byte; a frame has ended when nothing came for this long.
+# An emulated port delivers single bytes; a frame ends after a pause this long.
 FRAME_GAP_S = 0.01
-# Longer than the 0.3 s that the master waits, and within the silence it keeps afterwards.
+# Longer than the master's timeout of 0.3 s, and within the pause that it keeps afterwards.
 LATE_S = 0.45
 
 
@@ -56,7 +56,7 @@ def connected(path):
 
 
 def frame_from(fd):
-    """All bytes up to a pause; empty where the other end has gone."""
+    """Reads all bytes up to a pause; empty if the other end has closed."""
     frame = b""
     while select.select([fd], [], [], FRAME_GAP_S if frame else 0)[0]:
         try:
@@ -71,7 +71,7 @@ def frame_from(fd):
 
 class Drive:
     def __init__(self):
-        # The interpreter that Debian's pymodbus is installed for.
+        # The interpreter for which Debian's pymodbus is installed.
         self.process = subprocess.Popen(
             ["/usr/bin/python3", str(SLAVE), "--map", "generic", "--line", "pty"],
             stdout=subprocess.PIPE, text=True)
@@ -88,7 +88,7 @@ class Drive:
 
 
 class Line:
-    """Between a port of the virtual machine and a drive."""
+    """The link between a port of the virtual machine and a drive."""
 
     def __init__(self, path):
         self.path = path
@@ -197,7 +197,7 @@ def main():
     for name in ("serial", "usb", "orders"):
         parser.add_argument("--" + name, required=True)
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the drives are ended
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # terminates the drives, too
     lines = {"serial": Line(options.serial), "usb": Line(options.usb)}
     try:
         lines["serial"].obey("plug", None)
