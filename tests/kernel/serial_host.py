@@ -1,22 +1,22 @@
 #!/usr/bin/python3
-"""The far side of the virtual machine's serial ports: drives, cables, and hands that act on orders.
+"""The host side of the virtual machine's serial ports: drives, cables and fault injection.
 
   serial_host.py --serial SOCKET --usb SOCKET --orders SOCKET
 
-SOCKETs are QEMU's: of a serial port and of a USB adapter with a drive (pymodbus_slave.py) behind
-each, and of the port that orders come from. An order is a line, answered by "done NUMBER" or
-"failed WHY":
+The SOCKETs are QEMU's: a serial port and a USB adapter, each connected to a drive
+(pymodbus_slave.py), and the port on which orders are received. An order is a text line, answered by
+"done NUMBER" or "failed REASON":
 
-  LINE corrupt N    of every N replies one has a bit flipped
-  LINE truncate N   ... ends early
-  LINE lose N       ... does not come
-  LINE double N     ... comes twice
-  LINE noise N      ... comes after other bytes
-  LINE delay N      ... comes late, when the master has given it up
-  LINE cut          no byte passes any more
-  LINE heal         the line is sound; NUMBER of replies that were spoilt
-  LINE stops        NUMBER of stop commands the master has sent so far
-  LINE kill, start  the drive loses power, and comes back without its home
+  LINE corrupt N    flips a bit in one of every N replies
+  LINE truncate N   ... truncates it
+  LINE lose N       ... drops it
+  LINE double N     ... sends it twice
+  LINE noise N      ... sends other bytes before it
+  LINE delay N      ... delays it beyond the master's timeout
+  LINE cut          passes no bytes
+  LINE heal         ends the fault; NUMBER is the count of faulty replies
+  LINE stops        NUMBER is the count of stop commands sent by the master
+  LINE kill, start  the drive loses power, and restarts without being homed
   LINE unplug, plug, replug    the adapter; replug takes a second
 
 LINE is "serial" or "usb". Ends when QEMU closes the port of the orders.
@@ -95,7 +95,7 @@ class Line:
         self.port = None
         self.drive = Drive()
         self.fault, self.every = None, 1
-        self.replies = self.spoilt = 0
+        self.replies = self.faulty = 0
         self.requests = bytearray()
 
     def sources(self):
@@ -118,7 +118,7 @@ class Line:
             return []
         if self.fault is None or self.replies % self.every:
             return [reply]
-        self.spoilt += 1
+        self.faulty += 1
         if self.fault == "corrupt":
             middle = len(reply) // 2
             return [reply[:middle], bytes([reply[middle] ^ 0x10]), reply[middle + 1:]]
@@ -133,29 +133,29 @@ class Line:
             return [reply]
         return []  # lose
 
-    def obey(self, deed, argument):
-        if deed in ("corrupt", "truncate", "lose", "double", "noise", "delay", "cut"):
-            self.fault, self.every, self.spoilt = deed, int(argument or 1), 0
-        elif deed == "heal":
+    def obey(self, order, argument):
+        if order in ("corrupt", "truncate", "lose", "double", "noise", "delay", "cut"):
+            self.fault, self.every, self.faulty = order, int(argument or 1), 0
+        elif order == "heal":
             self.fault = None
-            return self.spoilt
-        elif deed == "stops":
+            return self.faulty
+        elif order == "stops":
             return self.requests.count(STOP)
-        elif deed == "kill":
+        elif order == "kill":
             self.drive.end()
             self.drive = None
-        elif deed == "start":
+        elif order == "start":
             self.drive = Drive()
-        elif deed == "plug":
+        elif order == "plug":
             self.port = connected(self.path)
-        elif deed == "unplug":
+        elif order == "unplug":
             self.unplug()
-        elif deed == "replug":
+        elif order == "replug":
             self.unplug()
             time.sleep(1)
             self.port = connected(self.path)
         else:
-            raise ValueError("no such order")
+            raise ValueError("unknown order")
         return 0
 
     def unplug(self):
@@ -163,10 +163,10 @@ class Line:
         self.port = None
 
 
-def answer_to(order, lines):
+def answer_to(text, lines):
     try:
-        name, deed, *arguments = order.split()
-        return "done %d" % lines[name].obey(deed, *(arguments or [None]))
+        name, order, *arguments = text.split()
+        return "done %d" % lines[name].obey(order, *(arguments or [None]))
     except (KeyError, ValueError, OSError, RuntimeError) as error:
         return "failed %s" % error
 

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """A slider's drive as a pymodbus slave: an independent peer for Raywalk's Modbus driver.
 
-Written from the drives' published register layouts, not from Raywalk's code or its register maps, so
-that a mistake in either shows. Needs Debian's python3-pymodbus 3.0 and python3-serial-asyncio.
+Written from the drives' published register layouts, independently of Raywalk's code and register
+maps, to detect mistakes in either. Needs Debian's python3-pymodbus 3.0 and python3-serial-asyncio.
 
   pymodbus_slave.py --map generic|leadshine-pr0 --line pty|tcp
 
