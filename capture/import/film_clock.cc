@@ -221,7 +221,7 @@ Peak refined(const MotionFit& fit, double around_s, double step_s) {
 
 // Effective sample size of n residuals with first-order autocorrelation r: n (1 - r) / (1 + r).
 // (M. S. Bartlett, "Some Aspects of the Time-Correlation Problem", 1935.)
-double independent_count(const std::vector<double>& residuals) {
+double effective_count(const std::vector<double>& residuals) {
   double squares = 0.0;
   double products = 0.0;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
@@ -235,7 +235,7 @@ double independent_count(const std::vector<double>& residuals) {
 // Half the width of the interval in which the squared residuals, proportional to 1 - G, stay below
 // 1 + chi^2 / n times their minimum: the profile likelihood of normal residuals.
 double uncertainty_of(const MotionFit& fit, const Peak& best, double step_s) {
-  const double count = independent_count(fit.residuals(best.offset_s));
+  const double count = effective_count(fit.residuals(best.offset_s));
   const double allowed = 1.0 - (1.0 - best.explained) * (1.0 + kChi2_95 / count);
   double low_s = best.offset_s - step_s;
   double high_s = best.offset_s + step_s;

@@ -102,7 +102,8 @@ void require_same(const std::string& station, const std::set<std::string>& check
   }
 }
 
-void require_whole(const PictureMatch& match, const SessionShots& shots, const CardPictures& card) {
+void require_complete(const PictureMatch& match, const SessionShots& shots,
+                      const CardPictures& card) {
   if (is_complete(match, card)) return;
   throw Error(fmt::format("{} (nothing was imported; --allow-missing imports complete stations)",
                           describe_mismatches(match, shots, card)));
@@ -132,7 +133,7 @@ PictureImport import_pictures(const fs::path& session_directory,
   const SessionShots shots = read_session_shots(&reader);
   const CardPictures card = read_card(files_and_directories);
   const PictureMatch match = match_pictures(shots, card);
-  if (!allow_missing) require_whole(match, shots, card);
+  if (!allow_missing) require_complete(match, shots, card);
 
   const auto checksums = checksums_by_station(&reader);
   PictureCopier copier(session.get(), &card, UnnamedFrames(&reader));

@@ -88,8 +88,8 @@ bool is_from_failed(const SessionShots& session, double time_s, double tolerance
                      });
 }
 
-void sort_out_stations(const SessionShots& session, const TimeAlignment& alignment,
-                       PictureMatch* match, std::vector<bool>* used) {
+void assign_stations(const SessionShots& session, const TimeAlignment& alignment,
+                     PictureMatch* match, std::vector<bool>* used) {
   const auto per_station = static_cast<std::size_t>(session.exposures);
   for (std::size_t station = 0; station < session.stations.size(); ++station) {
     StationPictures pictures{station, {}};
@@ -121,7 +121,7 @@ PictureMatch match_pictures(const SessionShots& session, const CardPictures& car
   match.clock_drift = result.best.drift;
   match.rms_s = result.best.rms_s;
   std::vector<bool> used(card.shots.size(), false);
-  sort_out_stations(session, result.best, &match, &used);
+  assign_stations(session, result.best, &match, &used);
   for (std::size_t shot = 0; shot < card.shots.size(); ++shot) {
     if (used[shot]) continue;
     const double time_s = session_time(card.shots[shot], result.best, slots.front().from_s);

@@ -24,7 +24,7 @@ constexpr char kExposedStations[] =
 
 // An attempt interrupted by a crash has no end time; its pictures were taken before the next one
 // began.
-constexpr char kAbandonedAttempts[] =
+constexpr char kFailedAttempts[] =
     "SELECT begun_utc_us, coalesce(ended_utc_us, (SELECT min(next.begun_utc_us) FROM attempt AS "
     "next WHERE next.id > attempt.id), begun_utc_us + 60000000) "
     "FROM attempt WHERE outcome = 'failed' OR outcome IS NULL ORDER BY begun_utc_us";
@@ -46,7 +46,7 @@ std::vector<ExposedStation> exposed_stations(SqliteConnection* database, int exp
 
 std::vector<FailedAttempt> failed_attempts(SqliteConnection* database) {
   std::vector<FailedAttempt> attempts;
-  SqliteStatement rows(database, kAbandonedAttempts);
+  SqliteStatement rows(database, kFailedAttempts);
   while (rows.step()) {
     attempts.push_back({wall_time_from(rows.integer(0)), wall_time_from(rows.integer(1))});
   }

@@ -145,7 +145,7 @@ TEST_F(CaptureCommandTest, KilledAtRandomMomentsLosesAndOverwritesNothing) {
   const char* asked = std::getenv("RAYWALK_KILLS");
   const int kills = asked != nullptr ? std::atoi(asked) : 20;
   std::mt19937 random(7);
-  std::uniform_int_distribution<int> moment_ms(0, 900);
+  std::uniform_int_distribution<int> delay_ms(0, 900);
   int killed_in_work = 0;
   for (int i = 0; i < kills; ++i) {
     if (frame_sums().size() >= kStations) {  // nearly finished: check it and start another
@@ -155,7 +155,7 @@ TEST_F(CaptureCommandTest, KilledAtRandomMomentsLosesAndOverwritesNothing) {
     }
     const auto before = frame_sums();
     auto process = run_in_background();
-    std::this_thread::sleep_for(std::chrono::milliseconds(moment_ms(random)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms(random)));
     process->signal(SIGKILL);
     if (process->wait() == 128 + SIGKILL) ++killed_in_work;
     const auto after = frame_sums();

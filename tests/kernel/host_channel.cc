@@ -11,7 +11,7 @@ namespace raywalk::capture {
 namespace {
 
 // Starting a slave includes loading Python's libraries, possibly on a busy machine.
-constexpr int kPatience_ms = 60000;
+constexpr int kTimeout_ms = 60000;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::string HostChannel::read_line() {
   std::string line;
   for (;;) {
     pollfd input{.fd = fd_, .events = POLLIN, .revents = 0};
-    require(poll(&input, 1, kPatience_ms) > 0, "no reply from the host");
+    require(poll(&input, 1, kTimeout_ms) > 0, "no reply from the host");
     char letter = 0;
     require(read(fd_, &letter, 1) == 1, "the host's port was closed");
     if (letter == '\n') return line;

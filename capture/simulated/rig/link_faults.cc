@@ -11,7 +11,7 @@ LinkFault LinkFaults::next() {
   const std::lock_guard lock(mutex_);
   ++requests_;
   // Drawn for every request, so that scheduled faults do not change the random sequence.
-  LinkFault fault = drawn();
+  LinkFault fault = random_fault();
   const auto scheduled = schedule_.find(requests_);
   if (injected_left_ > 0) {
     --injected_left_;
@@ -29,7 +29,7 @@ LinkFault LinkFaults::next() {
 }
 
 // One random number selects the fault, another one the direction.
-LinkFault LinkFaults::drawn() {
+LinkFault LinkFaults::random_fault() {
   double left = chance_.uniform();
   const bool request = chance_.chance(0.5);
   const auto falls_in = [&left](double share) {

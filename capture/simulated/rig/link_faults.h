@@ -69,7 +69,7 @@ class LinkFaults {
     LinkFault fault = LinkFault::kNone;
     std::chrono::milliseconds cut_for{0};
   };
-  LinkFault drawn();
+  LinkFault random_fault();
   void begin_timed_cuts();
   void begin_cut(std::chrono::milliseconds duration);
 

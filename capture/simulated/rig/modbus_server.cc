@@ -66,7 +66,7 @@ class ModbusServer::Loop {
   void run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       try {
-        follow_cut();
+        apply_cut();
         wait();
         if (terminal_) serve_terminal();
         if (listener_) accept_clients();
@@ -81,7 +81,7 @@ class ModbusServer::Loop {
     }
   }
 
-  void follow_cut() {
+  void apply_cut() {
     if (faults_->is_cut()) {
       terminal_.reset();
       for (Client& client : clients_) client.socket.reset_connection();

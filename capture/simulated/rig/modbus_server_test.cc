@@ -53,7 +53,7 @@ class ModbusServerTest : public ::testing::Test {
     return Client(link);
   }
   // For a request that is not answered.
-  static void make_impatient(const Client& client) {
+  static void use_short_timeouts(const Client& client) {
     modbus_set_response_timeout(client.get(), 0, 60000);
     modbus_set_byte_timeout(client.get(), 0, 60000);
   }
@@ -130,7 +130,7 @@ TEST_F(ModbusServerTest, ExclusiveUseEndsWithTheClient) {
 
 TEST_F(ModbusServerTest, OtherUnitsAreIgnoredAndBroadcastsExecuted) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   modbus_set_slave(client.get(), 2);
   EXPECT_EQ(read_position(client.get()), modbus_strerror(ETIMEDOUT));
   EXPECT_EQ(faults_.requests(), 0U);
@@ -156,7 +156,7 @@ TEST_F(ModbusServerTest, ExceptionsReachTheClient) {
 
 TEST_F(ModbusServerTest, LostReplyMeansTheCommandWasExecuted) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   faults_.inject(LinkFault::kLostReply, 1);
   EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
   EXPECT_EQ(errno, ETIMEDOUT);
@@ -165,7 +165,7 @@ TEST_F(ModbusServerTest, LostReplyMeansTheCommandWasExecuted) {
 
 TEST_F(ModbusServerTest, LostRequestNeverArrives) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   faults_.inject(LinkFault::kLostRequest, 1);
   EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
   EXPECT_FALSE(drive_.state().moving);
@@ -173,7 +173,7 @@ TEST_F(ModbusServerTest, LostRequestNeverArrives) {
 
 TEST_F(ModbusServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
   for (const Client& client : {serial_client(), tcp_client()}) {
-    make_impatient(client);
+    use_short_timeouts(client);
     faults_.inject(LinkFault::kCorruptedReply, 1);
     const std::string answer = read_position(client.get());
     EXPECT_NE(answer, "0");
@@ -183,7 +183,7 @@ TEST_F(ModbusServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
 // As on a real line, the late reply is mistaken for the reply to the next request.
 TEST_F(ModbusServerTest, LateReplyArrivesAfterTheTimeout) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   faults_.inject(LinkFault::kLate, 1);
   EXPECT_EQ(read_position(client.get()), modbus_strerror(ETIMEDOUT));
   std::uint8_t byte = 0;
@@ -212,7 +212,7 @@ TEST_F(ModbusServerTest, CutLineHangsUpAndComesBack) {
   pollfd descriptor{modbus_get_socket(serial.get()), 0, 0};
   EXPECT_TRUE(eventually([&] { return poll(&descriptor, 1, 0) == 1; }));
   EXPECT_NE(descriptor.revents & POLLHUP, 0);
-  make_impatient(tcp);
+  use_short_timeouts(tcp);
   EXPECT_NE(read_position(tcp.get()), "0");
   faults_.restore();
   EXPECT_TRUE(eventually([&] { return fs::exists(link()); }));
@@ -224,7 +224,7 @@ TEST_F(ModbusServerTest, CutAtARequestDropsItAndEndsOnTime) {
   const Client client = serial_client();
   faults_.schedule(LinkFault::kCut, 2, milliseconds(50));
   EXPECT_EQ(read_position(client.get()), "0");
-  make_impatient(client);
+  use_short_timeouts(client);
   EXPECT_NE(read_position(client.get()), "0");
   EXPECT_TRUE(eventually([&] { return !faults_.is_cut() && fs::exists(link()); }));
   EXPECT_EQ(read_position(serial_client().get()), "0");

@@ -18,8 +18,8 @@ namespace {
 
 constexpr const char* kHost = "127.0.0.1";
 constexpr const char* kJson = "application/json";
-constexpr std::chrono::milliseconds kStep{2};       // polling interval of the faults
-constexpr std::chrono::seconds kSingleSilence{30};  // longer than any client's timeout
+constexpr std::chrono::milliseconds kStep{2};  // polling interval of the faults
+constexpr std::chrono::seconds kSilence{30};   // longer than any client's timeout
 constexpr const char* kWebPage =
     "<!DOCTYPE html><html><head><title>Camera</title></head><body>Please log in.</body></html>";
 
@@ -32,7 +32,7 @@ void reuse_address(socket_t socket) {
 
 // httplib closes the connection when a content provider fails. The client receives a header with a
 // content length and then the end of the stream.
-void cut_off(httplib::Response& response) {
+void send_truncated(httplib::Response& response) {
   response.body.clear();
   response.set_content_provider(1, kJson,
                                 [](std::size_t, std::size_t, httplib::DataSink&) { return false; });
@@ -62,7 +62,7 @@ class OscServer::Impl {
   void add(bool is_post, const std::string& path, Handler handler) {
     const auto handle = [this, handler = std::move(handler)](const httplib::Request& request,
                                                              httplib::Response& response) {
-      if (goes_down(response)) return;
+      if (disconnects(response)) return;
       try {
         response.set_content(handler(request.body), kJson);
       } catch (const Error& error) {
@@ -129,7 +129,7 @@ class OscServer::Impl {
 
   template <typename Reply>
   void answer(httplib::Response& response, const Reply& reply) {
-    if (goes_down(response)) return;
+    if (disconnects(response)) return;
     const OscReply made = reply();
     if (stays_silent(response)) return;
     response.status = made.http_status;
@@ -137,7 +137,7 @@ class OscServer::Impl {
   }
 
   void send_file(const std::string& name, httplib::Response& response) {
-    if (goes_down(response) || stays_silent(response)) return;
+    if (disconnects(response) || stays_silent(response)) return;
     if (camera_.faults().occurs(CameraFault::kWebPage)) {
       response.set_content(kWebPage, "text/html");
       return;
@@ -149,11 +149,11 @@ class OscServer::Impl {
     }
   }
 
-  bool goes_down(httplib::Response& response) {
+  bool disconnects(httplib::Response& response) {
     const bool lasting = camera_.faults().lasts(CameraFault::kDown);
     if (!camera_.faults().occurs(CameraFault::kDown)) return false;
     if (lasting) stop_listening();
-    cut_off(response);
+    send_truncated(response);
     return true;
   }
 
@@ -161,12 +161,12 @@ class OscServer::Impl {
   bool stays_silent(httplib::Response& response) {
     const bool lasting = camera_.faults().lasts(CameraFault::kSilent);
     if (!camera_.faults().occurs(CameraFault::kSilent)) return false;
-    const auto end = std::chrono::steady_clock::now() + kSingleSilence;
+    const auto end = std::chrono::steady_clock::now() + kSilence;
     wait_until([&] {
       return lasting ? !camera_.faults().lasts(CameraFault::kSilent)
                      : std::chrono::steady_clock::now() >= end;
     });
-    cut_off(response);
+    send_truncated(response);
     return true;
   }
 
@@ -179,14 +179,14 @@ class OscServer::Impl {
 
   // Listens, and after the fault kDown listens again on the same port.
   void serve() {
-    for (bool bound = true; bound; bound = comes_back()) {
+    for (bool bound = true; bound; bound = rebind()) {
       closing_ = false;
       server_.listen_after_bind();
     }
     ended_ = true;
   }
 
-  bool comes_back() {
+  bool rebind() {
     wait_until([this] { return !camera_.faults().lasts(CameraFault::kDown); });
     bool bound = false;
     wait_until([&] { return bound = server_.bind_to_port(kHost, port_); });

@@ -42,8 +42,8 @@ Rail::Placing Rail::placed(const CaptureLine& line) const {
   const CaptureStation& last = line.stations.back();
   const std::uint64_t key = key_of(settings_.seed, line.id);
   HashRandom random(key);
-  const auto drawn_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
-  const auto drawn_rad = [&](double spread_deg) {
+  const auto deviate_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
+  const auto deviate_rad = [&](double spread_deg) {
     return radians_from_degrees(spread_deg * random.normal());
   };
   Placing placing;
@@ -51,12 +51,13 @@ Rail::Placing Rail::placed(const CaptureLine& line) const {
   placing.middle_mm = 0.5 * (first.rail_mm + last.rail_mm);
   const Eigen::Vector3d planned_m(0.5 * (first.position_m.x_m + last.position_m.x_m), 0.0,
                                   0.5 * (first.position_m.z_m + last.position_m.z_m));
-  for (int axis = 0; axis < 3; ++axis) placing.middle_m[axis] = planned_m[axis] + 1e-3 * drawn_mm();
-  placing.direction_rad = drawn_rad(settings_.direction_spread_deg);
-  placing.tilt_rad = drawn_rad(settings_.tilt_spread_deg);
-  placing.camera.yaw_rad = drawn_rad(settings_.attitude_spread_deg);
-  placing.camera.pitch_rad = drawn_rad(settings_.attitude_spread_deg);
-  placing.camera.roll_rad = drawn_rad(settings_.attitude_spread_deg);
+  for (int axis = 0; axis < 3; ++axis)
+    placing.middle_m[axis] = planned_m[axis] + 1e-3 * deviate_mm();
+  placing.direction_rad = deviate_rad(settings_.direction_spread_deg);
+  placing.tilt_rad = deviate_rad(settings_.tilt_spread_deg);
+  placing.camera.yaw_rad = deviate_rad(settings_.attitude_spread_deg);
+  placing.camera.pitch_rad = deviate_rad(settings_.attitude_spread_deg);
+  placing.camera.roll_rad = deviate_rad(settings_.attitude_spread_deg);
   placing.key = key;
   for (const CaptureStation& station : line.stations) {
     placing.stations_mm.push_back(station.rail_mm);

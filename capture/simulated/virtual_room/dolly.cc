@@ -76,7 +76,7 @@ struct Cylinder {
   double half_length = 0.0;
 };
 
-Hit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
+Hit intersect_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   const int a = (cylinder.axis + 1) % 3, b = (cylinder.axis + 2) % 3;
   const Vector3d from = ray.origin_m - cylinder.centre;
   const Vector2d start(from[a], from[b]), step(ray.direction[a], ray.direction[b]);
@@ -96,7 +96,7 @@ Hit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   return hit;
 }
 
-Hit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
+Hit intersect_ends(const Cylinder& cylinder, const CameraRay& ray) {
   const double slope = ray.direction[cylinder.axis];
   const double side = slope > 0.0 ? -1.0 : 1.0;  // of the end that faces the ray
   const Vector3d from = ray.origin_m - cylinder.centre;
@@ -112,8 +112,8 @@ Hit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
 
 Hit meet(const Cylinder& cylinder, const CameraRay& ray) {
   Hit nearest;
-  keep_nearer(meet_mantle(cylinder, ray), &nearest);
-  keep_nearer(meet_ends(cylinder, ray), &nearest);
+  keep_nearer(intersect_mantle(cylinder, ray), &nearest);
+  keep_nearer(intersect_ends(cylinder, ray), &nearest);
   return nearest;
 }
 

@@ -16,8 +16,8 @@ float from_nearest(float x, float period) { return x - period * std::round(x / p
 Color wood_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   // Grain is noise stretched eight times along the trunk and distorted by a slower noise.
   const float bend = value_noise(3.0F * at.x(), 3.0F * at.y(), surface.seed + 40);
-  const Eigen::Vector2f drawn(0.125F * at.x(), at.y() + 0.02F * bend);
-  const float grain = fractal_noise(drawn, {0.06F, 5, 0.8F}, footprint, surface.seed);
+  const Eigen::Vector2f stretched(0.125F * at.x(), at.y() + 0.02F * bend);
+  const float grain = fractal_noise(stretched, {0.06F, 5, 0.8F}, footprint, surface.seed);
   const float pores =
       fractal_noise({0.3F * at.x(), at.y()}, {0.03F, 3, 0.8F}, footprint, surface.seed + 20);
   const float dark = std::clamp(0.38F + 0.55F * grain + 0.22F * pores, 0.0F, 1.0F);

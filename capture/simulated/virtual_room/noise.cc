@@ -24,7 +24,7 @@ std::uint32_t lattice_steps(int x, int y, std::uint32_t seed) {
 }
 
 // Faster than std::floor; only for values within the range of int.
-int whole_below(float x) {
+int floor_to_int(float x) {
   const int towards_zero = static_cast<int>(x);
   return towards_zero - (static_cast<float>(towards_zero) > x ? 1 : 0);
 }
@@ -38,7 +38,7 @@ float cell_value(int column, int row, std::uint32_t seed) {
 }
 
 float value_noise(float x, float y, std::uint32_t seed) {
-  const int column = whole_below(x), row = whole_below(y);
+  const int column = floor_to_int(x), row = floor_to_int(y);
   const float fx = x - static_cast<float>(column), fy = y - static_cast<float>(row);
   // 3 f^2 - 2 f^3 has zero slope at both ends, so the noise is smooth across lattice lines.
   const float sx = fx * fx * (3.0F - 2.0F * fx), sy = fy * fy * (3.0F - 2.0F * fy);

@@ -68,7 +68,7 @@ Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t
       fractal_noise(level / height, {1.6F, 7, 0.6F}, pixel_rad / (height * height), seed);
   const float cover = std::clamp(1.6F * density + 0.35F, 0.0F, 1.0F);
   const Color sky = mix(air, Color(1.0F, 0.97F, 0.93F), cover);
-  // Two noises, as one of them is drawn out where the compass turns into its other coordinate.
+  // Two noises, as each is stretched where the azimuth is along the other coordinate.
   const float trees = fractal_noise({compass.x(), up}, {0.06F, 5, 0.8F}, pixel_rad, seed + 30) +
                       fractal_noise({compass.y(), up}, {0.06F, 5, 0.8F}, pixel_rad, seed + 40);
   const Color land = Color(0.10F, 0.15F, 0.06F) * (1.0F + 0.5F * trees);

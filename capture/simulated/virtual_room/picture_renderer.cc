@@ -31,8 +31,8 @@ struct Stratum {
 // hash.
 Stratum stratum(int number, std::uint64_t hash) {
   const int quarter = number % kFirst;
-  const auto drawn = static_cast<int>((hash >> (2 * quarter)) & 3);
-  const int within = (drawn + number / kFirst) % 4;
+  const auto choice = static_cast<int>((hash >> (2 * quarter)) & 3);
+  const int within = (choice + number / kFirst) % 4;
   return {2 * (quarter % 2) + within % 2, 2 * (quarter / 2) + within / 2};
 }
 

@@ -15,7 +15,7 @@ std::array<Vector2d, 2> axes_of(const PlanRectangle& rectangle) {
 }
 
 // Half the length of the rectangle's projection on `axis`.
-double half_shadow(const PlanRectangle& rectangle, const Vector2d& axis) {
+double half_projection(const PlanRectangle& rectangle, const Vector2d& axis) {
   const auto own = axes_of(rectangle);
   return rectangle.half_size.x() * std::abs(own[0].dot(axis)) +
          rectangle.half_size.y() * std::abs(own[1].dot(axis));
@@ -29,14 +29,15 @@ bool overlap(const PlanRectangle& a, const PlanRectangle& b) {
   for (const PlanRectangle* side : {&a, &b}) {
     for (const Vector2d& axis : axes_of(*side)) {
       const double gap = std::abs((a.centre - b.centre).dot(axis));
-      if (gap > half_shadow(a, axis) + half_shadow(b, axis)) return false;
+      if (gap > half_projection(a, axis) + half_projection(b, axis)) return false;
     }
   }
   return true;
 }
 
 bool inside(const PlanRectangle& inner, const Vector2d& min, const Vector2d& max) {
-  const Vector2d half(half_shadow(inner, Vector2d::UnitX()), half_shadow(inner, Vector2d::UnitY()));
+  const Vector2d half(half_projection(inner, Vector2d::UnitX()),
+                      half_projection(inner, Vector2d::UnitY()));
   return ((inner.centre - half).array() >= min.array()).all() &&
          ((inner.centre + half).array() <= max.array()).all();
 }

@@ -48,7 +48,7 @@ Color RoomScene::light_of(const Ray& ray, const Hit& hit, double pixel_rad) cons
   if (hit.facet >= 0 && surface_of(hit).pattern == Pattern::kMirror) {
     return reflection(ray, hit, pixel_rad);
   }
-  return matt_light(ray, hit, 0.0, pixel_rad);
+  return diffuse_light(ray, hit, 0.0, pixel_rad);
 }
 
 // Reflects d into d - 2 (d . n) n. There is a single flat mirror, so one reflection suffices.
@@ -58,11 +58,11 @@ Color RoomScene::reflection(const Ray& ray, const Hit& hit, double pixel_rad) co
   reflected.direction = ray.direction - 2.0 * ray.direction.dot(normal) * normal;
   reflected.origin = ray.origin + hit.distance * ray.direction + kOffMirror * normal;
   const Hit seen = scene_.intersect(reflected);
-  return kMirrorReflectance * matt_light(reflected, seen, hit.distance, pixel_rad);
+  return kMirrorReflectance * diffuse_light(reflected, seen, hit.distance, pixel_rad);
 }
 
-Color RoomScene::matt_light(const Ray& ray, const Hit& hit, double travelled,
-                            double pixel_rad) const {
+Color RoomScene::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
+                               double pixel_rad) const {
   if (hit.facet < 0 || surface_of(hit).pattern == Pattern::kSky) {
     return sky_light(ray.direction, static_cast<float>(pixel_rad), room_.lights.sky_seed);
   }

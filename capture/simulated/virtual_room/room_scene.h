@@ -36,8 +36,8 @@ class RoomScene {
  private:
   Color light_of(const Ray& ray, const Hit& hit, double pixel_rad) const;
   Color reflection(const Ray& ray, const Hit& hit, double pixel_rad) const;
-  // Light of the matt surface at the hit; `travelled` is the length of the path before the ray.
-  Color matt_light(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
+  // Light of the diffuse surface at the hit; `travelled` is the length of the path before the ray.
+  Color diffuse_light(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
 
   FurnishedRoom room_;
   EmbreeScene scene_;
