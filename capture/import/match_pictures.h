@@ -45,8 +45,8 @@ struct PictureMatch {
   double rms_s = 0.0;                       // of the residuals after offset and drift
 };
 
-// Matches by count, order and time; the camera's clock may have any offset and a drift of 1e-4
-// (align_times.h). Throws Error if the assignment is ambiguous, or if fewer than half of the
+// Matches by count, order and time; the camera's clock may have any offset and a drift of up to
+// 1e-4 (align_times.h). Throws Error if the assignment is ambiguous, or if fewer than half of the
 // pictures and of the stations match, as with pictures of another session.
 PictureMatch match_pictures(const SessionShots& session, const CardPictures& card);
 
