@@ -162,7 +162,7 @@ TEST_F(ImportFilmTest, AFilmAtRestIsRefused) {
   EXPECT_THAT(error_of_import(), HasSubstr("no start or stop of motion"));
 }
 
-TEST_F(ImportFilmTest, AFilmThatIsNoPanoramaIsRefused) {
+TEST_F(ImportFilmTest, AFilmWithAnotherAspectRatioIsRefused) {
   film_line();
   shoot({.start_s = kFilmStart_s, .length_s = 14.0, .size = {160, 96}});
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));

@@ -43,7 +43,7 @@ TEST_F(PictureTimesTest, WithoutAnOffsetItIsLocalTimeInWholeSeconds) {
   EXPECT_EQ(time->source, PictureTimeSource::kExifLocal);
 }
 
-TEST_F(PictureTimesTest, SubSecondsCountByTheirDigits) {
+TEST_F(PictureTimesTest, SubSecondsAreDecimalDigits) {
   const auto tenths =
       exif_time(picture("a.jpg", {{kDate, "2026:03:07 12:30:05"}, {kSubSeconds, "7"}}));
   ASSERT_TRUE(tenths);

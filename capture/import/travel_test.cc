@@ -55,7 +55,7 @@ TEST(Travel, SamplesOutOfOrderAreDropped) {
   EXPECT_THAT(travels[0].position_mm(0.75), Optional(DoubleNear(7.5, 1e-9)));
 }
 
-TEST(Travel, ASingleSampleIsNoTravel) {
+TEST(Travel, ASingleSampleGivesNoTravel) {
   const std::vector<JournalSample> journal{{kEpoch, 0.0}};
   EXPECT_TRUE(travels_of("x0", journal, kEpoch).empty());
   EXPECT_TRUE(travels_of("x0", {}, kEpoch).empty());

@@ -139,7 +139,7 @@ TEST_F(WriteCaptureTest, TablesHoldNominalAndTruePoses) {
   }
 }
 
-TEST_F(WriteCaptureTest, CameraOutsideOfTheRoomLeavesNothing) {
+TEST_F(WriteCaptureTest, CameraOutsideTheRoomLeavesNothing) {
   write_file_atomically(directory_ / "views.csv", "name,x,z,y\nabove,0,0,100\n");
   EXPECT_THROW(write_capture(*room_, {.out = out_, .views = directory_ / "views.csv"}), Error);
   EXPECT_EQ(directory_.entries(), 1U) << "the table of views";

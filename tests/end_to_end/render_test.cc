@@ -158,7 +158,7 @@ TEST_F(RenderTest, ManifestOfANewerFormat) {
   expect_error(render(view_to_png("--at 0,0")), 1, "manifest.json");
 }
 
-TEST_F(RenderTest, VolumeCutShort) {
+TEST_F(RenderTest, TruncatedVolume) {
   make_room();
   const fs::path volume = directory_ / "room.lf" / "lines" / "x0.h5";
   fs::resize_file(volume, fs::file_size(volume) / 2);

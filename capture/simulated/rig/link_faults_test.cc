@@ -57,7 +57,7 @@ TEST(LinkFaultsTest, ScheduledAndInjectedFaultsDoNotChangeTheRandomSequence) {
   }
 }
 
-TEST(LinkFaultsTest, CutLastsUntilItIsRestoredOrItsTimeIsOver) {
+TEST(LinkFaultsTest, CutEndsByRestoreOrAfterItsDuration) {
   LinkFaults faults({});
   EXPECT_FALSE(faults.is_cut());
   faults.cut(milliseconds(0));
@@ -74,7 +74,7 @@ TEST(LinkFaultsTest, CutLastsUntilItIsRestoredOrItsTimeIsOver) {
   }
 }
 
-TEST(LinkFaultsTest, TimedFaultsWaitForTheirTime) {
+TEST(LinkFaultsTest, TimedFaultsOccurAtTheirTime) {
   LinkFaults faults({});
   faults.schedule_in(LinkFault::kLostReply, milliseconds(0), milliseconds(0));
   faults.schedule_in(LinkFault::kLate, std::chrono::hours(1), milliseconds(0));

@@ -203,7 +203,7 @@ TEST_F(ModbusServerTest, DuplicatedReplyIsReceivedTwice) {
   EXPECT_EQ(read_position(client.get()), "0");
 }
 
-TEST_F(ModbusServerTest, CutLineHangsUpAndComesBack) {
+TEST_F(ModbusServerTest, CutLineHangsUpAndReconnects) {
   const Client serial = serial_client(), tcp = tcp_client();
   EXPECT_EQ(read_position(serial.get()), "0");
   EXPECT_EQ(read_position(tcp.get()), "0");
@@ -249,7 +249,7 @@ TEST_F(ModbusServerTest, MisbehavingClientsDoNotAffectOthers) {
   EXPECT_EQ(read_position(serial_client().get()), "0");
 }
 
-TEST_F(ModbusServerTest, TakenPortOrNameIsAnError) {
+TEST_F(ModbusServerTest, PortOrNameInUseIsAnError) {
   EXPECT_THROW(ModbusServer({1, {}, server_.tcp_port()}, &registers_, &faults_), Error);
   EXPECT_THROW(ModbusServer({1, directory_.path(), {}}, &registers_, &faults_), Error);
   EXPECT_THROW(ModbusServer({1, directory_ / "missing/slider", {}}, &registers_, &faults_), Error);

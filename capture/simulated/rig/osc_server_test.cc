@@ -123,7 +123,7 @@ TEST_F(OscServerTest, CanBeStoppedWithAWaitingClientAndRestarted) {
   EXPECT_TRUE(client_.Get("/osc/info"));
 }
 
-TEST_F(OscServerTest, PortThatIsTakenIsAnError) {
+TEST_F(OscServerTest, PortInUseIsAnError) {
   EXPECT_THROW(OscServer(camera_, server_.port()), Error);
 }
 

@@ -113,7 +113,7 @@ TEST_F(RigTest, DisplacedRailShowsInTruthAndPicture) {
   EXPECT_GT(std::abs(poses.number(1, "y")), 1e-4);
 }
 
-TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideOfTheirCircles) {
+TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideTheirCircles) {
   config_.camera.layout = "dual-fisheye";
   const auto rig = this->rig();
   const cv::Mat frame = cv::imread((directory_ / ("rig/card/" + shoot(rig.get()))).string());
@@ -183,7 +183,7 @@ TEST_F(RigTest, WrongRequestsAreRefused) {
   EXPECT_EQ(rig->line(), "x0");
 }
 
-TEST_F(RigTest, ScheduledFaultHappensOnTheWayToItsStation) {
+TEST_F(RigTest, ScheduledFaultOccursDuringTheMoveToItsStation) {
   ScheduledFault stall;
   stall.fault.kind = "stall";
   stall.fault.after_ms = 1000.0;

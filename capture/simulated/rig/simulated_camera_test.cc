@@ -203,7 +203,7 @@ TEST_F(SimulatedCameraTest, CardWithoutADirectoryIsAnError) {
   EXPECT_THROW(SimulatedCamera(bad, clock_, grey_picture), Error);
 }
 
-TEST(CameraFault, NamesAreReadBack) {
+TEST(CameraFault, NamesRoundTrip) {
   for (const std::string& name : camera_fault_names()) {
     EXPECT_EQ(name_of(camera_fault_named(name)), name);
   }

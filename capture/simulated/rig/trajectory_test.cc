@@ -34,7 +34,7 @@ TEST(TrajectoryTest, TargetWithinTheBrakingDistanceIsOvershot) {
   EXPECT_EQ(move.at(move.duration_s()).position_mm, 10.0);
 }
 
-TEST(TrajectoryTest, HaltsInVSquaredOverTwoA) {
+TEST(TrajectoryTest, BrakingDistanceIsVSquaredOverTwoA) {
   const auto halt = Trajectory::halt({5.0, -100.0}, 400.0);
   EXPECT_NEAR(halt.end_mm(), 5.0 - 12.5, 1e-12);
   EXPECT_NEAR(halt.duration_s(), 0.25, 1e-12);

@@ -20,7 +20,7 @@ void expect_refused(const VirtualRoomSettings& settings, const std::string& key)
 }
 
 // The detection of lines and cells used for rooms finds the planned ones, with the same names.
-TEST(RoomPlanTest, GridIsFoundAsPlanned) {
+TEST(RoomPlanTest, PlannedGridIsDetected) {
   VirtualRoomSettings settings;
   settings.grid.cells_x = 3;
   settings.grid.cells_z = 2;
@@ -55,7 +55,7 @@ TEST(RoomPlanTest, SpacingIsRoundedToWholeStepsAndDefaultsToAFortieth) {
   EXPECT_EQ(plan_room(settings).lines[0].along.size(), 2U);
 }
 
-TEST(RoomPlanTest, WallsLeaveTheLinesTheirClearance) {
+TEST(RoomPlanTest, WallsKeepTheirClearanceFromLines) {
   for (int seed = 0; seed < 200; ++seed) {
     VirtualRoomSettings settings;
     settings.seed = seed;

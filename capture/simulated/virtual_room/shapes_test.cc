@@ -138,7 +138,7 @@ TEST(PlanRectangleTest, OverlapIsDetectedAtAnyRotation) {
 }
 
 // A yaw of 90 degrees rotates +z to +x, as for cameras.
-TEST(PlacementTest, TurnsAsAttitudesDo) {
+TEST(PlacementTest, RotatesAsAttitudesDo) {
   const Placement place{{1, 0, 2}, kHalfPi};
   EXPECT_LT((place.point({0, 0, 1}) - Vector3d(2, 0, 2)).norm(), 1e-12);
 }

@@ -125,7 +125,7 @@ TEST(VirtualRoomTest, SeedsDiffer) {
   EXPECT_GT(different, a.rows * a.cols / 2);
 }
 
-TEST(VirtualRoomTest, SkyIsInfinitelyFarAndNothingElseIs) {
+TEST(VirtualRoomTest, OnlyTheSkyIsInfinitelyFar) {
   const VirtualRoom room(furnished_room(8));
   VirtualRoomSettings settings = furnished_room(8);
   settings.contents.window = false;
