@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostNames = 8;  // in one line
+constexpr std::size_t kMostTimes = 8;  // in one line
 
 void require_valid(const FilmImportOptions& options) {
   if (options.format != "jpg" && options.format != "png") {
@@ -116,11 +116,11 @@ void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
 std::string names_of(const std::vector<std::size_t>& indices,
                      const std::vector<StationRecord>& stations) {
   std::string names;
-  for (std::size_t i = 0; i < std::min(indices.size(), kMostNames); ++i) {
+  for (std::size_t i = 0; i < std::min(indices.size(), kMostTimes); ++i) {
     names += (i == 0 ? "" : ", ") + stations[indices[i]].name;
   }
-  if (indices.size() > kMostNames)
-    names += fmt::format(" and {} more", indices.size() - kMostNames);
+  if (indices.size() > kMostTimes)
+    names += fmt::format(" and {} more", indices.size() - kMostTimes);
   return names;
 }
 

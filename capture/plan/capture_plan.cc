@@ -9,6 +9,8 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/units.h"
+
 namespace raywalk::capture {
 namespace {
 
@@ -16,8 +18,6 @@ constexpr double kMostStations = 100000.0;
 // Steps count as whole within this share of one, so that a spacing may be given in six digits.
 constexpr double kWholeStep = 1e-3;
 constexpr double kSamePlace_m = 1e-3;
-constexpr double kMillimetresPerMetre = 1e3;
-
 // Equally spaced positions along an axis; `first` and `steps` tell them all.
 struct Run {
   double first_m = 0.0;

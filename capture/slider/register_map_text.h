@@ -8,6 +8,9 @@
 
 namespace raywalk::capture {
 
+// Register addresses are 16-bit words of the protocol.
+inline constexpr int kLastAddress = 0xffff;
+
 // Addresses and bits of -1 stand for "the drive has none".
 struct WriteText {
   int address = -1;

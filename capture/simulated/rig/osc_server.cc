@@ -18,8 +18,8 @@ namespace {
 
 constexpr const char* kHost = "127.0.0.1";
 constexpr const char* kJson = "application/json";
-constexpr std::chrono::milliseconds kStep{2};  // polling interval of the faults
-constexpr std::chrono::seconds kSilence{30};   // longer than any client's timeout
+constexpr std::chrono::milliseconds kStep{2};     // polling interval of the faults
+constexpr std::chrono::seconds kSilentReply{30};  // longer than any client's timeout
 constexpr const char* kWebPage =
     "<!DOCTYPE html><html><head><title>Camera</title></head><body>Please log in.</body></html>";
 
@@ -161,7 +161,7 @@ class OscServer::Impl {
   bool stays_silent(httplib::Response& response) {
     const bool lasting = camera_.faults().lasts(CameraFault::kSilent);
     if (!camera_.faults().occurs(CameraFault::kSilent)) return false;
-    const auto end = std::chrono::steady_clock::now() + kSilence;
+    const auto end = std::chrono::steady_clock::now() + kSilentReply;
     wait_until([&] {
       return lasting ? !camera_.faults().lasts(CameraFault::kSilent)
                      : std::chrono::steady_clock::now() >= end;
