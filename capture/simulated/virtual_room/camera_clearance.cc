@@ -63,7 +63,7 @@ void require_clear_lines(const RoomPlan& plan, const RoomScene& scene) {
         if (!scene.geometry().occluded({at, level}, (1.0 - 1e-6) * plan.clearance)) continue;
         throw_at(
             plan, plan.unit_m * at,
-            "is a station with something nearer than a quarter of the cell's side; use another "
+            "is a station with an object nearer than a quarter of the cell's side; use another "
             "seed, or put less in the room (contents)");
       }
     }

@@ -1,4 +1,4 @@
-// Ray tracing of facets with Embree 3.
+// Ray tracing of facets with Embree.
 #pragma once
 
 #include <Eigen/Core>
