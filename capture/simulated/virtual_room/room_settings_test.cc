@@ -29,7 +29,7 @@ void expect_refused(const std::string& yaml, const std::string& message) {
 
 TEST(RoomSettingsTest, EmptyFileGivesTheDefaults) { EXPECT_EQ(parsed(""), VirtualRoomSettings{}); }
 
-// The shipped file says that its values are the defaults.
+// The shipped file claims that its values are the defaults.
 TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
   const std::string yaml = read_file(RAYWALK_VIRTUAL_ROOM_YAML);
   const VirtualRoomSettings shipped = read_virtual_room_settings(RAYWALK_VIRTUAL_ROOM_YAML);
