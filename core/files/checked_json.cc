@@ -84,7 +84,7 @@ std::vector<CheckedJson> CheckedJson::items(std::size_t count) const {
 }
 
 std::string CheckedJson::text() const {
-  if (!value_->is_string()) fail("is not a text");
+  if (!value_->is_string()) fail("is not a string");
   return value_->get<std::string>();
 }
 
@@ -95,12 +95,12 @@ std::vector<std::string> CheckedJson::texts() const {
 }
 
 bool CheckedJson::boolean() const {
-  if (!value_->is_boolean()) fail("is neither true nor false");
+  if (!value_->is_boolean()) fail("is not a boolean");
   return value_->get<bool>();
 }
 
 int CheckedJson::integer(int min, int max) const {
-  if (!value_->is_number_integer()) fail("is not a whole number");
+  if (!value_->is_number_integer()) fail("is not an integer");
   const bool too_large =
       value_->is_number_unsigned() &&
       value_->get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<int>::max());
@@ -112,7 +112,7 @@ int CheckedJson::integer(int min, int max) const {
 }
 
 std::uint64_t CheckedJson::unsigned_integer() const {
-  if (!value_->is_number_unsigned()) fail("is not a whole number from 0 on");
+  if (!value_->is_number_unsigned()) fail("is not an integer from 0 on");
   return value_->get<std::uint64_t>();
 }
 

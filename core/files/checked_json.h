@@ -28,7 +28,7 @@ class CheckedJson {
 
   [[noreturn]] void fail(const std::string& what) const;
 
-  // Refuses a document whose format_version, a whole number from 1 on, is above `newest`.
+  // Refuses a document whose format_version, an integer from 1 on, is above `newest`.
   void require_version(int newest) const;
 
   CheckedJson at(const std::string& key) const;  // of an object

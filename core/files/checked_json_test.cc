@@ -62,7 +62,7 @@ TEST(CheckedJson, KeepsTheDocumentAlive) {
 TEST(CheckedJson, ErrorsNameTheFileThePlaceAndTheRemedy) {
   EXPECT_EQ(error_of_reading(
                 [](const CheckedJson& root) { root.at("lines").items()[1].at("id").text(); }),
-            "room.json: lines[1]: id: is not a text; make it again");
+            "room.json: lines[1]: id: is not a string; make it again");
   EXPECT_EQ(
       error_of_reading([](const CheckedJson& root) { root.at("lines").items()[1].at("axis"); }),
       "room.json: lines[1]: has no 'axis'; make it again");
@@ -86,12 +86,12 @@ TEST(CheckedJson, OtherTypesAreRefused) {
   const auto number_or = [](const CheckedJson& json) { json.number_or(1.0); };
   const auto items = [](const CheckedJson& json) { json.items(); };
   const auto at = [](const CheckedJson& json) { json.at("id"); };
-  EXPECT_THAT(refused("count", text), HasSubstr("is not a text"));
-  EXPECT_THAT(refused("place", texts), HasSubstr("place[0]: is not a text"));
-  EXPECT_THAT(refused("count", boolean), HasSubstr("is neither true nor false"));
-  EXPECT_THAT(refused("far", integer), HasSubstr("is not a whole number"));
+  EXPECT_THAT(refused("count", text), HasSubstr("is not a string"));
+  EXPECT_THAT(refused("place", texts), HasSubstr("place[0]: is not a string"));
+  EXPECT_THAT(refused("count", boolean), HasSubstr("is not a boolean"));
+  EXPECT_THAT(refused("far", integer), HasSubstr("is not an integer"));
   EXPECT_THAT(refused("bytes", integer), HasSubstr("is not between"));
-  EXPECT_THAT(refused("low", unsigned_integer), HasSubstr("is not a whole number from 0 on"));
+  EXPECT_THAT(refused("low", unsigned_integer), HasSubstr("is not an integer from 0 on"));
   EXPECT_THAT(refused("kept", number), HasSubstr("is not a number"));
   EXPECT_THAT(refused("none", number), HasSubstr("is not a number"));
   EXPECT_THAT(refused("name", number_or), HasSubstr("is not a number"));

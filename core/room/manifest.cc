@@ -1,4 +1,4 @@
-// manifest.json, written and read. What reading rejects: see manifest_from_json in room.h.
+// Writes and reads manifest.json; manifest_from_json in room.h lists what reading rejects.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,15 +17,13 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "raywalk-room";
 constexpr const char* kFrame =
     "metres; x right, y up, z forward (left-handed); theta = 0 looks to +z and grows towards +x, "
-    "phi "
-    "grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v + "
-    "0.5) "
-    "/ height * 180 degrees; every packed panorama is in world axes";
+    "phi grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v "
+    "+ 0.5) / height * 180 degrees; every packed panorama is in world axes";
 constexpr const char* kSideNames[] = {"front", "right", "back", "left"};
 
 constexpr int kMaxWidth = 1 << 17;  // pixels; far beyond any camera
 constexpr double kMaxMetres = 1e6;  // far beyond any room; keeps products finite
-// Written values are rounded to double precision; these allow for text edited by hand.
+// Written values have full double precision; the tolerances allow for text edited by hand.
 constexpr double kUnitTolerance = 1e-6;
 constexpr double kAlongTolerance = 1e-6;     // of the coordinates' size
 constexpr double kCellSideTolerance = 0.01;  // of the cell's size; sides may be oblique
@@ -102,7 +100,7 @@ PlanPoint read_direction(const CheckedJson& json, LineAxis axis) {
   if (std::abs(std::hypot(direction.x_m, direction.z_m) - 1.0) > kUnitTolerance) {
     json.fail("is not a unit vector");
   }
-  // Beyond 45 degrees it would be a line along the other axis.
+  // Above 45 degrees it would be a line along the other axis.
   if (along_axis < std::sqrt(0.5)) json.fail("does not follow the line's axis");
   return direction;
 }
@@ -165,7 +163,7 @@ void read_lines(const CheckedJson& json, RoomManifest* manifest) {
   }
 }
 
-// Each side must lie where the bounds say; checked at the middle of the side.
+// Each side must lie on the cell's bounds; checked at the middle of the side.
 void check_side(const CheckedJson& json, const Line& line, const Cell& cell, Side side) {
   const bool along_x = side == Side::kFront || side == Side::kBack;
   if ((line.axis == LineAxis::kX) != along_x) json.fail("runs along the wrong axis");

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxRequirementsBytes = std::size_t{16} << 20;
 
-// The keys of each object, once for writing and reading: visit(key, member).
+// The keys of each object, for both writing and reading: visit(key, member).
 template <typename Visit>
 void visit_members(DirectionRange& r, Visit&& visit) {
   visit("longitude_deg", r.longitude_deg);
@@ -158,7 +158,7 @@ Json json_of(T& value) {
   }
 }
 
-// Each reads a value, and throws Error where it is of another kind.
+// Each reads a value, and throws Error if it has another type.
 void read(const CheckedJson& json, double* value) {
   *value = json.number_or(std::numeric_limits<double>::infinity());
 }
@@ -182,7 +182,7 @@ void read(const CheckedJson& json, T* object) {
   visit_members(*object, [&](const char* key, auto& member) { read(json.at(key), &member); });
 }
 
-// The values that others compute with.
+// Checks the values used in computations.
 void check_values(const CheckedJson& root, const RoomRequirements& r) {
   const auto require = [](bool valid, const CheckedJson& json, const char* what) {
     if (!valid) json.fail(what);
@@ -201,7 +201,7 @@ void check_values(const CheckedJson& root, const RoomRequirements& r) {
   }
 }
 
-// The checksums of a line's maps; of a volume written without them, one over all that it holds.
+// The checksums of a line's maps; for a volume without checksums, one over its whole content.
 std::string checksums_of(const Room& room, int line) {
   const DistanceVolume& volume = room.distances(line);
   const auto file = distance_volume_path(room.directory(), room.grid().lines[size_t(line)].id);
@@ -246,9 +246,9 @@ std::string requirements_to_json(const RoomRequirements& requirements) {
   Json root = {{"format", kRequirementsFormat},
                {"format_version", kRequirementsVersion},
                {"written_by", "raywalk " RAYWALK_VERSION}};
-  RoomRequirements copy = requirements;  // members are visited for writing and for reading alike
+  RoomRequirements copy = requirements;  // visit_members needs mutable members
   root.update(json_of(copy));
-  // A directory's name may be of any bytes.
+  // A directory's name may not be valid UTF-8.
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -273,7 +273,7 @@ std::optional<RoomRequirements> current_requirements(const Room& room) {
       requirements_from_json(read_file(file, kMaxRequirementsBytes), file.string());
   if (kept.distances_sha256 == distances_sha256(room)) return kept;
   spdlog::warn(
-      "{} was measured on other distances than the room has now and is ignored; run "
+      "{} was measured with different distances and is ignored; run "
       "raywalk-build-lf require on the room again",
       file.string());
   return std::nullopt;
