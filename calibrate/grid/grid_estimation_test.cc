@@ -77,6 +77,7 @@ TEST(GridEstimationTest, WrongPosesAreLeftOutAndNamed) {
     // The rail has it to the stations' scatter, 1 mm per component.
     EXPECT_LT(relative_error(result.poses, grid.truth, frame, frame + 1).position_mm, 5.0);
   }
+  ASSERT_EQ(result.crossings.size(), 4U);
   for (size_t i = 0; i < result.crossings.size(); ++i) {
     EXPECT_LT(error_at(grid, result, i).position_mm, 0.7);
   }
@@ -194,6 +195,7 @@ TEST(GridEstimationTest, BowAndTwistAreFoundWhereTheyAre) {
   settings.twist_deg = 0.5;
   const TestGrid grid = TestGridMaker(settings, 11).make();
   const GridResult result = estimate(grid);
+  ASSERT_EQ(result.lines.size(), 4U);
   for (const LineFit& line : result.lines) {
     EXPECT_NEAR(line.bow_mm[0].x(), 3.0, 1.5) << line.id;
     const Eigen::Index about =
@@ -208,6 +210,7 @@ TEST(GridEstimationTest, RotationMethodAlignsLinesWithoutAnyPose) {
     for (auto& pose : grid.solved) pose.reset();
     const GridResult result = estimate(grid, GridMethod::kRotation);
     EXPECT_TRUE(result.trustworthy) << all_of(result.warnings);
+    ASSERT_EQ(result.crossings.size(), 4U);
     for (size_t i = 0; i < result.crossings.size(); ++i) {
       const CrossingFigures& crossing = result.crossings[i];
       EXPECT_GT(crossing.before.rotation_deg, 10.0 * crossing.after.rotation_deg);
@@ -254,6 +257,7 @@ TEST(GridEstimationTest, LinesALittleOffInCommonArePutRight) {
     EXPECT_TRUE(result.trustworthy) << all_of(result.warnings);
     EXPECT_NEAR(result.solved_line_error_mm, 1.0, 0.6);
     EXPECT_LT(result.solved_line_error_deg, 0.02);
+    ASSERT_EQ(result.crossings.size(), 4U);
     for (size_t i = 0; i < result.crossings.size(); ++i) {
       const CrossingMatches& crossing = grid.crossings[i];
       before += relative_error(grid.solved, grid.truth, crossing.frames_x.front(),
@@ -289,6 +293,7 @@ TEST(GridEstimationTest, AnUnsolvedLineIsPlacedByItsCrossings) {
   TestGrid grid = TestGridMaker(small_grid(), 34).make();
   for (const int frame : grid.set.lines[0].frames) grid.solved[static_cast<size_t>(frame)].reset();
   const GridResult result = estimate(grid);
+  ASSERT_EQ(result.crossings.size(), 4U);
   for (size_t i = 0; i < result.crossings.size(); ++i) {
     EXPECT_LT(error_at(grid, result, i).rotation_deg, 0.15);
     EXPECT_LT(error_at(grid, result, i).position_mm, 6.0);
@@ -303,6 +308,7 @@ TEST(GridEstimationTest, MatchesOfAnotherRoomAreReported) {
   for (const GridMethod method : {GridMethod::kPoses, GridMethod::kRotation}) {
     const GridResult result = estimate(grid, method);
     EXPECT_FALSE(result.trustworthy);
+    ASSERT_EQ(result.crossings.size(), 4U);
     for (const CrossingFigures& crossing : result.crossings) {
       EXPECT_FALSE(crossing.trustworthy);
     }
@@ -354,6 +360,9 @@ TEST(GridEstimationTest, ExtremesStayFinite) {
         const TestGrid grid = TestGridMaker(settings, 50).make();
         for (const GridMethod method : {GridMethod::kPoses, GridMethod::kRotation}) {
           const GridResult result = estimate(grid, method);
+          ASSERT_EQ(result.crossings.size(), 2U * static_cast<size_t>(lines));
+          ASSERT_EQ(result.lines.size(), 2U + static_cast<size_t>(lines));
+          ASSERT_EQ(result.poses.size(), grid.set.frames.size());
           for (size_t i = 0; i < result.crossings.size(); ++i) {
             const CrossingFigures& crossing = result.crossings[i];
             EXPECT_THAT((std::vector<double>{
@@ -366,6 +375,7 @@ TEST(GridEstimationTest, ExtremesStayFinite) {
             }
           }
           for (const std::optional<FramePose>& pose : result.poses) {
+            ASSERT_TRUE(pose);
             EXPECT_TRUE(pose->position_m.allFinite());
             EXPECT_TRUE(std::isfinite(pose->position_sigma_mm));
             EXPECT_TRUE(std::isfinite(pose->rotation_sigma_deg));

@@ -55,7 +55,9 @@ TEST(GridResultTest, ReadsWhatItWrote) {
   EXPECT_EQ(one.at("lines"), two.at("lines"));
   EXPECT_EQ(one.at("crossings"), two.at("crossings"));
   EXPECT_EQ(one.at("notes"), two.at("notes"));
+  ASSERT_EQ(read.poses.size(), written.result.poses.size());
   for (size_t i = 0; i < read.poses.size(); ++i) {
+    ASSERT_TRUE(read.poses[i]);
     EXPECT_EQ(read.poses[i]->position_m, written.result.poses[i]->position_m);
     EXPECT_LT(
         angle_between(read.poses[i]->world_from_camera, written.result.poses[i]->world_from_camera),
