@@ -93,7 +93,7 @@ void note_command(const std::vector<std::string>& arguments, const std::filesyst
 
 }  // namespace
 
-std::string telling_line(std::string_view output) {
+std::string error_line(std::string_view output) {
   const std::vector<std::string> lines = lines_of(output);
   const auto tells = [](const std::string& line) {
     return line.find("Check failed") != std::string::npos ||
@@ -132,7 +132,7 @@ ColmapProgram ColmapProgram::find() {
   static const std::regex kVersion(R"((^|\n)COLMAP (\d+(\.\d+)*))");
   if (!std::regex_search(text, match, kVersion)) {
     throw Error(fmt::format("{} does not say which COLMAP it is ({}); {}", executable->string(),
-                            excerpt(telling_line(text)), kInstall));
+                            excerpt(error_line(text)), kInstall));
   }
   const std::string version = match[2];
   if (version != kColmapRelease && !version.starts_with(std::string(kColmapRelease) + ".")) {
@@ -160,7 +160,7 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
   follower.read_on(on_line);
   const int status = child.ended().value_or(0);
   if (succeeded(status)) return;
-  const std::string line = telling_line(follower.output());
+  const std::string line = error_line(follower.output());
   throw Error(fmt::format("colmap {} {}{}; see {}", arguments.empty() ? "" : arguments.front(),
                           ending_of(status), line.empty() ? "" : ": " + excerpt(line),
                           log.string()));

@@ -41,6 +41,6 @@ class ColmapProgram {
 
 // The line of a command's output that tells best what went wrong: the last failed check or error,
 // else the last line that is not part of a stack trace; empty if there is none.
-std::string telling_line(std::string_view output);
+std::string error_line(std::string_view output);
 
 }  // namespace raywalk::calibrate

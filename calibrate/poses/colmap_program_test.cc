@@ -186,10 +186,10 @@ TEST(ColmapProgram, IsEndedByCtrlCWithAllThatItStarted) {
   }
 }
 
-TEST(TellingLine, PrefersErrorsToWhatCameLast) {
-  EXPECT_EQ(telling_line("a\nERROR: no images\nb\n"), "ERROR: no images");
-  EXPECT_EQ(telling_line("first\nlast words\n*** Aborted\n    @  0x1 x\n\n"), "last words");
-  EXPECT_EQ(telling_line(""), "");
+TEST(ErrorLine, PrefersErrorsToWhatCameLast) {
+  EXPECT_EQ(error_line("a\nERROR: no images\nb\n"), "ERROR: no images");
+  EXPECT_EQ(error_line("first\nlast words\n*** Aborted\n    @  0x1 x\n\n"), "last words");
+  EXPECT_EQ(error_line(""), "");
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ std::optional<CrossingPair> nearest_pair(const CaptureSet& set, const LineCrossi
   return nearest;
 }
 
-HorizonWindow telling_window(const cv::Mat& panorama) {
+HorizonWindow most_textured_window(const cv::Mat& panorama) {
   const int width = panorama.cols / 4, height = std::max(1, panorama.rows * 2 / 9);
   HorizonWindow best;
   double most = -1.0;

@@ -30,7 +30,7 @@ struct HorizonWindow {
 };
 
 // The ninety degrees with the most structure in `panorama` (CV_8UC3), forty degrees high.
-HorizonWindow telling_window(const cv::Mat& panorama);
+HorizonWindow most_textured_window(const cv::Mat& panorama);
 
 struct Overlay {
   cv::Mat picture{};               // CV_8UC3: the first in red, the second in cyan

@@ -20,7 +20,7 @@ cv::Mat panorama_with_stripes(int left) {
 
 TEST(CrossingOverlayTest, WindowIsWhereTheStructureIs) {
   for (const int left : {0, 40, 120}) {
-    const HorizonWindow window = telling_window(panorama_with_stripes(left));
+    const HorizonWindow window = most_textured_window(panorama_with_stripes(left));
     EXPECT_EQ(window.width, 32);
     const int into = (left - window.left + 128) % 128;
     EXPECT_LE(into, 16) << left;  // all sixteen columns within the window
@@ -30,7 +30,7 @@ TEST(CrossingOverlayTest, WindowIsWhereTheStructureIs) {
 
 TEST(CrossingOverlayTest, PicturesThatAgreeAreGrey) {
   const cv::Mat panorama = panorama_with_stripes(120);
-  const HorizonWindow window = telling_window(panorama);
+  const HorizonWindow window = most_textured_window(panorama);
   const Overlay same = overlay_of(panorama, panorama, window);
   EXPECT_EQ(same.difference_levels, 0.0);
   std::vector<cv::Mat> channels;

@@ -81,7 +81,7 @@ CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossin
   };
   const auto after = [&](int i) { return read_panorama(out / rectified_file(frame_of(i))); };
   const cv::Mat first = after(pair.along_x);
-  const HorizonWindow window = telling_window(first);
+  const HorizonWindow window = most_textured_window(first);
   const Overlay agreed = overlay_of(first, after(pair.along_z), window);
   const Overlay captured = overlay_of(before(pair.along_x), before(pair.along_z), window);
   const std::string name =
