@@ -33,7 +33,7 @@ int choose_model(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data,
     scores->push_back({.name = names[model],
                        .parameters = static_cast<int>(parameters),
                        .residual = unit * std::sqrt(square),
-                       .left_out = unit * std::sqrt(left_out_square(part, data)),
+                       .left_out = unit * std::sqrt(cross_validation_mse(part, data)),
                        .bic = bic});
     if (bic < (*scores)[static_cast<size_t>(best)].bic) best = static_cast<int>(model);
   }

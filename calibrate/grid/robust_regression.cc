@@ -94,7 +94,7 @@ Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& 
   return result;
 }
 
-double left_out_square(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data) {
+double cross_validation_mse(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data) {
   constexpr int kFolds = 5;
   double sum = 0.0;
   for (int fold = 0; fold < kFolds; ++fold) {

@@ -21,6 +21,6 @@ double robust_sigma(const Eigen::VectorXd& residuals, double least);
 
 // Mean squared residual by cross-validation of a least-squares fit, in five interleaved folds; 0
 // where there are too few samples.
-double left_out_square(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data);
+double cross_validation_mse(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data);
 
 }  // namespace raywalk::calibrate

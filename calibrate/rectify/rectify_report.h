@@ -12,7 +12,7 @@ namespace raywalk::calibrate {
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const std::filesystem::path& out);
 
-// Parts of the page that others show too: the overlays, read from OUT, and the connection errors.
+// Parts shared with other pages: the overlays, read from OUT, and the connection errors.
 void add_overlays(const CaptureSet& set, const RectifyResult& result,
                   const std::filesystem::path& out, HtmlPage* page);
 void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page);
