@@ -278,7 +278,7 @@ TEST(GridEstimationTest, ALineThatNothingConnectsIsNamedAndStays) {
   }
   const GridResult result = estimate(grid, GridMethod::kRotation);
   EXPECT_FALSE(result.trustworthy);
-  EXPECT_THAT(result.warnings, Contains(HasSubstr("line z1: nothing connects it")));
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("line z1: not connected")));
   EXPECT_FALSE(result.lines[3].connected);
   EXPECT_TRUE(result.lines[0].connected);
   for (const int frame : grid.set.lines[3].frames) {

@@ -11,29 +11,28 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Views of 100 degrees: 90 would tile the sphere, the rest gives features at the edges the
-// surroundings that their descriptors are made of.
+// Views of 100 degrees: 90 would tile the sphere, the overlap covers the neighbourhoods that
+// descriptors of features at the edges need.
 constexpr double kHalfView_rad = radians_from_degrees(50.0);
 constexpr int kLargestView_px = 768;
 constexpr int kFeaturesPerView = 350;
 
-// What the likeness of the features in `b` to one of `a` is at best, and at second best elsewhere.
+// The best similarity of the features in `b` to one of `a`, and the second best at another place.
 struct Likeness {
   int best = -1;
   float first = -1.0F;
   float second = -1.0F;
 };
 
-// Descriptors are compared by the roots of their entries (Hellinger
-// kernel; Arandjelovic and Zisserman 2012), and a nearest neighbour that is clearly nearer than the
-// next (Lowe 2004).
+// RootSIFT descriptors (Hellinger kernel; Arandjelovic and Zisserman 2012) with Lowe's ratio test
+// (Lowe 2004).
 Likeness likest(const PanoramaFeatures& from, const std::vector<Eigen::Vector3d>& from_common,
                 int index, const PanoramaFeatures& to,
                 const std::vector<Eigen::Vector3d>& to_common, double gate_cos) {
   Likeness found;
   const Eigen::Vector3d& direction = from_common[static_cast<size_t>(index)];
   const auto descriptor = from.descriptors.row(index);
-  // SIFT may find one place several times, with other orientations or sizes.
+  // SIFT may find one place several times, with different orientations or sizes.
   constexpr double kSamePlace_rad = radians_from_degrees(0.3);
   const double same_cos = std::cos(kSamePlace_rad);
   for (int i = 0; i < static_cast<int>(to_common.size()); ++i) {
@@ -78,8 +77,8 @@ FeatureFinder::FeatureFinder(PanoramaSize size, cv::Mat mask) : mask_(std::move(
 }
 
 FeatureFinder::View FeatureFinder::make_view(const Attitude& axis, PanoramaSize size) {
-  // A panorama's resolution, pixels per radian, all over the view: a perspective picture has its
-  // least in the middle, where it is the focal length.
+  // At least the panorama's resolution (pixels per radian) everywhere: that of a perspective view
+  // is lowest in the middle, where it equals the focal length.
   const double native_px = size.width / kTwoPi;
   View view{.camera_from_view = world_from_camera(axis)};
   view.size_px = std::min(kLargestView_px,
@@ -118,8 +117,8 @@ bool FeatureFinder::allowed(const Eigen::Vector3d& direction) const {
   return mask_.at<uchar>(pixel) != 0;
 }
 
-// Whether all that the feature was described by may be looked at: its middle and a ring of the
-// radius of its surroundings (SIFT describes three times the size of a feature to each side).
+// Whether the mask allows the feature's whole neighbourhood: its middle and a ring at the radius of
+// its descriptor (three times the size of the feature in SIFT).
 bool FeatureFinder::allowed(const View& view, const cv::KeyPoint& point) const {
   if (mask_.empty()) return true;
   if (!allowed(view.direction(point.pt.x, point.pt.y))) return false;

@@ -11,10 +11,10 @@ namespace {
 
 using P = RailParameter;
 
-// A line's own scatter is known from so many samples on.
+// Number of samples from which a line's own scatter is used.
 constexpr size_t kSamplesForJitter = 8;
 
-// Scatter is never nothing: the unknowns of a station would not be tied to numbers of this size.
+// Lower bounds of the scatter: smaller ones make the problem ill-conditioned.
 RailJitter floored(const RailJitter& jitter, const GridScale& scale) {
   constexpr double kLeastRotation_rad = 1e-5;
   const double least_m = 1e-4 * scale.spacing_m;
@@ -29,7 +29,7 @@ void set_sigmas(const GridScale& scale, FramePose* pose) {
   }
 }
 
-// Medians over all solved poses, to tell a poorly supported one by.
+// Medians over all solved poses, to find poorly supported ones.
 struct Support {
   double observations = 0.0;
   double residual_px = 0.0;
@@ -70,7 +70,7 @@ std::vector<RailSample> samples_of(const CaptureSet& set, const CaptureLine& lin
   return samples;
 }
 
-// Of the lines that tell their own, component by component.
+// Median of the lines that measure their own scatter, component by component.
 RailJitter pooled_jitter(const PreparedRails& prepared, const GridScale& scale) {
   std::vector<double> along, across, rotation;
   for (size_t line = 0; line < prepared.fits.size(); ++line) {

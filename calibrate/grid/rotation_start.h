@@ -25,7 +25,7 @@ std::vector<LineMotion> motions_of_start(const CaptureSet& set, const FramePoses
 // Adds to each line of `may_move` the motion that reduces the crossings' differences: the
 // minimum-norm least-squares solution. So the mean motion of connected lines stays the same, and an
 // unconnected line does not move.
-void agree_at_crossings(std::span<const FittedCrossing> crossings,
+void align_at_crossings(std::span<const FittedCrossing> crossings,
                         const std::vector<bool>& may_move, std::vector<LineMotion>* lines);
 
 }  // namespace raywalk::calibrate
