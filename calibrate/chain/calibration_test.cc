@@ -90,7 +90,7 @@ TEST_F(CalibrationTest, MaskOfAnEarlierRunDoesNotStay) {
 
 TEST_F(CalibrationTest, MissingStepsAreNamed) {
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kGrid); }),
-              AllOf(HasSubstr("poses.json is not there"), HasSubstr("raywalk-calibrate poses")));
+              AllOf(HasSubstr("poses.json does not exist"), HasSubstr("raywalk-calibrate poses")));
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kRectify); }),
               AllOf(HasSubstr("grid.json"), HasSubstr("raywalk-calibrate grid")));
   options_.input.dual_fisheye = true;

@@ -15,8 +15,7 @@ StepTaken take(Calibration* calibration, CalibrationStep step, std::ostream& out
   const bool reused = calibration->is_done(step);
   if (!reused) calibration->run(step);
   const double seconds = calibration->seconds(step);
-  out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds,
-                     reused ? "  (done earlier, of the same inputs)" : "")
+  out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds, reused ? "  (done earlier)" : "")
       << std::endl;
   return {.step = step, .seconds = seconds, .reused = reused};
 }
@@ -26,8 +25,8 @@ void require_trust(const Calibration& calibration, const CalibrationSummary& sum
   const std::string first =
       summary.warnings.empty() ? "its own checks contradict it" : summary.warnings.front();
   throw Error(fmt::format(
-      "the result is not to be trusted ({} warnings, the first: {}); outputs are kept in {}, "
-      "index.html and calibration.json there tell all",
+      "the result is not trustworthy ({} warnings, the first: {}); outputs are kept in {}, see "
+      "index.html and calibration.json there",
       summary.warnings.size(), first, calibration.out().string()));
 }
 
@@ -47,7 +46,7 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   write_calibration_json(*calibration, summary);
   write_calibration_page(*calibration, summary);
   out << fmt::format("{}: {}\n{}\n", (calibration->out() / "index.html").string(),
-                     summary.trustworthy ? "good" : "not to be trusted",
+                     summary.trustworthy ? "trustworthy" : "not trustworthy",
                      pack_command(calibration->rectified(), calibration->out()));
   require_trust(*calibration, summary);
 }

@@ -216,7 +216,7 @@ std::vector<ColmapPoint> read_points(const std::filesystem::path& file,
       element.feature = in.take<std::uint32_t>();
       const auto image = feature_count.find(element.image);
       if (image == feature_count.end() || element.feature >= image->second) {
-        in.fail("a point names a feature that is not there");
+        in.fail("a point names a feature that does not exist");
       }
     }
   }

@@ -131,11 +131,11 @@ TEST(ColmapModel, RefusesTracksToFeaturesThatAreNotThere) {
   model.points[0].track[1].feature = 1;
   write_colmap_model(directory.path(), model);
   EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }),
-              HasSubstr("a feature that is not there"));
+              HasSubstr("a feature that does not exist"));
   model.points[0].track[1] = {99, 0};
   write_colmap_model(directory.path(), model);
   EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }),
-              HasSubstr("a feature that is not there"));
+              HasSubstr("a feature that does not exist"));
 }
 
 TEST(ColmapModel, SaysWhichFileIsMissing) {

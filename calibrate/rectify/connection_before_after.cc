@@ -47,8 +47,8 @@ fs::path program_in(const std::optional<fs::path>& programs, const std::string& 
       programs ? *programs : fs::read_symlink("/proc/self/exe", none).parent_path();
   fs::path program = directory / name;
   if (fs::is_regular_file(program, none)) return program;
-  throw Error(fmt::format("{} is not there; name the directory that holds it with --programs",
-                          program.string()));
+  throw Error(
+      fmt::format("{} does not exist; give its directory with --programs", program.string()));
 }
 
 void run(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& log) {

@@ -205,7 +205,7 @@ TEST_F(RectifySetTest, WhatKeptItFromMeasuringConnectionsIsTold) {
   connecting.programs = out_.path();
   const RectifyResult result = rectify_set(*set_, *poses_, nullptr, connecting);
   EXPECT_TRUE(result.connection.rows.empty());
-  EXPECT_THAT(result.connection.note, HasSubstr("raywalk-build-lf is not there"));
+  EXPECT_THAT(result.connection.note, HasSubstr("raywalk-build-lf does not exist"));
   EXPECT_FALSE(fs::exists(in_out("connection.partial")));
   EXPECT_FALSE(fs::exists(in_out("connection_mask.png")));
 }
