@@ -90,7 +90,7 @@ TEST_F(FramePosesTest, DamagedFilesAreNamed) {
   EXPECT_THAT(read_error(good.substr(0, good.size() / 2)),
               AllOf(HasSubstr("poses.json"), HasSubstr("damaged")));
   EXPECT_THAT(replaced("\"format_version\": 1", "\"format_version\": 2"), HasSubstr("newer"));
-  EXPECT_THAT(replaced("\"a0\"", "\"zz\""), HasSubstr("no frame 'zz'"));
+  EXPECT_THAT(replaced("\"a0\"", "\"zz\""), HasSubstr("frame 'zz' is not in the capture"));
   EXPECT_THAT(replaced("\"a0\"", "\"a1\""), HasSubstr("twice"));
   EXPECT_THAT(replaced("\"nominal\"", "\"guessed\""), HasSubstr("'guessed'"));
   EXPECT_THAT(replaced("\"yaw_deg\": ", "\"yaw_deg\": null, \"y\": "), HasSubstr("damaged"));

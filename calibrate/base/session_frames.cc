@@ -129,8 +129,9 @@ void require_both_halves(const CaptureSet& set) {
   const auto halves = std::count_if(set.frames.begin(), set.frames.end(), has_back);
   if (halves == 0 || halves == static_cast<std::ptrdiff_t>(set.frames.size())) return;
   const auto lone = std::find_if_not(set.frames.begin(), set.frames.end(), has_back);
-  throw Error(fmt::format("{}: station {} has no back picture, but others have; import it",
-                          set.source.string(), lone->name));
+  throw Error(
+      fmt::format("{}: station {} has no picture of the back lens, but others have; import it",
+                  set.source.string(), lone->name));
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ void run_stitch(const StepArguments& arguments) {
   set_thread_count(arguments.threads);
   Calibration calibration(options_of(arguments));
   if (!calibration.has(CalibrationStep::kStitch)) {
-    fmt::print("stitch: the frames are already panoramas; nothing to do\n");
+    fmt::print("stitch: the frames are panoramas already; nothing to do\n");
     return;
   }
   // A lens file on the command line replaces the step lens.

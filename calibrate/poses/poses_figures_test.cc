@@ -88,7 +88,7 @@ TEST(PoseWarnings, NameARailOnAnothersPlace) {
     grid.result.poses[static_cast<std::size_t>(frame)]->position_m.x() -= 1.0;
   }
   EXPECT_THAT(grid.warnings(),
-              ElementsAre(HasSubstr("line z1: found 1000 mm from where the plan has it")));
+              ElementsAre(HasSubstr("line z1: found 1000 mm from where it was planned")));
 }
 
 TEST(PoseWarnings, NameACrossingThatDoesNotHold) {
@@ -144,7 +144,7 @@ TEST(PosesReport, IsWellFormedWhateverTheNames) {
   const std::string page = read_file(directory / "poses.html");
   EXPECT_EQ(markup_fault(page), "");
   EXPECT_THAT(page, AllOf(HasSubstr("too &lt;plain&gt;"), HasSubstr("Warning: "),
-                          HasSubstr("times too far")));
+                          HasSubstr("exaggerated")));
 }
 
 // A grid of no extent has no plan to draw, and a solution of no pose no figures: the page is
