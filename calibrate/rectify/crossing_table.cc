@@ -13,8 +13,8 @@ std::string crossing_name(const CaptureSet& set, int along_x, int along_z) {
 HtmlTable crossing_table(const CaptureSet& set, const std::vector<CrossingFigures>& crossings) {
   HtmlTable table{
       .caption =
-          "What matched features that took no part in the estimate say the two lines differ "
-          "by, before and after; pixels at a width of 4096. Sigma is the estimate's own "
+          "Differences of the two lines before and after, measured by matches held out of the "
+          "estimate; pixels at a width of 4096. Sigma is the estimate's own "
           "standard deviation.",
       .header = {"crossing", "matches", "mm before", "after", "sigma", "deg before", "after",
                  "sigma", "px before", "after", "sigma", "median px before", "after",
