@@ -98,7 +98,7 @@ Eigen::Vector2d intersection(const PlanLine& a, const PlanLine& b) {
   return a.origin + (directions.inverse() * (b.origin - a.origin))[0] * a.direction;
 }
 
-bool comes_near(const NominalLine& line, const Eigen::Vector2d& point) {
+bool is_near(const NominalLine& line, const Eigen::Vector2d& point) {
   const double along_m = line.line.along(point);
   return std::any_of(line.along_m.begin(), line.along_m.end(), [&](double station_m) {
     return std::abs(station_m - along_m) <= line.spacing_m;
@@ -136,7 +136,7 @@ std::vector<LineCrossing> crossings_of(const CaptureSet& set) {
       if (set.lines[z].axis != LineAxis::kZ || set.lines[z].frames.size() < 2) continue;
       const NominalLine along_z = nominal_line(set, set.lines[z]);
       const Eigen::Vector2d at = intersection(along_x.line, along_z.line);
-      if (!comes_near(along_x, at) || !comes_near(along_z, at)) continue;
+      if (!is_near(along_x, at) || !is_near(along_z, at)) continue;
       crossings.push_back(
           {.along_x = static_cast<int>(x), .along_z = static_cast<int>(z), .at = {at.x(), at.y()}});
     }

@@ -82,7 +82,7 @@ void require_lens(const CalibrationOptions& options) {
       options.input.directory.string()));
 }
 
-std::string hint_of_rotation(const std::string& message) {
+std::string with_rotation_hint(const std::string& message) {
   constexpr const char* kOther = "--method rotation";
   if (message.find(kOther) != std::string::npos) return message;
   return fmt::format("{}; raywalk-calibrate all {} aligns the lines without COLMAP", message,
@@ -199,7 +199,7 @@ void Calibration::run_poses() {
   } catch (const UsageError&) {
     throw;
   } catch (const Error& e) {
-    throw Error(hint_of_rotation(e.what()));
+    throw Error(with_rotation_hint(e.what()));
   }
 }
 

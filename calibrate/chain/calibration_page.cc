@@ -102,14 +102,14 @@ void add_lines(const GridResult& grid, HtmlPage* page) {
 void add_steps(const Calibration& calibration, const CalibrationSummary& summary, HtmlPage* page) {
   page->add_section("The steps");
   std::vector<HtmlLink> links;
-  for (const StepTaken& taken : summary.steps) {
-    const std::string name = step_name(taken.step);
+  for (const StepRun& run : summary.steps) {
+    const std::string name = step_name(run.step);
     const std::string file = name + ".html";
     if (!fs::exists(calibration.out() / file)) continue;
     links.push_back({.file = file,
                      .text = name,
-                     .note = fmt::format("{} ({:.1f} s{})", purpose_of(taken.step), taken.seconds,
-                                         taken.reused ? ", done earlier" : "")});
+                     .note = fmt::format("{} ({:.1f} s{})", purpose_of(run.step), run.seconds,
+                                         run.reused ? ", done earlier" : "")});
   }
   page->add_links(links);
 }

@@ -66,11 +66,11 @@ ordered_json camera_json(const std::optional<DualFisheyeCamera>& camera) {
           {"back", back}};
 }
 
-ordered_json steps_json(const std::vector<StepTaken>& steps) {
+ordered_json steps_json(const std::vector<StepRun>& steps) {
   ordered_json list = ordered_json::array();
-  for (const StepTaken& taken : steps) {
+  for (const StepRun& run : steps) {
     list.push_back(
-        {{"step", step_name(taken.step)}, {"seconds", taken.seconds}, {"reused", taken.reused}});
+        {{"step", step_name(run.step)}, {"seconds", run.seconds}, {"reused", run.reused}});
   }
   return list;
 }

@@ -11,7 +11,7 @@
 namespace raywalk::calibrate {
 
 // A step of the current run.
-struct StepTaken {
+struct StepRun {
   CalibrationStep step = CalibrationStep::kLens;
   double seconds = 0.0;  // duration of its last run
   bool reused = false;   // done by an earlier run with the same inputs
@@ -21,7 +21,7 @@ struct CalibrationSummary {
   bool trustworthy = false;
   std::vector<std::string> warnings{};  // of all steps, each prefixed with the step's name
   std::vector<std::string> notes{};
-  std::vector<StepTaken> steps{};
+  std::vector<StepRun> steps{};
   std::vector<KeyframeTrial> trade{};
 };
 

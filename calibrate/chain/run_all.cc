@@ -10,17 +10,18 @@
 namespace raywalk::calibrate {
 namespace {
 
-StepTaken take(Calibration* calibration, CalibrationStep step, std::ostream& out) {
+StepRun run_if_needed(Calibration* calibration, CalibrationStep step, std::ostream& out) {
   throw_if_interrupted();
   const bool reused = calibration->is_done(step);
   if (!reused) calibration->run(step);
   const double seconds = calibration->seconds(step);
-  out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds, reused ? "  (done earlier)" : "")
+  out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds,
+                     reused ? "  (done earlier)" : "")
       << std::endl;
   return {.step = step, .seconds = seconds, .reused = reused};
 }
 
-void require_trust(const Calibration& calibration, const CalibrationSummary& summary) {
+void require_trustworthy(const Calibration& calibration, const CalibrationSummary& summary) {
   if (summary.trustworthy) return;
   const std::string first =
       summary.warnings.empty() ? "its own checks contradict it" : summary.warnings.front();
@@ -34,9 +35,9 @@ void require_trust(const Calibration& calibration, const CalibrationSummary& sum
 
 void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out) {
   if (options.redo) calibration->forget(*options.redo);
-  std::vector<StepTaken> steps;
+  std::vector<StepRun> steps;
   for (const CalibrationStep step : kCalibrationSteps) {
-    if (calibration->has(step)) steps.push_back(take(calibration, step, out));
+    if (calibration->has(step)) steps.push_back(run_if_needed(calibration, step, out));
   }
   CalibrationSummary summary = summary_of(*calibration);
   summary.steps = std::move(steps);
@@ -48,7 +49,7 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   out << fmt::format("{}: {}\n{}\n", (calibration->out() / "index.html").string(),
                      summary.trustworthy ? "trustworthy" : "not trustworthy",
                      pack_command(calibration->rectified(), calibration->out()));
-  require_trust(*calibration, summary);
+  require_trustworthy(*calibration, summary);
 }
 
 }  // namespace raywalk::calibrate

@@ -25,7 +25,7 @@ Arguments add_step(CLI::App* command) {
   return arguments;
 }
 
-void tell_result(const Calibration& calibration, CalibrationStep step) {
+void print_result(const Calibration& calibration, CalibrationStep step) {
   for (const std::string& warning : step_warnings(calibration, step)) spdlog::warn("{}", warning);
   const fs::path page = calibration.out() / (step_name(step) + ".html");
   const fs::path shown = fs::exists(page) ? page : calibration.out();
@@ -37,7 +37,7 @@ Calibration run_step(const StepArguments& arguments, CalibrationStep step) {
   set_thread_count(arguments.threads);
   Calibration calibration(options_of(arguments));
   calibration.run(step);
-  tell_result(calibration, step);
+  print_result(calibration, step);
   return calibration;
 }
 
@@ -51,7 +51,7 @@ void run_stitch(const StepArguments& arguments) {
   // A lens file on the command line replaces the step lens.
   if (calibration.options().lens_file) calibration.run(CalibrationStep::kLens);
   calibration.run(CalibrationStep::kStitch);
-  tell_result(calibration, CalibrationStep::kStitch);
+  print_result(calibration, CalibrationStep::kStitch);
 }
 
 void run_mask(const StepArguments& arguments) {

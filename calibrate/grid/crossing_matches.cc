@@ -63,7 +63,7 @@ std::map<int, PanoramaFeatures> features_of(const CaptureSet& set,
 }
 
 // More matches of two frames add little but computing time, so an evenly spaced subset is kept.
-void thin_out(std::vector<CrossingMatch>* matches) {
+void thin_matches(std::vector<CrossingMatch>* matches) {
   constexpr size_t kMostPerHalf = 200;
   for (const bool held_out : {false, true}) {
     const auto of_half = [&](const CrossingMatch& match) { return match.held_out == held_out; };
@@ -94,7 +94,7 @@ void match_frames(int frame_x, const PanoramaFeatures& features_x, int frame_z,
     matches.push_back(
         {frame_x, frame_z, *ray_x, *ray_z, in_held_out_patch(world_from_z * bearing_z)});
   }
-  thin_out(&matches);
+  thin_matches(&matches);
   crossing->matches.insert(crossing->matches.end(), matches.begin(), matches.end());
 }
 

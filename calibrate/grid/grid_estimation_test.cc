@@ -31,7 +31,7 @@ std::string all_of(const std::vector<std::string>& texts) {
   return all;
 }
 
-// Settings that run quickly.
+// Settings for a fast test.
 TestGridSettings small_grid() {
   TestGridSettings settings;
   settings.stations = 21;
@@ -54,7 +54,7 @@ TEST(GridEstimationTest, CrossingsAgreeAsFarAsSolvedPosesAllow) {
   }
 }
 
-TEST(GridEstimationTest, WrongPosesAreLeftOutAndNamed) {
+TEST(GridEstimationTest, WrongPosesAreRejectedAndNamed) {
   TestGrid grid = TestGridMaker(small_grid(), 5).make();
   std::vector<int> wrong;
   for (const CaptureLine& line : grid.set.lines) {
@@ -74,7 +74,7 @@ TEST(GridEstimationTest, WrongPosesAreLeftOutAndNamed) {
   for (const int frame : wrong) {
     const FramePose& pose = *result.poses[static_cast<size_t>(frame)];
     EXPECT_EQ(pose.origin, PoseOrigin::kRail);
-    // The rail has it to the stations' scatter, 1 mm per component.
+    // The rail predicts it within the stations' scatter, 1 mm per component.
     EXPECT_LT(relative_error(result.poses, grid.truth, frame, frame + 1).position_mm, 5.0);
   }
   ASSERT_EQ(result.crossings.size(), 4U);
@@ -116,7 +116,7 @@ TEST(GridEstimationTest, SigmasOfLinesAreHonest) {
   for (unsigned seed = 0; seed < 30; ++seed) {
     const TestGrid grid = TestGridMaker(settings, 300 + seed).make();
     const GridResult result = estimate(grid);
-    // Against another line, as the common motion cannot be known.
+    // Relative to another line, as the common motion is unobservable.
     const auto difference = [&](size_t a, size_t b) {
       return degrees_from_radians(grid.rails[a][RailParameter::kHeading] -
                                   grid.rails[b][RailParameter::kHeading]);
@@ -128,8 +128,8 @@ TEST(GridEstimationTest, SigmasOfLinesAreHonest) {
         error * error / (std::pow(one.heading_deg.sigma, 2) + std::pow(two.heading_deg.sigma, 2));
     ++count;
   }
-  // The sum of squares of 30 normal numbers: within 0.5 and 1.75 with a probability of 0.99. That
-  // each line's sigma is against the mean of all makes it a little smaller.
+  // The mean square of 30 normal numbers is within 0.5 and 1.75 with a probability of 0.99. It is a
+  // little smaller here, as each line's sigma is relative to the mean of all.
   EXPECT_THAT(heading / count, AllOf(Gt(0.45), Lt(1.8)));
 }
 
@@ -143,7 +143,7 @@ TEST(GridEstimationTest, SkippedStationsArePredictedToTheirScatter) {
   const GridResult result = estimate(grid);
   for (size_t i = 1; i + 1 < grid.solved.size(); ++i) {
     if (grid.solved[i] || !grid.solved[i - 1]) continue;
-    // Against its solved neighbour, which is known well.
+    // Relative to its solved neighbour, which is known well.
     const RelativeError error =
         relative_error(result.poses, grid.truth, static_cast<int>(i) - 1, static_cast<int>(i));
     EXPECT_EQ(result.poses[i]->origin, PoseOrigin::kRail);
@@ -179,7 +179,7 @@ TEST(GridEstimationTest, FrameAndScaleOfSolvedPosesDoNotMatter) {
   }
 }
 
-TEST(GridEstimationTest, TheGridAsAWholeStaysWhereItWasPlanned) {
+TEST(GridEstimationTest, TheMeanPositionIsThatOfThePlan) {
   const TestGrid grid = TestGridMaker(small_grid(), 10).make();
   const GridResult result = estimate(grid);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -222,7 +222,7 @@ TEST(GridEstimationTest, RotationMethodAlignsLinesWithoutAnyPose) {
   }
 }
 
-TEST(GridEstimationTest, ALineFarOffByWrongPosesIsReported) {
+TEST(GridEstimationTest, ALineWithLargeCommonErrorIsReported) {
   for (const bool turned : {false, true}) {
     TestGrid grid = TestGridMaker(small_grid(), 31).make();
     for (const int frame : grid.set.lines[2].frames) {
@@ -239,8 +239,8 @@ TEST(GridEstimationTest, ALineFarOffByWrongPosesIsReported) {
   }
 }
 
-// What bundle adjustment does not know of its errors, the crossings tell.
-TEST(GridEstimationTest, LinesALittleOffInCommonArePutRight) {
+// Common errors of lines are not in the sigmas of bundle adjustment, but crossings show them.
+TEST(GridEstimationTest, SmallCommonErrorsOfLinesAreCorrected) {
   double before = 0.0;
   double after = 0.0;
   for (const unsigned seed : {61U, 62U, 63U}) {
@@ -271,7 +271,7 @@ TEST(GridEstimationTest, LinesALittleOffInCommonArePutRight) {
   EXPECT_LT(after, 0.4 * before);
 }
 
-TEST(GridEstimationTest, ALineThatNothingConnectsIsNamedAndStays) {
+TEST(GridEstimationTest, AnUnconnectedLineIsReportedAndNotMoved) {
   TestGrid grid = TestGridMaker(small_grid(), 33).make();
   for (CrossingMatches& crossing : grid.crossings) {
     if (crossing.crossing.along_z == 3) crossing.matches.clear();
@@ -289,7 +289,7 @@ TEST(GridEstimationTest, ALineThatNothingConnectsIsNamedAndStays) {
   }
 }
 
-TEST(GridEstimationTest, AnUnsolvedLineIsPlacedByItsCrossings) {
+TEST(GridEstimationTest, AnUnsolvedLineIsPositionedByItsCrossings) {
   TestGrid grid = TestGridMaker(small_grid(), 34).make();
   for (const int frame : grid.set.lines[0].frames) grid.solved[static_cast<size_t>(frame)].reset();
   const GridResult result = estimate(grid);
@@ -324,7 +324,7 @@ TEST(GridEstimationTest, OneLineIsStraightenedAndNoted) {
   EXPECT_TRUE(result.trustworthy) << all_of(result.warnings);
   EXPECT_THAT(result.notes, Contains(HasSubstr("one line only")));
   for (int i = 1; i < settings.stations; ++i) {
-    // The slider's feedback, which stations scatter about, gives the scale to 0.1 %.
+    // The slider's feedback gives the scale to 0.1 % despite the stations' scatter.
     EXPECT_LT(relative_error(result.poses, grid.truth, 0, i).position_mm, 2.0);
   }
   EXPECT_THROW(estimate(grid, GridMethod::kRotation), Error);
@@ -341,7 +341,7 @@ TEST(GridEstimationTest, NothingSolvedIsAnError) {
   }
 }
 
-// Grids of any size and of any exactness come out alike, and no figure is not a number.
+// Grids of any size, with or without noise, give similar results without non-finite figures.
 TEST(GridEstimationTest, ExtremesStayFinite) {
   for (const double cell_m : {1e-3, 1.0, 1e3}) {
     for (const bool exact : {false, true}) {

@@ -18,7 +18,7 @@ constexpr int kLargestView_px = 768;
 constexpr int kFeaturesPerView = 350;
 
 // The best similarity of the features in `b` to one of `a`, and the second best at another place.
-struct Likeness {
+struct Similarity {
   int best = -1;
   float first = -1.0F;
   float second = -1.0F;
@@ -26,10 +26,11 @@ struct Likeness {
 
 // RootSIFT descriptors (Hellinger kernel; Arandjelovic and Zisserman 2012) with Lowe's ratio test
 // (Lowe 2004).
-Likeness likest(const PanoramaFeatures& from, const std::vector<Eigen::Vector3d>& from_common,
-                int index, const PanoramaFeatures& to,
-                const std::vector<Eigen::Vector3d>& to_common, double gate_cos) {
-  Likeness found;
+Similarity best_similarity(const PanoramaFeatures& from,
+                           const std::vector<Eigen::Vector3d>& from_common, int index,
+                           const PanoramaFeatures& to,
+                           const std::vector<Eigen::Vector3d>& to_common, double gate_cos) {
+  Similarity found;
   const Eigen::Vector3d& direction = from_common[static_cast<size_t>(index)];
   const auto descriptor = from.descriptors.row(index);
   // SIFT may find one place several times, with different orientations or sizes.
@@ -38,24 +39,25 @@ Likeness likest(const PanoramaFeatures& from, const std::vector<Eigen::Vector3d>
   for (int i = 0; i < static_cast<int>(to_common.size()); ++i) {
     const Eigen::Vector3d& other = to_common[static_cast<size_t>(i)];
     if (direction.dot(other) < gate_cos) continue;
-    const float likeness = descriptor.dot(to.descriptors.row(i));
+    const float similarity = descriptor.dot(to.descriptors.row(i));
     const bool same_place =
         found.best >= 0 && other.dot(to_common[static_cast<size_t>(found.best)]) > same_cos;
-    if (likeness > found.first) {
+    if (similarity > found.first) {
       if (!same_place) found.second = found.first;
-      found.first = likeness;
+      found.first = similarity;
       found.best = i;
-    } else if (!same_place && likeness > found.second) {
-      found.second = likeness;
+    } else if (!same_place && similarity > found.second) {
+      found.second = similarity;
     }
   }
   return found;
 }
 
 // |x - y|^2 = 2 - 2 x.y for unit vectors.
-bool clear_winner(const Likeness& likeness) {
+bool passes_ratio_test(const Similarity& similarity) {
   constexpr float kRatio = 0.8F;
-  return likeness.best >= 0 && 1.0F - likeness.first < kRatio * kRatio * (1.0F - likeness.second);
+  return similarity.best >= 0 &&
+         1.0F - similarity.first < kRatio * kRatio * (1.0F - similarity.second);
 }
 
 std::vector<Eigen::Vector3d> turned(const std::vector<Eigen::Vector3d>& bearings,
@@ -174,10 +176,10 @@ std::vector<FeaturePair> match_features(const PanoramaFeatures& a,
   const double gate_cos = std::cos(gate_rad);
   std::vector<FeaturePair> pairs;
   for (int i = 0; i < static_cast<int>(a_common.size()); ++i) {
-    const Likeness there = likest(a, a_common, i, b, b_common, gate_cos);
-    if (!clear_winner(there)) continue;
-    const Likeness back = likest(b, b_common, there.best, a, a_common, gate_cos);
-    if (back.best == i && clear_winner(back)) pairs.push_back({i, there.best});
+    const Similarity there = best_similarity(a, a_common, i, b, b_common, gate_cos);
+    if (!passes_ratio_test(there)) continue;
+    const Similarity back = best_similarity(b, b_common, there.best, a, a_common, gate_cos);
+    if (back.best == i && passes_ratio_test(back)) pairs.push_back({i, there.best});
   }
   return pairs;
 }

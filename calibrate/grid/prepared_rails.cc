@@ -15,7 +15,7 @@ using P = RailParameter;
 constexpr size_t kSamplesForJitter = 8;
 
 // Lower bounds of the scatter: smaller ones make the problem ill-conditioned.
-RailJitter floored(const RailJitter& jitter, const GridScale& scale) {
+RailJitter with_lower_bounds(const RailJitter& jitter, const GridScale& scale) {
   constexpr double kLeastRotation_rad = 1e-5;
   const double least_m = 1e-4 * scale.spacing_m;
   return {std::max(jitter.along_m, least_m), std::max(jitter.across_m, least_m),
@@ -137,7 +137,8 @@ PreparedRails prepare_rails(const CaptureSet& set, const FramePoses& solved,
   const RailJitter pooled = pooled_jitter(prepared, scale);
   for (size_t line = 0; line < lines; ++line) {
     const bool own = prepared.samples[line].size() >= kSamplesForJitter;
-    prepared.rails[line].jitter = floored(own ? prepared.fits[line]->jitter : pooled, scale);
+    prepared.rails[line].jitter =
+        with_lower_bounds(own ? prepared.fits[line]->jitter : pooled, scale);
   }
   return prepared;
 }

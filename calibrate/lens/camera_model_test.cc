@@ -23,12 +23,12 @@ TEST(CameraModelTest, ParametersAndLayoutAreTheSameCamera) {
   EXPECT_NEAR((layout.front_position_m + layout.back_position_m).norm(), 0.0, 1e-15);
 }
 
-TEST(CameraModelTest, PointsAreImagedWhereTheLayoutHasThem) {
+TEST(CameraModelTest, ProjectsAsTheLayoutDoes) {
   const DualFisheyeLayout start = plain_camera({1120, 560}).layout;
   const DualFisheyeLayout truth = true_camera({1120, 560}).layout;
   CameraParameters parameters = parameters_of(truth);
   const CameraFrame frame = camera_frame_of(truth);
-  // The same, known by its turn from the start.
+  // The same camera, with its rotation relative to the start.
   const CameraFrame from_start = camera_frame_of(start);
   CameraParameters turned = parameters;
   const Eigen::Matrix3d turn = frame.back_from_camera * from_start.back_from_camera.transpose();

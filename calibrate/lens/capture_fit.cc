@@ -166,7 +166,7 @@ void CaptureFit::prepare_bundle() {
 std::vector<MatchingView> CaptureFit::views(const BundleState& state) const {
   const DualFisheyeLayout layout = layout_of(state.camera, bundle_.start);
   const Eigen::Matrix3d camera_from_back = world_from_camera(layout.back_attitude);
-  const std::vector<StationPoseNow> poses = poses_of(bundle_, state);
+  const std::vector<BundlePose> poses = poses_of(bundle_, state);
   std::vector<MatchingView> views;
   for (std::size_t s = 0; s < features_.size(); ++s) {
     MatchingView view{&features_[s], {}};
@@ -191,7 +191,7 @@ void CaptureFit::check_motion() const {
   // In any direction: only near points move by more than this between neighbours.
   constexpr double kAnywhere_rad = radians_from_degrees(35.0);
   const std::vector<MatchingView> seen_now = views(start_of(bundle_));
-  std::vector<std::vector<SeenTwice>> seen(static_cast<std::size_t>(bundle_.lines));
+  std::vector<std::vector<BearingPair>> seen(static_cast<std::size_t>(bundle_.lines));
   std::vector<Eigen::Vector3d> planned(seen.size());
   for (const StationPair& pair : pairs_) {
     if (pair.second != pair.first + 1 || frame(pair.first).line != frame(pair.second).line)
@@ -210,9 +210,10 @@ void CaptureFit::check_motion() const {
       }
     }
   }
-  std::vector<MotionSeen> motions;
+  std::vector<MotionComparison> motions;
   for (std::size_t line = 0; line < seen.size(); ++line) {
-    if (const auto motion = motion_seen(seen[line])) motions.push_back({planned[line], *motion});
+    if (const auto motion = motion_direction(seen[line]))
+      motions.push_back({planned[line], *motion});
   }
   require_motion_as_planned(motions);
 }

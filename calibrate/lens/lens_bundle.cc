@@ -35,7 +35,7 @@ class Viewing {
   std::optional<ViewRay> ray_of(const BundleObservation& seen) const {
     const auto in_lens = unproject(seen.back ? layout_.back : layout_.front, seen.seen);
     if (!in_lens) return std::nullopt;
-    const StationPoseNow& pose = poses_[static_cast<std::size_t>(seen.station)];
+    const BundlePose& pose = poses_[static_cast<std::size_t>(seen.station)];
     const Eigen::Vector3d in_camera = seen.back ? camera_from_back_ * *in_lens : *in_lens;
     const Eigen::Vector3d& lens_m = seen.back ? layout_.back_position_m : layout_.front_position_m;
     return ViewRay{pose.position_m + pose.world_from_camera * lens_m,
@@ -45,7 +45,7 @@ class Viewing {
  private:
   DualFisheyeLayout layout_;
   Eigen::Matrix3d camera_from_back_;
-  std::vector<StationPoseNow> poses_;
+  std::vector<BundlePose> poses_;
 };
 
 std::optional<TrackPoint> point_of(const Viewing& viewing, const BundleTrack& track,
@@ -173,9 +173,9 @@ BundleState start_of(const BundleInput& input) {
           std::vector<PoseParameters>(input.stations.size())};
 }
 
-std::vector<StationPoseNow> poses_of(const BundleInput& input, const BundleState& state) {
+std::vector<BundlePose> poses_of(const BundleInput& input, const BundleState& state) {
   const std::vector<Eigen::Vector3d> middles = line_middles(input);
-  std::vector<StationPoseNow> poses;
+  std::vector<BundlePose> poses;
   for (std::size_t s = 0; s < input.stations.size(); ++s) {
     const BundleStation& station = input.stations[s];
     const auto line = static_cast<std::size_t>(station.line);

@@ -48,14 +48,14 @@ struct BundleState {
   std::vector<PoseParameters> stations{};
 };
 
-struct StationPoseNow {
+struct BundlePose {
   Eigen::Vector3d position_m{0, 0, 0};
   Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();
 };
 
 BundleState start_of(const BundleInput& input);
 // The pose of every station.
-std::vector<StationPoseNow> poses_of(const BundleInput& input, const BundleState& state);
+std::vector<BundlePose> poses_of(const BundleInput& input, const BundleState& state);
 
 // An inlier observation of the fit.
 struct BundleResidual {

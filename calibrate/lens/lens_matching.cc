@@ -23,7 +23,7 @@ std::vector<int> indices_of(const LensOfView& lens) {
 }
 
 // Similarity of descriptors of unit length, which decreases with their distance.
-float likeness(const float* a, const float* b) {
+float similarity(const float* a, const float* b) {
   float sum = 0.0F;
   for (int i = 0; i < kDescriptorLength; ++i) sum += a[i] * b[i];
   return sum;
@@ -61,20 +61,20 @@ class Arc {
 
 struct Nearest {
   int index = -1;
-  float likeness = -1.0F;
+  float similarity = -1.0F;
   float second = -1.0F;
 
   void offer(int candidate, float value) {
-    if (value > likeness) {
-      second = likeness;
-      likeness = value;
+    if (value > similarity) {
+      second = similarity;
+      similarity = value;
       index = candidate;
     } else {
       second = std::max(second, value);
     }
   }
   // |a - b|^2 = 2 - 2 a b for unit vectors.
-  bool clear() const { return index >= 0 && 1.0F - likeness < kRatio * kRatio * (1.0F - second); }
+  bool clear() const { return index >= 0 && 1.0F - similarity < kRatio * kRatio * (1.0F - second); }
 };
 
 }  // namespace
@@ -94,7 +94,7 @@ std::vector<FeatureMatch> match_features(const LensOfView& first, const LensOfVi
       if (!arc.allows(second.view->rays[static_cast<std::size_t>(of_second[j])].direction))
         continue;
       const float value =
-          likeness(descriptor, second.view->features->descriptors.ptr<float>(of_second[j]));
+          similarity(descriptor, second.view->features->descriptors.ptr<float>(of_second[j]));
       forwards[i].offer(static_cast<int>(j), value);
       backwards[j].offer(static_cast<int>(i), value);
     }

@@ -23,9 +23,9 @@ constexpr double kOffPlane = 0.15;
 constexpr double kLeastAgreeing = 0.4;
 
 // Normals of the epipolar planes, all of which contain the motion.
-std::vector<Eigen::Vector3d> plane_normals(const std::vector<SeenTwice>& seen) {
+std::vector<Eigen::Vector3d> plane_normals(const std::vector<BearingPair>& seen) {
   std::vector<Eigen::Vector3d> normals;
-  for (const SeenTwice& one : seen) {
+  for (const BearingPair& one : seen) {
     const Eigen::Vector3d normal = one.before.cross(one.after);
     if (normal.norm() >= std::sin(kLeastMove_rad)) normals.push_back(normal.normalized());
   }
@@ -33,15 +33,16 @@ std::vector<Eigen::Vector3d> plane_normals(const std::vector<SeenTwice>& seen) {
 }
 
 // Static points move away from the direction of motion.
-bool moves_away_from(const Eigen::Vector3d& direction, const std::vector<SeenTwice>& seen) {
+bool moves_away_from(const Eigen::Vector3d& direction, const std::vector<BearingPair>& seen) {
   int away = 0;
-  for (const SeenTwice& one : seen) away += (one.after - one.before).dot(direction) < 0.0 ? 1 : -1;
+  for (const BearingPair& one : seen)
+    away += (one.after - one.before).dot(direction) < 0.0 ? 1 : -1;
   return away > 0;
 }
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> motion_seen(const std::vector<SeenTwice>& seen) {
+std::optional<Eigen::Vector3d> motion_direction(const std::vector<BearingPair>& seen) {
   const std::vector<Eigen::Vector3d> normals = plane_normals(seen);
   if (normals.size() < kLeastSeen) return std::nullopt;
   // RANSAC (Fischler and Bolles 1981): two planes determine the motion; that with the most inliers
@@ -69,11 +70,11 @@ std::optional<Eigen::Vector3d> motion_seen(const std::vector<SeenTwice>& seen) {
   return moves_away_from(best, seen) ? best : Eigen::Vector3d(-best);
 }
 
-void require_motion_as_planned(const std::vector<MotionSeen>& motions) {
+void require_motion_as_planned(const std::vector<MotionComparison>& motions) {
   const double enough = std::cos(radians_from_degrees(45.0));
   int as_planned = 0, reversed = 0;
   double largest_rad = 0.0;
-  for (const MotionSeen& motion : motions) {
+  for (const MotionComparison& motion : motions) {
     const double cosine = std::clamp(motion.planned.dot(motion.seen), -1.0, 1.0);
     if (cosine > enough) ++as_planned;
     if (cosine < -enough) ++reversed;

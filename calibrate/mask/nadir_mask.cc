@@ -42,7 +42,7 @@ cv::Mat read_scaled(const std::filesystem::path& file, cv::Size size) {
   return scaled > kDark;
 }
 
-void require_something_left(const cv::Mat& mask) {
+void require_unmasked_area(const cv::Mat& mask) {
   if (1.0 - masked_share(mask) >= kLeastValidShare) return;
   throw Error("the mask hides everything; draw the masked area black and all else white");
 }
@@ -65,7 +65,7 @@ cv::Mat make_mask(PanoramaSize size, const MaskOptions& options) {
   cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(255));
   if (options.cone_deg > 0.0) mask_cone(options.cone_deg, &mask);
   if (options.picture) cv::bitwise_and(mask, read_scaled(*options.picture, mask.size()), mask);
-  require_something_left(mask);
+  require_unmasked_area(mask);
   return mask;
 }
 
@@ -91,7 +91,7 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
     }
     return std::nullopt;
   }
-  require_something_left(mask);
+  require_unmasked_area(mask);
   const CaptureFrame& sample = panoramas.frames[panoramas.frames.size() / 2];
   const MaskReport report{options, masked_share(mask), sample.name, dolly};
   make_directories(options.out);

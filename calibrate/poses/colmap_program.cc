@@ -61,7 +61,7 @@ class LogFollower {
   // Everything appended since the follower was constructed.
   const std::string& output() const { return output_; }
 
-  void read_on(const ColmapProgram::LineReader& on_line) {
+  void read_new_lines(const ColmapProgram::LineReader& on_line) {
     std::ifstream file(log_, std::ios::binary);
     file.seekg(at_);
     std::array<char, 65536> bytes{};
@@ -150,14 +150,14 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
   // COLMAP links Qt, which would need a display.
   ChildProcess child(executable_, arguments, log, {"QT_QPA_PLATFORM=offscreen"});
   while (!child.ended()) {
-    follower.read_on(on_line);
+    follower.read_new_lines(on_line);
     if (interrupt_requested()) {
       child.stop();
       throw Interrupted("interrupted");
     }
     std::this_thread::sleep_for(kPollEvery);
   }
-  follower.read_on(on_line);
+  follower.read_new_lines(on_line);
   const int status = child.ended().value_or(0);
   if (succeeded(status)) return;
   const std::string line = error_line(follower.output());

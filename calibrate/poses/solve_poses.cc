@@ -68,9 +68,9 @@ class PoseSolver {
     std::string fault = common_fault(set_, summary_.motions);
     if (fault.empty()) {
       refine_in_rounds(&workspace);
-      if (!solved_) fault = nothing_solved();
+      if (!solved_) fault = unsolved_reason();
     }
-    tell(fault);
+    write_reports(fault);
     if (!fault.empty()) throw Error(one_line(fmt::format("{}: {}", set_.source.string(), fault)));
     return result_;
   }
@@ -192,7 +192,7 @@ class PoseSolver {
     refined_.errors_px = std::move(errors_px);
   }
 
-  std::string nothing_solved() const {
+  std::string unsolved_reason() const {
     int features = 0;
     for (const auto& [frame, count] : summary_.features) features += count;
     const double each =
@@ -207,7 +207,7 @@ class PoseSolver {
   }
 
   // Fills in the figures and writes the files, poses.json only if there are poses.
-  void tell(const std::string& fault) {
+  void write_reports(const std::string& fault) {
     result_.lines = line_figures(set_, result_, start_);
     result_.crossings = crossing_figures(set_, crossings_, inliers_of(refined_));
     std::vector<double> position_mm;
