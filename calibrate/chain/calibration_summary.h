@@ -40,7 +40,7 @@ CalibrationSummary summary_of(const Calibration& calibration);
 //    "seconds", "reused"}]}
 void write_calibration_json(const Calibration& calibration, const CalibrationSummary& summary);
 
-// Writes OUT/index.html.
+// Writes OUT/index.html. Both throw Error if the file cannot be written.
 void write_calibration_page(const Calibration& calibration, const CalibrationSummary& summary);
 
 }  // namespace raywalk::calibrate

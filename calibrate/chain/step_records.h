@@ -42,7 +42,7 @@ class StepRecords {
   std::map<std::string, StepRecord> records_{};
 };
 
-// SHA-256 of a file's bytes. Throws Error naming it.
+// SHA-256 in hexadecimal of a file's bytes. Throws Error naming the file if it cannot be read.
 std::string sha256_of_file(const std::filesystem::path& file);
 std::string sha256_of_text(const std::string& text);
 

@@ -42,7 +42,7 @@ TEST_F(StepRecordsTest, StepWhoseOutputsChangedIsNotDone) {
   write("mask.png", "b picture");
   EXPECT_FALSE(is_done());
   write("mask.png", "a picture");
-  EXPECT_TRUE(is_done());  // told by its content
+  EXPECT_TRUE(is_done());  // compared by content
   write("big.bin", std::string((std::size_t{1} << 20) + 2, 'x'));
   EXPECT_FALSE(is_done());
   note();

@@ -36,7 +36,7 @@ constexpr double kFittedTolerance_rad = radians_from_degrees(0.7);
 // Errors of a feature are correlated between neighbouring stations, as its appearance changes
 // little, but the covariance assumes independence. In simulated rooms with ground truth the errors
 // of lenses were 1.2 to 2.3 times the sigmas for independent errors.
-constexpr double kLikeErrors = 2.0;
+constexpr double kErrorCorrelation = 2.0;
 // Whatever stands still within this angle of the nadir is the dolly.
 constexpr double kStillCone_rad = radians_from_degrees(40.0);
 
@@ -189,7 +189,7 @@ MatchingGate CaptureFit::gate(const StationPair& pair, double tolerance_rad) con
 
 void CaptureFit::check_motion() const {
   // In any direction: only near points move by more than this between neighbours.
-  constexpr double kAnywhere_rad = radians_from_degrees(35.0);
+  constexpr double kLargestMotion_rad = radians_from_degrees(35.0);
   const std::vector<MatchingView> seen_now = views(start_of(bundle_));
   std::vector<std::vector<BearingPair>> seen(static_cast<std::size_t>(bundle_.lines));
   std::vector<Eigen::Vector3d> planned(seen.size());
@@ -204,7 +204,7 @@ void CaptureFit::check_motion() const {
     for (const bool back : {false, true}) {
       // A nearest distance of 1e9 m assumes no direction of motion.
       for (const FeatureMatch& match :
-           match_features({&first, back}, {&second, back}, {kAnywhere_rad, 1e9})) {
+           match_features({&first, back}, {&second, back}, {kLargestMotion_rad, 1e9})) {
         seen[line].push_back({first.rays[static_cast<std::size_t>(match.first)].direction,
                               second.rays[static_cast<std::size_t>(match.second)].direction});
       }
@@ -262,7 +262,7 @@ LensFit CaptureFit::result(const BundleResult& bundle) const {
       ending_at_rim(fit.camera.layout.back, rims_.camera.layout.back, rims_.back);
   fit.method = "capture";
   std::optional<CameraCovariance> covariance = bundle.covariance;
-  if (covariance) *covariance *= kLikeErrors * kLikeErrors;
+  if (covariance) *covariance *= kErrorCorrelation * kErrorCorrelation;
   set_uncertainty(bundle.state.camera, covariance, &fit);
   fit.pictures = count();
   fit.points = bundle.tracks_kept;

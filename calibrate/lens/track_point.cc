@@ -37,8 +37,8 @@ std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays) {
   }
   // Parallel rays, or rays of one origin, do not determine the distance. A small prior then puts
   // the point at infinity; it is negligible for a parallax of some millimetres.
-  constexpr double kVanishing_m2 = 1e-8;
-  normal(2, 2) += kVanishing_m2;
+  constexpr double kPrior_m2 = 1e-8;
+  normal(2, 2) += kPrior_m2;
   const Eigen::LDLT<Eigen::Matrix3d> factors(normal);
   point.value = factors.solve(right_side);
   if (factors.info() != Eigen::Success || !point.value.allFinite()) return std::nullopt;

@@ -17,7 +17,7 @@ struct DatabaseImage {
   int features = 0;
 };
 
-// By the image's name.
+// By the image's name. Throws Error naming the file if it is missing, not a database or damaged.
 std::map<std::string, DatabaseImage> read_database_images(const std::filesystem::path& database);
 
 // Two images and the pixels of their geometrically verified matches.

@@ -52,7 +52,7 @@ struct ColmapModel {
   std::vector<ColmapPoint> points{};
 };
 
-// Writes the three files into an existing directory.
+// Writes the three files into an existing directory. Throws Error if it cannot.
 void write_colmap_model(const std::filesystem::path& directory, const ColmapModel& model);
 
 // Throws Error naming the file if it is missing, truncated, has extra bytes, a camera of another

@@ -8,7 +8,7 @@
 namespace raywalk::calibrate {
 
 // Writes poses-report.json and poses.html into `out`. `start` are the initial poses of the
-// solution.
+// solution. Throws Error if a file cannot be written.
 void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
                         const FramePoses& start, const PosesResult& result);
 

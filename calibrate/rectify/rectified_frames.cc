@@ -53,11 +53,11 @@ std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
 
 // Prepares the partial directory: emptied unless it has the same inputs.
 void prepare(const fs::path& partial, const std::string& inputs) {
-  const fs::path told = partial / "inputs.txt";
-  if (!fs::exists(told) || read_file(told) != inputs) {
+  const fs::path inputs_file = partial / "inputs.txt";
+  if (!fs::exists(inputs_file) || read_file(inputs_file) != inputs) {
     fs::remove_all(partial);
     make_directories(partial / "masks");
-    write_file_atomically(told, inputs);
+    write_file_atomically(inputs_file, inputs);
   }
 }
 

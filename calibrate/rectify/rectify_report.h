@@ -8,7 +8,7 @@
 
 namespace raywalk::calibrate {
 
-// Writes both into OUT. `grid` may be null.
+// Writes both into OUT. `grid` may be null. Throws Error if a file cannot be written.
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const std::filesystem::path& out);
 
