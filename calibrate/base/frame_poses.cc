@@ -102,7 +102,7 @@ FramePoses nominal_poses(const CaptureSet& set) {
   return poses;
 }
 
-// Through the quaternion, whose vector part keeps the digits of small angles that the trace loses.
+// By the quaternion, whose vector part is accurate for small angles, unlike the trace.
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   const Eigen::Quaterniond turn(Eigen::Matrix3d(a.transpose() * b));
   return 2.0 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
@@ -121,9 +121,9 @@ FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
   for (const CheckedJson& frame : frames.items()) {
     const CheckedJson name = frame.at("name");
     const std::optional<int> index = set.find(name.text());
-    if (!index) name.fail("the capture has no frame " + excerpt(name.text()));
+    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
     auto& pose = poses[static_cast<std::size_t>(*index)];
-    if (pose) name.fail("names a frame twice");
+    if (pose) name.fail("lists a frame twice");
     pose = pose_of(frame);
   }
   return poses;
@@ -154,7 +154,7 @@ FramePoses read_pose_table(const fs::path& table_file, const CaptureSet& set) {
     any = true;
   }
   if (!any) {
-    throw Error(fmt::format("{}: names none of the capture's frames, as {} is one",
+    throw Error(fmt::format("{}: lists none of the capture's frames, such as {}",
                             table_file.string(), set.frames.front().name));
   }
   return poses;

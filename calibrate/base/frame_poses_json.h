@@ -1,4 +1,4 @@
-// The "frames" of a JSON file of poses (frame_poses.h), for files that hold more than them.
+// The "frames" array of a JSON file of poses (frame_poses.h), for files with more keys.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
