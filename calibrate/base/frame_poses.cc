@@ -61,7 +61,7 @@ double finite_number(const json& frame, const char* key) {
 FramePose pose_of(const json& frame) {
   FramePose pose;
   const json& position = frame.at("position_m");
-  if (position.size() != 3) throw Error("position_m has not three numbers");
+  if (position.size() != 3) throw Error("position_m is not three numbers");
   pose.position_m = {position.at(0).get<double>(), position.at(1).get<double>(),
                      position.at(2).get<double>()};
   if (!pose.position_m.allFinite()) throw Error("position_m is not finite");
@@ -79,7 +79,7 @@ FramePose pose_of(const json& frame) {
 
 int frame_named(const CaptureSet& set, const std::string& name) {
   const std::optional<int> index = set.find(name);
-  if (!index) throw Error("the capture has no frame " + excerpt(name));
+  if (!index) throw Error("frame " + excerpt(name) + " is not in the capture");
   return *index;
 }
 
@@ -91,7 +91,7 @@ FramePoses poses_of(const json& document, const CaptureSet& set) {
   for (const json& frame : document.at("frames")) {
     const int index = frame_named(set, frame.at("name").get<std::string>());
     auto& pose = poses[static_cast<std::size_t>(index)];
-    if (pose) throw Error("names a frame twice");
+    if (pose) throw Error("lists a frame twice");
     pose = pose_of(frame);
   }
   return poses;
@@ -132,7 +132,7 @@ FramePoses nominal_poses(const CaptureSet& set) {
   return poses;
 }
 
-// Through the quaternion, whose vector part keeps the digits of small angles that the trace loses.
+// By the quaternion, whose vector part is accurate for small angles, unlike the trace.
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   const Eigen::Quaterniond turn(Eigen::Matrix3d(a.transpose() * b));
   return 2.0 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
@@ -177,7 +177,7 @@ FramePoses read_pose_table(const fs::path& table_file, const CaptureSet& set) {
     any = true;
   }
   if (!any) {
-    throw Error(fmt::format("{}: names none of the capture's frames, as {} is one",
+    throw Error(fmt::format("{}: lists none of the capture's frames, such as {}",
                             table_file.string(), set.frames.front().name));
   }
   return poses;

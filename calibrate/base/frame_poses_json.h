@@ -1,5 +1,5 @@
-// The "frames" of a JSON file of poses (frame_poses.h), for files that hold more than them;
-// read_frame_poses reads those files too.
+// The "frames" array of a JSON file of poses (frame_poses.h), for files with more keys, which
+// read_frame_poses reads too.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

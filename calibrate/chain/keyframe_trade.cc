@@ -110,10 +110,10 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
 
 HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials) {
   HtmlTable table{.caption =
-                      "Differences from the densest, over all stations: those without a pose "
-                      "of their own follow from their rail",
+                      "Differences from the densest spacing, over all stations; those without "
+                      "a solved pose are predicted from their rail",
                   .header = {"keyframes every", "keyframes", "time / s", "median / mm",
-                             "largest / mm", "median / deg", "largest / deg", "verdict"}};
+                             "largest / mm", "median / deg", "largest / deg", "trustworthy"}};
   for (const KeyframeTrial& trial : trials) {
     table.rows.push_back(
         {{trial.keyframes_mm > 0.0 ? fmt::format("{:g} mm", trial.keyframes_mm) : "station"},
@@ -123,7 +123,7 @@ HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials) {
          {fixed_number(trial.largest_mm, 3)},
          {fixed_number(trial.median_deg, 4)},
          {fixed_number(trial.largest_deg, 4)},
-         {trial.trustworthy ? "good" : "not to be trusted"}});
+         {trial.trustworthy ? "yes" : "no"}});
   }
   return table;
 }

@@ -20,7 +20,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr int kRecordsFormatVersion = 1;
-// Larger outputs, pictures, are told by size and time: reading them all again takes long.
+// Larger outputs are compared by size and time, as hashing all pictures takes long.
 constexpr std::uintmax_t kLargestHashed_bytes = std::uintmax_t{1} << 20;
 
 fs::path records_file(const fs::path& out) { return out / "steps.json"; }
@@ -58,7 +58,7 @@ StepRecords::StepRecords(fs::path out) : out_(std::move(out)) {
   try {
     records_ = read_records(file);
   } catch (const std::exception& e) {
-    spdlog::warn("{}: cannot be read ({}); every step is done anew", file.string(),
+    spdlog::warn("{}: cannot be read ({}); every step is run again", file.string(),
                  one_line(e.what()));
   }
 }

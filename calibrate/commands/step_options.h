@@ -1,4 +1,4 @@
-// The options of the steps, which the commands of single steps and `all` share.
+// The options of the steps, shared by the commands of single steps and `all`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,7 +8,7 @@
 
 namespace raywalk::calibrate {
 
-// What the command line says; it has to outlive the command.
+// The values of the command line; must outlive the command.
 struct StepArguments {
   CalibrationOptions options{};
   std::string input{};
@@ -37,7 +37,7 @@ void add_poses_options(CLI::App* command, StepArguments* arguments);
 void add_method_option(CLI::App* command, StepArguments* arguments);
 void add_rectify_options(CLI::App* command, StepArguments* arguments);
 
-// The options that were given. Throws UsageError for a board that is none.
+// The parsed options. Throws UsageError for an invalid board.
 CalibrationOptions options_of(const StepArguments& arguments);
 
 }  // namespace raywalk::calibrate

@@ -113,7 +113,8 @@ ordered_json json_of(const CaptureSet& set, const CrossingFigures& crossing) {
 // nlohmann's exceptions name the key that is missing or of another type.
 template <typename Vector>
 void read(const json& array, Vector* vector) {
-  if (array.size() != static_cast<size_t>(vector->size())) throw Error("a list of another length");
+  if (array.size() != static_cast<size_t>(vector->size()))
+    throw Error("an array has the wrong length");
   for (Eigen::Index i = 0; i < vector->size(); ++i) {
     (*vector)[i] = array.at(static_cast<size_t>(i)).get<double>();
   }

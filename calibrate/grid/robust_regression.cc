@@ -10,7 +10,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Rows of a matrix that count.
+// The rows of a matrix to keep.
 Eigen::MatrixXd rows_of(const Eigen::MatrixXd& matrix, const std::vector<bool>& use) {
   Eigen::MatrixXd result(std::count(use.begin(), use.end(), true), matrix.cols());
   Eigen::Index to = 0;
@@ -20,8 +20,8 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& matrix, const std::vector<bool>& 
   return result;
 }
 
-// Tukey's biweight: what is beyond 4.685 standard deviations does not count (95 % efficiency under
-// normal errors).
+// Tukey's biweight: zero weight beyond 4.685 standard deviations (95 % efficiency under normal
+// errors).
 double biweight(double sigmas) {
   constexpr double kEnd = 4.685;
   if (sigmas >= kEnd) return 0.0;
@@ -29,8 +29,8 @@ double biweight(double sigmas) {
   return rest * rest;
 }
 
-// Reweighted least squares: `weight` gives a residual's weight from its size in robust standard
-// deviations. Residuals that start with a weight of 0 take no part unless `weight` lets them in.
+// Iteratively reweighted least squares: `weight` maps a sample's previous weight and its residual
+// in robust standard deviations to its new weight.
 template <typename Weight>
 Eigen::VectorXd reweighted(const Eigen::MatrixXd& basis, const Eigen::VectorXd& data, double least,
                            Eigen::VectorXd weights, const Weight& weight) {
@@ -55,7 +55,7 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& basis, const Eigen::MatrixX
 }
 
 double robust_sigma(const Eigen::VectorXd& residuals, double least) {
-  // The median of the sizes of normal errors is 0.6745 standard deviations.
+  // The median of the absolute values of normal errors is 0.6745 standard deviations.
   constexpr double kSigmaPerMad = 1.4826;
   std::vector<double> sizes(static_cast<size_t>(residuals.size()));
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
@@ -64,7 +64,7 @@ double robust_sigma(const Eigen::VectorXd& residuals, double least) {
   return std::max(least, kSigmaPerMad * median(std::move(sizes)));
 }
 
-// A start by least squares, or by a curve, would follow a few wrong samples at an end.
+// A start by least squares, or with a curve, would follow a few outliers at an end.
 Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data,
                            double least) {
   constexpr double kSurelyWrong = 6.0;
@@ -94,7 +94,7 @@ Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& 
   return result;
 }
 
-double left_out_square(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data) {
+double cross_validation_mse(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data) {
   constexpr int kFolds = 5;
   double sum = 0.0;
   for (int fold = 0; fold < kFolds; ++fold) {

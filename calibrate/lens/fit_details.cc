@@ -58,7 +58,7 @@ void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_f
   throw_if_interrupted();
   if (!summary.IsSolutionUsable()) {
     throw Error(
-        "the fit of the lenses does not converge; use starting values nearer to the camera");
+        "the fit of the lenses does not converge; use better starting values of the lenses");
   }
 }
 
@@ -93,7 +93,7 @@ void set_uncertainty(const CameraParameters& parameters,
   if (covariance) {
     fit->sigma = uncertainty_of(parameters, *covariance, fit->camera.layout);
   } else {
-    fit->warnings.emplace_back("how certain the lenses are cannot be told: the fit is singular");
+    fit->warnings.emplace_back("the uncertainty of the lenses is unknown: the fit is singular");
   }
 }
 

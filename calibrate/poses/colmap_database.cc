@@ -12,7 +12,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// COLMAP's number of a pair: first * (2^31 - 1) + second.
+// COLMAP's id of a pair: first * (2^31 - 1) + second.
 constexpr std::int64_t kPairFactor = 2147483647;
 
 // A matrix of a table's columns rows, cols, data; row-major.

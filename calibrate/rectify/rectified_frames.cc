@@ -28,7 +28,7 @@ std::vector<int> posed_frames(const FramePoses& poses) {
   return frames;
 }
 
-// Everything that the pictures depend on.
+// Fingerprint of everything that the pictures depend on.
 std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
                       const std::vector<LightGain>& gains, const cv::Mat& mask) {
   std::string inputs;
@@ -45,19 +45,19 @@ std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
     inputs += '\n';
   }
   if (!mask.empty()) {
-    const cv::Mat whole = mask.clone();  // without gaps between its rows
+    const cv::Mat whole = mask.clone();  // continuous
     inputs += sha256_hex(std::as_bytes(std::span(whole.data, whole.total())));
   }
   return sha256_hex(std::as_bytes(std::span(inputs)));
 }
 
-// The directory being filled: begun anew unless it was begun with the same inputs.
+// Prepares the partial directory: emptied unless it has the same inputs.
 void prepare(const fs::path& partial, const std::string& inputs) {
-  const fs::path told = partial / "inputs.txt";
-  if (!fs::exists(told) || read_file(told) != inputs) {
+  const fs::path inputs_file = partial / "inputs.txt";
+  if (!fs::exists(inputs_file) || read_file(inputs_file) != inputs) {
     fs::remove_all(partial);
     make_directories(partial / "masks");
-    write_file_atomically(told, inputs);
+    write_file_atomically(inputs_file, inputs);
   }
 }
 

@@ -24,7 +24,7 @@ using nlohmann::ordered_json;
 constexpr int kFormatVersion = 1;
 constexpr const char* kReport = "rectify.json";
 
-// Photographic stops, as cameras count exposure.
+// Photographic stops (factors of two).
 double stops(double gain) { return std::log2(gain); }
 
 double mean_stops(const LightGain& gain) {
@@ -78,7 +78,7 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
           {"frames", frames}};
 }
 
-// A number, or NaN where JSON has null for one.
+// A number, or NaN for null.
 double number_or_nan(const json& value) {
   return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
 }
@@ -87,7 +87,7 @@ int line_named(const CaptureSet& set, const std::string& id) {
   for (std::size_t i = 0; i < set.lines.size(); ++i) {
     if (set.lines[i].id == id) return static_cast<int>(i);
   }
-  throw Error("the capture has no line " + excerpt(id));
+  throw Error("line " + excerpt(id) + " is not in the capture");
 }
 
 CrossingComparison comparison_of(const json& document, const CaptureSet& set) {
@@ -122,7 +122,7 @@ RectifyResult result_of(const json& document, const CaptureSet& set) {
   result.gains.assign(set.frames.size(), LightGain{1.0, 1.0, 1.0});
   for (const json& frame : document.at("frames")) {
     const auto index = set.find(frame.at("name").get<std::string>());
-    if (!index) throw Error("names a frame that the capture does not have");
+    if (!index) throw Error("lists a frame that is not in the capture");
     const json& gain = frame.at("gain");
     result.gains[static_cast<std::size_t>(*index)] = {gain.at("red").get<double>(),
                                                       gain.at("green").get<double>(),
@@ -159,7 +159,7 @@ void add_gains(const CaptureSet& set, const FramePoses& poses, const RectifyResu
   }
   page->add_section("Exposure");
   page->add_paragraph(fmt::format(
-      "What each frame's light was multiplied by so that neighbours and crossing lines agree; at "
+      "The factor of each frame's light that makes neighbours and crossing lines agree; at "
       "most {:.3f} stops.",
       largest));
   page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the colours")});
@@ -180,13 +180,13 @@ void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) 
   }
   page->add_facts(facts);
   page->add_paragraph(
-      "Frames are turned onto the world's axes in one resampling; positions are as "
-      "measured, lines as they were fitted. The next step:");
+      "Frames are rotated to world axes in one resampling; their positions are those of the "
+      "estimated poses. The next step:");
   page->add_paragraph(pack_command(result, out));
   if (!result.left_out.empty()) {
     std::string names;
     for (const std::string& name : result.left_out) names += (names.empty() ? "" : ", ") + name;
-    page->add_paragraph("Left out, as they have no pose: " + names + ".");
+    page->add_paragraph("Omitted, without a pose: " + names + ".");
   }
 }
 
@@ -204,11 +204,11 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
 void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::path& out,
                   HtmlPage* page) {
   if (result.crossings.empty()) return;
-  page->add_section("The lines over one another");
+  page->add_section("Overlays of the lines");
   page->add_paragraph(
       "The two panoramas nearest to each crossing, one in red, the other in cyan, in the direction "
-      "with the most structure: where they agree the picture is grey. They were not taken at "
-      "exactly one place, so that near things keep a little parallax.");
+      "with the most texture: where they agree the picture is grey. They were not taken at exactly "
+      "the same position, so near objects keep a little parallax.");
   for (const CrossingComparison& crossing : result.crossings) {
     const std::string what =
         fmt::format("{}, frames {} and {}", crossing_name(set, crossing.along_x, crossing.along_z),
@@ -223,16 +223,16 @@ void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::
 }
 
 void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page) {
-  page->add_section("How well neighbouring lines connect");
+  page->add_section("Connection error of neighbouring lines");
   if (connection.rows.empty()) {
     page->add_paragraph("E_connect was not measured: " + connection.note + ".");
     return;
   }
   page->add_paragraph(fmt::format(
       "E_connect, equation (11) of the paper, of initial views at {} pixels of width: the mean "
-      "squared difference of 8-bit RGB between what the two lines of a corner show. Before: frames "
-      "as captured, at their planned positions. Initial views keep the vertical parallax, whoever "
-      "calibrated them; what is left of the difference after depth estimation is smaller.",
+      "squared difference of 8-bit RGB between the two lines of a corner. Before: frames as "
+      "captured, at their planned positions. Initial views have vertical parallax even with exact "
+      "poses; after depth estimation the difference is smaller.",
       connection.width_px));
   HtmlTable table{.header = {"k / deg", "before", "after"}};
   for (const ConnectionAtK& row : connection.rows) {

@@ -22,16 +22,16 @@ constexpr int kRounds = 12;
 constexpr double kGainPrior = 1.0;
 constexpr double kFalloff2Prior = 0.3;
 constexpr double kFalloff4Prior = 0.1;
-// Scatter below this is the rounding of levels.
+// Lower bound of the scatter: the rounding of levels.
 constexpr double kLeastScatter = 1e-3;
 constexpr double kSigmaOfMedianDeviation = 1.4826;
-constexpr double kCauchy = 2.385;  // 95 % as efficient as least squares where errors are normal
+constexpr double kCauchy = 2.385;  // 95 % efficiency for normal errors
 
 double square(double x) { return x * x; }
 
-// The part of a ratio's equation that all colours share.
+// The coefficients of a ratio's equation that are common to all colours.
 struct Equation {
-  double back;       // -1, 0 or 1: how many times more the second is in the back lens
+  double back;       // -1, 0 or 1: second is in the back lens minus first is
   double falloff_2;  // difference of t^2
   double falloff_4;
   std::optional<int> exposure;  // index of the unknown
@@ -110,7 +110,7 @@ NormalEquations equations_about(const std::vector<LightRatio>& ratios,
   return normal;
 }
 
-// Of ln share at an angle, a linear function of the two coefficients.
+// Sigma of ln share at an angle, which is linear in the two coefficients.
 double share_sigma(const Eigen::MatrixXd& covariance, double angle_rad) {
   const Eigen::Vector2d by(square(angle_rad), square(square(angle_rad)));
   return std::sqrt(by.dot(covariance.block<2, 2>(kFalloff, kFalloff) * by));

@@ -164,7 +164,7 @@ TEST_F(CalibrateTest, UntrustworthyResultIsFlaggedAndKept) {
   write_file_atomically(blind / "poses.csv", rows);
   const CommandResult result =
       calibrate("all " + blind.string() + " --method rotation --no-connection --no-gain");
-  expect_error(result, 1, "not to be trusted");
+  expect_error(result, 1, "not trustworthy");
   EXPECT_THAT(result.errors, HasSubstr("x1"));
   const json calibration = json_of(blind / "calibration/calibration.json");
   EXPECT_EQ(calibration["trustworthy"], false);
