@@ -14,17 +14,26 @@
 
 namespace raywalk::capture {
 
+// kMjpg, kYuyv: any other format snaps to it.
+enum class OfferedPixels { kAny, kMjpg, kYuyv };
+// The clock that frames are stamped by: CLOCK_MONOTONIC, or none that the host knows.
+enum class StampClock { kMonotonic, kUnknown };
+
+// The words of the YAML.
+std::string_view name_of(OfferedPixels pixels);
+std::string_view name_of(StampClock clock);
+
 // Read from YAML with keys of the same names. Frames are counted from 1; 0 is never.
 struct FakeVideoSettings {
   int width_px = 64;
   int height_px = 32;
-  bool any_size = true;              // else every other size snaps to width_px x height_px
-  std::string pixel_format = "any";  // "mjpg" or "yuyv": the other one snaps to it
+  bool any_size = true;  // else every other size snaps to width_px x height_px
+  OfferedPixels pixel_format = OfferedPixels::kAny;
   double frames_per_second = 25.0;
-  bool full_range = false;           // of YUYV
-  int line_padding_bytes = 0;        // of YUYV
-  bool huffman_tables = false;       // in MJPG frames
-  std::string stamps = "monotonic";  // "unknown": by no clock of ours
+  bool full_range = false;      // of YUYV
+  int line_padding_bytes = 0;   // of YUYV
+  bool huffman_tables = false;  // in MJPG frames
+  StampClock stamps = StampClock::kMonotonic;
 
   bool controls = true;           // exposure, gain and white balance
   int sensor_exposure = 300;      // what the automatic measures, 0.1 ms

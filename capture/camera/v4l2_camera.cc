@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <stdexcept>
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/mjpg_picture.h"
@@ -26,6 +27,17 @@ std::string text_of(PanoramaSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
+// The name of the pixel format as VideoFormat::pixels has it.
+std::string fourcc_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kMjpg:
+      return "MJPG";
+    case PixelFormat::kYuyv:
+      return "YUYV";
+  }
+  throw std::logic_error("unknown pixel format");
+}
+
 // What is wrong with a frame that the driver calls good; empty where nothing is.
 std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
   if (frame.empty()) return "empty";
@@ -47,7 +59,7 @@ std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
 V4l2Camera::V4l2Camera(const CameraConfig& config, std::unique_ptr<VideoDevice> device,
                        Clock* clock)
     : config_(config),
-      pixels_(config.v4l2.pixel_format == "yuyv" ? "YUYV" : "MJPG"),
+      pixels_(fourcc_of(config.v4l2.pixel_format)),
       device_(std::move(device)),
       clock_(clock),
       exposure_(device_.get()) {}
@@ -113,7 +125,7 @@ VideoFormat V4l2Camera::expected(const VideoFormat& offered, PanoramaSize asked)
                     " was asked for; set camera.width_px, height_px and v4l2.pixel_format to what "
                     "v4l2-ctl --list-formats-ext lists");
   }
-  if (config_.frames == "panorama" && asked.width != 2 * asked.height) {
+  if (config_.frames == FrameKind::kPanorama && asked.width != 2 * asked.height) {
     throw fault(FaultKind::kWrongDevice,
                 "gives " + text_of(asked) +
                     ", and a panorama is twice as wide as high; set camera.width_px and height_px "

@@ -15,9 +15,9 @@ namespace {
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-CameraConfig streaming(const std::string& pixel_format = "mjpg") {
+CameraConfig streaming(PixelFormat pixel_format = PixelFormat::kMjpg) {
   CameraConfig config;
-  config.kind = "v4l2";
+  config.kind = CameraKind::kV4l2;
   config.width_px = 64;
   config.height_px = 32;
   config.v4l2.pixel_format = pixel_format;
@@ -47,8 +47,8 @@ double brightness(const Picture& picture) {
   return cv::mean(decoded)[1];
 }
 
-class V4l2CameraPixels : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Formats, V4l2CameraPixels, testing::Values("mjpg", "yuyv"));
+class V4l2CameraPixels : public testing::TestWithParam<PixelFormat> {};
+INSTANTIATE_TEST_SUITE_P(Formats, V4l2CameraPixels, testing::ValuesIn(kPixelFormats));
 
 TEST_P(V4l2CameraPixels, PictureWasExposedAfterTheCarriageSettled) {
   Rig rig("{frames_per_second: 25}", streaming(GetParam()), clock_face);
@@ -124,7 +124,7 @@ TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
   Rig rig("{}", config);
   EXPECT_THAT(fault_of([&] { rig.camera.report(); }).what(),
               HasSubstr("a panorama is twice as wide as high"));
-  config.frames = "dual-fisheye";
+  config.frames = FrameKind::kDualFisheye;
   Rig fisheye("{}", config);
   EXPECT_NO_THROW(fisheye.camera.report());
 }
@@ -233,7 +233,7 @@ TEST(V4l2Camera, YuyvOfAnyRangeAndPaddingKeepsItsColours) {
     return cv::Mat(size.height, size.width, CV_8UC3, cv::Scalar(30, 120, 220));
   };
   for (const std::string yaml : {"{}", "{full_range: true}", "{line_padding_bytes: 64}"}) {
-    Rig rig(yaml, streaming("yuyv"), orange);
+    Rig rig(yaml, streaming(PixelFormat::kYuyv), orange);
     const Picture picture = rig.camera.shoot(rig.clock.now()).pictures.at(0);
     const std::vector<unsigned char> bytes(picture.bytes.begin(), picture.bytes.end());
     const cv::Scalar mean = cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR));

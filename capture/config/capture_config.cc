@@ -47,7 +47,7 @@ void require_scene(const CaptureConfig& config) {
 
 void require_connection(const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
-  const bool serial = slider.connection == "rtu";
+  const bool serial = slider.connection == SliderConnection::kRtu;
   if (serial && slider.device.empty()) {
     refuse_setting(config, "slider.device",
                    "is missing; name the serial port, best as /dev/serial/by-id/...");
@@ -104,7 +104,7 @@ void require_frame_size(const CaptureConfig& config) {
     refuse_setting(config, camera.width_px == 0 ? "camera.width_px" : "camera.height_px",
                    "is 0 and the other is not; give both, or neither to take what comes");
   }
-  if (camera.frames == "panorama" && camera.width_px != 2 * camera.height_px) {
+  if (camera.frames == FrameKind::kPanorama && camera.width_px != 2 * camera.height_px) {
     refuse_setting(config, "camera.width_px",
                    fmt::format("is {} at a height of {}; a panorama is twice as wide as high",
                                camera.width_px, camera.height_px));
@@ -125,7 +125,7 @@ void require_exposure(const CaptureConfig& config) {
   if (std::set<double>(bracket_ev.begin(), bracket_ev.end()).size() != bracket_ev.size()) {
     refuse_setting(config, "camera.exposure.bracket_ev", "holds an exposure twice");
   }
-  if (config.run.mode == "video" && bracket_ev.size() > 1) {
+  if (config.run.mode == CaptureMode::kVideo && bracket_ev.size() > 1) {
     refuse_setting(config, "camera.exposure.bracket_ev",
                    "holds more than one exposure, which a video cannot have; write [0]");
   }
@@ -160,15 +160,25 @@ void require_lines(const CaptureConfig& config) {
   }
 }
 
-void require_camera(const CaptureConfig& config) {
-  const CameraConfig& camera = config.camera;
-  if (camera.kind == "osc") {
-    require_url(config, "camera.osc.url", camera.osc.url);
-  } else if (camera.kind == "gpio") {
-    require_lines(config);
-  } else if (camera.v4l2.device.empty()) {
+void require_video_device(const CaptureConfig& config) {
+  if (config.camera.v4l2.device.empty()) {
     refuse_setting(config, "camera.v4l2.device",
                    "is missing; name the video device, best as /dev/v4l/by-id/...");
+  }
+}
+
+void require_camera(const CaptureConfig& config) {
+  const CameraConfig& camera = config.camera;
+  switch (camera.kind) {
+    case CameraKind::kOsc:
+      require_url(config, "camera.osc.url", camera.osc.url);
+      break;
+    case CameraKind::kGpio:
+      require_lines(config);
+      break;
+    case CameraKind::kV4l2:
+      require_video_device(config);
+      break;
   }
   require_frame_size(config);
   require_exposure(config);

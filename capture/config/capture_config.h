@@ -4,13 +4,16 @@
 // core/geometry/sphere.h, with its origin in the middle of the grid.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "capture/camera/camera_config.h"
 #include "capture/slider/slider_config.h"
+#include "core/geometry/grid.h"
 
 namespace raywalk::capture {
 
@@ -27,9 +30,9 @@ struct CaptureGrid {
 
 // A line that is captured but kept out of the volumes, as ground truth for rendered views.
 struct ValidationLine {
-  std::string axis = "x";  // "x" or "z"
-  double across_m = 0.0;   // z of a line along x, x of a line along z
-  double from_m = 0.0;     // of its first and last station, along its axis
+  LineAxis axis = LineAxis::kX;
+  double across_m = 0.0;  // z of a line along x, x of a line along z
+  double from_m = 0.0;    // of its first and last station, along its axis
   double to_m = 0.0;
   double spacing_mm = 25.0;
 };
@@ -41,9 +44,24 @@ struct CaptureScene {
   double tolerance_px = 2.0;
 };
 
+// Pictures at stations where the slider stands, or a film of each line while it moves slowly.
+enum class CaptureMode { kStations, kVideo };
+inline constexpr std::array kCaptureModes{CaptureMode::kStations, CaptureMode::kVideo};
+
+// The word of the configuration file and of the session's database: "stations" or "video".
+constexpr std::string_view name_of(CaptureMode mode) {
+  switch (mode) {
+    case CaptureMode::kStations:
+      return "stations";
+    case CaptureMode::kVideo:
+      return "video";
+  }
+  throw std::logic_error("unknown mode of a capture");
+}
+
 // What happens between lines, and how often a station is tried.
 struct RunConfig {
-  std::string mode = "stations";  // "stations", or "video": a film while the slider moves slowly
+  CaptureMode mode = CaptureMode::kStations;
   double video_speed_mm_s = 20.0;
   int shots = 3;                 // of one station before the session pauses
   double approach_mm = 5.0;      // below its first station, where a line is begun

@@ -54,9 +54,9 @@ TEST_F(CaptureConfigTest, TheLeastThatIsNeededLeavesTheRestAtItsDefaults) {
   EXPECT_EQ(config.grid.spacing_mm, 25.0);
   EXPECT_EQ(config.grid.overhang_mm, -1.0);
   EXPECT_TRUE(config.validation.empty());
-  EXPECT_EQ(config.camera.kind, "osc");
+  EXPECT_EQ(config.camera.kind, CameraKind::kOsc);
   EXPECT_THAT(config.camera.exposure.bracket_ev, ElementsAre(0.0));
-  EXPECT_EQ(config.run.mode, "stations");
+  EXPECT_EQ(config.run.mode, CaptureMode::kStations);
   EXPECT_EQ(config.file, directory_ / "capture.yaml");
 }
 
@@ -76,7 +76,7 @@ TEST_F(CaptureConfigTest, EveryGroupIsRead) {
   EXPECT_THAT(config.camera.exposure.bracket_ev, ElementsAre(0.0, -2.0));
   EXPECT_EQ(config.camera.trigger.shutter_line, 17);
   ASSERT_EQ(config.validation.size(), 2u);
-  EXPECT_EQ(config.validation[0].axis, "z");
+  EXPECT_EQ(config.validation[0].axis, LineAxis::kZ);
   EXPECT_EQ(config.validation[1].to_m, 0.4);
   EXPECT_EQ(config.run.shots, 5);
 }
@@ -97,6 +97,15 @@ TEST_F(CaptureConfigTest, MistypedKeysNameFileLineAndKey) {
             "capture.yaml:6: unknown key 'validation[1].axes'; did you mean 'validation[1].axis'?");
   EXPECT_EQ(error_of({.grid = "grid: {cell_side_m: 0}\n"}),
             "capture.yaml:1: 'grid.cell_side_m' is '0'; it must lie between 0.01 and 100");
+}
+
+TEST_F(CaptureConfigTest, AnUnknownChoiceNamesTheNearestOne) {
+  EXPECT_EQ(error_of({.camera = "camera: {kind: ocs}\n"}),
+            "capture.yaml:3: 'camera.kind' is 'ocs'; it is not a choice; did you mean 'osc'?");
+  EXPECT_EQ(error_of({.rest = "run: {mode: film}\n"}),
+            "capture.yaml:4: 'run.mode' is 'film'; it is not a choice; valid are stations, video");
+  EXPECT_EQ(error_of({.rest = "validation:\n- axis: y\n"}),
+            "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a choice; valid are x, z");
 }
 
 TEST_F(CaptureConfigTest, WhatASliderLacksIsNamed) {

@@ -1,5 +1,6 @@
 #include "capture/config/capture_schema.h"
 
+#include <array>
 #include <cstddef>
 
 namespace raywalk::capture {
@@ -23,7 +24,7 @@ void bind_grid(SettingsSchema* schema, CaptureGrid* grid) {
 
 SettingsSchema validation_schema(ValidationLine* line) {
   SettingsSchema schema;
-  schema.choice("axis", &line->axis, {"x", "z"})
+  schema.choice("axis", &line->axis, std::array{LineAxis::kX, LineAxis::kZ})
       .number("across_m", &line->across_m, -kLongest_m, kLongest_m)
       .number("from_m", &line->from_m, -kLongest_m, kLongest_m)
       .number("to_m", &line->to_m, -kLongest_m, kLongest_m)
@@ -50,10 +51,10 @@ void bind_motion(SettingsSchema* schema, MotionRules* motion) {
 }
 
 void bind_slider(SettingsSchema* schema, SliderConfig* slider) {
-  schema->choice("slider.connection", &slider->connection, {"rtu", "tcp"})
+  schema->choice("slider.connection", &slider->connection, kSliderConnections)
       .text("slider.device", &slider->device)
       .integer("slider.baud", &slider->baud, 50, 4000000)
-      .choice("slider.parity", &slider->parity, {"none", "even", "odd"})
+      .choice("slider.parity", &slider->parity, kSerialParities)
       .integer("slider.stop_bits", &slider->stop_bits, 1, 2)
       .boolean("slider.rs485", &slider->rs485)
       .text("slider.host", &slider->host)
@@ -70,8 +71,8 @@ void bind_slider(SettingsSchema* schema, SliderConfig* slider) {
 }
 
 void bind_camera(SettingsSchema* schema, CameraConfig* camera) {
-  schema->choice("camera.kind", &camera->kind, {"osc", "v4l2", "gpio"})
-      .choice("camera.frames", &camera->frames, {"panorama", "dual-fisheye"})
+  schema->choice("camera.kind", &camera->kind, kCameraKinds)
+      .choice("camera.frames", &camera->frames, kFrameKinds)
       .integer("camera.width_px", &camera->width_px, 0, 65536)
       .integer("camera.height_px", &camera->height_px, 0, 65536)
       .boolean("camera.exposure.lock", &camera->exposure.lock)
@@ -85,7 +86,7 @@ void bind_camera(SettingsSchema* schema, CameraConfig* camera) {
       .number("camera.osc.picture_timeout_ms", &camera->osc.picture_timeout_ms, 1.0, kLongest_ms)
       .number("camera.osc.poll_ms", &camera->osc.poll_ms, 1.0, 10000.0)
       .text("camera.v4l2.device", &camera->v4l2.device)
-      .choice("camera.v4l2.pixel_format", &camera->v4l2.pixel_format, {"mjpg", "yuyv"})
+      .choice("camera.v4l2.pixel_format", &camera->v4l2.pixel_format, kPixelFormats)
       .number("camera.v4l2.frame_timeout_ms", &camera->v4l2.frame_timeout_ms, 1.0, kLongest_ms)
       .number("camera.v4l2.exposure_ms", &camera->v4l2.exposure_ms, 0.0, kLongest_ms)
       .integer("camera.v4l2.jpeg_quality", &camera->v4l2.jpeg_quality, 1, 100);
@@ -107,7 +108,7 @@ void bind_trigger(SettingsSchema* schema, TriggerConfig* trigger) {
 }
 
 void bind_run(SettingsSchema* schema, RunConfig* run) {
-  schema->choice("run.mode", &run->mode, {"stations", "video"})
+  schema->choice("run.mode", &run->mode, kCaptureModes)
       .number("run.video_speed_mm_s", &run->video_speed_mm_s, 0.01, 1e4)
       .integer("run.shots", &run->shots, 1, 100)
       .number("run.approach_mm", &run->approach_mm, 0.0, 1000.0)

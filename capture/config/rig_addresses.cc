@@ -25,7 +25,7 @@ nlohmann::json read_addresses(const std::filesystem::path& file) {
 }  // namespace
 
 void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& directory) {
-  if (config->camera.kind != "osc") {
+  if (config->camera.kind != CameraKind::kOsc) {
     refuse_setting(*config, "camera.kind", "the simulated rig's camera is 'osc'");
   }
   const std::filesystem::path file = directory / "rig.json";

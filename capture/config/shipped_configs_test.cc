@@ -42,9 +42,9 @@ std::string without_examples(const std::string& yaml) {
 
 TEST(ShippedCaptureConfigs, AreRead) {
   for (const char* name : kFiles) EXPECT_NO_THROW(read_capture_config(shipped(name))) << name;
-  EXPECT_EQ(read_capture_config(shipped("capture-osc.yaml")).camera.kind, "osc");
-  EXPECT_EQ(read_capture_config(shipped("capture-gpio.yaml")).camera.kind, "gpio");
-  EXPECT_EQ(read_capture_config(shipped("capture-v4l2.yaml")).camera.kind, "v4l2");
+  EXPECT_EQ(read_capture_config(shipped("capture-osc.yaml")).camera.kind, CameraKind::kOsc);
+  EXPECT_EQ(read_capture_config(shipped("capture-gpio.yaml")).camera.kind, CameraKind::kGpio);
+  EXPECT_EQ(read_capture_config(shipped("capture-v4l2.yaml")).camera.kind, CameraKind::kV4l2);
 }
 
 TEST(ShippedCaptureConfigs, TogetherHoldEveryKey) {

@@ -121,7 +121,7 @@ LinePlace validation_line(const CaptureConfig& config, std::size_t index, double
   }
   require_few_stations(config, key, line.spacing_mm, stations_before + *steps + 1.0);
   return {fmt::format("v{}", index),
-          line.axis == "x" ? LineAxis::kX : LineAxis::kZ,
+          line.axis,
           line.across_m,
           true,
           {line.from_m, length_m / *steps, static_cast<int>(*steps)}};
@@ -194,7 +194,7 @@ nlohmann::json json_of(const CaptureLine& line) {
                         {"rail_mm", rounded_mm(station.rail_mm)}});
   }
   return {{"id", line.id},
-          {"axis", line.axis == LineAxis::kX ? "x" : "z"},
+          {"axis", name_of(line.axis)},
           {"across_m", rounded_m(line.across_m)},
           {"validation", line.validation},
           {"stations", stations}};
@@ -239,8 +239,9 @@ CapturePlan plan_capture(const CaptureConfig& config) {
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera) {
   nlohmann::json lines = nlohmann::json::array();
   for (const CaptureLine& line : plan.lines) lines.push_back(json_of(line));
-  return nlohmann::json{
-      {"frames", camera.frames}, {"bracket_ev", camera.exposure.bracket_ev}, {"lines", lines}}
+  return nlohmann::json{{"frames", name_of(camera.frames)},
+                        {"bracket_ev", camera.exposure.bracket_ev},
+                        {"lines", lines}}
       .dump();
 }
 

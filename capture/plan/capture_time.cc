@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace raywalk::capture {
 namespace {
@@ -20,10 +21,16 @@ double one_shot_of_gpio_s(const TriggerConfig& trigger) {
 }
 
 double one_exposure_s(const CameraConfig& camera) {
-  if (camera.kind == "osc") return kOscPicture_s + camera.exposure.shutter_s;
-  if (camera.kind == "gpio") return one_shot_of_gpio_s(camera.trigger);
-  // A frame that was begun before the carriage settled is dropped; the next one is taken.
-  return 2.0 * camera.v4l2.exposure_ms * kSecondsPerMillisecond;
+  switch (camera.kind) {
+    case CameraKind::kOsc:
+      return kOscPicture_s + camera.exposure.shutter_s;
+    case CameraKind::kGpio:
+      return one_shot_of_gpio_s(camera.trigger);
+    case CameraKind::kV4l2:
+      // A frame that was begun before the carriage settled is dropped; the next one is taken.
+      return 2.0 * camera.v4l2.exposure_ms * kSecondsPerMillisecond;
+  }
+  throw std::logic_error("unknown kind of camera");
 }
 
 // Where the carriage goes before it meets the first station of a line.
@@ -67,14 +74,14 @@ double picture_s(const CaptureConfig& config) {
   const CameraConfig& camera = config.camera;
   const auto exposures = static_cast<double>(camera.exposure.bracket_ev.size());
   if (config.run.picture_s > 0.0) return exposures * config.run.picture_s;
-  const bool at_one_press = camera.kind == "gpio" && !camera.trigger.press_per_exposure;
+  const bool at_one_press = camera.kind == CameraKind::kGpio && !camera.trigger.press_per_exposure;
   return (at_one_press ? 1.0 : exposures) * one_exposure_s(camera);
 }
 
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
   const MotionRules& motion = slider.motion;
-  const bool film = config.run.mode == "video";
+  const bool film = config.run.mode == CaptureMode::kVideo;
   CaptureTime time;
   time.motion_s = move_s(slider.high_limit_mm - slider.low_limit_mm, motion.profile);
   double at_mm = slider.low_limit_mm;

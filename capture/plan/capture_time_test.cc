@@ -59,7 +59,7 @@ TEST(CaptureTime, AddsUpWhatTheSliderAndTheCameraDo) {
 TEST(CaptureTime, AFilmPassesWithoutAStop) {
   CaptureConfig config = one_cell_config();
   config.grid.overhang_mm = 0.0;
-  config.run.mode = "video";
+  config.run.mode = CaptureMode::kVideo;
   config.run.video_speed_mm_s = 20.0;
   config.run.approach_mm = 0.0;
   const CaptureTime time = estimate_time(plan_capture(config), config);
@@ -76,7 +76,7 @@ TEST(PictureTime, FollowsTheCamera) {
   EXPECT_NEAR(picture_s(config), 12.0, 1e-12);
 
   CaptureConfig gpio = one_cell_config();
-  gpio.camera.kind = "gpio";
+  gpio.camera.kind = CameraKind::kGpio;
   EXPECT_NEAR(picture_s(gpio), 2.4, 1e-12);  // 300 + 100 + 2000 ms
   gpio.camera.exposure.bracket_ev = {0.0, -2.0};
   EXPECT_NEAR(picture_s(gpio), 4.8, 1e-12);
@@ -86,7 +86,7 @@ TEST(PictureTime, FollowsTheCamera) {
   EXPECT_LT(picture_s(gpio), 2.4);
 
   CaptureConfig video = one_cell_config();
-  video.camera.kind = "v4l2";
+  video.camera.kind = CameraKind::kV4l2;
   EXPECT_NEAR(picture_s(video), 0.08, 1e-12);
 }
 

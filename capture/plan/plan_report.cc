@@ -177,7 +177,7 @@ PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
   PlanReport report;
   add_lines(plan, &report);
   report.exposures = config.camera.exposure.bracket_ev.size();
-  report.film = config.run.mode == "video";
+  report.film = config.run.mode == CaptureMode::kVideo;
   report.spacing_mm = stations[1].rail_mm - stations[0].rail_mm;
   report.low_limit_mm = config.slider.low_limit_mm;
   report.high_limit_mm = config.slider.high_limit_mm;

@@ -29,7 +29,7 @@ CaptureConfig config_4096() {
 
 TEST(PlanReport, CountsLinesAndStationsWithValidationApart) {
   CaptureConfig config = one_cell_config();
-  config.validation = {{"x", 0.0, -0.4, 0.4, 200.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
   config.camera.exposure.bracket_ev = {0.0, -2.0};
   const PlanReport report = report_on(config);
   EXPECT_EQ(report.lines, 4);
@@ -109,13 +109,13 @@ TEST(PlanReport, TimeIsReadable) {
   EXPECT_THAT(text_on(config), HasSubstr("pictures 9 min (4 s each), placing the rail 20 min\n"));
   config.run.placing_s = 3600.0;
   EXPECT_THAT(text_on(config), HasSubstr("placing the rail 4 h 00 min\n"));
-  config.run.mode = "video";
+  config.run.mode = CaptureMode::kVideo;
   EXPECT_THAT(text_on(config), HasSubstr("filmed in passing"));
 }
 
 TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {
   CaptureConfig config = config_4096();
-  config.validation = {{"x", 0.0, -0.4, 0.4, 200.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
   const PlanReport report = report_on(config);
   const nlohmann::json json = plan_report_json(report);
   EXPECT_EQ(json["grid"]["stations"], 132);

@@ -159,7 +159,7 @@ TEST_F(CaptureSequenceTest, FewerPicturesThanAskedForAreMissing) {
 }
 
 TEST_F(CaptureSequenceTest, PicturesThatStayOnTheCardLeaveTheStationExposed) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   camera_.keeps = true;
   run();
   EXPECT_EQ(status().exposed(), 6);
@@ -196,7 +196,7 @@ TEST_F(CaptureSequenceTest, TheOwnShareOfAStationIsWhatNeitherDeviceTook) {
 }
 
 TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
-  capture_.config.run.mode = "video";
+  capture_.config.run.mode = CaptureMode::kVideo;
   const auto film = [&] {
     const auto session = capture_.open();
     Carriage carriage(&*slider_, clock(), limits_, motion_);
@@ -215,7 +215,7 @@ TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
 }
 
 TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
-  capture_.config.run.mode = "video";
+  capture_.config.run.mode = CaptureMode::kVideo;
   use_slider("faults: [{kind: stall, at_mm: 200}]");
   const auto session = capture_.open();
   Carriage carriage(&*slider_, clock(), limits_, motion_);

@@ -110,9 +110,8 @@ std::string placement_text(const CaptureLine& line, int number, int count) {
   return fmt::format(
       "Line {} ({} of {}): the rail belongs along {}. Its position {:.1f} mm lies at {}; it runs "
       "towards +{} to {} at {:.1f} mm.",
-      line.id, number, count, line.axis == LineAxis::kX ? "x" : "z", first.rail_mm,
-      point_text(first.position_m), line.axis == LineAxis::kX ? "x" : "z",
-      point_text(last.position_m), last.rail_mm);
+      line.id, number, count, name_of(line.axis), first.rail_mm, point_text(first.position_m),
+      name_of(line.axis), point_text(last.position_m), last.rail_mm);
 }
 
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes) {

@@ -47,7 +47,7 @@ std::size_t pictures_missing(const CapturePlan& plan, const Session& session,
 }
 
 void capture(const CapturePlan& plan, const CaptureConfig& config, const CaptureParts& parts) {
-  if (config.run.mode == "video") {
+  if (config.run.mode == CaptureMode::kVideo) {
     film_lines(
         plan, parts,
         {.profile = {config.run.video_speed_mm_s, config.slider.motion.profile.acceleration_mm_s2},
@@ -66,11 +66,11 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
   const std::string where = session.string();
   const std::size_t lines = plan.lines.size();
-  if (config.run.mode == "video") {
+  if (config.run.mode == CaptureMode::kVideo) {
     return fmt::format("{}: all {} lines are filmed; next: raywalk-capture import {} --video FILE",
                        where, lines, where);
   }
-  if (config.camera.kind == "gpio") {
+  if (config.camera.kind == CameraKind::kGpio) {
     return fmt::format(
         "{}: all {} stations of {} lines are on the camera's card; next: "
         "raywalk-capture import {} CARD",

@@ -37,8 +37,7 @@ std::string station_difference(const CaptureStation& there, const CaptureStation
 }
 
 std::string kind_of(const CaptureLine& line) {
-  return fmt::format("{}along {}", line.validation ? "for validation " : "",
-                     line.axis == LineAxis::kX ? "x" : "z");
+  return fmt::format("{}along {}", line.validation ? "for validation " : "", name_of(line.axis));
 }
 
 std::string line_difference(const CaptureLine& there, const CaptureLine& here) {

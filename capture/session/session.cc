@@ -116,8 +116,8 @@ void Session::create(const CapturePlan& plan, const CaptureConfig& config,
   SqliteStatement(database_.get(),
                   "INSERT INTO session (id, created_utc_us, mode, camera, frames, exposures, "
                   "plan_json, config_text) VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7)")
-      .bind(now_us(), config.run.mode, config.camera.kind, config.camera.frames, exposures,
-            plan_json(plan, config.camera), config_text)
+      .bind(now_us(), name_of(config.run.mode), name_of(config.camera.kind),
+            name_of(config.camera.frames), exposures, plan_json(plan, config.camera), config_text)
       .run();
   write_plan(database_.get(), plan);
   transaction.commit();

@@ -97,8 +97,7 @@ void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
                               "INSERT INTO station (line_id, number, name, x_m, z_m, planned_mm) "
                               "VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
   for (const CaptureLine& line : plan.lines) {
-    add_line.bind(line.id, line.axis == LineAxis::kX ? "x" : "z", line.across_m, line.validation)
-        .run();
+    add_line.bind(line.id, name_of(line.axis), line.across_m, line.validation).run();
     const std::int64_t line_row = connection->last_row();
     int number = 0;
     for (const CaptureStation& station : line.stations) {

@@ -23,7 +23,7 @@ void require_panoramas(const std::vector<FrameRecord>& frames, const SessionFact
   const bool halves = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& frame) {
     return frame.lens != FrameLens::kBoth;
   });
-  if (facts.frames == "panorama" && !halves) return;
+  if (facts.frames == FrameKind::kPanorama && !halves) return;
   throw Error(
       fmt::format("{}: its frames are fisheye pictures, no panoramas yet; stitch them with "
                   "raywalk-calibrate, or list them as they are with --unstitched",

@@ -85,7 +85,7 @@ TEST_F(SessionExportTest, RefusesWhatIsNotFinishedAndSaysWhatIsMissing) {
 }
 
 TEST_F(SessionExportTest, RefusesPicturesThatAreStillOnTheCard) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   EXPECT_THAT(error({}), HasSubstr("pictures of 15 not imported"));
   EXPECT_THAT(error({.partial = true}), HasSubstr("nothing to export"));
@@ -109,7 +109,7 @@ TEST_F(SessionExportTest, RefusesAnExposureThatWasNotTaken) {
 }
 
 TEST_F(SessionExportTest, RefusesFisheyePicturesUnlessTheyAreWanted) {
-  capture_.config.camera.frames = "dual-fisheye";
+  capture_.config.camera.frames = FrameKind::kDualFisheye;
   capture_.capture_missing(capture_.open().get());
   EXPECT_THAT(error({}), AllOf(HasSubstr("raywalk-calibrate"), HasSubstr("--unstitched")));
   EXPECT_NO_THROW(write({.unstitched = true}));

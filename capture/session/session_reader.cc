@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "capture/session/session_database.h"
@@ -14,6 +16,19 @@ namespace {
 StationState state_of(const std::string& outcome) {
   if (outcome == "captured") return StationState::kCaptured;
   return outcome == "exposed" ? StationState::kExposed : StationState::kPlanned;
+}
+
+// The enumerator that the database names by `word`.
+template <typename Enum, std::size_t count>
+Enum choice_of(const std::string& word, const std::array<Enum, count>& choices,
+               const std::filesystem::path& directory) {
+  const auto choice = std::find_if(choices.begin(), choices.end(),
+                                   [&](Enum each) { return name_of(each) == word; });
+  if (choice != choices.end()) return *choice;
+  throw Error(
+      fmt::format("{}: damaged: the table session holds {}, which is no choice there; "
+                  "restore it from a copy",
+                  session_database_path(directory).string(), excerpt(word)));
 }
 
 FrameLens lens_of(const std::string& word) {
@@ -51,9 +66,9 @@ SessionFacts SessionReader::facts() {
                     session_database_path(directory_).string()));
   }
   return {.created = wall_time_from(row.integer(0)),
-          .mode = row.text(1),
-          .camera = row.text(2),
-          .frames = row.text(3),
+          .mode = choice_of(row.text(1), kCaptureModes, directory_),
+          .camera = choice_of(row.text(2), kCameraKinds, directory_),
+          .frames = choice_of(row.text(3), kFrameKinds, directory_),
           .exposures = static_cast<int>(row.integer(4)),
           .locked_exposure = row.text(5),
           .config_text = row.text(6)};

@@ -17,9 +17,9 @@ namespace raywalk::capture {
 // What holds for the whole session.
 struct SessionFacts {
   WallTime created{};
-  std::string mode{};             // RunConfig::mode
-  std::string camera{};           // CameraConfig::kind
-  std::string frames{};           // CameraConfig::frames
+  CaptureMode mode = CaptureMode::kStations;
+  CameraKind camera = CameraKind::kOsc;
+  FrameKind frames = FrameKind::kPanorama;
   int exposures = 1;              // of every station
   std::string locked_exposure{};  // JSON; empty where nothing was locked
   std::string config_text{};

@@ -59,16 +59,32 @@ TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
 }
 
 TEST_F(SessionReaderTest, KeepsTheConfigurationForTheRecord) {
-  capture_.config.camera.frames = "dual-fisheye";
+  capture_.config.camera.frames = FrameKind::kDualFisheye;
   capture_.config.camera.exposure.bracket_ev = {0.0, 2.0, -2.0};
   capture_.open();
   const SessionFacts facts = SessionReader(capture_.directory).facts();
   EXPECT_EQ(facts.created, ManualClock().wall_now());
-  EXPECT_EQ(facts.mode, "stations");
-  EXPECT_EQ(facts.camera, "osc");
-  EXPECT_EQ(facts.frames, "dual-fisheye");
+  EXPECT_EQ(facts.mode, CaptureMode::kStations);
+  EXPECT_EQ(facts.camera, CameraKind::kOsc);
+  EXPECT_EQ(facts.frames, FrameKind::kDualFisheye);
   EXPECT_EQ(facts.exposures, 3);
   EXPECT_EQ(facts.config_text, "camera:\n  kind: osc\n");
+}
+
+TEST_F(SessionReaderTest, AnUnknownModeCameraOrFrameKindIsAnError) {
+  capture_.open();
+  for (const std::string column : {"mode", "camera", "frames"}) {
+    SessionReader reader(capture_.directory);
+    const std::string known = reader.database().text("SELECT " + column + " FROM session");
+    const auto write = [&](const std::string& word) {
+      open_session_to_write(capture_.directory)
+          .execute("UPDATE session SET " + column + " = '" + word + "'");
+    };
+    write("other");
+    EXPECT_THAT(error_of([&] { reader.facts(); }), HasSubstr("'other'")) << column;
+    write(known);
+    EXPECT_EQ(error_of([&] { reader.facts(); }), "") << column;
+  }
 }
 
 TEST_F(SessionReaderTest, RefusesFramesOutsideOfTheSession) {

@@ -113,7 +113,7 @@ std::string first_planned_station(SqliteConnection* database) {
 std::string next_step_of(const SessionStatus& status, SqliteConnection* database) {
   const std::string& directory = status.directory;
   if (status.captured() == status.stations()) return "raywalk-capture export " + directory;
-  if (status.mode == "video") {
+  if (status.mode == CaptureMode::kVideo) {
     const auto line = std::find_if(status.lines.begin(), status.lines.end(),
                                    [](const LineStatus& each) { return !each.filmed; });
     if (line == status.lines.end()) return "raywalk-capture import " + directory + " --video FILE";

@@ -40,7 +40,7 @@ struct SessionEvent {
 
 struct SessionStatus {
   std::string directory{};
-  std::string mode{};
+  CaptureMode mode = CaptureMode::kStations;
   std::vector<LineStatus> lines{};
   std::map<std::string, int> faults{};  // failed attempts by fault
   StationTimes times{};

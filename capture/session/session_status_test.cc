@@ -106,7 +106,7 @@ TEST_F(SessionStatusTest, ShowsTheLastEventsOldestFirst) {
 }
 
 TEST_F(SessionStatusTest, LeadsThroughASessionWhoseCameraKeepsItsPictures) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   EXPECT_EQ(status().exposed(), 15);
   EXPECT_THAT(status().next_step, HasSubstr("import"));
@@ -114,7 +114,7 @@ TEST_F(SessionStatusTest, LeadsThroughASessionWhoseCameraKeepsItsPictures) {
 }
 
 TEST_F(SessionStatusTest, LeadsThroughAFilm) {
-  capture_.config.run.mode = "video";
+  capture_.config.run.mode = CaptureMode::kVideo;
   const std::unique_ptr<Session> session = capture_.open();
   const JournalSample sample{capture_.clock.wall_now(), 50.0};
   session->record_journal("x0", std::span(&sample, 1));

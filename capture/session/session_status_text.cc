@@ -94,7 +94,7 @@ nlohmann::json status_json(const SessionStatus& status) {
   }
   const StationTimes& times = status.times;
   return {{"directory", status.directory},
-          {"mode", status.mode},
+          {"mode", name_of(status.mode)},
           {"stations", status.stations()},
           {"captured", status.captured()},
           {"exposed", status.exposed()},

@@ -152,7 +152,7 @@ TEST_F(SessionTest, AnAttemptEndsOnce) {
 }
 
 TEST_F(SessionTest, PicturesOnTheCardAreAddedLater) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   SessionReader reader(capture_.directory);
   const StationRecord exposed = reader.stations()[1];
@@ -204,7 +204,7 @@ TEST_F(SessionTest, RefusesAnotherPlanWithTheFirstDifference) {
 
 TEST_F(SessionTest, RefusesAnotherKindOfFrames) {
   capture_.open();
-  capture_.config.camera.frames = "dual-fisheye";
+  capture_.config.camera.frames = FrameKind::kDualFisheye;
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("another plan"), HasSubstr("frames"),
                                         HasSubstr("panorama"), HasSubstr("dual-fisheye")));
 }

@@ -42,8 +42,8 @@ inline CapturePlan test_plan(bool validation = false) {
   CapturePlan plan;
   for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
     for (const int number : {0, 1}) {
-      plan.lines.push_back(test_line(fmt::format("{}{}", axis == LineAxis::kX ? "x" : "z", number),
-                                     axis, number - 0.5, -0.75, 0.75, 3));
+      plan.lines.push_back(test_line(fmt::format("{}{}", name_of(axis), number), axis, number - 0.5,
+                                     -0.75, 0.75, 3));
     }
   }
   if (validation) plan.lines.push_back(test_line("v0", LineAxis::kX, 0.0, -0.25, 0.25, 3));
@@ -94,7 +94,7 @@ struct TestCapture {
               .exposing_ms = 800.0,
               .transfer_ms = 150.0};
     for (std::size_t i = 0; i < config.camera.exposure.bracket_ev.size(); ++i) {
-      if (config.camera.kind == "gpio") break;
+      if (config.camera.kind == CameraKind::kGpio) break;
       shot.pictures.push_back(test_picture(fmt::format("{} {}", station, i)));
     }
     return shot;

@@ -45,7 +45,7 @@ class RandomRig {
     config.noise_mm = chance(0.5) ? rules.settle_tolerance_mm * uniform(0.0, 0.2) : 0.0;
     return config;
   }
-  FakeSliderFault fault(const std::string& kind) {
+  FakeSliderFault fault(SliderFaultKind kind) {
     FakeSliderFault fault;
     fault.kind = kind;
     fault.at_ms = log_uniform(1.0, 20000.0);
@@ -85,7 +85,7 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
     FakeSliderConfig config = rig.slider(rules);
     double at_ms = 0.0;
     for (int outlier = 0; outlier < 10; ++outlier) {
-      FakeSliderFault fault = rig.fault("outlier");
+      FakeSliderFault fault = rig.fault(SliderFaultKind::kOutlier);
       at_ms += rig.uniform(2.0, 10.0) * (rules.poll_ms + 60.0);  // never two in a row
       fault.at_ms = at_ms;
       fault.size_mm = (rig.chance(0.5) ? 1.0 : -1.0) * rig.log_uniform(0.01, 1e5);
@@ -104,8 +104,10 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
 // message says that it may not.
 TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) {
   RandomRig rig(13);
-  const std::vector<std::string> kinds{"stall",      "ignore",     "alarm", "low-limit",
-                                       "high-limit", "no-contact", "drift", "runaway"};
+  const std::vector<SliderFaultKind> kinds{SliderFaultKind::kStall,     SliderFaultKind::kIgnore,
+                                           SliderFaultKind::kAlarm,     SliderFaultKind::kLowLimit,
+                                           SliderFaultKind::kHighLimit, SliderFaultKind::kNoContact,
+                                           SliderFaultKind::kDrift,     SliderFaultKind::kRunaway};
   int faults = 0;
   for (int i = 0; i < 2000; ++i) {
     ManualClock clock;
@@ -122,8 +124,9 @@ TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) 
     try {
       carriage.move_to(target);
       // The feedback of a drifting encoder is all that any program can see.
-      const double tolerance = fault.kind == "drift" ? 20.0 : rules.settle_tolerance_mm;
-      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << fault.kind;
+      const double tolerance =
+          fault.kind == SliderFaultKind::kDrift ? 20.0 : rules.settle_tolerance_mm;
+      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << name_of(fault.kind);
     } catch (const DeviceFault& error) {
       ++faults;
       const bool said = std::string(error.what()).find("NOT known") != std::string::npos;
@@ -143,7 +146,7 @@ TEST(CarriagePropertyTest, HomingEndsAtHomeOrSaysNot) {
     const MotionRules rules = rig.rules();
     FakeSliderConfig config = rig.slider(rules);
     config.homed = rig.chance(0.5);
-    if (rig.chance(0.3)) config.faults.push_back(rig.fault("stall"));
+    if (rig.chance(0.3)) config.faults.push_back(rig.fault(SliderFaultKind::kStall));
     FakeSlider slider(config, &clock);
     Carriage carriage(&slider, &clock, rig.limits, rules);
     try {

@@ -61,7 +61,7 @@ class FakeSlider final : public Slider {
   double motor_mm() const;
   double speed_mm_s() const;
   bool motion_is_over() const;
-  const Fault* active(std::string_view kind) const;
+  const Fault* active(SliderFaultKind kind) const;
   void require_contact() const;
   double feedback_mm();
 

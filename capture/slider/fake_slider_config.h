@@ -7,13 +7,24 @@
 
 namespace raywalk::capture {
 
-// Something that goes wrong once a time is reached or a position passed, whichever is set.
+enum class SliderFaultKind {
+  kStall,      // the carriage stays where it is, the drive still reports a motion
+  kIgnore,     // commands other than stop have no effect
+  kAlarm,      // stops at once, until reset
+  kLowLimit,   // the switch closes
+  kHighLimit,  // the switch closes
+  kNoContact,  // every call fails, the carriage keeps moving
+  kOutlier,    // one reading is off by size_mm
+  kDrift,      // the feedback creeps by size_mm per second
+  kRunaway,    // stop has no effect
+};
+
+// "stall", "low-limit", ...
+std::string_view name_of(SliderFaultKind kind);
+
+// A fault that begins once a time is reached or a position passed, whichever is set.
 struct FakeSliderFault {
-  // stall: the carriage stays where it is, the drive goes on reporting a motion. ignore: commands
-  // but stop have no effect. alarm: stops at once, until reset. low-limit, high-limit: the switch
-  // closes. no-contact: every call fails, the carriage goes on. outlier: one reading is off by
-  // size_mm. drift: the feedback creeps by size_mm per second. runaway: stop has no effect.
-  std::string kind = "stall";
+  SliderFaultKind kind = SliderFaultKind::kStall;
   double at_ms = -1.0;    // of the clock, after construction; -1: no time
   double at_mm = -1.0e9;  // when the carriage first passes it; -1e9: no position
   double for_ms = 0.0;    // 0: for ever

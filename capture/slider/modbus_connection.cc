@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <stdexcept>
 
 #include "capture/base/device_fault.h"
 #include "capture/slider/quiet_line.h"
@@ -27,9 +28,17 @@ constexpr int kDamagedRequest = EMBXMEMPAR;
 // Bytes keep coming for this many reply times: something else talks on the line.
 constexpr int kPatienceInReplyTimes = 4;
 
-char parity_letter(const std::string& parity) {
-  if (parity == "even") return 'E';
-  return parity == "odd" ? 'O' : 'N';
+// As modbus_new_rtu takes it.
+char parity_letter(SerialParity parity) {
+  switch (parity) {
+    case SerialParity::kNone:
+      return 'N';
+    case SerialParity::kEven:
+      return 'E';
+    case SerialParity::kOdd:
+      return 'O';
+  }
+  throw std::logic_error("unknown parity");
 }
 
 struct Timeout {
@@ -44,7 +53,7 @@ Timeout timeout_from_ms(double ms) {
 }
 
 modbus_t* new_context(const SliderConfig& config) {
-  if (config.connection == "tcp") {
+  if (config.connection == SliderConnection::kTcp) {
     return modbus_new_tcp_pi(config.host.c_str(), std::to_string(config.port).c_str());
   }
   return modbus_new_rtu(config.device.c_str(), config.baud, parity_letter(config.parity), 8,
@@ -85,34 +94,28 @@ Exchange exchange_of(int result, std::size_t words) {
 }
 
 std::string how_to_reach(const SliderConfig& config) {
-  return config.connection == "tcp" ? fmt::format("{}:{}", config.host, config.port)
-                                    : config.device;
+  return config.connection == SliderConnection::kTcp
+             ? fmt::format("{}:{}", config.host, config.port)
+             : config.device;
 }
 
 }  // namespace
 
 void check_connection_settings(const SliderConfig& config) {
-  const bool device_itself = config.connection == "tcp" && config.unit == MODBUS_TCP_SLAVE;
+  const bool device_itself =
+      config.connection == SliderConnection::kTcp && config.unit == MODBUS_TCP_SLAVE;
   if ((config.unit < 1 || config.unit > kLastUnit) && !device_itself) {
     throw UsageError(fmt::format("slider.unit is {}; Modbus units are 1 to {}, and on TCP also {}",
                                  config.unit, kLastUnit, MODBUS_TCP_SLAVE));
   }
-  if (config.connection == "tcp") {
+  if (config.connection == SliderConnection::kTcp) {
     if (config.host.empty()) throw UsageError("slider.host is missing; a tcp slider needs it");
     return;
-  }
-  if (config.connection != "rtu") {
-    throw UsageError("slider.connection is " + excerpt(config.connection) +
-                     "; it must be rtu or tcp");
   }
   if (config.device.empty()) throw UsageError("slider.device is missing; an rtu slider needs it");
   if (std::find(kBaudRates.begin(), kBaudRates.end(), config.baud) == kBaudRates.end()) {
     throw UsageError(fmt::format("slider.baud is {}; known rates are {}", config.baud,
                                  fmt::join(kBaudRates, ", ")));
-  }
-  if (config.parity != "none" && config.parity != "even" && config.parity != "odd") {
-    throw UsageError("slider.parity is " + excerpt(config.parity) +
-                     "; it must be none, even or odd");
   }
   if (config.stop_bits != 1 && config.stop_bits != 2) {
     throw UsageError(fmt::format("slider.stop_bits is {}; it must be 1 or 2", config.stop_bits));
@@ -127,7 +130,7 @@ void ModbusConnection::Free::operator()(modbus_t* context) const {
 ModbusConnection::ModbusConnection(const SliderConfig& config)
     : reply_time_(duration_from_ms(std::max(config.response_timeout_ms, config.byte_timeout_ms))) {
   check_connection_settings(config);
-  if (config.connection == "rtu") {
+  if (config.connection == SliderConnection::kRtu) {
     lock_.emplace(config.device);
     frame_gap_ = frame_gap(config.baud);
   }

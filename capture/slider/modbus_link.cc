@@ -20,7 +20,7 @@ ModbusLink::ModbusLink(const SliderConfig& config, Clock* clock) : config_(confi
 }
 
 std::string ModbusLink::description() const {
-  return config_.connection == "tcp"
+  return config_.connection == SliderConnection::kTcp
              ? fmt::format("unit {} at {}:{}", config_.unit, config_.host, config_.port)
              : fmt::format("unit {} at {}", config_.unit, config_.device);
 }
@@ -89,7 +89,8 @@ void ModbusLink::require_not_refused(const Exchange& exchange, int address) cons
 void ModbusLink::fail_without_contact(const Attempt& last) const {
   const std::string& reason = last.exchange.reason;
   if (!last.opened) throw DeviceFault(FaultKind::kNoContact, reason);
-  const char* settings = config_.connection == "tcp" ? "unit" : "unit, baud rate and parity";
+  const char* settings =
+      config_.connection == SliderConnection::kTcp ? "unit" : "unit, baud rate and parity";
   throw DeviceFault(FaultKind::kNoContact,
                     fmt::format("{} does not answer ({}; tries: {}); check the drive's power, its "
                                 "cable, {}",

@@ -13,6 +13,16 @@
 
 namespace raywalk::capture {
 
+// What the camera's busy line does: "good", "never-busy", "busy-for-ever".
+enum class FakeGpioCamera { kGood, kNeverBusy, kBusyForEver };
+// What opening the chip meets: "good", "missing", "forbidden" (no permission), "no-gpio" (another
+// kind of device).
+enum class FakeGpioChipState { kGood, kMissing, kForbidden, kNoGpio };
+
+// The words of the YAML.
+std::string_view name_of(FakeGpioCamera camera);
+std::string_view name_of(FakeGpioChipState chip);
+
 // Read from YAML with keys of the same names.
 struct FakeGpioSettings {
   int lines = 8;
@@ -22,10 +32,10 @@ struct FakeGpioSettings {
   bool busy_active_low = false;
   double busy_delay_ms = 30.0;  // from the shutter's press to the busy line
   double busy_ms = 400.0;
-  bool films = false;              // a press starts a film, the next one stops it
-  std::string camera = "good";     // "never-busy", "busy-for-ever"
-  int bad_press = 0;               // the one press, from 1, at which it is so; 0: all
-  std::string chip = "good";       // "missing", "forbidden", "no-gpio"
+  bool films = false;  // a press starts a film, the next one stops it
+  FakeGpioCamera camera = FakeGpioCamera::kGood;
+  int bad_press = 0;  // the one press, from 1, at which it is so; 0: all
+  FakeGpioChipState chip = FakeGpioChipState::kGood;
   int taken_line = -1;             // held by another program
   std::string taken_by = "other";  // which calls itself this
   int gone_after_changes = -1;     // the chip goes after so many changes of outputs; -1: never
@@ -66,7 +76,7 @@ class FakeGpio {
   void set_voltage(int line, bool high);
   void press_camera();
   void plan_busy();
-  bool misbehaves(const std::string& how) const;
+  bool misbehaves(FakeGpioCamera how) const;
   // Lets the busy line do what is due by now.
   void catch_up();
 

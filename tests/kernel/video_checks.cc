@@ -19,11 +19,11 @@ constexpr auto kFramePeriod = std::chrono::milliseconds(17);  // 60 Hz
 
 CameraConfig streaming() {
   CameraConfig config;
-  config.kind = "v4l2";
+  config.kind = CameraKind::kV4l2;
   config.width_px = kSize.width;
   config.height_px = kSize.height;
   config.v4l2.device = kDevice;
-  config.v4l2.pixel_format = "yuyv";
+  config.v4l2.pixel_format = PixelFormat::kYuyv;
   config.v4l2.frame_timeout_ms = 10000.0;  // the virtual machine may be slow
   return config;
 }
