@@ -27,6 +27,12 @@ class FakeCamera final : public Camera {
   std::map<int, int> fewer_pictures{};      // by shot: how many there are instead
   std::function<void()> on_shot{};          // called at the moment of exposure
 
+  // What the file of a picture holds: "shot 3 exposure 0". Shots are counted from 1, exposures
+  // from 0.
+  static std::string picture_text(int shot, int exposure) {
+    return "shot " + std::to_string(shot) + " exposure " + std::to_string(exposure);
+  }
+
   int shots() const { return shots_; }
   bool is_filming() const { return filming_; }
   int films() const { return films_; }
@@ -53,7 +59,7 @@ class FakeCamera final : public Camera {
     for (int i = 0; i < count && !keeps; ++i) {
       const PanoramaSize size =
           odd_sizes.contains(shots_) ? odd_sizes.at(shots_) : PanoramaSize{64, 32};
-      shot.pictures.push_back({.bytes = "picture " + std::to_string(++pictures_),
+      shot.pictures.push_back({.bytes = picture_text(shots_, i),
                                .extension = "jpg",
                                .camera_name = "",
                                .size = size,
@@ -71,7 +77,6 @@ class FakeCamera final : public Camera {
  private:
   Clock* clock_;
   int shots_ = 0;
-  int pictures_ = 0;
   bool filming_ = false;
   int films_ = 0;
 };

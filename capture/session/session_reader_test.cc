@@ -74,16 +74,17 @@ TEST_F(SessionReaderTest, KeepsTheConfigurationForTheRecord) {
 TEST_F(SessionReaderTest, AnUnknownModeCameraOrFrameKindIsAnError) {
   capture_.open();
   for (const std::string column : {"mode", "camera", "frames"}) {
-    SessionReader reader(capture_.directory);
-    const std::string known = reader.database().text("SELECT " + column + " FROM session");
+    const std::string known =
+        SessionReader(capture_.directory).database().text("SELECT " + column + " FROM session");
     const auto write = [&](const std::string& word) {
       open_session_to_write(capture_.directory)
           .execute("UPDATE session SET " + column + " = '" + word + "'");
     };
     write("other");
-    EXPECT_THAT(error_of([&] { reader.facts(); }), HasSubstr("'other'")) << column;
+    EXPECT_THAT(error_of([&] { SessionReader(capture_.directory).facts(); }), HasSubstr("'other'"))
+        << column;
     write(known);
-    EXPECT_EQ(error_of([&] { reader.facts(); }), "") << column;
+    EXPECT_EQ(error_of([&] { SessionReader(capture_.directory).facts(); }), "") << column;
   }
 }
 
