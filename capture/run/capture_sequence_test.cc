@@ -28,7 +28,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class RememberingPlacer final : public RailPlacer {
+class RecordingPlacer final : public RailPlacer {
  public:
   void place(const CaptureLine& line, int /*number*/, int /*count*/) override {
     lines.push_back(line.id);
@@ -149,7 +149,7 @@ class CaptureSequenceTest : public ::testing::Test {
   std::optional<FakeSlider> slider_;
   FakeCamera camera_{&capture_.clock};
   std::vector<double> shot_at_mm_;  // where the carriage stood at each shot
-  RememberingPlacer placer_;
+  RecordingPlacer placer_;
 };
 
 TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLine) {
@@ -207,7 +207,7 @@ TEST_F(CaptureSequenceTest, ABadPictureIsShotAgain) {
                                       "z0_001 1: captured", "z0_002 1: captured"));
 }
 
-TEST_F(CaptureSequenceTest, PausesAfterTheShotsAllowedAndGoesOnWhereItStopped) {
+TEST_F(CaptureSequenceTest, PausesAfterTheAllowedShotsAndResumesThere) {
   camera_.faults = {
       {2, FaultKind::kBadPicture}, {3, FaultKind::kBadPicture}, {4, FaultKind::kBadPicture}};
   EXPECT_THAT(paused_message(),
@@ -310,7 +310,7 @@ TEST_F(CaptureSequenceTest, AClockThatIsSetBackPauses) {
   expect_frames({{"x0_000", 1, 1}, {"x0_001", 1, 2}});
 }
 
-TEST_F(CaptureSequenceTest, TheOwnShareOfAStationIsWhatNeitherDeviceTook) {
+TEST_F(CaptureSequenceTest, OwnTimeExcludesWhatTheDevicesTake) {
   run();
   // Simulated time passes only while the fakes work.
   EXPECT_NEAR(*status().times.own_ms, 0.0, motion_.poll_ms + 1.0);

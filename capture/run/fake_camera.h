@@ -1,4 +1,4 @@
-// A camera without hardware, for tests of what stands above the Camera interface.
+// A camera without hardware, for tests of code that uses the Camera interface.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 
 namespace raywalk::capture {
 
-// Takes `exposures` pictures of 64 x 32 pixels at each shot, 400 ms and 100 ms long in the clock's
-// time, and goes wrong at the shots named, counted from 1 over its whole life.
+// Takes `exposures` pictures of 64 x 32 pixels at each shot. A shot takes 400 ms of exposure and
+// 100 ms of transfer on the clock. Faults are given by shot, counted from 1.
 class FakeCamera final : public Camera {
  public:
   explicit FakeCamera(Clock* clock) : clock_(clock) {}
@@ -24,7 +24,7 @@ class FakeCamera final : public Camera {
   bool keeps = false;
   std::map<int, FaultKind> faults{};        // by shot
   std::map<int, PanoramaSize> odd_sizes{};  // by shot
-  std::map<int, int> fewer_pictures{};      // by shot: how many there are instead
+  std::map<int, int> fewer_pictures{};      // by shot: number of pictures instead
   std::function<void()> on_shot{};          // called at the moment of exposure
 
   // What the file of a picture holds: "shot 3 exposure 0". Shots are counted from 1, exposures

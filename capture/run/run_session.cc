@@ -61,7 +61,7 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
       .run(plan);
 }
 
-// What there is after a run to the end, and what to do with it.
+// The summary of a completed run and the next step.
 std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
   const std::string where = session.string();

@@ -188,7 +188,7 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionGoesOnLater) {
     process->signal(number);  // an impatient user: the slider has to be stopped all the same
     EXPECT_EQ(process->wait(), 130);
     EXPECT_FALSE(rig_state()["moving"].get<bool>());
-    EXPECT_THAT(run_log(), HasSubstr("the same command goes on"));
+    EXPECT_THAT(run_log(), HasSubstr("the same command resumes"));
   }
   EXPECT_EQ(run().exit_code, 0);
   expect_finished_session();
@@ -216,8 +216,7 @@ TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended)
   EXPECT_EQ(process->wait(), 3) << run_log();
   const std::string log = run_log();
   const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
-  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"),
-                          HasSubstr("the same command goes on afterwards")));
+  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"), HasSubstr("the same command resumes")));
   for (const char* text : GetParam().says) EXPECT_THAT(line, ContainsRegex(text));
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
   mend_rig();
