@@ -76,7 +76,7 @@ TEST(CarriagePropertyTest, GoodDrivesAlwaysSettleWhereTheyTrulyAre) {
   }
 }
 
-// Single wrong readings, in number and size at random, cost time and nothing else.
+// Single wrong readings, random in number and size, cost only time.
 TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
   RandomRig rig(12);
   for (int i = 0; i < 1500; ++i) {
@@ -100,9 +100,9 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
   }
 }
 
-// Faults at random moments: either the carriage settles where it should, or it stands, or the
-// message says that it may not.
-TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) {
+// Faults at random moments: the carriage settles at the target, or is at rest, or the message says
+// that the stop is not confirmed.
+TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorUnreportedMotion) {
   RandomRig rig(13);
   const std::vector<SliderFaultKind> kinds{SliderFaultKind::kStall,     SliderFaultKind::kIgnore,
                                            SliderFaultKind::kAlarm,     SliderFaultKind::kLowLimit,
@@ -138,7 +138,7 @@ TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) 
   EXPECT_GT(faults, 300);
 }
 
-TEST(CarriagePropertyTest, HomingEndsAtHomeOrSaysNot) {
+TEST(CarriagePropertyTest, HomingEndsAtHomeOrThrows) {
   RandomRig rig(14);
   int homed = 0;
   for (int i = 0; i < 500; ++i) {

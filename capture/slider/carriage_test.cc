@@ -118,7 +118,7 @@ TEST_F(CarriageTest, DriftOffTheTargetNeverSettles) {
 
 TEST_F(CarriageTest, JumpOfTheFeedbackStops) {
   use("faults: [{kind: drift, at_mm: 10, size_mm: -10000}]");
-  expect_fault(FaultKind::kLimitSwitch, "outside of the soft limits");
+  expect_fault(FaultKind::kLimitSwitch, "outside the soft limits");
 }
 
 TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
@@ -127,7 +127,7 @@ TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
   EXPECT_NEAR(go_to(500.0).measured_mm, 500.0, 0.1);
 }
 
-TEST_F(CarriageTest, WrongReadingInTheDwellStartsItOver) {
+TEST_F(CarriageTest, WrongReadingRestartsTheDwell) {
   use("");
   const double undisturbed = go_to(500.0).settling_ms;
   use("faults: [{kind: outlier, at_ms: 5700, size_mm: 0.5}]");
@@ -136,7 +136,7 @@ TEST_F(CarriageTest, WrongReadingInTheDwellStartsItOver) {
   EXPECT_NEAR(settled.measured_mm, 500.0, 1e-9);
 }
 
-TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftTheWay) {
+TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftThePath) {
   use("faults: [{kind: outlier, at_ms: 0, size_mm: 800}]");
   EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
 }
@@ -144,16 +144,16 @@ TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftTheWay) {
 TEST_F(CarriageTest, SlowDriveTimesOut) {
   rules_.profile = {100.0, 200.0};
   use("most_speed_mm_s: 20");
-  expect_fault(FaultKind::kTimeout, "is not there yet");
+  expect_fault(FaultKind::kTimeout, "has not arrived");
   EXPECT_FALSE(slider_->is_moving());
 }
 
-TEST_F(CarriageTest, LossOfContactIsFollowedByAStopThatIsNotConfirmed) {
+TEST_F(CarriageTest, StopAfterLossOfContactIsNotConfirmed) {
   use("faults: [{kind: no-contact, at_mm: 200}]");
   expect_fault(FaultKind::kNoContact, "NOT known to have stopped: switch the drive off");
 }
 
-TEST_F(CarriageTest, LossOfContactThatComesBackEndsInAConfirmedStop) {
+TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
   // The first stop still fails, the second one is heard.
   class Returning final : public Slider {
    public:
@@ -221,7 +221,7 @@ TEST_F(CarriageTest, StopWaitsForStandstill) {
   EXPECT_NEAR(slider_->true_position_mm(), 100.0, 1.0);  // 75 mm and the way of the ramp down
 }
 
-TEST_F(CarriageTest, MotionLeftBehindByAnotherProgramIsStoppedFirst) {
+TEST_F(CarriageTest, MotionStartedByAnotherProgramIsStoppedFirst) {
   use("");
   slider_->start_move(kLimits.require(900.0, "test"), MotionProfile{});
   clock_.sleep(duration_from_ms(2000.0));

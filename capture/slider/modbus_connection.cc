@@ -15,17 +15,17 @@
 namespace raywalk::capture {
 namespace {
 
-// Those that libmodbus 3.1.6 sets. Any other it turns into 9600 without a word.
+// The rates that libmodbus 3.1.6 supports. It silently replaces any other by 9600.
 constexpr std::array kBaudRates{
     300,    600,    1200,   2400,   4800,    9600,    19200,   38400,   57600,   115200,  230400,
     460800, 500000, 576000, 921600, 1000000, 1152000, 1500000, 2500000, 3000000, 3500000, 4000000};
 // 0 is for broadcasts, 248 to 255 are reserved (Modbus over serial line 1.02, 2.2); TCP devices
-// that are no gateways answer to 255 (Modbus messaging on TCP 1.0b, 4.4.2.1).
+// other than gateways answer to 255 (Modbus messaging on TCP 1.0b, 4.4.2.1).
 constexpr int kLastUnit = 247;
-// Exception 8 ("memory parity error") is how Leadshine's drives answer a request whose check sum is
-// wrong (CS2RS manual, 4.4.1): damaged on its way, and not carried out.
+// Exception 8 ("memory parity error"): Leadshine's drives answer so to a request with a wrong
+// checksum (CS2RS manual, 4.4.1), which they have not executed.
 constexpr int kDamagedRequest = EMBXMEMPAR;
-// Bytes keep coming for this many reply times: something else talks on the line.
+// The line must become silent within this many reply times.
 constexpr int kPatienceInReplyTimes = 4;
 
 // As modbus_new_rtu takes it.
@@ -73,7 +73,7 @@ ExchangeOutcome outcome_of(int error) {
     case EMBXGPATH:
       return ExchangeOutcome::kRefused;
     case ETIMEDOUT:
-    case EMBXACK:   // accepted, and perhaps carried out later
+    case EMBXACK:   // accepted, perhaps executed later
     case EMBXGTAR:  // a gateway got no answer
     case EMBBADCRC:
     case EMBBADDATA:
@@ -83,7 +83,7 @@ ExchangeOutcome outcome_of(int error) {
     case EMBBADSLAVE:
       return ExchangeOutcome::kUnanswered;
     default:
-      return ExchangeOutcome::kBroken;  // EIO of a line hung up, ECONNRESET, EPIPE, ...
+      return ExchangeOutcome::kBroken;  // EIO after a hang-up, ECONNRESET, EPIPE, ...
   }
 }
 
@@ -150,8 +150,8 @@ void ModbusConnection::set_timeouts(const SliderConfig& config) {
   const Timeout byte = timeout_from_ms(config.byte_timeout_ms);
   modbus_set_response_timeout(context_.get(), response.seconds, response.microseconds);
   modbus_set_byte_timeout(context_.get(), byte.seconds, byte.microseconds);
-  // MODBUS_ERROR_RECOVERY_LINK never returns from a terminal that has hung up (libmodbus issues 39
-  // and 217); what it would do is done here.
+  // MODBUS_ERROR_RECOVERY_LINK never returns after a terminal has hung up (libmodbus issues 39 and
+  // 217); recover() replaces it.
   modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
 }
 
@@ -172,7 +172,7 @@ void ModbusConnection::switch_to_rs485(const std::string& device) {
   if (modbus_rtu_set_serial_mode(context_.get(), MODBUS_RTU_RS485) != 0) {
     throw DeviceFault(FaultKind::kNoContact,
                       fmt::format("{} cannot switch an RS-485 driver ({}); leave slider.rs485 out "
-                                  "where the adapter switches by itself",
+                                  "if the adapter switches by itself",
                                   device, modbus_strerror(errno)));
   }
 }
@@ -199,19 +199,19 @@ Exchange ModbusConnection::before_request() {
     case LineState::kQuiet:
       return {};
     case LineState::kNeverQuiet:
-      return {ExchangeOutcome::kUnanswered, "something else talks on the line without a pause"};
+      return {ExchangeOutcome::kUnanswered, "another device sends on the line without a pause"};
     case LineState::kGone:
       break;
   }
   return {ExchangeOutcome::kBroken, "the other end has closed the connection"};
 }
 
-// On RTU nothing says which request a reply belongs to, and what is still under way must not be
-// taken for the next answer: the line has to be silent for as long as a reply may take. A reply
-// later than twice that can still be mistaken for one to a request of the same shape; Carriage
-// believes a position only after several readings in a row.
-// TCP numbers its requests, but after a reply with a wrong number libmodbus 3.1.6 has left the rest
-// of the stream out of step, also after a flush: only a new connection helps.
+// RTU replies do not name their request, so a late reply could be taken for the next one: waits
+// until the line has been silent for as long as a reply may take. A reply later than twice that can
+// still be taken for the reply to a request of the same shape; therefore Carriage acts on a
+// position only after several consecutive readings. TCP numbers its requests, but after a reply
+// with a wrong number libmodbus 3.1.6 stays out of sync with the stream, even after a flush: only a
+// new connection helps.
 bool ModbusConnection::recover(ExchangeOutcome outcome) {
   if (outcome == ExchangeOutcome::kBroken) return false;
   const bool answered = outcome != ExchangeOutcome::kUnanswered;

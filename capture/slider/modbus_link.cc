@@ -9,8 +9,8 @@
 namespace raywalk::capture {
 namespace {
 
-// Doubles with each failure in a row: an adapter that was plugged in again takes about a second
-// until udev has given it its name, a drive that says it is busy a few milliseconds.
+// Doubles with each consecutive failure: a busy drive needs a few milliseconds, a replugged adapter
+// about a second until udev has created its name.
 constexpr double kFirstPause_ms = 100.0;
 
 }  // namespace

@@ -71,27 +71,27 @@ TEST_P(ModbusLinkTest, ReadsAndWrites) {
   EXPECT_EQ(link_->openings(), 1);
 }
 
-TEST_P(ModbusLinkTest, LostRepliesAreAskedForAgain) {
+TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterLostReplies) {
   use([](int n, const Bytes& reply) { return n % 3 == 1 ? Replies{} : Replies{{0, reply}}; });
   expect_right_readings(8);
 }
 
 // After a timeout the late reply is still to come; libmodbus alone takes it for the next answer.
-TEST_P(ModbusLinkTest, LateRepliesAreNotTakenForTheNextAnswer) {
+TEST_P(ModbusLinkTest, LateRepliesAreNotTakenForTheNextReply) {
   use([](int n, const Bytes& reply) {
     return Replies{{n % 3 == 1 ? kTimeout_ms * 3 / 2 : 0, reply}};
   });
   expect_right_readings(8);
 }
 
-TEST_P(ModbusLinkTest, RepliesThatCameTwiceAreDropped) {
+TEST_P(ModbusLinkTest, DuplicatedRepliesAreDropped) {
   use([](int n, const Bytes& reply) {
     return n % 2 == 0 ? Replies{{0, reply}, {0, reply}} : Replies{{0, reply}};
   });
   expect_right_readings(10);
 }
 
-TEST_P(ModbusLinkTest, RepliesCutShortAreAskedForAgain) {
+TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterTruncatedReplies) {
   use([](int n, Bytes reply) {
     if (n % 3 == 1) reply.resize(reply.size() - 3);
     return Replies{{0, reply}};
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, ModbusLinkTest, ::testing::Values(Line::kSerial,
                            return test.param == Line::kSerial ? "Serial" : "Tcp";
                          });
 
-TEST(ModbusSerialLinkTest, DamagedRepliesAreAskedForAgain) {
+TEST(ModbusSerialLinkTest, RequestsAreRepeatedAfterDamagedReplies) {
   TestModbusPeer peer(Line::kSerial, [](int n, Bytes reply) {
     if (n % 3 == 1) reply[4] ^= 0x10;
     return Replies{{0, reply}};
@@ -184,7 +184,7 @@ TEST(ModbusSerialLinkTest, HungUpLineEndsInAFaultThatNamesThePort) {
   });
 }
 
-TEST(ModbusSerialLinkTest, AdapterThatComesBackUnderItsNameIsFoundAgain) {
+TEST(ModbusSerialLinkTest, ReconnectsToARepluggedAdapterOfTheSameName) {
   const TestDirectory directory;
   const auto by_id = directory / "usb-adapter";
   std::optional<TestModbusPeer> peer(std::in_place, Line::kSerial, honest());
@@ -204,7 +204,7 @@ TEST(ModbusSerialLinkTest, AdapterThatComesBackUnderItsNameIsFoundAgain) {
   EXPECT_EQ(link.openings(), 2);
 }
 
-TEST(ModbusSerialLinkTest, SecondProgramOnThePortGetsOneClearLine) {
+TEST(ModbusSerialLinkTest, SecondProgramOnThePortIsRefused) {
   TestModbusPeer peer(Line::kSerial, honest());
   SystemClock clock;
   ModbusLink first(config_for(peer), &clock);
@@ -225,10 +225,11 @@ TEST(ModbusSerialLinkTest, PortIsFreeAgainAfterUse) {
 
 TEST(ModbusSerialLinkTest, PortsThatCannotBeOpenedSayWhatToDo) {
   const TestDirectory directory;
-  expect_fault(FaultKind::kNoContact, "is not there; plug the adapter in",
+  expect_fault(FaultKind::kNoContact, "does not exist; plug in the adapter",
                [&] { PortLock(directory / "ttyUSB0"); });
   write_file_atomically(directory / "file", "x");
-  expect_fault(FaultKind::kNoContact, "is no serial port", [&] { PortLock(directory / "file"); });
+  expect_fault(FaultKind::kNoContact, "is not a serial port",
+               [&] { PortLock(directory / "file"); });
 }
 
 TEST(ModbusSerialLinkTest, Rs485OnAPortWithoutItIsAnError) {

@@ -29,7 +29,7 @@ constexpr int kLastAddress = 0xffff;
 // One request reads at most 125 registers (Modbus application protocol 1.1b3, 6.3).
 constexpr int kMostReadAtOnce = 125;
 
-// Turns one file's text into a map; every complaint starts with the file's name.
+// Converts the text of a file to a map; every error starts with the file's name.
 class MapBuilder {
  public:
   explicit MapBuilder(std::string source) : source_(std::move(source)) {}
@@ -65,7 +65,7 @@ class MapBuilder {
   }
 
   void check(const RegisterMap& map) const {
-    if (map.name.empty()) fail("'name' is missing; messages name the drive by it");
+    if (map.name.empty()) fail("'name' is missing; it names the drive in messages");
     require_address("position_address", map.position_address);
     require_address("status_address", map.status_address);
     if (map.steps_per_mm == 0.0) fail("'steps_per_mm' is missing");
@@ -79,9 +79,9 @@ class MapBuilder {
     if (map.start) check_fixed_words("start", *map.start);
     if (map.reset_alarm) check_fixed_words("reset_alarm", *map.reset_alarm);
     if (map.alarm_address >= 0 && !map.alarm) {
-      fail("'alarm_address' is given, but not 'status.alarm.bit', which says when to read it");
+      fail("'alarm_address' needs 'status.alarm.bit', which says when to read it");
     }
-    if (!map.alarm) fail("'status.alarm.bit' is missing; a drive that fails has to be noticed");
+    if (!map.alarm) fail("'status.alarm.bit' is missing; it is needed to notice a failed drive");
     check_one_read(map);
   }
 

@@ -51,7 +51,7 @@ void expect_refused(const std::string& yaml, const std::string& message) {
   }
 }
 
-TEST(RegisterMapTest, MinimalMapLeavesOutWhatTheDriveDoesNotHave) {
+TEST(RegisterMapTest, MinimalMapOmitsWhatTheDriveLacks) {
   const RegisterMap map = parsed(kMinimal);
   EXPECT_EQ(map.name, "small");
   EXPECT_EQ(map.move.address, 0x20);

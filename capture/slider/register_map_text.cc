@@ -9,7 +9,7 @@ constexpr int kNone = -1;
 constexpr int kLastAddress = 0xffff;
 // Function 16 writes at most 123 registers (Modbus application protocol 1.1b3, 6.12).
 constexpr std::size_t kMostWords = 123;
-// From one step per metre to a step of a tenth of a nanometre: beyond both lies a slip of units.
+// From one step per metre to steps of 0.1 nm; values outside are mistakes of units.
 constexpr double kLeastScale = 1e-3;
 constexpr double kGreatestScale = 1e7;
 

@@ -1,4 +1,4 @@
-// What a user says of the slider. configs/capture-*.yaml explain every key.
+// The slider section of a configuration. configs/capture-*.yaml explain every key.
 #pragma once
 
 #include <array>
@@ -43,11 +43,11 @@ constexpr std::string_view name_of(SerialParity parity) {
 
 struct SliderConfig {
   SliderConnection connection = SliderConnection::kRtu;
-  std::string device;  // serial port; best by /dev/serial/by-id
+  std::string device;  // serial port, preferably /dev/serial/by-id/...
   int baud = 115200;
   SerialParity parity = SerialParity::kNone;
   int stop_bits = 1;
-  bool rs485 = false;  // have the kernel switch the driver of an RS-485 port
+  bool rs485 = false;  // the kernel switches the driver of an RS-485 port
   std::string host;    // for tcp
   int port = 502;
   int unit = 1;  // Modbus address, 1 to 247; on TCP also 255
@@ -57,7 +57,7 @@ struct SliderConfig {
   std::filesystem::path register_map;
   double low_limit_mm = 0.0;  // soft limits
   double high_limit_mm = 0.0;
-  double first_station_mm = 0.0;  // where on the rail the first station of every line lies
+  double first_station_mm = 0.0;  // position of the first station of every line on the rail
   MotionRules motion{};
 };
 
