@@ -78,7 +78,7 @@ class FakeGpioOutput final : public GpioOutput {
     try {
       set(false);
     } catch (const DeviceFault&) {
-      // The chip has gone, and the line with it.
+      // The chip was removed, and the line with it.
     }
     gpio_->give_back(line_.offset);
   }
@@ -118,7 +118,7 @@ class FakeGpioInput final : public GpioInput {
   }
 
  private:
-  // Whether the program believes the opposite of how the line is wired.
+  // Whether the program's active_low setting differs from the wiring.
   bool is_inverted() const { return line_.active_low != gpio_->settings_.busy_active_low; }
 
   FakeGpio* gpio_;
@@ -184,7 +184,7 @@ void FakeGpio::set_voltage(int line, bool high) {
   const bool has_gone = settings_.gone_after_changes >= 0 &&
                         changes_.size() >= static_cast<std::size_t>(settings_.gone_after_changes);
   if (has_gone) throw gpio_line_fault(kPath, line, ENODEV);
-  // What nobody ever drove is held at the camera's inactive level by the wiring.
+  // The wiring holds a line that was never driven at the camera's inactive level.
   const auto [level, is_new] = high_.try_emplace(line, settings_.shutter_active_low);
   if (level->second == high) return;
   level->second = high;
