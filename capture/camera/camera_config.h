@@ -1,4 +1,4 @@
-// What a user says of the camera. configs/capture-*.yaml explain every key.
+// The camera section of a configuration. configs/capture-*.yaml explain every key.
 #pragma once
 
 #include <array>

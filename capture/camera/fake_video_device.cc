@@ -15,7 +15,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr int kMostFrames = 1000000;
+constexpr int kMaxFrames = 1000000;
 
 SettingsSchema schema_of(FakeVideoSettings* settings) {
   SettingsSchema schema;
@@ -33,12 +33,12 @@ SettingsSchema schema_of(FakeVideoSettings* settings) {
       .integer("sensor_exposure", &settings->sensor_exposure, 1, 10000)
       .integer("exposure_delay_frames", &settings->exposure_delay_frames, 0, 10)
       .text("refused_control", &settings->refused_control)
-      .integer("drift_after_frame", &settings->drift_after_frame, 0, kMostFrames)
-      .integer("damaged_every", &settings->damaged_every, 0, kMostFrames)
-      .integer("short_every", &settings->short_every, 0, kMostFrames)
-      .integer("empty_every", &settings->empty_every, 0, kMostFrames)
-      .integer("gone_after_frame", &settings->gone_after_frame, 0, kMostFrames)
-      .integer("silent_after_frame", &settings->silent_after_frame, 0, kMostFrames)
+      .integer("drift_after_frame", &settings->drift_after_frame, 0, kMaxFrames)
+      .integer("damaged_every", &settings->damaged_every, 0, kMaxFrames)
+      .integer("short_every", &settings->short_every, 0, kMaxFrames)
+      .integer("empty_every", &settings->empty_every, 0, kMaxFrames)
+      .integer("gone_after_frame", &settings->gone_after_frame, 0, kMaxFrames)
+      .integer("silent_after_frame", &settings->silent_after_frame, 0, kMaxFrames)
       .boolean("taken", &settings->taken);
   return schema;
 }
@@ -227,7 +227,7 @@ std::optional<VideoFrame> FakeVideoDevice::next_frame(Duration timeout) {
   }
   if (is_over(settings_.gone_after_frame, frames_) && queued_.empty()) {
     throw DeviceFault(FaultKind::kNoContact,
-                      "camera " + path() + " has gone; plug it in again and resume");
+                      "camera " + path() + " was unplugged; plug it in again and resume");
   }
   if (queued_.empty()) return std::nullopt;
   const Exposed exposed = queued_.front();

@@ -61,7 +61,7 @@ TEST(GpioCamera, BracketIsAPressPerExposure) {
   EXPECT_EQ(rig.gpio.presses(), 6);
 }
 
-TEST(GpioCamera, BracketIsOnePressWhereTheCameraTakesAllByItself) {
+TEST(GpioCamera, BracketIsOnePressIfTheCameraTakesAll) {
   TriggerConfig config = wired();
   config.press_per_exposure = false;
   Rig rig("{}", config);
@@ -70,7 +70,7 @@ TEST(GpioCamera, BracketIsOnePressWhereTheCameraTakesAllByItself) {
   EXPECT_EQ(rig.gpio.presses(), 1);
 }
 
-TEST(GpioCamera, CannotBeToldAnExposure) {
+TEST(GpioCamera, RefusesExposureSettings) {
   Rig rig("{}");
   ExposureSettings settings;
   settings.shutter_s = 0.01;

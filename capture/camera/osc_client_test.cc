@@ -109,7 +109,7 @@ class OscClientTest : public testing::Test {
   ScriptedCamera camera_;
 };
 
-TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotAskedForAgain) {
+TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotRequestedAgain) {
   camera_.answers["camera.getOptions"] = options_from({{"iso", 100}, {"shutterSpeed", 0.5}});
   OscClient client(camera_.config(), clock_);
   const Json expected = {{"iso", 100}, {"shutterSpeed", 0.5}};
@@ -120,7 +120,7 @@ TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotAskedForAgain) {
   EXPECT_EQ(client.options({"remainingPictures"}), Json::object());
 }
 
-TEST_F(OscClientTest, SendsTheHeaderThatTheApiAsksFor) {
+TEST_F(OscClientTest, SendsTheHeaderThatTheApiRequires) {
   camera_.answers["camera.getOptions"] = options_from({{"iso", 100}});
   OscClient client(camera_.config(), clock_);
   client.options({"iso"});
@@ -138,7 +138,7 @@ TEST_F(OscClientTest, CameraOfLevel2NeedsNoSession) {
 }
 
 // A Ricoh Theta S has both levels and begins with the first.
-TEST_F(OscClientTest, CameraOfBothLevelsIsRaisedToTheSecondOnce) {
+TEST_F(OscClientTest, CameraOfBothLevelsIsSwitchedToTheSecondOnce) {
   camera_.info["apiLevel"] = {1, 2};
   camera_.state["_apiVersion"] = 1;
   Json raised;
@@ -221,17 +221,17 @@ TEST_F(OscClientTest, RefusalsCarryCodeAndMessage) {
   } catch (const OscRefusal& refusal) {
     EXPECT_EQ(refusal.code(), "invalidParameterName");
     EXPECT_STREQ(refusal.what(), "unsupported option");
-    EXPECT_FALSE(refusal.is_passing());
+    EXPECT_FALSE(refusal.is_temporary());
   }
   try {
     client.begin_picture();
     FAIL();
   } catch (const OscRefusal& refusal) {
-    EXPECT_TRUE(refusal.is_passing());
+    EXPECT_TRUE(refusal.is_temporary());
   }
 }
 
-TEST_F(OscClientTest, AnswersWithoutWhatTheyMustHoldAreAWrongDevice) {
+TEST_F(OscClientTest, IncompleteRepliesAreAWrongDevice) {
   OscClient client(camera_.config(), clock_);
   const auto refused = [&](const Json& answer) {
     camera_.answers["camera.takePicture"] = [answer](const Json&) { return answer; };

@@ -121,7 +121,7 @@ std::string fault_of(FaultKind kind, RawServer::Act act) {
   return {};
 }
 
-TEST(OscHttp, ServerThatIsNoCameraIsToldFromWhatItSays) {
+TEST(OscHttp, ServerThatIsNotACameraIsRecognized) {
   constexpr FaultKind kWrong = FaultKind::kWrongDevice;
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "text/html", "<html>\nLog in</html>"))),
               HasSubstr("no JSON object but '<html> Log in</html>'"));
@@ -149,17 +149,18 @@ TEST(OscHttp, EndlessAnswerIsCutOff) {
   EXPECT_THAT(fault_of(FaultKind::kWrongDevice, endless), HasSubstr("longer than"));
 }
 
-TEST(OscHttp, RudeServerIsNoContact) {
+TEST(OscHttp, ServerThatBreaksTheProtocolIsNoContact) {
   constexpr FaultKind kNone = FaultKind::kNoContact;
-  EXPECT_THAT(fault_of(kNone, says("")), HasSubstr("no whole answer"));
-  EXPECT_THAT(fault_of(kNone, says("\x01\x02\x03 garbage\r\n\r\n")), HasSubstr("no whole answer"));
-  EXPECT_THAT(fault_of(kNone, says("HTTP/1.1 200 OK\r\nContent-")), HasSubstr("no whole answer"));
+  EXPECT_THAT(fault_of(kNone, says("")), HasSubstr("no complete reply"));
+  EXPECT_THAT(fault_of(kNone, says("\x01\x02\x03 garbage\r\n\r\n")),
+              HasSubstr("no complete reply"));
+  EXPECT_THAT(fault_of(kNone, says("HTTP/1.1 200 OK\r\nContent-")), HasSubstr("no complete reply"));
   EXPECT_THAT(
       fault_of(kNone, says("HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n{\"model\": \"T\"}")),
-      HasSubstr("no whole answer"));
+      HasSubstr("no complete reply"));
 }
 
-TEST(OscHttp, SilenceEndsWithItsTimeout) {
+TEST(OscHttp, SilenceEndsWithTheTimeout) {
   const auto silence = [](int, const std::atomic<bool>& ending) {
     const auto end = steady_clock::now() + std::chrono::seconds(30);
     while (!ending && steady_clock::now() < end) std::this_thread::sleep_for(milliseconds(5));
@@ -168,7 +169,7 @@ TEST(OscHttp, SilenceEndsWithItsTimeout) {
 }
 
 // Each byte comes within the timeout of a read; only the whole takes for ever.
-TEST(OscHttp, AnswerThatDripsIsGivenUp) {
+TEST(OscHttp, SlowReplyEndsWithTheTotalTimeout) {
   const auto drip = [](int socket, const std::atomic<bool>& ending) {
     send_text(socket, "HTTP/1.1 200 OK\r\nX: ");
     while (!ending && send(socket, "y", 1, MSG_NOSIGNAL) == 1) {

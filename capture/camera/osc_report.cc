@@ -43,7 +43,7 @@ std::string state_in(const Json& state) {
 void tell_clock(const Json& options, WallTime told_at, std::optional<double> header_offset_s,
                 CameraReport* report) {
   if (const auto time = time_from_date_time_zone(text_at(options, "dateTimeZone"))) {
-    // The option is cut to whole seconds: on average half a second is missing.
+    // The option is truncated to whole seconds: half a second is missing on average.
     const std::chrono::duration<double> offset = *time - told_at;
     report->clock_offset_s = offset.count() + 0.5;
     report->clock_source = "option dateTimeZone, +-0.5 s";

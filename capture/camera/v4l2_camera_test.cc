@@ -81,7 +81,7 @@ TEST(V4l2Camera, NoFrameIsStampedBeforeSettlingAndExposure) {
   }
 }
 
-TEST(V4l2Camera, ALongExposureIsWaitedForInFull) {
+TEST(V4l2Camera, WaitsForALongExposure) {
   Rig rig;
   ExposureSettings settings;
   settings.shutter_s = 0.25;
@@ -101,14 +101,14 @@ TEST(V4l2Camera, ReportsWithoutStreaming) {
   EXPECT_EQ(rig.camera.description(), "Fake 360 at /dev/video-fake");
 }
 
-TEST(V4l2Camera, TakesTheSizeThatComesWhereNoneIsAskedFor) {
+TEST(V4l2Camera, UsesTheCurrentSizeIfNoneIsConfigured) {
   CameraConfig config = streaming();
   config.width_px = config.height_px = 0;
   Rig rig("{width_px: 96, height_px: 48}", config);
   EXPECT_EQ(rig.camera.shoot(rig.clock.now()).pictures.at(0).size, (PanoramaSize{96, 48}));
 }
 
-TEST(V4l2Camera, DriverThatSnapsToAnotherFormatIsTheWrongDevice) {
+TEST(V4l2Camera, DriverThatOffersAnotherFormatIsAWrongDevice) {
   Rig size("{any_size: false, width_px: 80, height_px: 40}");
   EXPECT_THAT(fault_of([&] { size.camera.report(); }).what(),
               HasSubstr("gives 80x40 MJPG where 64x32 MJPG was asked for; set camera.width_px"));
@@ -129,7 +129,7 @@ TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
   EXPECT_NO_THROW(fisheye.camera.report());
 }
 
-TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesArePassedOver) {
+TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
   Rig rig("{damaged_every: 2, short_every: 3, empty_every: 5}", streaming(GetParam()));
   rig.camera.prepare({}, "");
   for (int station = 0; station < 20; ++station) {
@@ -166,7 +166,7 @@ TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
   EXPECT_EQ(rig.clock.now(), settled + milliseconds(40 + 3000));
 }
 
-TEST(V4l2Camera, CameraThatNeverGivesAFrameIsFoundBeforeAnythingMoves) {
+TEST(V4l2Camera, CameraWithoutFramesIsAFaultBeforeAnyMove) {
   Rig rig("{silent_after_frame: 1}");
   EXPECT_EQ(fault_of([&] { rig.camera.prepare({}, ""); }).kind(), FaultKind::kTimeout);
 }

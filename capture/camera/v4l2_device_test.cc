@@ -16,7 +16,7 @@ TEST(V4l2Device, MissingDeviceIsNoContact) {
 }
 
 TEST(V4l2Device, AnotherDeviceIsNoCamera) {
-  expect_fault(FaultKind::kWrongDevice, "/dev/null is no camera that streams",
+  expect_fault(FaultKind::kWrongDevice, "/dev/null is not a camera that streams",
                [] { open_video_device("/dev/null"); });
 }
 

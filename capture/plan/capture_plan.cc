@@ -12,7 +12,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr double kMostStations = 100000.0;
+constexpr double kMaxStations = 100000.0;
 // Steps count as whole within this share of one, so that a spacing may be given in six digits.
 constexpr double kWholeStep = 1e-3;
 constexpr double kSamePlace_m = 1e-3;
@@ -69,10 +69,10 @@ double steps_of_cell(const CaptureConfig& config) {
 // Before any is made: a spacing mistyped by a few zeros should not fill the memory.
 void require_few_stations(const CaptureConfig& config, std::string_view key, double spacing_mm,
                           double stations) {
-  if (stations <= kMostStations) return;
+  if (stations <= kMaxStations) return;
   refuse_setting(config, key,
                  fmt::format("is {}, which brings the plan to {:.0f} stations; {:.0f} is the most",
-                             spacing_mm, stations, kMostStations));
+                             spacing_mm, stations, kMaxStations));
 }
 
 std::vector<LinePlace> grid_lines(const CaptureConfig& config, double* overhang_m) {

@@ -27,7 +27,7 @@ class Dwell {
   }
   void start_over() { *this = Dwell(length_); }
 
-  bool is_over() const { return readings_ >= kLeastReadings && latest_ - since_ >= length_; }
+  bool is_over() const { return readings_ >= kMinReadings && latest_ - since_ >= length_; }
   bool is_empty() const { return readings_ == 0; }
   // The dwell must not be empty.
   double mean_mm() const { return sum_mm_ / readings_; }
@@ -37,7 +37,7 @@ class Dwell {
   }
 
  private:
-  static constexpr int kLeastReadings = 3;
+  static constexpr int kMinReadings = 3;
 
   Duration length_;
   SteadyTime since_{};

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFar_mm = 1e9;
 constexpr double kLong_ms = 1e12;
-constexpr std::size_t kMostFaults = 1000;
+constexpr std::size_t kMaxFaults = 1000;
 constexpr std::array kFaultKinds{
     SliderFaultKind::kStall,    SliderFaultKind::kIgnore,    SliderFaultKind::kAlarm,
     SliderFaultKind::kLowLimit, SliderFaultKind::kHighLimit, SliderFaultKind::kNoContact,
@@ -68,7 +68,7 @@ FakeSliderConfig parse_fake_slider_config(std::string_view yaml, const std::stri
       .boolean("reports_flags", &config.reports_flags)
       .integer("alarm_code", &config.alarm_code, 0, 0xffff)
       .items(
-          "faults", [&faults] { return fault_schema(&faults.emplace_back()); }, kMostFaults);
+          "faults", [&faults] { return fault_schema(&faults.emplace_back()); }, kMaxFaults);
   schema.parse(yaml, source);
   for (const FakeSliderFault& fault : faults) {
     if (fault.at_ms < 0.0 && fault.at_mm <= -kFar_mm) {

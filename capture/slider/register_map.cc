@@ -27,7 +27,7 @@ constexpr std::array kMeanings{NamedMeaning{"position_high", WordMeaning::kPosit
                                NamedMeaning{"deceleration", WordMeaning::kDeceleration}};
 constexpr int kLastAddress = 0xffff;
 // One request reads at most 125 registers (Modbus application protocol 1.1b3, 6.3).
-constexpr int kMostReadAtOnce = 125;
+constexpr int kMaxReadAtOnce = 125;
 
 // Converts the text of a file to a map; every error starts with the file's name.
 class MapBuilder {
@@ -153,11 +153,11 @@ class MapBuilder {
   void check_one_read(const RegisterMap& map) const {
     const int first = std::min(map.position_address, map.status_address);
     const int last = std::max(map.position_address + 1, map.status_address);
-    if (map.one_read && last - first + 1 > kMostReadAtOnce) {
+    if (map.one_read && last - first + 1 > kMaxReadAtOnce) {
       fail(
           fmt::format("'one_read': {} registers lie between status and position, and one request "
                       "reads at most {}",
-                      last - first + 1, kMostReadAtOnce));
+                      last - first + 1, kMaxReadAtOnce));
     }
   }
 

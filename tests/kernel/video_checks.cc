@@ -161,7 +161,8 @@ void check_disconnect() {
     Rig rig;
     rig.camera.prepare(unlocked(), "");
     Vivid(kDevice).disconnect();
-    require_fault(FaultKind::kNoContact, "has gone", [&] { rig.camera.shoot(rig.clock.now()); });
+    require_fault(FaultKind::kNoContact, "was unplugged",
+                  [&] { rig.camera.shoot(rig.clock.now()); });
     require_fault(FaultKind::kNoContact, "no camera at", [] { open_video_device(kDevice); });
   }
   Rig again;
