@@ -65,7 +65,7 @@ TEST(V4l2Exposure, ResumingWithAnotherKindOfCameraIsRefused) {
   for (const std::string earlier : {R"({"iso":100})", "nonsense", "[1]"}) {
     Rig rig;
     EXPECT_THAT(exposure_fault_of([&] { rig.lock({}, earlier); }),
-                HasSubstr("no settings of a V4L2 camera; resume with the camera"));
+                HasSubstr("not settings of a V4L2 camera; resume with the camera"));
   }
 }
 

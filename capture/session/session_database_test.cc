@@ -114,7 +114,7 @@ TEST_F(SessionDatabaseTest, RefusesANewerFormat) {
   make_session();
   SqliteConnection(file(), SqliteAccess::kReadWrite)
       .execute(fmt::format("PRAGMA user_version = {}", kSessionFormatVersion + 1));
-  expect_both(AllOf(HasSubstr("newer"), HasSubstr("format 2, this one knows up to 1")));
+  expect_both(AllOf(HasSubstr("newer"), HasSubstr("format 2, this one reads up to 1")));
 }
 
 TEST_F(SessionDatabaseTest, FindsDamageBeforeAnythingIsCaptured) {
@@ -136,9 +136,9 @@ TEST_F(SessionDatabaseTest, FindsADatabaseCutShort) {
 }
 
 TEST_F(SessionDatabaseTest, SaysWhereNoSessionIs) {
-  EXPECT_THAT(error_of_reading(), HasSubstr("no session of raywalk-capture"));
+  EXPECT_THAT(error_of_reading(), HasSubstr("not a session of raywalk-capture"));
   std::ofstream(file()).close();
-  EXPECT_THAT(error_of_reading(), HasSubstr("no session of raywalk-capture"));
+  EXPECT_THAT(error_of_reading(), HasSubstr("not a session of raywalk-capture"));
 }
 
 TEST_F(SessionDatabaseTest, IsReadWhileAnotherConnectionWrites) {

@@ -39,7 +39,8 @@ class SessionExportTest : public testing::Test {
 TEST_F(SessionExportTest, GivesAGridWithItsCellAndEveryStationOnce) {
   capture_.off_mm = 0.5;
   capture_.capture_missing(capture_.open().get());
-  EXPECT_THAT(write({}), AllOf(HasSubstr("12 frames on 4 lines"), HasSubstr("3 true views")));
+  EXPECT_THAT(write({}),
+              AllOf(HasSubstr("12 frames on 4 lines"), HasSubstr("3 ground-truth views")));
   const CsvTable poses = table("poses.csv");
   std::set<std::string> files;
   std::vector<StationPose> stations;

@@ -26,7 +26,7 @@ Enum choice_of(const std::string& word, const std::array<Enum, count>& choices,
                                    [&](Enum each) { return name_of(each) == word; });
   if (choice != choices.end()) return *choice;
   throw Error(
-      fmt::format("{}: damaged: the table session holds {}, which is no choice there; "
+      fmt::format("{}: damaged: the table session holds the unknown value {}; "
                   "restore it from a copy",
                   session_database_path(directory).string(), excerpt(word)));
 }
@@ -40,7 +40,7 @@ std::optional<WallTime> time_of(std::optional<std::int64_t> utc_us) {
   return utc_us ? std::optional(wall_time_from(*utc_us)) : std::nullopt;
 }
 
-// Names that a session writes stay within its directory; another one may be a trap.
+// A session only writes names within its directory; any other may be an attack.
 void require_inside(const std::string& file, const std::filesystem::path& directory) {
   const std::filesystem::path path(file);
   bool inside = path.is_relative();
@@ -61,7 +61,7 @@ SessionFacts SessionReader::facts() {
                       "config_text FROM session");
   if (!row.step()) {
     throw Error(
-        fmt::format("{}: damaged: it has no row in the table session; restore it from a "
+        fmt::format("{}: damaged: the table session has no row; restore it from a "
                     "copy",
                     session_database_path(directory_).string()));
   }

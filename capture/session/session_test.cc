@@ -287,7 +287,7 @@ TEST_F(SessionTest, ADiskFullInMidFrameLosesNothing) {
 
 TEST_F(SessionTest, OpeningOneThatIsNotThereMakesNothing) {
   EXPECT_THAT(error_of([&] { Session::open(directory_ / "none", &capture_.clock); }),
-              HasSubstr("no session"));
+              HasSubstr("not a session"));
   EXPECT_FALSE(fs::exists(directory_ / "none"));
 }
 

@@ -78,7 +78,7 @@ TEST_F(SessionVerifyTest, FindsACapturedStationWithoutAFrame) {
 TEST_F(SessionVerifyTest, FindsRowsThatReferToNothing) {
   SqliteConnection(session_database_path(capture_.directory), SqliteAccess::kReadWrite)
       .execute("DELETE FROM station WHERE name = 'x0_002'");
-  EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("rows refer to rows that are not there")));
+  EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("rows refer to missing rows")));
 }
 
 TEST_F(SessionVerifyTest, EndsInOneLineThatNamesTheFirstFault) {

@@ -314,7 +314,7 @@ TEST_F(CaptureCommandTest, ASecondProgramIsKeptFromSliderAndSession) {
   start_rig();
   auto process = run_in_background();
   while (rig_state()["moves"].get<int>() < 2) ASSERT_FALSE(process->has_ended()) << run_log();
-  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture works on this session"));
+  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture uses this session"));
   EXPECT_THAT(capture("jog " + with_rig() + " --mm 5").errors, HasSubstr("another program"));
   EXPECT_EQ(capture("status " + session()).exit_code, 0);
   process->signal(SIGINT);

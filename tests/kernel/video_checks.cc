@@ -172,7 +172,7 @@ void check_disconnect() {
 
 void check_other_devices() {
   require_fault(FaultKind::kNoContact, "no camera at", [] { open_video_device("/dev/video99"); });
-  require_fault(FaultKind::kWrongDevice, "is no camera", [] { open_video_device("/dev/null"); });
+  require_fault(FaultKind::kWrongDevice, "is not a camera", [] { open_video_device("/dev/null"); });
 }
 
 }  // namespace
