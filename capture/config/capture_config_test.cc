@@ -15,7 +15,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// The least that a capture can be told, in lines that tests add to.
+// A minimal configuration, which tests extend.
 struct ConfigText {
   std::string grid = "grid: {cell_side_m: 1}\n";
   std::string slider =
@@ -49,7 +49,7 @@ class CaptureConfigTest : public testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(CaptureConfigTest, TheLeastThatIsNeededLeavesTheRestAtItsDefaults) {
+TEST_F(CaptureConfigTest, AMinimalFileLeavesTheRestAtTheDefaults) {
   const CaptureConfig config = read({});
   EXPECT_EQ(config.grid.spacing_mm, 25.0);
   EXPECT_EQ(config.grid.overhang_mm, -1.0);
@@ -108,7 +108,7 @@ TEST_F(CaptureConfigTest, AnUnknownChoiceNamesTheNearestOne) {
             "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a choice; valid are x, z");
 }
 
-TEST_F(CaptureConfigTest, WhatASliderLacksIsNamed) {
+TEST_F(CaptureConfigTest, MissingSliderSettingsAreNamed) {
   EXPECT_THAT(error_of({.slider = "slider: {register_map: map.yaml, high_limit_mm: 9}\n"}),
               HasSubstr("capture.yaml: 'slider.device' is missing"));
   EXPECT_THAT(error_of({.slider = "slider: {connection: tcp, device: a, high_limit_mm: 9}\n"}),
@@ -138,7 +138,7 @@ TEST_F(CaptureConfigTest, UnitsFollowTheConnection) {
   EXPECT_THAT(unit_error("tcp", 248), HasSubstr("'slider.unit' is 248; it must lie between"));
 }
 
-TEST_F(CaptureConfigTest, LimitsHaveToLeaveRoom) {
+TEST_F(CaptureConfigTest, EmptyLimitsAreRefused) {
   const std::string slider = "slider:\n  device: a\n  register_map: map.yaml\n";
   EXPECT_EQ(error_of({.slider = slider}),
             "capture.yaml: 'slider.high_limit_mm' is 0; it must be above low_limit_mm, which is 0");
@@ -152,7 +152,7 @@ TEST_F(CaptureConfigTest, LimitsHaveToLeaveRoom) {
               HasSubstr("'slider.motion.poll_ms' is 10; it must not exceed stall_ms"));
 }
 
-TEST_F(CaptureConfigTest, ACameraNeedsWhatItIsReachedBy) {
+TEST_F(CaptureConfigTest, ACameraNeedsItsAddress) {
   EXPECT_THAT(error_of({.camera = ""}), HasSubstr("'camera.osc.url' is ''"));
   for (const std::string url : {"192.168.1.1", "https://192.168.1.1", "http://"}) {
     EXPECT_THAT(error_of({.camera = "camera: {osc: {url: \"" + url + "\"}}\n"}),
@@ -167,10 +167,10 @@ TEST_F(CaptureConfigTest, ACameraNeedsWhatItIsReachedBy) {
       HasSubstr("'trigger.chip' is empty"));
   EXPECT_THAT(
       error_of({.camera = "camera: {kind: gpio}\ntrigger: {shutter_line: 4, focus_line: 4}\n"}),
-      HasSubstr("'trigger.shutter_line' is 4, the number of another line"));
+      HasSubstr("'trigger.shutter_line' is 4, as is another line"));
   EXPECT_THAT(error_of({.camera = "camera: {kind: gpio}\n"
                                   "trigger: {shutter_line: 4, focus_line: 5, busy_line: 5}\n"}),
-              HasSubstr("'trigger.busy_line' is 5, the number of another line"));
+              HasSubstr("'trigger.busy_line' is 5, as is another line"));
 }
 
 TEST_F(CaptureConfigTest, FramesAndExposuresHaveToFitTogether) {
@@ -191,7 +191,7 @@ TEST_F(CaptureConfigTest, FramesAndExposuresHaveToFitTogether) {
               HasSubstr("which a video cannot have"));
 }
 
-TEST_F(CaptureConfigTest, PlansThatContradictThemselvesAreRefused) {
+TEST_F(CaptureConfigTest, ContradictoryPlansAreRefused) {
   EXPECT_THAT(error_of({.grid = "grid: {overhang_mm: -0.5}\n"}),
               HasSubstr("capture.yaml:1: 'grid.overhang_mm' is -0.5"));
   EXPECT_EQ(error_of({.rest = "validation:\n- axis: x\n  from_m: 1\n  to_m: 1\n"}),

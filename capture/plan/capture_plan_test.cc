@@ -103,7 +103,7 @@ TEST(CapturePlan, ASpacingInSixDigitsFillsTheSide) {
   EXPECT_NEAR(line.stations[1].rail_mm - line.stations[0].rail_mm, 1000.0 / 30.0, 1e-9);
 }
 
-// What the grid promises to everyone after it: corners of cells are stations of both lines.
+// Later stages rely on it: corners of cells are stations of both lines.
 TEST(CapturePlan, EveryCornerIsAStationOfBothItsLines) {
   std::mt19937 random(7);
   for (int i = 0; i < 200; ++i) {
@@ -178,12 +178,12 @@ TEST(CapturePlan, ValidationLinesComeLastAndAreMarked) {
   EXPECT_EQ(plan.lines[5].axis, LineAxis::kZ);
 }
 
-TEST(CapturePlan, SpacingsThatDoNotFillALengthAreRefusedWithOnesThatDo) {
+TEST(CapturePlan, RefusalOfASpacingSuggestsOnesThatFit) {
   CaptureConfig config = one_cell_config();
   config.grid.spacing_mm = 30.0;
   EXPECT_EQ(
       error_of(config),
-      "'grid.spacing_mm' is 30, of which no whole steps fill a cell's side of 1 m; 29.4118 or "
+      "'grid.spacing_mm' is 30; whole steps of it do not fill a cell's side of 1 m; 29.4118 or "
       "30.303 would");
   config.grid.spacing_mm = 29.4118;
   EXPECT_EQ(error_of(config), "");
@@ -226,7 +226,7 @@ TEST(CapturePlan, TooManyStationsAreRefused) {
   }
   EXPECT_THAT(error_of(config), HasSubstr("'validation[66].spacing_mm' is 1, which brings"));
   config.validation = {{LineAxis::kX, 0.0, -1000.0, 1000.0, 0.1}};
-  EXPECT_THAT(error_of(config), HasSubstr("to 20000133 stations; 100000 is the most"));
+  EXPECT_THAT(error_of(config), HasSubstr("to 20000133 stations; 100000 is the maximum"));
 }
 
 TEST(CapturePlan, ValidationLinesOnOtherLinesAreRefused) {
@@ -255,7 +255,7 @@ TEST(PlanJson, IsStableAndRounded) {
   EXPECT_EQ(json.find("-0.0"), std::string::npos);
 }
 
-TEST(PlanJson, TellsPlansApartByWhatTheyCaptureAlone) {
+TEST(PlanJson, DependsOnWhatIsCapturedAlone) {
   const CaptureConfig config = one_cell_config();
   const auto json = [](const CaptureConfig& c) { return plan_json(plan_capture(c), c.camera); };
   std::set<std::string> different{json(config)};

@@ -8,10 +8,10 @@ namespace raywalk::capture {
 namespace {
 
 constexpr double kSecondsPerMillisecond = 1e-3;
-// From the command to a still that can be fetched, and its transfer over Wi-Fi. Cameras that speak
-// Open Spherical Camera develop and stitch for some seconds; they differ, hence run.picture_s.
+// From the command until the picture is ready, and its transfer over Wi-Fi. Cameras with the Open
+// Spherical Camera API develop and stitch for some seconds; they differ, hence run.picture_s.
 constexpr double kOscPicture_s = 5.0;
-// Exposure and writing of a camera that says when it is done.
+// Exposure and writing of a camera with a busy line.
 constexpr double kBusyCamera_s = 1.5;
 
 double one_shot_of_gpio_s(const TriggerConfig& trigger) {
@@ -27,19 +27,19 @@ double one_exposure_s(const CameraConfig& camera) {
     case CameraKind::kGpio:
       return one_shot_of_gpio_s(camera.trigger);
     case CameraKind::kV4l2:
-      // A frame that was begun before the carriage settled is dropped; the next one is taken.
+      // A frame that started before the carriage settled is dropped; the next one is taken.
       return 2.0 * camera.v4l2.exposure_ms * kSecondsPerMillisecond;
   }
   throw std::logic_error("unknown kind of camera");
 }
 
-// Where the carriage goes before it meets the first station of a line.
+// The position from which the first station of a line is approached.
 double approach_mm(const CaptureLine& line, const CaptureConfig& config) {
   return std::max(config.slider.low_limit_mm,
                   line.stations.front().rail_mm - config.run.approach_mm);
 }
 
-// One pass without a stop; the journal tells the stations in it.
+// One pass without a stop.
 double film_s(const CaptureLine& line, const CaptureConfig& config) {
   const MotionProfile pass{config.run.video_speed_mm_s,
                            config.slider.motion.profile.acceleration_mm_s2};
@@ -58,10 +58,9 @@ double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
 
 }  // namespace
 
-// Half of the distance is covered while speeding up, s = v^2 / (2 a), half while slowing down, if
-// the speed is not reached before: t = 2 sqrt(distance / a). Otherwise what lies between, distance
-// - v^2 / a, is covered at the speed v, and the two ramps take v / a each: t = distance / v + v /
-// a.
+// If the distance d < v^2 / a, the speed v is not reached: each half of d is a ramp, t = 2 sqrt(d /
+// a). Otherwise the two ramps take v / a and cover v^2 / (2 a) each, and the rest is covered at the
+// speed v: t = d / v + v / a.
 double move_s(double distance_mm, const MotionProfile& profile) {
   const double speed = profile.speed_mm_s;
   const double acceleration = profile.acceleration_mm_s2;
