@@ -20,7 +20,7 @@ std::string encoded(const std::string& extension, int width, int height) {
   return {bytes.begin(), bytes.end()};
 }
 
-// What is said of bytes that are no picture.
+// The error message for bytes that are not a picture.
 std::string refusal_of(const std::string& bytes, PanoramaSize expected = {}) {
   try {
     check_picture(bytes, expected, "camera, R0010001.JPG");

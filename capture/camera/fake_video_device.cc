@@ -236,7 +236,7 @@ std::optional<VideoFrame> FakeVideoDevice::next_frame(Duration timeout) {
   return frame_of(exposed);
 }
 
-// A frame that finds no free buffer is lost, as it is with a real driver.
+// Without a free buffer a frame is lost, as with a real driver.
 void FakeVideoDevice::expose_until_now() {
   for (; next_exposed_ <= clock_->now(); next_exposed_ += period_) {
     const bool has_ended = is_over(settings_.silent_after_frame, frames_) ||

@@ -13,7 +13,7 @@ std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-// Every code of the tables is used by noise.
+// Noise uses every code of the tables.
 cv::Mat noise(int width, int height) {
   cv::Mat picture(height, width, CV_8UC3);
   cv::RNG random(7);
@@ -21,7 +21,7 @@ cv::Mat noise(int width, int height) {
   return picture;
 }
 
-// libjpeg codes with the standard tables unless told to optimise.
+// libjpeg uses the standard tables unless it optimizes them.
 std::string jpeg_of(const cv::Mat& picture, int optimise = 0) {
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", picture, bytes,

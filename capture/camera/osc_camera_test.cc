@@ -30,7 +30,7 @@ double level_of(const Picture& picture) {
   return cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR))[0];
 }
 
-// The program's camera and the rig's, with loopback between them.
+// The camera under test and the simulated one, connected over loopback.
 class OscCameraTest : public testing::Test {
  protected:
   OscCameraTest() { start({}); }
@@ -52,7 +52,7 @@ class OscCameraTest : public testing::Test {
     camera_ = std::make_unique<OscCamera>(config_, clock_);
   }
 
-  // A camera that gives up soon, for tests in which it has to wait in vain.
+  // A camera with short timeouts, for tests of faults.
   void use_short_timeouts() {
     config_.osc.connect_timeout_ms = 300.0;
     camera_ = std::make_unique<OscCamera>(config_, clock_);
@@ -69,7 +69,7 @@ class OscCameraTest : public testing::Test {
   std::unique_ptr<OscCamera> camera_;
 };
 
-// --- A camera in order --------------------------------------------------------------------------
+// --- Without faults --------------------------------------------------------------------------
 
 TEST_F(OscCameraTest, FetchesThePictureThatItTook) {
   const WallTime before = clock_.wall_now();
@@ -168,7 +168,7 @@ TEST_F(OscCameraTest, AnEarlierRunsExposureIsSetAgain) {
   simulated_->restart();
   OscCamera again(config_, clock_);
   EXPECT_EQ(again.prepare({}, first), first);
-  EXPECT_EQ(simulated_->pictures_taken(), taken) << "measured anew";
+  EXPECT_EQ(simulated_->pictures_taken(), taken) << "measured again";
   EXPECT_EQ(simulated_->options().exposure_program, 1);
   expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "{\"iso\": 100}"); });
   expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "nonsense"); });
@@ -281,7 +281,7 @@ TEST_F(OscCameraTest, TriggerWhoseAnswerIsLostIsNotRepeated) {
   use_short_timeouts();
   shoot();
   simulated_->faults().inject(CameraFault::kSilent);
-  // The first request of a shot is the trigger, for this camera needs no session.
+  // The first request of a shot is the trigger, because this camera needs no session.
   expect_fault(FaultKind::kMissingPicture, "answer to the trigger was lost", [&] { shoot(); });
   EXPECT_EQ(simulated_->pictures_taken(), 2U);
   EXPECT_FALSE(simulated_->is_exposing()) << "it was waited for";

@@ -19,7 +19,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-// A camera that answers as the test says, and remembers which commands came.
+// A camera with scripted replies that records the commands.
 class ScriptedCamera {
  public:
   using Answer = std::function<Json(const Json& parameters)>;
@@ -89,7 +89,7 @@ class ScriptedCamera {
   std::thread thread_;
 };
 
-// Keeps a set of options, and refuses a request that names any other, as Ricoh and Insta360 do.
+// Holds a set of options and refuses requests with any other, as Ricoh and Insta360 do.
 ScriptedCamera::Answer options_from(const Json& known) {
   return [known](const Json& parameters) {
     Json options = Json::object();
@@ -137,7 +137,7 @@ TEST_F(OscClientTest, CameraOfLevel2NeedsNoSession) {
   EXPECT_THAT(camera_.commands(), ElementsAre("camera.getOptions"));
 }
 
-// A Ricoh Theta S has both levels and begins with the first.
+// A Ricoh Theta S has both levels and starts with the first.
 TEST_F(OscClientTest, CameraOfBothLevelsIsSwitchedToTheSecondOnce) {
   camera_.info["apiLevel"] = {1, 2};
   camera_.state["_apiVersion"] = 1;
@@ -206,7 +206,7 @@ TEST_F(OscClientTest, CameraInUseByAnotherProgramIsBusy) {
   }
 }
 
-// Insta360's errors come without a state.
+// Insta360's errors have no state.
 TEST_F(OscClientTest, RefusalsCarryCodeAndMessage) {
   camera_.answers["camera.setOptions"] = [](const Json&) {
     return Json{{"error", {{"code", "invalidParameterName"}, {"message", "unsupported\noption"}}}};

@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
-// As a Ricoh Theta lists them, shortened; Insta360's lists begin with 0, which means automatic.
+// The lists of a Ricoh Theta, shortened; Insta360's lists start with 0, which means automatic.
 Json theta_options() {
   return {{"shutterSpeedSupport", {0, 0.001, 0.002, 0.004, 0.008, 0.01666666, 0.03333333, 0.125}},
           {"isoSupport", {0, 100, 200, 400, 800, 1600}},

@@ -28,7 +28,7 @@ using std::chrono::steady_clock;
 using testing::HasSubstr;
 using testing::Not;
 
-// A server below HTTP: does to each connection what the test says, once a request has arrived.
+// A TCP server that runs the test's script on each connection after a request.
 class RawServer {
  public:
   using Act = std::function<void(int socket, const std::atomic<bool>& ending)>;
@@ -103,7 +103,7 @@ OscConfig config_of(const RawServer& server) {
   return config;
 }
 
-// What a client says of such a server when it asks for the camera's name.
+// The message of the fault when a client requests the camera's info from such a server.
 std::string fault_of(FaultKind kind, RawServer::Act act) {
   RawServer server(std::move(act));
   ManualClock clock;
@@ -168,7 +168,7 @@ TEST(OscHttp, SilenceEndsWithTheTimeout) {
   EXPECT_THAT(fault_of(FaultKind::kNoContact, silence), HasSubstr("within 200 ms"));
 }
 
-// Each byte comes within the timeout of a read; only the whole takes for ever.
+// Each byte arrives within the timeout of a read; the whole reply never ends.
 TEST(OscHttp, SlowReplyEndsWithTheTotalTimeout) {
   const auto drip = [](int socket, const std::atomic<bool>& ending) {
     send_text(socket, "HTTP/1.1 200 OK\r\nX: ");
@@ -199,7 +199,7 @@ TEST(OscHttp, FileThatIsNotThereIsABadPicture) {
   }
 }
 
-// The camera's own address need not be the one it is reached at.
+// The address in the reply may differ from the configured one.
 TEST(OscHttp, FilesAreFetchedFromTheConfiguredAddress) {
   RawServer server(says(http("200 OK", "image/jpeg", "bytes")));
   ManualClock clock;
@@ -208,7 +208,7 @@ TEST(OscHttp, FilesAreFetchedFromTheConfiguredAddress) {
   EXPECT_EQ(client.fetch("files/R0010001.JPG"), "bytes");
 }
 
-// The flag of an interrupt never goes back, so this runs in a process of its own.
+// The interrupt flag is never cleared, so this runs in a separate process.
 TEST(OscHttpDeathTest, InterruptEndsADownload) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto interrupted_download = [] {

@@ -120,9 +120,9 @@ PanoramaSize V4l2Camera::asked_size() {
 VideoFormat V4l2Camera::expected(const VideoFormat& offered, PanoramaSize asked) const {
   if (offered.pixels != pixels_ || offered.size != asked) {
     throw fault(FaultKind::kWrongDevice,
-                "gives " + text_of(offered.size) + " " + offered.pixels + " where " +
+                "offers " + text_of(offered.size) + " " + offered.pixels + " instead of " +
                     text_of(asked) + " " + pixels_ +
-                    " was asked for; set camera.width_px, height_px and v4l2.pixel_format to what "
+                    "; set camera.width_px, height_px and v4l2.pixel_format to what "
                     "v4l2-ctl --list-formats-ext lists");
   }
   if (config_.frames == FrameKind::kPanorama && asked.width != 2 * asked.height) {
@@ -133,7 +133,7 @@ VideoFormat V4l2Camera::expected(const VideoFormat& offered, PanoramaSize asked)
   }
   if (pixels_ == "YUYV" && asked.width % 2 != 0) {
     throw fault(FaultKind::kWrongDevice, "gives an odd width, " + text_of(asked) +
-                                             ", which YUYV cannot be; choose another size");
+                                             ", which YUYV does not allow; choose another size");
   }
   return offered;
 }

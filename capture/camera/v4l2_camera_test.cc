@@ -111,11 +111,11 @@ TEST(V4l2Camera, UsesTheCurrentSizeIfNoneIsConfigured) {
 TEST(V4l2Camera, DriverThatOffersAnotherFormatIsAWrongDevice) {
   Rig size("{any_size: false, width_px: 80, height_px: 40}");
   EXPECT_THAT(fault_of([&] { size.camera.report(); }).what(),
-              HasSubstr("gives 80x40 MJPG where 64x32 MJPG was asked for; set camera.width_px"));
+              HasSubstr("offers 80x40 MJPG instead of 64x32 MJPG; set camera.width_px"));
   const DeviceFault fault = fault_of([&] { size.camera.prepare({}, ""); });
   EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
   Rig pixels("{pixel_format: yuyv}");
-  EXPECT_THAT(fault_of([&] { pixels.camera.report(); }).what(), HasSubstr("gives 64x32 YUYV"));
+  EXPECT_THAT(fault_of([&] { pixels.camera.report(); }).what(), HasSubstr("offers 64x32 YUYV"));
 }
 
 TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
@@ -136,7 +136,7 @@ TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
     rig.clock.sleep(milliseconds(330));
     const Shot shot = rig.camera.shoot(rig.clock.now());
     ASSERT_EQ(shot.pictures.size(), 1U);
-    EXPECT_NEAR(brightness(shot.pictures[0]), 75.0, 2.0);  // of the locked exposure, everywhere
+    EXPECT_NEAR(brightness(shot.pictures[0]), 75.0, 2.0);  // the locked exposure
   }
 }
 
@@ -156,7 +156,7 @@ TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
   SteadyTime settled;
   const DeviceFault fault = fault_of([&] {
     for (int station = 0; station < 80; ++station) {
-      rig.clock.sleep(milliseconds(300));  // meanwhile frames queue, which then are old
+      rig.clock.sleep(milliseconds(300));  // frames queue and become old
       settled = rig.clock.now();
       rig.camera.shoot(settled);
     }
@@ -211,7 +211,7 @@ TEST(V4l2Camera, ExposureThatDriftsIsAFault) {
   EXPECT_THAT(fault.what(), HasSubstr("has exposure_100us at 340 and not at the 300"));
 }
 
-// Each exposure is seen in the picture itself, so none was taken before the sensor changed.
+// The brightness of each picture shows that the sensor had changed before it was exposed.
 TEST(V4l2Camera, BracketIsOnePictureOfEachExposure) {
   Rig rig("{sensor_exposure: 200, exposure_delay_frames: 3}");
   ExposureSettings settings;

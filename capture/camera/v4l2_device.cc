@@ -168,7 +168,7 @@ class V4l2Device final : public VideoDevice {
     v4l2_queryctrl query{};
     query.id = id_of(control);
     if (call(VIDIOC_QUERYCTRL, &query) != 0) {
-      if (errno == ENODEV) throw fault("be asked for its controls");
+      if (errno == ENODEV) throw fault("list its controls");
       return std::nullopt;
     }
     if ((query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) != 0) {
@@ -179,14 +179,14 @@ class V4l2Device final : public VideoDevice {
 
   int control(VideoControl control) override {
     v4l2_control value{.id = id_of(control), .value = 0};
-    if (call(VIDIOC_G_CTRL, &value) != 0) throw fault("tell its " + name_of(control));
+    if (call(VIDIOC_G_CTRL, &value) != 0) throw fault("report its " + name_of(control));
     return value.value;
   }
 
   bool set_control(VideoControl control, int value) override {
     v4l2_control wanted{.id = id_of(control), .value = value};
     if (call(VIDIOC_S_CTRL, &wanted) == 0) return true;
-    if (errno == ENODEV) throw fault("be told its " + name_of(control));
+    if (errno == ENODEV) throw fault("set its " + name_of(control));
     return false;
   }
 
@@ -196,7 +196,7 @@ class V4l2Device final : public VideoDevice {
     request.count = static_cast<__u32>(buffers);
     request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     request.memory = V4L2_MEMORY_MMAP;
-    if (call(VIDIOC_REQBUFS, &request) != 0) throw fault("lend its buffers");
+    if (call(VIDIOC_REQBUFS, &request) != 0) throw fault("allocate buffers");
     for (__u32 index = 0; index < request.count; ++index) {
       v4l2_buffer buffer = buffer_at(index);
       if (call(VIDIOC_QUERYBUF, &buffer) != 0) throw fault("describe its buffers");
@@ -223,7 +223,7 @@ class V4l2Device final : public VideoDevice {
     v4l2_buffer buffer = buffer_at(0);
     if (call(VIDIOC_DQBUF, &buffer) != 0) {
       if (errno == EAGAIN) return std::nullopt;
-      throw fault("give a frame");
+      throw fault("deliver a frame");
     }
     lent_ = buffer.index;
     return frame_of(buffer);
@@ -261,7 +261,7 @@ class V4l2Device final : public VideoDevice {
   v4l2_format current_format() {
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (call(VIDIOC_G_FMT, &format) != 0) throw fault("tell its format");
+    if (call(VIDIOC_G_FMT, &format) != 0) throw fault("report its format");
     return format;
   }
 
@@ -273,7 +273,7 @@ class V4l2Device final : public VideoDevice {
     format.fmt.pix.height = static_cast<__u32>(size.height);
     format.fmt.pix.field = V4L2_FIELD_NONE;
     format.fmt.pix.bytesperline = 0;
-    if (call(request, &format) != 0) throw fault("take a format");
+    if (call(request, &format) != 0) throw fault("set a format");
     return format_of(format.fmt.pix);
   }
 
@@ -287,7 +287,7 @@ class V4l2Device final : public VideoDevice {
 
   void queue(__u32 index) {
     v4l2_buffer buffer = buffer_at(index);
-    if (call(VIDIOC_QBUF, &buffer) != 0) throw fault("take a buffer back");
+    if (call(VIDIOC_QBUF, &buffer) != 0) throw fault("queue a buffer");
   }
 
   // Whether there is a frame, or an error that VIDIOC_DQBUF will report.

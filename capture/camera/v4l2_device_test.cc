@@ -1,4 +1,4 @@
-// What open_video_device says without a camera; against real kernel drivers it runs in QEMU.
+// Errors of open_video_device without a camera. tests/kernel runs it on real kernel drivers.
 #include "capture/camera/v4l2_device.h"
 
 #include <gmock/gmock.h>

@@ -54,7 +54,7 @@ TEST(YuyvPicture, ColourBarsHaveTheirColours) {
   expect_near(first_pixel({32, 240, 32, 118}, kBt709), {255, 0, 0}, 1);  // blue
 }
 
-// Coded by the definition of luma and colour differences, any colour comes back.
+// Any colour coded by the definition of luma and colour differences is recovered.
 TEST(YuyvPicture, AnyColourComesBack) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> level(0.0, 1.0);

@@ -133,7 +133,7 @@ TEST(CapturePlan, EveryCornerIsAStationOfBothItsLines) {
   }
 }
 
-// overhang_needed_m against the reading positions of viewpoints all over the cell.
+// overhang_needed_m against the positions on the lines read by viewpoints throughout the cell.
 TEST(OverhangNeeded, IsTheFarthestThatAClampedConnectionReads) {
   for (const double k_deg : {48.0, 60.0, 76.0, 85.0}) {
     CaptureGrid grid;

@@ -39,7 +39,7 @@ TEST_F(SessionReaderTest, ListsStationsInTheOrderOfThePlan) {
   EXPECT_EQ(stations.back().name, "v0_002");
 }
 
-// Along the axis of its line a station is where the feedback says, across it where it was planned.
+// The position along the line is that of the feedback, the position across it as planned.
 TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
   capture_.off_mm = -1.5;
   capture_.capture_missing(capture_.open().get());
@@ -58,7 +58,7 @@ TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
   }
 }
 
-TEST_F(SessionReaderTest, KeepsTheConfigurationForTheRecord) {
+TEST_F(SessionReaderTest, ReadsTheFactsOfTheSession) {
   capture_.config.camera.frames = FrameKind::kDualFisheye;
   capture_.config.camera.exposure.bracket_ev = {0.0, 2.0, -2.0};
   capture_.open();
@@ -88,7 +88,7 @@ TEST_F(SessionReaderTest, AnUnknownModeCameraOrFrameKindIsAnError) {
   }
 }
 
-TEST_F(SessionReaderTest, RefusesFramesOutsideOfTheSession) {
+TEST_F(SessionReaderTest, RefusesFramesOutsideTheSession) {
   capture_.capture_missing(capture_.open().get(), 1);
   for (const std::string trap : {"/etc/passwd", "frames/../../secret"}) {
     open_session_to_write(capture_.directory).execute("UPDATE frame SET file = '" + trap + "'");

@@ -51,7 +51,7 @@ TEST_F(SessionStatusTest, CountsStationsByLine) {
                                        HasSubstr("1 of 3 captured"), HasSubstr("(validation)")));
 }
 
-TEST_F(SessionStatusTest, EstimatesTheTimeLeftFromThePaceAndNotFromBreaks) {
+TEST_F(SessionStatusTest, EstimatesTheTimeLeftWithoutBreaks) {
   const std::unique_ptr<Session> session = capture_.open();
   capture_.capture_missing(session.get(), 4);
   capture_.clock.sleep(std::chrono::hours(8));
@@ -59,7 +59,7 @@ TEST_F(SessionStatusTest, EstimatesTheTimeLeftFromThePaceAndNotFromBreaks) {
   EXPECT_NEAR(status().time_left_s.value(), 2.5 * (15 - 8), 1e-6);
 }
 
-TEST_F(SessionStatusTest, ReportsMediansAndTheProgramsOwnShare) {
+TEST_F(SessionStatusTest, ReportsMediansAndTheProgramsOwnTime) {
   const std::unique_ptr<Session> session = capture_.open();
   const std::vector<CaptureStation>&first = capture_.plan.lines[0].stations,
         second = capture_.plan.lines[1].stations;
@@ -105,7 +105,7 @@ TEST_F(SessionStatusTest, ShowsTheLastEventsOldestFirst) {
   EXPECT_THAT(text, HasSubstr("2026-01-01 00:00:00 UTC  line-placed: line 7"));
 }
 
-TEST_F(SessionStatusTest, LeadsThroughASessionWhoseCameraKeepsItsPictures) {
+TEST_F(SessionStatusTest, NamesEachStepForACameraThatKeepsItsPictures) {
   capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   EXPECT_EQ(status().exposed(), 15);
@@ -113,7 +113,7 @@ TEST_F(SessionStatusTest, LeadsThroughASessionWhoseCameraKeepsItsPictures) {
   EXPECT_THAT(status_text(status()), HasSubstr("15 on the camera's card"));
 }
 
-TEST_F(SessionStatusTest, LeadsThroughAFilm) {
+TEST_F(SessionStatusTest, NamesEachStepOfAFilm) {
   capture_.config.run.mode = CaptureMode::kVideo;
   const std::unique_ptr<Session> session = capture_.open();
   const JournalSample sample{capture_.clock.wall_now(), 50.0};

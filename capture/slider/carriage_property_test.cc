@@ -1,4 +1,4 @@
-// Thousands of moves with random profiles, noise and faults: what Carriage says must be so.
+// Thousands of moves with random profiles, noise and faults: the results of Carriage must be true.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
@@ -17,7 +17,7 @@ constexpr double kRail_mm = 2000.0;
 
 class RandomRig {
  public:
-  // Stops that fail are part of the game and need no log.
+  // Failed stops are expected; no log.
   explicit RandomRig(std::uint64_t seed) : random_(seed) { spdlog::set_level(spdlog::level::off); }
   ~RandomRig() { spdlog::set_level(spdlog::level::info); }
 
@@ -123,7 +123,7 @@ TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorUnreportedMotion) {
     const SafePosition target = rig.target();
     try {
       carriage.move_to(target);
-      // The feedback of a drifting encoder is all that any program can see.
+      // A program cannot see the drift of an encoder.
       const double tolerance =
           fault.kind == SliderFaultKind::kDrift ? 20.0 : rules.settle_tolerance_mm;
       ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << name_of(fault.kind);

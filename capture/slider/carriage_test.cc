@@ -154,7 +154,7 @@ TEST_F(CarriageTest, StopAfterLossOfContactIsNotConfirmed) {
 }
 
 TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
-  // The first stop still fails, the second one is heard.
+  // The first stop command fails, the second one arrives.
   class Returning final : public Slider {
    public:
     explicit Returning(FakeSlider* slider) : slider_(slider) {}
@@ -218,7 +218,8 @@ TEST_F(CarriageTest, StopWaitsForStandstill) {
   clock_.sleep(duration_from_ms(1000.0));
   carriage_->stop();
   EXPECT_FALSE(slider_->is_moving());
-  EXPECT_NEAR(slider_->true_position_mm(), 100.0, 1.0);  // 75 mm and the way of the ramp down
+  EXPECT_NEAR(slider_->true_position_mm(), 100.0,
+              1.0);  // 75 mm and the distance of the deceleration
 }
 
 TEST_F(CarriageTest, MotionStartedByAnotherProgramIsStoppedFirst) {
@@ -251,7 +252,7 @@ TEST_F(CarriageTest, HomesAgain) {
   EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
 }
 
-// The zero of a drive that has just been switched on.
+// A drive that has just been switched on shows 0.
 TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
   use("start_mm: 321\nhomed: false\nreports_flags: false\nfaults: [{kind: ignore, at_ms: 0}]");
   EXPECT_THROW(carriage_->home(), DeviceFault);
@@ -281,7 +282,7 @@ TEST_F(CarriageTest, HomingThatTakesTooLongStops) {
   EXPECT_FALSE(slider_->is_moving());
 }
 
-// In a process of its own: the request to stop stays set for good.
+// In a separate process: the interrupt flag is never cleared.
 TEST_F(CarriageTest, InterruptDeceleratesAndWaitsForStandstill) {
   ::testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

@@ -40,7 +40,7 @@ SliderConfig config_for(const TestModbusPeer& peer, int timeout_ms = kTimeout_ms
   return config;
 }
 
-// What has to hold on either kind of line.
+// Tests of both kinds of line.
 class ModbusLinkTest : public ::testing::TestWithParam<Line> {
  protected:
   void use(const TestModbusPeer::Script& script, int timeout_ms = kTimeout_ms) {
@@ -48,7 +48,7 @@ class ModbusLinkTest : public ::testing::TestWithParam<Line> {
     for (int i = 0; i < 100; ++i) peer_->set(i, static_cast<std::uint16_t>(1000 + i));
     link_.emplace(config_for(*peer_, timeout_ms), &clock_);
   }
-  // Every reading is that of its own address, whatever the script did to the one before.
+  // Every reading has the value of its address, whatever happened to the previous reply.
   void expect_right_readings(int readings) {
     for (int i = 0; i < readings; ++i) {
       EXPECT_THAT(link_->read(RegisterKind::kHolding, i, 1), ElementsAre(1000 + i));
@@ -76,7 +76,7 @@ TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterLostReplies) {
   expect_right_readings(8);
 }
 
-// After a timeout the late reply is still to come; libmodbus alone takes it for the next answer.
+// After a timeout the late reply is still pending; libmodbus alone takes it for the next reply.
 TEST_P(ModbusLinkTest, LateRepliesAreNotTakenForTheNextReply) {
   use([](int n, const Bytes& reply) {
     return Replies{{n % 3 == 1 ? kTimeout_ms * 3 / 2 : 0, reply}};
@@ -101,7 +101,7 @@ TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterTruncatedReplies) {
 
 TEST_P(ModbusLinkTest, AnswersOfAnotherShapeAreRefused) {
   use([this](int n, const Bytes& reply) {
-    // Two words where one was asked for, with a right frame around them.
+    // Two words instead of one, in a valid frame.
     const Bytes wrong = peer_->framed({1, 3, 4, 9, 9, 9, 9}, reply);
     return n % 3 == 1 ? Replies{{0, wrong}} : Replies{{0, reply}};
   });

@@ -15,7 +15,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Registers in memory that count what is asked of them.
+// Registers in memory that count requests.
 class FakeRegisters final : public RegisterLink {
  public:
   struct Write {
@@ -47,7 +47,7 @@ class FakeRegisters final : public RegisterLink {
   int openings_count = 0;
   int nonsense = 0;              // readings of the status as all ones
   std::set<int> unanswered;      // numbers of writes
-  bool take_unanswered = false;  // the drive moves all the same
+  bool take_unanswered = false;  // the drive executes them nevertheless
   RegisterKind last_kind = RegisterKind::kHolding;
   std::map<int, std::uint16_t> values;
   std::vector<std::pair<int, int>> reads;

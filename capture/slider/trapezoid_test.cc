@@ -35,7 +35,8 @@ TEST(TrapezoidTest, StoppingTakesSpeedOverAcceleration) {
   EXPECT_DOUBLE_EQ(stopping_ms({100.0, 200.0}), 500.0);
 }
 
-// Speed is the slope of the way, never above the top speed, and the way ends at the distance.
+// Speed is the derivative of the distance, never above the top speed; the move ends at the
+// distance.
 TEST(TrapezoidTest, HoldsOverAllScales) {
   std::mt19937_64 random(3);
   const auto any = [&](double low, double high) {

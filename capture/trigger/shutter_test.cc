@@ -26,7 +26,7 @@ TriggerConfig wired() {
   return config;
 }
 
-// A shutter on the fake chip that `yaml` describes.
+// A shutter on the fake chip described by `yaml`.
 struct Rig {
   explicit Rig(std::string_view yaml, const TriggerConfig& config = wired())
       : gpio(parse_fake_gpio(yaml), &clock), shutter(config, gpio.open(), &clock) {}
@@ -201,7 +201,7 @@ class InterruptingClock final : public Clock {
   SteadyTime when_;
 };
 
-// Exit code: 10 times the changes of lines before the interruption, plus 1 where all are let go.
+// Exit code: 10 times the changes of lines before the interruption, plus 1 if all are released.
 void interrupt_picture_at(double ms) {
   install_interrupt_handlers();
   InterruptingClock clock(at_ms(ms));
