@@ -41,7 +41,7 @@ class V4l2Camera final : public Camera {
   void let_camera_measure();
   // The first good frame stamped at `not_before` or later, after `passed_over` such.
   Taken take(SteadyTime not_before, int passed_over);
-  // The frame as a file; where it is none, `damage` says why.
+  // The frame as a file; none if it is damaged, with the reason in `damage`.
   std::optional<Picture> picture_of(const VideoFrame& frame, std::string* damage) const;
   DeviceFault fault(FaultKind kind, const std::string& what) const;
 

@@ -9,8 +9,7 @@ namespace raywalk::capture {
 struct FilmRules {
   MotionProfile profile{};   // of the slow pass
   double approach_mm = 5.0;  // as CaptureRules::approach_mm
-  double still_ms =
-      2000.0;  // at rest before and after the pass, to detect where it starts and ends
+  double still_ms = 2000.0;  // at rest before and after the pass, to detect its ends
 };
 
 // Films every line that the session has no journal of. Throws Paused and Interrupted as

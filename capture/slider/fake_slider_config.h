@@ -8,7 +8,7 @@
 namespace raywalk::capture {
 
 enum class SliderFaultKind {
-  kStall,      // the carriage stays where it is, the drive still reports a motion
+  kStall,      // the carriage stays in place, the drive still reports a motion
   kIgnore,     // commands other than stop have no effect
   kAlarm,      // stops at once, until reset
   kLowLimit,   // the switch closes
