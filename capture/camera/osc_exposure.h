@@ -21,9 +21,9 @@ double nearest_supported(const nlohmann::json& options, const std::string& name,
 // The value of the list `exposureCompensationSupport` nearest to `wanted_ev`, in EV.
 double nearest_compensation(const nlohmann::json& options, double wanted_ev);
 
-// Shutter time and sensitivity as given by `wanted`. A value that is not given is chosen from the
-// supported ones to keep the brightness of `measured`. Throws DeviceFault kExposure if a value is
-// missing and nothing was measured.
+// The supported shutter time and sensitivity nearest to those given by `wanted`; a value that is
+// not given is chosen to keep the brightness of `measured`. Throws DeviceFault kExposure if a value
+// is missing and nothing was measured.
 ExifExposure chosen_exposure(const ExposureSettings& wanted,
                              const std::optional<ExifExposure>& measured,
                              const nlohmann::json& options);

@@ -14,7 +14,7 @@
 namespace raywalk::capture {
 namespace {
 
-// What a client of the Open Spherical Camera API must send (Google's protocol page and Insta360's).
+// Headers required by the Open Spherical Camera API (protocol pages of Google and of Insta360).
 const httplib::Headers kHeaders = {{"Accept", "*/*"}, {"X-XSRF-Protected", "1"}};
 constexpr const char* kJson = "application/json;charset=utf-8";
 

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 

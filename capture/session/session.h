@@ -3,8 +3,8 @@
 //
 // The order of writes keeps the session consistent after a crash at any moment: the row of an
 // attempt is committed before the slider moves; a frame is written under a temporary name, synced,
-// renamed, and its directory synced; only then is the row that names it committed. File names
-// contain the number of the attempt, so that no file is ever overwritten.
+// renamed, and its directory synced; only then is the row that names it committed. The file
+// names of repeated attempts contain their number, so that no file is ever overwritten.
 #pragma once
 
 #include <cstdint>

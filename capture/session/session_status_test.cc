@@ -92,8 +92,8 @@ TEST_F(SessionStatusTest, CountsFaultsByKind) {
   EXPECT_THAT(after.faults, Contains(Pair("stall", 2)));
   EXPECT_EQ(after.lines[0].attempts, 3);
   EXPECT_EQ(after.captured(), 0);
-  EXPECT_THAT(status_text(after),
-              AllOf(HasSubstr("failed attempts: busy 1, stall 2"), HasSubstr("3 attempts more")));
+  EXPECT_THAT(status_text(after), AllOf(HasSubstr("failed attempts: busy 1, stall 2"),
+                                        HasSubstr("3 further attempts")));
 }
 
 TEST_F(SessionStatusTest, ShowsTheLastEventsOldestFirst) {
