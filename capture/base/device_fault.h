@@ -34,7 +34,7 @@ class DeviceFault : public Error {
   FaultKind kind() const { return kind_; }
   // Whether shooting the same station again may help: only after an incomplete picture. Faults of
   // the slider are never retried, since an operator has to look at the rail first.
-  bool worth_another_shot() const {
+  bool is_retryable() const {
     return kind_ == FaultKind::kMissingPicture || kind_ == FaultKind::kBadPicture;
   }
 

@@ -95,7 +95,7 @@ TEST(GpioCamera, ReportsItsStateFromTheBusyLine) {
 
 TEST(GpioCamera, MissedPictureIsWorthAnotherShot) {
   Rig rig("{camera: never-busy, bad_press: 1}");
-  EXPECT_TRUE(fault_of([&] { rig.camera.shoot(rig.clock.now()); }).worth_another_shot());
+  EXPECT_TRUE(fault_of([&] { rig.camera.shoot(rig.clock.now()); }).is_retryable());
   EXPECT_NO_THROW(rig.camera.shoot(rig.clock.now()));
 }
 

@@ -83,8 +83,8 @@ CameraReport OscCamera::report() {
   const WallTime asked_at = clock_.wall_now();
   try {
     const Json options = client_.options(report_option_names());
-    const WallTime told_at = asked_at + (clock_.wall_now() - asked_at) / 2;
-    return osc_report(info, state, options, told_at, client_.header_clock_offset_s());
+    const WallTime options_at = asked_at + (clock_.wall_now() - asked_at) / 2;
+    return osc_report(info, state, options, options_at, client_.header_clock_offset_s());
   } catch (const OscRefusal& refusal) {
     CameraReport report =
         osc_report(info, state, Json::object(), asked_at, client_.header_clock_offset_s());
@@ -338,7 +338,7 @@ std::string OscCamera::finished_file(OscCommand command, SteadyTime deadline) {
 bool OscCamera::is_card_full() {
   try {
     const Json state = client_.state();
-    return tells_full_card(state, client_.options({"remainingPictures"}));
+    return reports_full_card(state, client_.options({"remainingPictures"}));
   } catch (const OscRefusal&) {
     return false;  // busy; the caller reports that
   }

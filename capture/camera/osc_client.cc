@@ -44,7 +44,7 @@ void throw_if_refused(const Json& reply) {
   throw OscRefusal(shown_at(error, "code"), one_line(shown_at(error, "message")));
 }
 
-bool tells_level_2(const Json& info) {
+bool has_level_2(const Json& info) {
   const auto levels = info.find("apiLevel");
   return levels != info.end() && levels->is_array() &&
          std::find(levels->begin(), levels->end(), Json(2)) != levels->end();
@@ -174,7 +174,7 @@ OscCommand OscClient::execute(const std::string& name, Json parameters, Repeat r
 
 void OscClient::open_session() {
   if (!level_known_) {
-    needs_session_ = !tells_level_2(info()) || shown_at(state(), "_apiVersion") == "1";
+    needs_session_ = !has_level_2(info()) || shown_at(state(), "_apiVersion") == "1";
     level_known_ = true;
   }
   if (!needs_session_) return;

@@ -68,11 +68,11 @@ TEST(OscReport, InvalidMembersAreLeftOut) {
 }
 
 TEST(OscReport, FullCardIsDetectedFromEachIndicator) {
-  EXPECT_FALSE(tells_full_card(kThetaState, kThetaOptions));
-  EXPECT_FALSE(tells_full_card(Json::object(), Json::object()));
-  EXPECT_TRUE(tells_full_card({{"_cameraError", {"NO_MEMORY"}}}, Json::object()));
-  EXPECT_TRUE(tells_full_card({{"_cardState", "noSpace"}}, Json::object()));
-  EXPECT_TRUE(tells_full_card(Json::object(), {{"remainingPictures", 0}}));
+  EXPECT_FALSE(reports_full_card(kThetaState, kThetaOptions));
+  EXPECT_FALSE(reports_full_card(Json::object(), Json::object()));
+  EXPECT_TRUE(reports_full_card({{"_cameraError", {"NO_MEMORY"}}}, Json::object()));
+  EXPECT_TRUE(reports_full_card({{"_cardState", "noSpace"}}, Json::object()));
+  EXPECT_TRUE(reports_full_card(Json::object(), {{"remainingPictures", 0}}));
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ TEST_P(V4l2CameraPixels, OnlyDamagedFramesAreABadPicture) {
     Rig rig("{" + how + ": 1}", streaming(GetParam()));
     const DeviceFault fault = fault_of([&] { rig.camera.shoot(rig.clock.now()); });
     EXPECT_EQ(fault.kind(), FaultKind::kBadPicture) << how;
-    EXPECT_TRUE(fault.worth_another_shot());
+    EXPECT_TRUE(fault.is_retryable());
     EXPECT_THAT(fault.what(), HasSubstr("gave only damaged frames within 3000 ms (")) << how;
   }
 }

@@ -76,7 +76,7 @@ void CaptureSequence::capture_station(const CaptureStation& station) {
       try_station(station);
       return;
     } catch (const DeviceFault& fault) {
-      if (!fault.worth_another_shot() || shot >= rules_.shots) throw;
+      if (!fault.is_retryable() || shot >= rules_.shots) throw;
       spdlog::warn("station {}: {}; shooting it again ({} of {})", station.name, fault.what(),
                    shot + 1, rules_.shots);
     }
