@@ -1,5 +1,11 @@
 # How every library, program and test of Raywalk is declared.
 
+# Most of a unit's time goes into the headers of OpenCV, Eigen and the standard library, so several
+# files of a target are compiled as one unit (docs/development.md has the figures). What is compiled
+# together shares its anonymous namespace: a name is defined once per target there.
+option(RAYWALK_UNITY "Compile several files of a target as one unit" ON)
+set(RAYWALK_UNITY_BATCH 10 CACHE STRING "How many files are compiled as one unit")
+
 # Warnings are errors; the include root is the repository, so that an include names its folder.
 add_library(raywalk_options INTERFACE)
 target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow
@@ -7,6 +13,10 @@ target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wshad
 # GCC 12 warns falsely of overlapping copies in std::string (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(raywalk_options INTERFACE -Wno-restrict)
+  # Takes every file of a unity build for a header, in which anonymous types would be a mistake.
+  if(RAYWALK_UNITY)
+    target_compile_options(raywalk_options INTERFACE -Wno-subobject-linkage)
+  endif()
 endif()
 target_include_directories(raywalk_options INTERFACE ${PROJECT_SOURCE_DIR})
 if(RAYWALK_SANITIZE)
@@ -20,10 +30,16 @@ if(RAYWALK_SANITIZE)
   target_link_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE})
 endif()
 
+function(raywalk_compile_together name)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${RAYWALK_UNITY}
+                        UNITY_BUILD_BATCH_SIZE ${RAYWALK_UNITY_BATCH})
+endfunction()
+
 # raywalk_library(<name> SOURCES ... LINK ...): one static library of a folder.
 function(raywalk_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
+  raywalk_compile_together(${name})
   target_link_libraries(${name} PUBLIC raywalk_options ${ARG_LINK})
 endfunction()
 
@@ -35,6 +51,7 @@ function(raywalk_test name)
   endif()
   cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
+  raywalk_compile_together(${name})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   if(ARG_TOGETHER)

@@ -18,26 +18,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ViewSettings settings_from(const nlohmann::json& dials) {
+ViewSettings settings_from(const nlohmann::json& parameters) {
   ViewSettings settings;
-  settings.generation = dials.at("generation");
-  settings.k_deg = fmt::format("{}", dials.at("k_deg").get<double>());
-  settings.overlap_deg = dials.at("overlap_deg");
-  const auto& layers = dials.at("layers");
+  settings.generation = parameters.at("generation");
+  settings.k_deg = fmt::format("{}", parameters.at("k_deg").get<double>());
+  settings.overlap_deg = parameters.at("overlap_deg");
+  const auto& layers = parameters.at("layers");
   settings.layers = layers.is_string() ? layers.get<std::string>() : layers.dump();
-  settings.width_px = dials.at("width_px");
-  settings.interpolation = dials.at("interpolation");
-  settings.arithmetic = dials.at("arithmetic");
-  settings.second_side = dials.at("second_side");
-  settings.stations_mixed = dials.at("stations_mixed");
-  settings.station_stride = dials.at("station_stride");
-  settings.distance_maps = dials.at("distance_maps");
-  settings.fill_stations = dials.at("fill_stations");
-  settings.skip_px = dials.at("skip_px");
+  settings.width_px = parameters.at("width_px");
+  settings.interpolation = parameters.at("interpolation");
+  settings.arithmetic = parameters.at("arithmetic");
+  settings.second_side = parameters.at("second_side");
+  settings.stations_mixed = parameters.at("stations_mixed");
+  settings.station_stride = parameters.at("station_stride");
+  settings.distance_maps = parameters.at("distance_maps");
+  settings.fill_stations = parameters.at("fill_stations");
+  settings.skip_px = parameters.at("skip_px");
   return settings;
 }
 
-// Five runs, of which the median counts; the first one, cold, does not.
+// Median of five runs after a warm-up run.
 double time_of_remap_ms(int width_px) {
   PitchRemap remap(width_px);
   std::vector<double> times_ms;
@@ -53,7 +53,7 @@ double time_of_remap_ms(int width_px) {
 std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* better,
                        const Demand& demand, double remap_ms) {
   std::string reason = fmt::format(
-      "{}: {:.2f} dB at {:.3g} ms by the trade measured on this room ({:.2g} times "
+      "{}: {:.2f} dB at {:.3g} ms as measured by trade on this room ({:.2g} times "
       "cv::remap, which takes {:.3g} ms here)",
       chosen.name, chosen.psnr_db, chosen.ratio * remap_ms, chosen.ratio, remap_ms);
   if (demand.min_psnr_db) {
@@ -109,7 +109,7 @@ Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double r
   const auto in_time = [&](const MeasuredChoice& choice) {
     return !demand.budget_ms || choice.ratio * remap_ms <= *demand.budget_ms;
   };
-  // Fastest first: of those that suffice the first, else the best of those in time.
+  // Fastest first: the first that meets the minimum PSNR, else the most accurate within the budget.
   const MeasuredChoice* chosen = nullptr;
   const MeasuredChoice* better = nullptr;
   for (const MeasuredChoice& choice : by_time) {
@@ -139,15 +139,15 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   std::error_code error;
   if (!fs::exists(file, error)) {
     throw Error(
-        fmt::format("{}: nothing was measured on this room to choose by; run raywalk-render "
-                    "trade on it first",
+        fmt::format("{}: no trade was measured on this room; run raywalk-render trade on it first",
                     room.directory().string()));
   }
   const MeasuredTrade trade = measured_trade_from_json(read_file(file), file.string());
   if (trade.distances_sha256 != distances_sha256(room)) {
-    throw Error(file.string() +
-                ": was measured on other distances than the room has now; run raywalk-render trade "
-                "again");
+    throw Error(
+        file.string() +
+        ": was measured with other distances than the room has now; run raywalk-render trade "
+        "again");
   }
   Preset chosen = choose_setting(trade, demand, time_of_remap_ms(trade.width_px));
   chosen.settings = view_settings(flags, chosen.settings);

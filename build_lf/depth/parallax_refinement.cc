@@ -10,7 +10,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kSteps = 2;
+constexpr int kRefinements = 2;
 constexpr int kWindow = 2;  // pixels to each side
 
 // Sums of the normal equation, in levels and pixels of parallax at the reach.
@@ -156,7 +156,7 @@ class Refiner {
 
 void refine_parallax(const TileViews& views, double reach_m, InverseDistanceMap* map) {
   Refiner refiner(views, reach_m, map);
-  for (int i = 0; i < kSteps; ++i) refiner.step();
+  for (int i = 0; i < kRefinements; ++i) refiner.step();
 }
 
 }  // namespace raywalk::build_lf

@@ -10,7 +10,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kMaskMarginPx = kFlowWindow / 2 + 1;
+constexpr int kFlowMaskMarginPx = kFlowWindow / 2 + 1;
 
 StationLink compare(const StationPair& pair, const ComparedPicture& from,
                     const ComparedPicture& to) {
@@ -36,9 +36,9 @@ class RecentImages {
     if (found != images_.end()) return found->second;
     constexpr size_t kKept = 4;
     if (images_.size() == kKept) images_.pop_front();
-    images_.emplace_back(station,
-                         ComparedPicture{station_image(room_, station, size_),
-                                         station_validity(room_, station, size_, kMaskMarginPx)});
+    images_.emplace_back(
+        station, ComparedPicture{station_image(room_, station, size_),
+                                 station_validity(room_, station, size_, kFlowMaskMarginPx)});
     return images_.back().second;
   }
 

@@ -13,7 +13,7 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr double kEyeLevelDeg = 20.0;
-constexpr int kMostMaps = 24;
+constexpr int kMostDrawnMaps = 24;
 constexpr int kColumnsPerMap = 360;
 constexpr double kBorder_px = 26.0;
 // Far surfaces seen through a door or a window would shrink the room to a dot.
@@ -30,7 +30,7 @@ std::vector<PlanPoint> surface_points(const Room& room) {
     for (int map = 0; map < room.distances(line).maps(); ++map) maps.emplace_back(line, map);
   }
   std::vector<PlanPoint> points;
-  const size_t count = std::min<size_t>(kMostMaps, maps.size());
+  const size_t count = std::min<size_t>(kMostDrawnMaps, maps.size());
   for (size_t i = 0; i < count; ++i) {
     const auto [line, map] = maps[i * maps.size() / count];
     const DistanceVolume& volume = room.distances(line);

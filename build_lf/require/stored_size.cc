@@ -13,7 +13,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kMostMaps = 12;
+constexpr int kMostResampledMaps = 12;
 constexpr int kSmallestWidth = 32;
 constexpr std::uint64_t kColourBytes = 3;
 constexpr std::uint64_t kConfidenceBytes = 1;
@@ -22,18 +22,18 @@ constexpr std::uint64_t kCodesBesideSteps = 2;  // unknown, and no surface
 
 std::uint64_t pixels_of(double width) { return static_cast<std::uint64_t>(width * width / 2.0); }
 
-struct MapIndex {
+struct LineMap {
   int line = 0;
   int map = 0;
 };
 
-std::vector<MapIndex> some_maps(const Room& room) {
-  std::vector<MapIndex> all;
+std::vector<LineMap> some_maps(const Room& room) {
+  std::vector<LineMap> all;
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     for (int map = 0; map < room.distances(line).maps(); ++map) all.push_back({line, map});
   }
-  const size_t count = std::min<size_t>(kMostMaps, all.size());
-  std::vector<MapIndex> some;
+  const size_t count = std::min<size_t>(kMostResampledMaps, all.size());
+  std::vector<LineMap> some;
   for (size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
   return some;
 }
@@ -65,11 +65,11 @@ KeptShare kept_share(const OmegaMap& map, int width, double most_omega_error) {
 // kept_share of some maps, at each of `widths`.
 std::vector<KeptShare> kept_shares(const Room& room, const std::vector<int>& widths,
                                    double most_omega_error) {
-  const std::vector<MapIndex> maps = some_maps(room);
+  const std::vector<LineMap> maps = some_maps(room);
   std::vector<std::vector<KeptShare>> of_map(maps.size());
   parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      const MapIndex& index = maps[static_cast<size_t>(i)];
+      const LineMap& index = maps[static_cast<size_t>(i)];
       const OmegaMap map = omega_map_of(room.distances(index.line), index.map);
       for (const int width : widths) {
         of_map[static_cast<size_t>(i)].push_back(kept_share(map, width, most_omega_error));

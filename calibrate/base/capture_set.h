@@ -46,6 +46,7 @@ struct CaptureSet {
   std::vector<CaptureLine> lines{};
   std::vector<CaptureFrame> frames{};  // line by line, by rail position
 
+  const std::string& line_id(int line) const { return lines[static_cast<std::size_t>(line)].id; }
   // The position on the rail that the feedback tells, metres, along the line's axis.
   double rail_m(int frame_index) const;
   // Index of the frame of that name; none if there is no such.

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kSummaryFormatVersion = 1;
 
 ordered_json read_json(const fs::path& file) {
   try {
@@ -102,7 +102,7 @@ void write_calibration_json(const Calibration& calibration, const CalibrationSum
   const ordered_json grid = read_json(calibration.out() / "grid.json");
   const ordered_json rectified = read_json(calibration.out() / "rectify.json");
   const ordered_json document{
-      {"format_version", kFormatVersion},
+      {"format_version", kSummaryFormatVersion},
       {"source", calibration.captured().source.string()},
       {"method", grid.at("method")},
       {"trustworthy", summary.trustworthy},

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kRecordsFormatVersion = 1;
 // Larger outputs, pictures, are told by size and time: reading them all again takes long.
 constexpr std::uintmax_t kLargestHashed_bytes = std::uintmax_t{1} << 20;
 
@@ -39,7 +39,7 @@ bool is_unchanged(const fs::path& file, const std::string& state) {
 std::map<std::string, StepRecord> read_records(const fs::path& file) {
   std::map<std::string, StepRecord> records;
   const json document = json::parse(read_file(file));
-  if (document.at("format_version").get<int>() > kFormatVersion) {
+  if (document.at("format_version").get<int>() > kRecordsFormatVersion) {
     throw Error("written by a newer version of this program");
   }
   for (const auto& [step, record] : document.at("steps").items()) {
@@ -99,7 +99,7 @@ void StepRecords::write() const {
                    {"seconds", record.seconds},
                    {"outputs", record.outputs}};
   }
-  const ordered_json document{{"format_version", kFormatVersion}, {"steps", steps}};
+  const ordered_json document{{"format_version", kRecordsFormatVersion}, {"steps", steps}};
   write_file_atomically(records_file(out_), document.dump(1) + "\n");
 }
 

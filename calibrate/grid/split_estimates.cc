@@ -6,6 +6,8 @@
 namespace raywalk::calibrate {
 namespace {
 
+using P = RailParameter;
+
 // With fewer each half is about as good as nothing.
 constexpr size_t kFewestSamplesPerHalf = 4;
 
@@ -22,13 +24,11 @@ double prediction_variance(int functions, double u, size_t samples) {
 }
 
 int position_functions(const RailFit& fit) {
-  using P = RailParameter;
   if (fit.kept[P::kSBow]) return 4;
   return fit.kept[P::kBow] ? 3 : 2;
 }
 
 int rotation_functions(const RailFit& fit) {
-  using P = RailParameter;
   if (fit.kept[P::kCurvedTwist]) return 3;
   return fit.kept[P::kTwist] ? 2 : 1;
 }

@@ -48,7 +48,7 @@ PoseParameters pose_of(const BoardView& view) {
   return pose;
 }
 
-bool seen_by_both(const BoardView& view) {
+bool has_both_lenses(const BoardView& view) {
   const auto by_back = [](const BoardCorner& corner) { return corner.back; };
   return std::any_of(view.corners.begin(), view.corners.end(), by_back) &&
          !std::all_of(view.corners.begin(), view.corners.end(), by_back);
@@ -59,7 +59,7 @@ class CornerFit {
   CornerFit(const std::vector<BoardView>& views, const DualFisheyeLayout& start)
       : views_(views), start_(start), camera_(parameters_of(start)) {
     for (const BoardView& view : views) boards_.push_back(pose_of(view));
-    tied_ = std::any_of(views.begin(), views.end(), seen_by_both);
+    tied_ = std::any_of(views.begin(), views.end(), has_both_lenses);
   }
 
   void fit() {

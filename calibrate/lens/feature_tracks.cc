@@ -35,7 +35,7 @@ bool is_consistent(const BundleTrack& track) {
   return track.size() >= 3 && stations.size() >= 2;
 }
 
-bool seen_by_both(const BundleTrack& track) {
+bool spans_both_lenses(const BundleTrack& track) {
   return std::any_of(track.begin(), track.end(), [&](const BundleObservation& seen) {
     return seen.back != track.front().back;
   });
@@ -47,7 +47,7 @@ constexpr double kStill_px = 0.6;
 constexpr double kLeastWay_m = 0.02;
 
 bool stands_still(const BundleTrack& track, std::span<const Eigen::Vector3d> nominal_m) {
-  if (seen_by_both(track)) return false;
+  if (spans_both_lenses(track)) return false;
   PixelPosition mean{};
   for (const BundleObservation& seen : track) {
     mean.u += seen.seen.u / static_cast<double>(track.size());
@@ -108,7 +108,7 @@ int remove_still_tracks(const DualFisheyeLayout& layout, std::span<const Eigen::
 
 void thin_tracks(std::size_t most, std::vector<BundleTrack>* tracks) {
   if (tracks->size() <= most) return;
-  const auto others = std::stable_partition(tracks->begin(), tracks->end(), seen_by_both);
+  const auto others = std::stable_partition(tracks->begin(), tracks->end(), spans_both_lenses);
   const auto both = static_cast<std::size_t>(others - tracks->begin());
   const std::size_t count = tracks->size() - both;
   const std::size_t wanted = std::min(count, most - std::min(most, both));

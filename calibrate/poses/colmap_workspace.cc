@@ -28,7 +28,7 @@ constexpr int kMostFeatures = 1024;
 // Features closer to the seam between two lenses may come from either.
 constexpr double kSeam_deg = 2.0;
 // COLMAP's own least number of matches between two pictures.
-constexpr std::size_t kLeastMatches = 15;
+constexpr std::size_t kLeastPairMatches = 15;
 constexpr double kRoundFace_px = 512.0;  // what TriangulationRound::error_px refers to
 
 std::string file_stamp(const fs::path& file) {
@@ -253,7 +253,7 @@ void ColmapWorkspace::read_matches() {
     const auto second = images_.find(pair.second);
     if (first == images_.end() || second == images_.end()) continue;
     ++matched_face_pairs_;
-    if (pair.in_first.size() >= kLeastMatches) usable_.insert({pair.first, pair.second});
+    if (pair.in_first.size() >= kLeastPairMatches) usable_.insert({pair.first, pair.second});
     const bool swapped = first->second.frame > second->second.frame;
     const FramePair frames{std::min(first->second.frame, second->second.frame),
                            std::max(first->second.frame, second->second.frame)};

@@ -15,7 +15,6 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 constexpr int kMostFramesInFull = 500;
-constexpr double kCauchyWidth = 2.385;  // as in refine_poses
 
 // What an observation tells about its pose and its point, in standard deviations.
 struct LinearObservation {

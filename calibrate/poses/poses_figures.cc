@@ -14,10 +14,6 @@ namespace {
 constexpr double kFarOff = 0.25;
 constexpr int kFewFeatures = 100;  // over all faces of a panorama
 
-const std::string& line_id(const CaptureSet& set, int line) {
-  return set.lines[static_cast<std::size_t>(line)].id;
-}
-
 LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const FramePoses& start,
                      int line) {
   LinePoses figures;
@@ -57,7 +53,7 @@ std::vector<bool> frames_near(const CaptureSet& set, int line, PlanPoint at, dou
 
 void warn_of_line(const CaptureSet& set, const MatchSummary& summary, const LinePoses& line,
                   double cell_m, std::vector<std::string>* warnings) {
-  const std::string& id = line_id(set, line.line);
+  const std::string& id = set.line_id(line.line);
   if (line.posed == 0) {
     const bool reversed =
         summary.motions[static_cast<std::size_t>(line.line)] == RailMotion::kReversed;
@@ -147,10 +143,10 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
   for (const CrossingPoints& crossing : result.crossings) {
     if (!posed(crossing.along_x) || !posed(crossing.along_z)) continue;
     if (crossing.points >= kLeastSharedPoints) continue;
-    warnings.push_back(fmt::format(
-        "lines {} and {} have only {} scene points in common where they should cross: "
-        "there they are held together by other crossings alone",
-        line_id(set, crossing.along_x), line_id(set, crossing.along_z), crossing.points));
+    warnings.push_back(
+        fmt::format("lines {} and {} have only {} scene points in common where they should cross: "
+                    "there they are held together by other crossings alone",
+                    set.line_id(crossing.along_x), set.line_id(crossing.along_z), crossing.points));
   }
   return warnings;
 }

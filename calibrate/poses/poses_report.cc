@@ -16,10 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const std::string& line_id(const CaptureSet& set, int line) {
-  return set.lines[static_cast<std::size_t>(line)].id;
-}
-
 const std::string& frame_name(const CaptureSet& set, int frame) {
   return set.frames[static_cast<std::size_t>(frame)].name;
 }
@@ -69,7 +65,7 @@ Json report_json(const CaptureSet& set, const PosesResult& result) {
             {"alignment", alignment_json(result.alignment)}};
   json["lines"] = Json::array();
   for (const LinePoses& line : result.lines) {
-    json["lines"].push_back({{"id", line_id(set, line.line)},
+    json["lines"].push_back({{"id", set.line_id(line.line)},
                              {"stations", line.stations},
                              {"keyframes", line.keyframes},
                              {"posed", line.posed},
@@ -80,8 +76,8 @@ Json report_json(const CaptureSet& set, const PosesResult& result) {
   }
   json["crossings"] = Json::array();
   for (const CrossingPoints& crossing : result.crossings) {
-    json["crossings"].push_back({{"along_x", line_id(set, crossing.along_x)},
-                                 {"along_z", line_id(set, crossing.along_z)},
+    json["crossings"].push_back({{"along_x", set.line_id(crossing.along_x)},
+                                 {"along_z", set.line_id(crossing.along_z)},
                                  {"points", crossing.points}});
   }
   json["unposed"] = Json::array();
@@ -120,7 +116,7 @@ void add_lines(const CaptureSet& set, const PosesResult& result, HtmlPage* page)
                   .header = {"line", "stations", "keyframes", "posed", "observations",
                              "residual / px", "moved / mm", "turned / °"}};
   for (const LinePoses& line : result.lines) {
-    table.rows.push_back({{line_id(set, line.line)},
+    table.rows.push_back({{set.line_id(line.line)},
                           {std::to_string(line.stations)},
                           {std::to_string(line.keyframes)},
                           {std::to_string(line.posed), line.posed < line.keyframes},
@@ -142,7 +138,7 @@ void add_crossings(const CaptureSet& set, const PosesResult& result, HtmlPage* p
   HtmlTable table{.caption = "Scene points seen from both lines near where they cross",
                   .header = {"crossing", "points"}};
   for (const CrossingPoints& crossing : result.crossings) {
-    table.rows.push_back({{line_id(set, crossing.along_x) + " × " + line_id(set, crossing.along_z)},
+    table.rows.push_back({{set.line_id(crossing.along_x) + " × " + set.line_id(crossing.along_z)},
                           {std::to_string(crossing.points)}});
   }
   page->add_table(table);

@@ -11,7 +11,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr std::size_t kLeastMatches = 20;
+constexpr std::size_t kLeastMotionMatches = 20;
 constexpr double kSure = 4.0;       // standard deviations that make a pair's evidence count
 constexpr double kMajority = 0.75;  // of the pairs that tell
 
@@ -44,7 +44,7 @@ FlowRow flow_row(const FramePose& first, const FramePose& second, const Eigen::V
 double motion_evidence(const FramePose& first, const FramePose& second,
                        std::span<const BearingMatch> matches) {
   const Eigen::Vector3d motion = second.position_m - first.position_m;
-  if (matches.size() < kLeastMatches || motion.norm() == 0.0) return 0.0;
+  if (matches.size() < kLeastMotionMatches || motion.norm() == 0.0) return 0.0;
   std::vector<FlowRow> rows;
   for (const BearingMatch& match : matches) {
     rows.push_back(flow_row(first, second, motion.normalized(), match));

@@ -24,7 +24,6 @@ namespace {
 
 // The Cauchy loss that loses 5 % of efficiency on normal errors is as wide as 2.385 standard
 // deviations (Holland and Welsch 1977).
-constexpr double kCauchyWidth = 2.385;
 constexpr double kInlierWidth = 4.0;     // standard deviations
 constexpr double kLeastNoise_px = 1e-3;  // below the rounding of COLMAP's features
 constexpr int kPasses = 3;               // of solving and measuring the spread again

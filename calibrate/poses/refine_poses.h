@@ -23,6 +23,10 @@ SeenPoints widely_seen(const SeenPoints& points, int least_frames);
 // with the most observations first: they tie the most poses together for the time they take.
 SeenPoints strongest(const SeenPoints& points, int per_frame);
 
+// Width of the Cauchy loss in standard deviations of the residuals: 95 % efficient where they are
+// normal (Holland and Welsch 1977).
+inline constexpr double kCauchyWidth = 2.385;
+
 struct RefinedPoses {
   FramePoses poses{};  // those of the start that observe points; observations and residuals are set
   SeenPoints points{};

@@ -34,8 +34,8 @@ constexpr int kLeastFrames = 3;  // that a point is seen from: of two, one direc
 // laying a rail that still matches, and thousands of times what the pictures tell.
 constexpr double kAnchorCells = 0.1;
 constexpr double kAnchor_rad = 0.1;
-constexpr int kSmallestFace_px = 64;
-constexpr int kLargestFace_px = 4096;
+constexpr int kLeastFaceOption_px = 64;
+constexpr int kMostFaceOption_px = 4096;
 
 class PoseSolver {
  public:
@@ -263,9 +263,9 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
                     options.keyframes_mm));
   }
   if (options.face_px != 0 &&
-      (options.face_px < kSmallestFace_px || options.face_px > kLargestFace_px)) {
+      (options.face_px < kLeastFaceOption_px || options.face_px > kMostFaceOption_px)) {
     throw UsageError(fmt::format("a face's side is {} px; give 0 to choose it, or {} to {}",
-                                 options.face_px, kSmallestFace_px, kLargestFace_px));
+                                 options.face_px, kLeastFaceOption_px, kMostFaceOption_px));
   }
   if (options.mask &&
       (options.mask->type() != CV_8UC1 ||

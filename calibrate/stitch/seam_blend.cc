@@ -9,8 +9,6 @@
 namespace raywalk::calibrate {
 namespace {
 
-using Levels = cv::Vec3s;
-
 constexpr int kMostBands = 6;
 constexpr int kSmallestTile_px = 128;
 
@@ -55,8 +53,8 @@ cv::Mat SeamBlend::multi_band(const cv::Mat& front, const cv::Mat& back,
       const cv::Point at =
           wrapped_pixel(tile.x - reach_px_ + u, tile.y - reach_px_ + v, region_.size());
       const unsigned char region = region_.at<unsigned char>(at);
-      pictures[0].at<Levels>(v, u) = (region == kBackOnly ? back : front).at<Levels>(at);
-      pictures[1].at<Levels>(v, u) = (region == kFrontOnly ? front : back).at<Levels>(at);
+      pictures[0].at<cv::Vec3s>(v, u) = (region == kBackOnly ? back : front).at<cv::Vec3s>(at);
+      pictures[1].at<cv::Vec3s>(v, u) = (region == kFrontOnly ? front : back).at<cv::Vec3s>(at);
       const bool in_front = front_weight_.at<float>(at) >= 0.5F;
       masks[0].at<unsigned char>(v, u) = in_front ? 255 : 0;
       masks[1].at<unsigned char>(v, u) = in_front ? 0 : 255;
@@ -84,8 +82,8 @@ void SeamBlend::feather(cv::Mat* front, const cv::Mat& back) const {
   for (int v = 0; v < region_.rows; ++v) {
     const auto* region = region_.ptr<unsigned char>(v);
     const auto* weight = front_weight_.ptr<float>(v);
-    auto* levels = front->ptr<Levels>(v);
-    const auto* back_levels = back.ptr<Levels>(v);
+    auto* levels = front->ptr<cv::Vec3s>(v);
+    const auto* back_levels = back.ptr<cv::Vec3s>(v);
     for (int u = 0; u < region_.cols; ++u) {
       if (region[u] != kBothLenses) continue;
       levels[u] = weight[u] * levels[u] + (1.0F - weight[u]) * back_levels[u];

@@ -6,7 +6,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr double kLargestIso = 65535.0;  // the tag is a SHORT
+constexpr double kLargestExifIso = 65535.0;  // the tag is a SHORT
 
 // Exiv2 prints warnings about makers' notes to stderr; they are not read here.
 void silence_exiv2() { Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute); }
@@ -26,7 +26,7 @@ std::optional<ExifExposure> exif_exposure(const std::string& jpeg) {
     image->readMetadata();
     const double shutter_s = number_of(image->exifData(), "Exif.Photo.ExposureTime");
     const double iso = number_of(image->exifData(), "Exif.Photo.ISOSpeedRatings");
-    if (!std::isfinite(shutter_s) || shutter_s <= 0.0 || !(iso >= 1.0 && iso <= kLargestIso)) {
+    if (!std::isfinite(shutter_s) || shutter_s <= 0.0 || !(iso >= 1.0 && iso <= kLargestExifIso)) {
       return std::nullopt;
     }
     return ExifExposure{shutter_s, static_cast<int>(std::lround(iso))};

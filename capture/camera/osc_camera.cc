@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 // Ricoh, camera.setOptions: "Leave an interval of 1 second or more between changing the settings"
 // and camera.takePicture.
 constexpr double kPauseAfterSetting_ms = 1000.0;
-constexpr std::int64_t kLargestIso = 10'000'000;
+constexpr std::int64_t kLargestOscIso = 10'000'000;
 
 bool is_positive(const Json& object, const char* key) {
   return number_at(object, key).value_or(0.0) > 0.0;
@@ -147,7 +147,7 @@ std::optional<ExifExposure> OscCamera::measured_exposure() {
   const Json options = client_.options({"shutterSpeed", "iso"});
   const double shutter_s = number_at(options, "shutterSpeed").value_or(0.0);
   const std::int64_t iso = count_at(options, "iso").value_or(0);
-  if (shutter_s <= 0.0 || iso < 1 || iso > kLargestIso) return std::nullopt;
+  if (shutter_s <= 0.0 || iso < 1 || iso > kLargestOscIso) return std::nullopt;
   return ExifExposure{shutter_s, static_cast<int>(iso)};
 }
 

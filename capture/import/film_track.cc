@@ -61,7 +61,7 @@ double sharpness_of(const cv::Mat& picture) {
 FilmTrack track_film(const std::filesystem::path& film) {
   VideoReader reader(film);
   FilmTrack track;
-  FilmFrame frame;
+  DecodedFrame frame;
   cv::Mat before;
   while (reader.next(&frame)) {
     throw_if_interrupted();

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostNames = 8;  // in one line
+constexpr std::size_t kMostTimes = 8;  // in one line
 
 void require_valid(const FilmImportOptions& options) {
   if (options.format != "jpg" && options.format != "png") {
@@ -116,11 +116,11 @@ void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
 std::string names_of(const std::vector<std::size_t>& indices,
                      const std::vector<StationRecord>& stations) {
   std::string names;
-  for (std::size_t i = 0; i < std::min(indices.size(), kMostNames); ++i) {
+  for (std::size_t i = 0; i < std::min(indices.size(), kMostTimes); ++i) {
     names += (i == 0 ? "" : ", ") + stations[indices[i]].name;
   }
-  if (indices.size() > kMostNames)
-    names += fmt::format(" and {} more", indices.size() - kMostNames);
+  if (indices.size() > kMostTimes)
+    names += fmt::format(" and {} more", indices.size() - kMostTimes);
   return names;
 }
 
@@ -148,7 +148,7 @@ void drop_captured(const std::vector<StationRecord>& stations, FilmStations* fil
   std::erase_if(film->only_blurred, captured);
 }
 
-Picture encode(const FilmFrame& frame, const fs::path& film, const FilmImportOptions& options) {
+Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImportOptions& options) {
   std::vector<unsigned char> bytes;
   std::vector<int> parameters;
   if (options.format == "jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality};
@@ -166,7 +166,7 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
                   const std::vector<StationFrame>& chosen,
                   const std::vector<StationRecord>& stations, WallTime start) {
   VideoReader reader(film);
-  FilmFrame frame;
+  DecodedFrame frame;
   Progress progress("Importing frames", static_cast<std::int64_t>(chosen.size()), "stations");
   auto next = chosen.begin();
   while (next != chosen.end()) {

@@ -35,7 +35,7 @@ double VideoReader::time_of_frame() {
   return last_s_ + frame_interval_s_;
 }
 
-bool VideoReader::next(FilmFrame* frame) {
+bool VideoReader::next(DecodedFrame* frame) {
   if (!capture_.read(frame->picture) || frame->picture.empty()) {
     if (frames_ == 0) {
       throw Error(fmt::format("{}: holds no frame that can be decoded", file_.string()));

@@ -7,7 +7,7 @@
 
 namespace raywalk::capture {
 
-struct FilmFrame {
+struct DecodedFrame {
   std::size_t number = 0;  // from 0
   double time_s = 0.0;     // since the first frame; ascending
   cv::Mat picture;         // CV_8UC3, BGR
@@ -20,7 +20,7 @@ class VideoReader {
   explicit VideoReader(std::filesystem::path file);
 
   // Whether there was another frame. Throws Error where a frame has another size than the first.
-  bool next(FilmFrame* frame);
+  bool next(DecodedFrame* frame);
 
  private:
   double time_of_frame();

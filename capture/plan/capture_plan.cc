@@ -9,6 +9,8 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/units.h"
+
 namespace raywalk::capture {
 namespace {
 
@@ -16,7 +18,6 @@ constexpr double kMaxStations = 100000.0;
 // Tolerance of a whole number of steps, so that a spacing may be given with six digits.
 constexpr double kWholeStep = 1e-3;
 constexpr double kSamePlace_m = 1e-3;
-constexpr double kMillimetresPerMetre = 1e3;
 
 // Equally spaced positions along an axis.
 struct Run {

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/units.h"
 #include "core/geometry/spacing.h"
 #include "core/report/markup.h"
 
 namespace raywalk::capture {
 namespace {
 
-constexpr double kMillimetresPerMetre = 1e3;
 // JPEG files of 360-degree cameras: 4 bits per pixel (8 to 9 MB at 6720 x 3360).
 constexpr double kJpegBytesPerPixel = 0.5;
 constexpr double kBytesPerMegabyte = 1e6;

@@ -9,11 +9,10 @@
 #include "capture/base/device_fault.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/base/units.h"
 
 namespace raywalk::capture {
 namespace {
-
-constexpr double kBytesOfMegabyte = 1e6;
 
 // The stations of a line that are still to be captured, in order.
 std::vector<const CaptureStation*> missing_stations(const CaptureLine& line,
@@ -148,8 +147,8 @@ void CaptureSequence::require_space() const {
   throw Error(
       fmt::format("{}: {:.0f} MB are free on its disk, less than the {:.0f} MB of "
                   "run.least_free_mb; free some",
-                  directory.string(), free_bytes / kBytesOfMegabyte,
-                  rules_.least_free_bytes / kBytesOfMegabyte));
+                  directory.string(), free_bytes / kBytesPerMegabyte,
+                  rules_.least_free_bytes / kBytesPerMegabyte));
 }
 
 // The time since the previous station that was neither motion, settling, exposure nor transfer. It

@@ -8,12 +8,12 @@
 #include "capture/plan/plan_report.h"
 #include "capture/run/open_devices.h"
 #include "core/base/error.h"
+#include "core/base/units.h"
 
 namespace raywalk::capture {
 namespace {
 
 constexpr double kBytesOfGigabyte = 1e9;
-constexpr double kBytesOfMegabyte = 1e6;
 constexpr double kGigabytesOfMegabyte = 1e-3;
 // Pictures are matched to stations by time; beyond this offset the clock should be set.
 constexpr double kMaxClockOffset_s = 2.0;
@@ -68,7 +68,7 @@ std::string check_camera(const CaptureConfig& config, std::size_t pictures, Cloc
 }
 
 double free_mb(const std::filesystem::path& directory) {
-  return static_cast<double>(std::filesystem::space(directory).available) / kBytesOfMegabyte;
+  return static_cast<double>(std::filesystem::space(directory).available) / kBytesPerMegabyte;
 }
 
 std::string check_disk(const CaptureConfig& config, const CapturePlan& plan, std::size_t pictures,

@@ -10,12 +10,11 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/base/units.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::capture {
 namespace {
-
-constexpr double kBytesOfMegabyte = 1e6;
 
 std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPlacer* placer) {
   SystemClock clock;
@@ -57,7 +56,7 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
   CaptureSequence(parts, {.shots = config.run.shots,
                           .exposures = static_cast<int>(config.camera.exposure.bracket_ev.size()),
                           .approach_mm = config.run.approach_mm,
-                          .least_free_bytes = config.run.least_free_mb * kBytesOfMegabyte})
+                          .least_free_bytes = config.run.least_free_mb * kBytesPerMegabyte})
       .run(plan);
 }
 

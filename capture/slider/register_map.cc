@@ -25,7 +25,6 @@ constexpr std::array kMeanings{NamedMeaning{"position_high", WordMeaning::kPosit
                                NamedMeaning{"speed_low", WordMeaning::kSpeedLow},
                                NamedMeaning{"acceleration", WordMeaning::kAcceleration},
                                NamedMeaning{"deceleration", WordMeaning::kDeceleration}};
-constexpr int kLastAddress = 0xffff;
 // One request reads at most 125 registers (Modbus application protocol 1.1b3, 6.3).
 constexpr int kMaxReadAtOnce = 125;
 

@@ -6,7 +6,6 @@ namespace raywalk::capture {
 namespace {
 
 constexpr int kNone = -1;
-constexpr int kLastAddress = 0xffff;
 // Function 16 writes at most 123 registers (Modbus application protocol 1.1b3, 6.12).
 constexpr std::size_t kMaxWords = 123;
 // From one step per metre to steps of 0.1 nm; values outside are mistakes of units.

@@ -8,6 +8,9 @@
 
 namespace raywalk::capture {
 
+// Register addresses are 16-bit words of the protocol.
+inline constexpr int kLastAddress = 0xffff;
+
 // An address or bit of -1: the drive has none.
 struct WriteText {
   int address = -1;

@@ -6,13 +6,13 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/units.h"
 
 namespace raywalk::capture {
 namespace {
 
 constexpr double kLargest16 = 0xffff;
 constexpr double kLargest32 = 0xffffffff;
-constexpr double kMsPerSecond = 1000.0;
 
 std::uint16_t high_word(std::uint32_t value) { return static_cast<std::uint16_t>(value >> 16); }
 std::uint16_t low_word(std::uint32_t value) { return static_cast<std::uint16_t>(value & 0xffff); }

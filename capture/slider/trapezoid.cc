@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/units.h"
+
 namespace raywalk::capture {
 namespace {
-
-constexpr double kMsPerSecond = 1000.0;
 
 double seconds(double ms) { return ms / kMsPerSecond; }
 

@@ -49,10 +49,6 @@ class Descriptor {
   int fd_;
 };
 
-fs::path directory_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
-
 fs::path follow_link(fs::path target) {
   std::error_code error;
   if (!fs::is_symlink(target, error)) return target;
@@ -114,6 +110,10 @@ int write_all(int fd, std::span<const std::byte> bytes) {
 }
 
 }  // namespace
+
+fs::path directory_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
 
 AtomicFile::AtomicFile(fs::path target) : target_(follow_link(std::move(target))) {
   check_target(target_);

@@ -37,6 +37,9 @@ class AtomicFile {
 void write_file_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& target, std::string_view text);
 
+// The directory a file lies in; "." for a bare name.
+std::filesystem::path directory_of(const std::filesystem::path& file);
+
 // Makes a directory and those above it where they are missing. Throws Error naming it.
 void make_directories(const std::filesystem::path& directory);
 

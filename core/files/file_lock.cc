@@ -10,13 +10,10 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
 
 namespace raywalk {
 namespace {
-
-std::filesystem::path directory_of(const std::filesystem::path& file) {
-  return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-}
 
 [[noreturn]] void throw_system_error(const char* what, const std::filesystem::path& path,
                                      int error_number) {

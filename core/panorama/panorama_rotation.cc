@@ -47,14 +47,14 @@ cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_fro
 }
 
 // Rows and columns on each side that a cubic at the border reads beyond it.
-constexpr int kBorder = 2;
+constexpr int kMaskBorder = 2;
 
-cv::Mat with_border(const cv::Mat& mask) {
-  cv::Mat bordered(mask.rows + 2 * kBorder, mask.cols + 2 * kBorder, CV_8UC1);
+cv::Mat mask_with_border(const cv::Mat& mask) {
+  cv::Mat bordered(mask.rows + 2 * kMaskBorder, mask.cols + 2 * kMaskBorder, CV_8UC1);
   for (int v = 0; v < bordered.rows; ++v) {
     for (int u = 0; u < bordered.cols; ++u) {
       bordered.at<uchar>(v, u) =
-          mask.at<uchar>(wrapped_pixel(u - kBorder, v - kBorder, mask.size()));
+          mask.at<uchar>(wrapped_pixel(u - kMaskBorder, v - kMaskBorder, mask.size()));
     }
   }
   return bordered;
@@ -86,12 +86,13 @@ cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camer
   // every place at once.
   const cv::Mat footprint = cv::Mat::ones(4, 4, CV_8UC1);
   cv::Mat least;
-  cv::erode(with_border(mask), least, footprint, {1, 1});
+  cv::erode(mask_with_border(mask), least, footprint, {1, 1});
   cv::Mat rotated(mask.size(), CV_8UC1);
   for_each_source(mask.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
     const int left = static_cast<int>(std::floor(position.u));
     const int upper = static_cast<int>(std::floor(position.v));
-    rotated.at<uchar>(v, u) = least.at<uchar>(upper + kBorder, left + kBorder) == 0 ? 0 : 255;
+    rotated.at<uchar>(v, u) =
+        least.at<uchar>(upper + kMaskBorder, left + kMaskBorder) == 0 ? 0 : 255;
   });
   return rotated;
 }

@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-constexpr std::string_view kStyle = R"(<style>
+constexpr std::string_view kPageStyle = R"(<style>
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1f2933; --soft: #5d6975;
   --rule: #dfe4e8; --panel: #f6f8f9; --accent: #0072b2; --best: #e2f1fa; }
 @media (prefers-color-scheme: dark) { :root { --paper: #14181c; --ink: #e4e8ec; --soft: #98a3af;
@@ -199,7 +199,7 @@ std::string HtmlPage::html() const {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>";
   page += title_;
   page += "</title>\n";
-  page += kStyle;
+  page += kPageStyle;
   page += "</head>\n<body>\n<main>\n";
   page += body_;
   page += "</main>\n</body>\n</html>\n";

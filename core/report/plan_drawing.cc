@@ -16,7 +16,7 @@ constexpr double kNote_px = 16.0;
 constexpr double kLabelGap_px = 6.0;
 constexpr double kTextHeight_px = 9.0;
 
-constexpr std::string_view kStyle = R"(.raywalk-plan { --ink: #1f2933; --soft: #6b7785;
+constexpr std::string_view kPlanStyle = R"(.raywalk-plan { --ink: #1f2933; --soft: #6b7785;
   --accent: #d55e00; }
 @media (prefers-color-scheme: dark) {
 .raywalk-plan { --ink: #e4e8ec; --soft: #98a3af; --accent: #f08a4b; } }
@@ -86,7 +86,7 @@ std::string PlanDrawing::svg(std::string_view title, std::string_view rules,
       "width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "style=\"max-width: 100%; height: auto\">\n<title>{2}</title>\n<style>\n",
       width_px, height_px, escape_markup(title));
-  svg += kStyle;
+  svg += kPlanStyle;
   svg += rules;
   svg += "</style>\n";
   svg += content_;

@@ -24,7 +24,7 @@ constexpr std::size_t kColours = 6;
 
 // Okabe and Ito's palette, which stays distinct for colour-blind readers; lightened where it would
 // be too dark on black. The class keeps the style from reaching the rest of a page.
-constexpr std::string_view kStyle = R"(<style>
+constexpr std::string_view kPlotStyle = R"(<style>
 .raywalk-plot { --ink: #1f2933; --soft: #6b7785; --grid: #e3e7eb; --s0: #0072b2; --s1: #d55e00;
   --s2: #009e73; --s3: #b0508a; --s4: #b57d00; --s5: #3a93c4; }
 @media (prefers-color-scheme: dark) {
@@ -203,7 +203,7 @@ class SvgPlot {
         "\" style=\"max-width: 100%; height: auto\">\n";
     const std::string& name = plot_.title.empty() ? plot_.y_label : plot_.title;
     svg_ += "<title>" + escape_markup(name) + "</title>\n";
-    svg_ += kStyle;
+    svg_ += kPlotStyle;
   }
 
   void draw_grid() {

@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
-constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxErrorsBytes = std::size_t{16} << 20;
 
 Json json_of_error(double error) { return std::isnan(error) ? Json(nullptr) : Json(error); }
 
@@ -122,7 +122,7 @@ std::vector<ConnectionErrorMeasurement> read_connection_errors(const std::filesy
     return Error(one_line(fmt::format("{}: {}; measure again with raywalk-render connect-error",
                                       file.string(), what)));
   };
-  const std::string text = read_file(file, kMaxBytes);
+  const std::string text = read_file(file, kMaxErrorsBytes);
   try {
     return measurements_of(Json::parse(text));
   } catch (const nlohmann::json::exception& e) {

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxRequirementsBytes = std::size_t{16} << 20;
 
 // The keys of each object, once for writing and reading: visit(key, member).
 template <typename Visit>
@@ -306,7 +306,8 @@ std::optional<RoomRequirements> current_requirements(const Room& room) {
   const std::filesystem::path file = requirements_path(room.directory());
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return std::nullopt;
-  RoomRequirements kept = requirements_from_json(read_file(file, kMaxBytes), file.string());
+  RoomRequirements kept =
+      requirements_from_json(read_file(file, kMaxRequirementsBytes), file.string());
   if (kept.distances_sha256 == distances_sha256(room)) return kept;
   spdlog::warn(
       "{} was measured on other distances than the room has now and is ignored; run "

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr double kSamePlace_m = 1e-3;
 
-// The method that depth.json names; "estimated" where it is not there to tell.
+// The method in depth.json; "estimated" where there is no depth.json.
 std::string estimation_method(const fs::path& room) {
   const fs::path file = room / "depth.json";
   if (!fs::exists(file)) return "estimated";
@@ -87,7 +87,7 @@ void require_same_lines(const Room& room, const Room& other) {
   const std::vector<Line>& lines = room.grid().lines;
   const std::vector<Line>& others = other.grid().lines;
   const auto refuse = [&](const std::string& how) {
-    throw Error(fmt::format("{}: {} {}; --also takes the same place packed otherwise",
+    throw Error(fmt::format("{}: {} {}; --also needs another room of the same place",
                             other.directory().string(), how, room.directory().string()));
   };
   if (lines.size() != others.size()) {

@@ -13,16 +13,16 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "raywalk-trade-partial";
-constexpr int kFormatVersion = 1;
+constexpr int kPartialFormatVersion = 1;
 
-std::string key_of(const TradeSetting& setting) { return dials_of(setting).dump(); }
+std::string key_of(const TradeSetting& setting) { return parameters_of(setting).dump(); }
 
 }  // namespace
 
 TradePartial::TradePartial(std::filesystem::path file, const std::string& input)
     : file_(std::move(file)),
       content_({{"format", kFormat},
-                {"format_version", kFormatVersion},
+                {"format_version", kPartialFormatVersion},
                 {"input", input},
                 {"settings", ordered_json::array()}}) {
   const AtomicFile probe(file_);
@@ -35,7 +35,7 @@ void TradePartial::read() {
     for (const char* key : {"format", "format_version", "input"}) {
       if (earlier.at(key) != content_.at(key)) {
         throw Error(file_.string() +
-                    " is of another room, truth or sweep; remove it, or use another --report");
+                    " belongs to another room, truth or sweep; remove it, or use another --report");
       }
     }
     for (const ordered_json& setting : earlier.at("settings")) {
@@ -55,7 +55,8 @@ std::optional<TradeMeasurement> TradePartial::find(const TradeSetting& setting) 
 
 void TradePartial::add(const TradeSetting& setting, const TradeMeasurement& measured) {
   measured_[key_of(setting)] = measured;
-  content_["settings"].push_back({{"dials", dials_of(setting)}, {"measured", json_of(measured)}});
+  content_["settings"].push_back(
+      {{"dials", parameters_of(setting)}, {"measured", json_of(measured)}});
   write_file_atomically(file_, content_.dump() + "\n");
 }
 

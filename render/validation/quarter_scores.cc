@@ -23,7 +23,7 @@ cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
 
 std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, const cv::Mat& view,
                                          const cv::Mat& truth, const cv::Mat& mask) {
-  // Ray-space360's plan without a blend: straight ahead every side is its own line's.
+  // Ray-space360's plan without a blend: straight ahead every side is read from its own line.
   const ViewPlan plan(grid, viewpoint, {kHalfPi, 0.0});
   std::vector<QuarterScore> scores;
   for (const Side side : {Side::kFront, Side::kRight, Side::kBack, Side::kLeft}) {

@@ -15,11 +15,11 @@ namespace {
 
 constexpr const char* kNotMeasured = "–";
 
-// A metric as the tables show it.
+// A metric as a table column.
 struct MetricColumn {
   const char* heading;         // with unit
   double ViewScores::*member;  // larger is better
-  int decimals;                // that carry meaning
+  int decimals;                // significant ones
 };
 
 constexpr std::array kColumns{MetricColumn{"PSNR / dB", &ViewScores::psnr_db, 2},
@@ -53,7 +53,7 @@ std::size_t best_mode(const Validation& validation) {
   return best;
 }
 
-// A name and its numbers; the largest stands out.
+// A row of a name and its numbers; the largest is emphasised.
 std::vector<HtmlCell> row_of(std::string name, const std::vector<double>& values, int decimals) {
   std::vector<HtmlCell> row{{std::move(name)}};
   const double largest = *std::max_element(values.begin(), values.end());
@@ -94,7 +94,7 @@ void add_headline(const Validation& validation, HtmlPage& page) {
 }
 
 void add_means(const Validation& validation, HtmlPage& page) {
-  HtmlTable table{.caption = "Mean over all views; the best of a column stands out",
+  HtmlTable table{.caption = "Mean over all views; the best of each column is emphasised",
                   .header = {"generation", "connection", "k / deg"}};
   for (const ViewMode& mode : validation.modes) {
     table.rows.push_back(
@@ -119,7 +119,8 @@ void add_means(const Validation& validation, HtmlPage& page) {
   page.add_table(table);
 }
 
-// Which modes a sample is shown in: initial and the best in full, another one by its error.
+// The modes a sample is shown in: initial and the best with all pictures, another one with its
+// error only.
 struct ShownModes {
   std::vector<std::size_t> in_full{};
   std::vector<std::size_t> by_error{};
@@ -168,9 +169,10 @@ void add_sample(const Validation& validation, const PictureSample& sample, HtmlP
 void add_gains(const Validation& validation, HtmlPage& page) {
   page.add_section("Quality over the distance from the line");
   page.add_paragraph(
-      "As Fig. 13 of the paper. Each point is the quarter of a view that faces a line, placed by "
+      "As Fig. 13 of the paper. Each point is the quarter of a view that faces a line, plotted "
+      "over "
       "the distance from the viewpoint to that line: the vertical parallax grows with it, and so "
-      "does what its correction gains.");
+      "does the gain of correcting it.");
   std::vector<HtmlFigure> figures{
       svg_figure(metric_plot(validation, kQuarterPsnr), "PSNR of every quarter")};
   if (initial_mode(validation) && validation.modes.size() > 1) {
@@ -182,7 +184,7 @@ void add_gains(const Validation& validation, HtmlPage& page) {
   page.add_figures(figures);
 }
 
-// The numbers of a column; the least stands out.
+// The numbers of a column; the least is emphasised.
 std::vector<HtmlCell> column_over_k(const ConnectError& measured, double ConnectErrorRow::*member) {
   double least = std::nan("");
   for (const ConnectErrorRow& row : measured.rows) least = std::fmin(least, row.*member);
@@ -227,9 +229,9 @@ void add_connection_error(const Validation& validation, HtmlPage& page) {
   page.add_paragraph(fmt::format(
       "E_connect, equation (11) of the paper: the mean squared difference of 8-bit RGB between "
       "what the two lines of a corner show in an overlap of {1:g} degrees, over the centres of "
-      "{0} x {0} sub-cells of every cell. Smaller is better; the least of a column stands out. A "
-      "corner is read where both lines hold some of its overlap; \"common\" is over the corners "
-      "that can be read at every k.",
+      "{0} x {0} sub-cells of every cell. Smaller is better; the least of each column is "
+      "emphasised. A corner is readable where both lines captured part of its overlap; \"common\" "
+      "is over the corners that are readable at every k.",
       options.viewpoints, options.overlap_deg));
   page.add_table(connection_error_table(validation));
   std::vector<HtmlFigure> figures{
@@ -260,7 +262,7 @@ void add_view_table(const Validation& validation, const MetricColumn& column, Ht
 }
 
 void add_making(const Validation& validation, HtmlPage& page) {
-  page.add_section("What the views were made of");
+  page.add_section("How the views were rendered");
   for (const ViewMode& mode : validation.modes) {
     page.add_paragraph(
         fmt::format("{}: connection {} at k = {:g} degrees ({}), blended over {:g} "
@@ -273,7 +275,7 @@ void add_making(const Validation& validation, HtmlPage& page) {
                     [](const ValidatedView& view) { return view.report.limited_corners > 0; });
   page.add_paragraph(
       fmt::format("In {} of {} views at least one corner connects nearer to the physical "
-                  "connection than k asks for, because the overhang of its lines runs out.",
+                  "connection than k requires, because the overhang of its lines runs out.",
                   limited, validation.views.size()));
   HtmlTable table{.caption =
                       "Shares of pixels: filled from other stations because the lines in "

@@ -60,7 +60,7 @@ inline ColumnOffset column_offset(const Eigen::Vector3d& displacement_m, double 
           static_cast<float>(offset.side)};
 }
 
-// A continuous column position split into a whole column in [0, width) and the part beyond it.
+// A continuous column position split into a whole column in [0, width) and a fraction in [0, 1).
 struct ColumnPosition {
   int whole = 0;
   float part = 0.0f;
@@ -68,7 +68,7 @@ struct ColumnPosition {
 inline ColumnPosition split_column(double u, int width) {
   double whole = std::floor(u);
   double part = u - whole;
-  if (part >= 1.0 - 1e-7) {  // do not let rounding read a neighbour for nothing
+  if (part >= 1.0 - 1e-7) {  // avoids reading a neighbour for a rounding error
     whole += 1.0;
     part = 0.0;
   }

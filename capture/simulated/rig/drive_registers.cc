@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "capture/simulated/rig/modbus_frames.h"
+
 namespace raywalk::capture {
 namespace {
 
@@ -14,10 +16,6 @@ constexpr std::uint8_t kIllegalFunction = 1, kIllegalAddress = 2, kIllegalValue 
 
 ModbusBytes exception_reply(int function, std::uint8_t code) {
   return {static_cast<std::uint8_t>(function | 0x80), code};
-}
-
-std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
-  return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
 }
 
 void append_word(std::uint16_t word, ModbusBytes* bytes) {

@@ -12,10 +12,6 @@ constexpr std::chrono::milliseconds kSilence(10);
 constexpr std::size_t kLongestRtuFrame = 256;
 constexpr std::size_t kMbapBytes = 7;
 
-std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
-  return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
-}
-
 }  // namespace
 
 std::uint16_t modbus_crc(std::span<const std::uint8_t> bytes) {

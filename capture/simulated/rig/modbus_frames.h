@@ -21,6 +21,11 @@ struct ModbusRequest {
   ModbusBytes pdu{};  // function code and data
 };
 
+// The word at two bytes, high byte first.
+inline std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
+  return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
+}
+
 // CRC-16 of the serial line: the polynomial 0xa001 (bits reversed), started at 0xffff.
 std::uint16_t modbus_crc(std::span<const std::uint8_t> bytes);
 

@@ -25,14 +25,14 @@ constexpr double kHighestSine = -0.5;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 // What a ray meets.
-struct Hit {
+struct DollyHit {
   double distance = kFar;
   Vector3d normal{0, 1, 0};
   Vector2d on_surface{0, 0};  // for the texture
 };
 
 // Whether it was kept.
-bool keep_nearer(const Hit& hit, Hit* nearest) {
+bool keep_nearer(const DollyHit& hit, DollyHit* nearest) {
   if (!(hit.distance > 0.0 && hit.distance < nearest->distance)) return false;
   *nearest = hit;
   return true;
@@ -45,7 +45,7 @@ struct Box {
 
 // The slab method (Kay and Kajiya 1986): the ray is inside of the box where it is between all three
 // pairs of faces. The camera is outside, so it enters by the last face of the three.
-Hit meet(const Box& box, const CameraRay& ray) {
+DollyHit meet(const Box& box, const CameraRay& ray) {
   double enters = 0.0, leaves = kFar;
   int face = -1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -59,7 +59,7 @@ Hit meet(const Box& box, const CameraRay& ray) {
     leaves = std::min(leaves, std::max(at_min, at_max));
   }
   if (face < 0 || enters >= leaves) return {};
-  Hit hit;
+  DollyHit hit;
   hit.distance = enters;
   hit.normal = Vector3d::Zero();
   hit.normal[face] = ray.direction[face] > 0.0 ? -1.0 : 1.0;
@@ -76,7 +76,7 @@ struct Cylinder {
   double half_length = 0.0;
 };
 
-Hit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
+DollyHit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   const int a = (cylinder.axis + 1) % 3, b = (cylinder.axis + 2) % 3;
   const Vector3d from = ray.origin_m - cylinder.centre;
   const Vector2d start(from[a], from[b]), step(ray.direction[a], ray.direction[b]);
@@ -84,7 +84,7 @@ Hit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   const double root =
       half * half - square * (start.squaredNorm() - cylinder.radius * cylinder.radius);
   if (square == 0.0 || root < 0.0) return {};
-  Hit hit;
+  DollyHit hit;
   hit.distance = (-half - std::sqrt(root)) / square;
   const double along = from[cylinder.axis] + hit.distance * ray.direction[cylinder.axis];
   if (std::abs(along) > cylinder.half_length) return {};
@@ -96,11 +96,11 @@ Hit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   return hit;
 }
 
-Hit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
+DollyHit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
   const double slope = ray.direction[cylinder.axis];
   const double side = slope > 0.0 ? -1.0 : 1.0;  // of the end that faces the ray
   const Vector3d from = ray.origin_m - cylinder.centre;
-  Hit hit;
+  DollyHit hit;
   hit.distance = (side * cylinder.half_length - from[cylinder.axis]) / slope;
   const Vector3d at = from + hit.distance * ray.direction;
   hit.on_surface = {at[(cylinder.axis + 1) % 3], at[(cylinder.axis + 2) % 3]};
@@ -110,8 +110,8 @@ Hit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
   return hit;
 }
 
-Hit meet(const Cylinder& cylinder, const CameraRay& ray) {
-  Hit nearest;
+DollyHit meet(const Cylinder& cylinder, const CameraRay& ray) {
+  DollyHit nearest;
   keep_nearer(meet_mantle(cylinder, ray), &nearest);
   keep_nearer(meet_ends(cylinder, ray), &nearest);
   return nearest;
@@ -171,7 +171,7 @@ class Dolly {
 
   // The light that comes along a ray; none past the dolly.
   std::optional<Color> look(const CameraRay& ray) const {
-    Hit nearest;
+    DollyHit nearest;
     Finish finish = Finish::kSteel;
     const auto consider = [&](const auto& parts) {
       for (const auto& part : parts) {
