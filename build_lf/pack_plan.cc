@@ -24,13 +24,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Signature and header chunk, with room to spare.
+// More than signature and header chunk.
 constexpr std::size_t kPngHeaderBytes = 64;
 
 // Bytes of one distance and its confidence.
 constexpr std::uint64_t kBytesPerDistance = sizeof(float) + 1;
 
-// The size all panoramas have, read from their headers.
+// The common size of all panoramas, from their headers.
 PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
   PanoramaSize common;
   for (const Frame& frame : frames) {
@@ -50,7 +50,7 @@ PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
 }
 
 void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
-  std::set<fs::path> checked;  // one mask may serve many frames
+  std::set<fs::path> checked;  // many frames may share a mask
   for (const Frame& frame : frames) {
     throw_if_interrupted();
     if (!frame.mask || !checked.insert(*frame.mask).second) continue;
@@ -107,7 +107,7 @@ std::map<std::string, fs::path> find_distance_maps(const std::vector<Frame>& fra
     maps[frame.file] = map;
   }
   if (maps.empty()) {
-    throw Error(fmt::format("{}: no map there is named as a frame; for {} it would be {}.png",
+    throw Error(fmt::format("{}: no map is named after a frame; for {} it would be {}.png",
                             directory.string(), frames.front().file,
                             frames.front().path.stem().string()));
   }

@@ -12,18 +12,18 @@ bool same_surface(float a, float b, float tolerance) {
 
 int wrapped(int theta, int width) { return (theta % width + width) % width; }
 
-// Writes a point of a map into the pixels it covers from here, where nothing nearer is.
+// Splats a point of a map into the pixels it covers in the target, with a depth test.
 class Splat {
  public:
   Splat(OmegaMap* target, PanoramaSize source)
       : target_(target), scale_(static_cast<double>(target->size().width) / source.width) {}
 
-  // A source pixel at latitude `phi_rad` spans cos(phi) of a pixel's angle along its row; seen from
-  // here it is larger by the ratio of the distances.
+  // A source pixel at latitude `phi_rad` spans cos(phi) of a pixel's angle along its row; in the
+  // target it is larger by the ratio of the distances.
   void write(const SeenPoint& seen, double phi_rad, double magnification) {
     const PanoramaSize size = target_->size();
     const PixelPosition at = pixel_from_angles(seen.angles, size);
-    const double half_rows = 0.5 * scale_ * std::min(magnification, kLargest);
+    const double half_rows = 0.5 * scale_ * std::min(magnification, kMaxMagnification);
     const double widening =
         std::cos(phi_rad) / std::max(std::cos(seen.angles.phi_rad), 1.0 / size.width);
     const double half_columns = std::min(half_rows * widening, 0.5 * size.width - 1.0);
@@ -42,9 +42,8 @@ class Splat {
   }
 
  private:
-  // A surface that the other place sees from far and this one from close by is seen too coarsely to
-  // be of use.
-  static constexpr double kLargest = 4.0;
+  // A surface far from the source but close to the target is too coarse to be useful.
+  static constexpr double kMaxMagnification = 4.0;
 
   OmegaMap* target_;
   double scale_;  // target pixels per source pixel
@@ -70,32 +69,32 @@ void project(const PlacedMap& from, const Eigen::Vector3d& position_m, OmegaMap*
   }
 }
 
-// The inverse distance in `direction` that the map has for a point that is about at `omega`: of the
-// surface point the map sees there. None where the map sees another surface.
+// The inverse distance, seen from the target, of the map's surface point closest to the point at
+// `direction` and approximately `omega`. None if the map sees another surface there.
 std::optional<float> looked_up(const PlacedMap& in, const Eigen::Vector3d& direction, float omega,
                                const Eigen::Vector3d& position_m) {
   const Eigen::Vector3d offset_m = position_m - in.position_m;
   const SeenPoint there = seen_from(direction, omega, offset_m);
   const float known = in.map->sample(pixel_from_angles(there.angles, in.map->size()));
-  // Projected values are off by a pixel's change themselves.
+  // Projected values are themselves off by up to the change across one pixel.
   if (known < 0.0f || !same_surface(known, there.omega, 2.0f * in.map->surface_tolerance())) {
     return std::nullopt;
   }
   return seen_from(direction_from_angles(there.angles), known, -offset_m).omega;
 }
 
-// Where the ray in `direction` meets the surface that the map sees about there: the map's surface
-// point lies beside the ray by as much as `omega` is wrong, times the parallax between the two
-// places; so each look brings it nearer.
+// Intersects the ray in `direction` with the map's surface by fixed-point iteration: the map's
+// surface point is off the ray by the error of `omega` times the parallax between the two
+// positions, so each lookup reduces the error.
 std::optional<float> intersected(const PlacedMap& in, const Eigen::Vector3d& direction, float omega,
                                  const Eigen::Vector3d& position_m) {
-  constexpr int kMostLooks = 4;
-  constexpr float kNearEnough = 1e-4f;
+  constexpr int kMaxIterations = 4;
+  constexpr float kConverged = 1e-4f;
   std::optional<float> found = looked_up(in, direction, omega, position_m);
-  for (int look = 1; look < kMostLooks && found; ++look) {
+  for (int iteration = 1; iteration < kMaxIterations && found; ++iteration) {
     const float before = *found;
     found = looked_up(in, direction, before, position_m);
-    if (found && same_surface(*found, before, kNearEnough)) break;
+    if (found && same_surface(*found, before, kConverged)) break;
   }
   return found;
 }
@@ -117,13 +116,13 @@ void refine(std::span<const PlacedMap> maps, const Eigen::Vector3d& position_m, 
   }
 }
 
-// Fills each run of unknown pixels of a row, which goes round, with the farther of its ends.
+// Fills each run of unknown pixels of a row (cyclic) with the farther of its ends.
 void fill_row(int row, OmegaMap* map) {
   const int width = map->size().width;
   int known = 0;
   while (known < width && map->at(known, row) < 0.0f) ++known;
   if (known == width) return;
-  int last = known;  // known, and everything from `known` to here is
+  int last = known;  // last known pixel; no gap from `known` up to it
   for (int step = 1; step <= width; ++step) {
     const int here = known + step;
     const float omega = map->at(wrapped(here, width), row);
@@ -190,8 +189,8 @@ OmegaMap resized(const OmegaMap& map, int width) {
   return result;
 }
 
-// The point lies at offset + direction / omega; divided by its length this needs no distance:
-// omega offset + direction, and 1 / |offset + direction / omega| = omega / |omega offset +
+// The point is at offset + direction / omega. Multiplied by omega this also holds for infinite
+// distances: direction omega offset + direction, inverse distance omega / |omega offset +
 // direction|.
 SeenPoint seen_from(const Eigen::Vector3d& direction, float omega,
                     const Eigen::Vector3d& offset_m) {

@@ -21,7 +21,7 @@ constexpr std::int64_t kNewestFormat = 1;
 
 SqliteConnection open_session(const fs::path& directory) {
   const fs::path file = session_database_of(directory);
-  SqliteConnection database = open_sqlite_to_look(file);
+  SqliteConnection database = open_sqlite_read_only(file);
   if (database.integer("PRAGMA application_id") != kApplicationId) {
     throw Error(file.string() + ": not a session of raywalk-capture; give another directory");
   }

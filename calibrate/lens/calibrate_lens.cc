@@ -76,8 +76,8 @@ LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
   const DualFisheyeCamera start = read_lens_file(options.start);
   LensFit fit = options.board ? fit_to_board(start, options) : fit_to_set(set, start, options);
   add_warnings(&fit);
-  require_growing_radius(fit.camera.layout.front);
-  require_growing_radius(fit.camera.layout.back);
+  require_monotonic_radius(fit.camera.layout.front);
+  require_monotonic_radius(fit.camera.layout.back);
   make_directories(options.out);
   write_file_atomically(options.out / "lens.html", lens_page(fit));
   write_file_atomically(options.out / "lens.json", lens_json(fit));

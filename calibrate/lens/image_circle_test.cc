@@ -56,7 +56,7 @@ TEST(ImageCircleTest, FieldOfViewEndsAtTheRimOrWhereTheRadiusStopsGrowing) {
   lens.k = {-0.2, 0.0, 0.0, 0.0};  // grows up to t = sqrt(1 / 0.6)
   const FisheyeLens folded = with_rim_at(lens, 1e6);
   EXPECT_NEAR(folded.largest_angle_rad, std::sqrt(1.0 / 0.6), 2e-4);
-  EXPECT_NO_THROW(require_growing_radius(folded));
+  EXPECT_NO_THROW(require_monotonic_radius(folded));
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
   LogFollower follower(log);
   // COLMAP links Qt, which would look for a screen.
   ChildProcess child(executable_, arguments, log, {"QT_QPA_PLATFORM=offscreen"});
-  while (!child.ended()) {
+  while (!child.try_wait()) {
     follower.read_on(on_line);
     if (interrupt_requested()) {
       child.stop();
@@ -158,11 +158,11 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
     std::this_thread::sleep_for(kPollEvery);
   }
   follower.read_on(on_line);
-  const int status = child.ended().value_or(0);
+  const int status = child.try_wait().value_or(0);
   if (succeeded(status)) return;
   const std::string line = telling_line(follower.output());
   throw Error(fmt::format("colmap {} {}{}; see {}", arguments.empty() ? "" : arguments.front(),
-                          ending_of(status), line.empty() ? "" : ": " + excerpt(line),
+                          describe_failure(status), line.empty() ? "" : ": " + excerpt(line),
                           log.string()));
 }
 

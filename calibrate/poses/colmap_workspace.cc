@@ -43,7 +43,7 @@ std::string file_stamp(const fs::path& file) {
 
 std::int64_t count_rows(const fs::path& database, const std::string& table) {
   if (!fs::exists(database)) return 0;
-  SqliteConnection connection = open_sqlite_to_look(database);
+  SqliteConnection connection = open_sqlite_read_only(database);
   if (connection.integer("SELECT count(*) FROM sqlite_master WHERE name = '" + table + "'") == 0) {
     return 0;
   }

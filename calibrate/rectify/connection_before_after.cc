@@ -55,7 +55,7 @@ void run(const fs::path& program, const std::vector<std::string>& arguments, con
   ChildProcess child(program, arguments, log);
   const int status = child.wait();
   if (succeeded(status)) return;
-  throw Error(fmt::format("{} {}: {}", program.filename().string(), ending_of(status),
+  throw Error(fmt::format("{} {}: {}", program.filename().string(), describe_failure(status),
                           one_line(read_file(log))));
 }
 

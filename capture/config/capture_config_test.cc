@@ -100,12 +100,15 @@ TEST_F(CaptureConfigTest, MistypedKeysNameFileLineAndKey) {
 }
 
 TEST_F(CaptureConfigTest, AnUnknownChoiceNamesTheNearestOne) {
-  EXPECT_EQ(error_of({.camera = "camera: {kind: ocs}\n"}),
-            "capture.yaml:3: 'camera.kind' is 'ocs'; it is not a choice; did you mean 'osc'?");
-  EXPECT_EQ(error_of({.rest = "run: {mode: film}\n"}),
-            "capture.yaml:4: 'run.mode' is 'film'; it is not a choice; valid are stations, video");
-  EXPECT_EQ(error_of({.rest = "validation:\n- axis: y\n"}),
-            "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a choice; valid are x, z");
+  EXPECT_EQ(
+      error_of({.camera = "camera: {kind: ocs}\n"}),
+      "capture.yaml:3: 'camera.kind' is 'ocs'; it is not a valid choice; did you mean 'osc'?");
+  EXPECT_EQ(
+      error_of({.rest = "run: {mode: film}\n"}),
+      "capture.yaml:4: 'run.mode' is 'film'; it is not a valid choice; valid are stations, video");
+  EXPECT_EQ(
+      error_of({.rest = "validation:\n- axis: y\n"}),
+      "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a valid choice; valid are x, z");
 }
 
 TEST_F(CaptureConfigTest, MissingSliderSettingsAreNamed) {

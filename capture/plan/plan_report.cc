@@ -34,7 +34,7 @@ std::optional<SpacingReport> spacing_report(const CaptureScene& scene, int width
     const OmegaRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
                            1.0 / scene.nearest_m};
     report.ghost_px =
-        tolerance_reached_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
+        largest_ghost_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
     const double needed_m = spacing_needed_without_depth(range, tolerance_rad);
     if (std::isfinite(needed_m)) report.needed_mm = needed_m * kMillimetresPerMetre;
   }

@@ -83,7 +83,7 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
 }  // namespace
 
 std::string run_session(const CaptureConfig& config, const RunOptions& options) {
-  const StopSignalsOnlyAsk protection;
+  const DeferStopSignals protection;
   const CapturePlan plan = plan_capture(config);
   const auto placer = make_rail_placer(config.run, options.yes);
   if (options.dry_run) return dry_run(plan, config, placer.get());

@@ -25,7 +25,7 @@ class SliderByHand {
   }
 
  private:
-  StopSignalsOnlyAsk protection_;
+  DeferStopSignals protection_;
   SystemClock clock_;
   std::unique_ptr<Slider> slider_;
   Carriage carriage_;

@@ -76,7 +76,7 @@ SqliteConnection open_session_to_write(const fs::path& directory) {
 
 SqliteConnection open_session_to_read(const fs::path& directory) {
   if (!fs::exists(session_database_path(directory))) throw_no_session(directory);
-  SqliteConnection connection = open_sqlite_to_look(session_database_path(directory));
+  SqliteConnection connection = open_sqlite_read_only(session_database_path(directory));
   require_readable_format(&connection, directory);
   if (is_empty(&connection)) throw_no_session(directory);
   return connection;

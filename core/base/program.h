@@ -1,5 +1,5 @@
-// What every Raywalk executable does around its work: handle Ctrl-C, set up logging, turn
-// exceptions into one line on stderr and an exit code.
+// The shared main() of the Raywalk executables: handles Ctrl-C, sets up logging, turns exceptions
+// into one line on stderr and an exit code.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -139,13 +139,13 @@ int exit_code_with_stdout(int descriptor) {
   return run_program(app, 1, argv);
 }
 
-// These spoil stdout, so each has a process of its own.
+// These break stdout, so each runs in its own process.
 TEST(RunProgramDeathTest, ResultsThatCannotBeWrittenAreAFailure) {
   EXPECT_EXIT(std::_Exit(exit_code_with_stdout(open("/dev/full", O_WRONLY))),
               testing::ExitedWithCode(1), "raywalk-test: error: cannot write to standard output");
 }
 
-TEST(RunProgramDeathTest, AReaderThatHasSeenEnoughIsNoFailure) {
+TEST(RunProgramDeathTest, ClosedPipeIsNoFailure) {
   EXPECT_EXIT(
       {
         int ends[2] = {};

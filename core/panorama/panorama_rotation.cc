@@ -46,7 +46,7 @@ cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_fro
   return rotated;
 }
 
-// Rows and columns on each side that a cubic at the border reads beyond it.
+// Rows and columns that cubic interpolation reads beyond each border.
 constexpr int kMaskBorder = 2;
 
 cv::Mat mask_with_border(const cv::Mat& mask) {
@@ -82,8 +82,8 @@ cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_fro
 }
 
 cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camera) {
-  // A cubic at a position between pixels 0 and 1 reads pixels -1 to 2: the least of these, for
-  // every place at once.
+  // Cubic interpolation between pixels 0 and 1 reads pixels -1 to 2: an erosion takes the minimum
+  // of these for all positions at once.
   const cv::Mat footprint = cv::Mat::ones(4, 4, CV_8UC1);
   cv::Mat least;
   cv::erode(mask_with_border(mask), least, footprint, {1, 1});

@@ -7,7 +7,7 @@
 namespace raywalk {
 namespace {
 
-// Rows and columns a cubic reads beyond the image on each side.
+// Rows and columns that cubic interpolation reads beyond each border.
 constexpr int kSampleBorder = 2;
 
 // Catmull-Rom weights of the samples at -1, 0, 1, 2 for a position t in [0, 1): the cubic through

@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-TEST(EscapeMarkup, ReplacesWhatMarkupReserves) {
+TEST(EscapeMarkup, EscapesSpecialCharacters) {
   EXPECT_EQ(escape_markup(R"(<a href="x">Tom & 'Jerry'</a>)"),
             "&lt;a href=&quot;x&quot;&gt;Tom &amp; &#39;Jerry&#39;&lt;/a&gt;");
 }
@@ -53,7 +53,7 @@ TEST(PlainNumber, HasNoTrailingZeros) {
   EXPECT_EQ(plain_number(-0.0004, 3), "0");
 }
 
-TEST(PlainNumber, NamesWhatIsNotANumber) {
+TEST(PlainNumber, PrintsNanAndInfinity) {
   EXPECT_EQ(plain_number(std::nan(""), 2), "nan");
   EXPECT_EQ(plain_number(std::numeric_limits<double>::infinity(), 2), "inf");
   EXPECT_EQ(plain_number(-std::numeric_limits<double>::infinity(), 2), "-inf");

@@ -93,7 +93,7 @@ std::vector<ConnectionErrorMeasurement> measurements_of(const Json& root) {
   return measurements;
 }
 
-// What a new measurement is added to.
+// The existing measurements; none if the file cannot be read.
 std::vector<ConnectionErrorMeasurement> earlier_measurements(const std::filesystem::path& room) {
   try {
     return read_connection_errors(room);

@@ -1,4 +1,4 @@
-// manifest.json, written and read. What reading rejects: see manifest_from_json in room.h.
+// Writes and reads manifest.json; manifest_from_json in room.h lists what reading rejects.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,16 +16,14 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "raywalk-room";
 constexpr const char* kFrame =
     "metres; x right, y up, z forward (left-handed); theta = 0 looks to +z and grows towards +x, "
-    "phi "
-    "grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v + "
-    "0.5) "
-    "/ height * 180 degrees; every packed panorama is in world axes";
+    "phi grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v "
+    "+ 0.5) / height * 180 degrees; every packed panorama is in world axes";
 constexpr const char* kSideNames[] = {"front", "right", "back", "left"};
 
 constexpr int kMaxDepth = 16;       // the manifest itself nests 5 deep
 constexpr int kMaxWidth = 1 << 17;  // pixels; far beyond any camera
 constexpr double kMaxMetres = 1e6;  // far beyond any room; keeps products finite
-// Written values are rounded to double precision; these allow for text edited by hand.
+// Written values have full double precision; the tolerances allow for text edited by hand.
 constexpr double kUnitTolerance = 1e-6;
 constexpr double kAlongTolerance = 1e-6;     // of the coordinates' size
 constexpr double kCellSideTolerance = 0.01;  // of the cell's size; sides may be oblique
@@ -59,7 +57,7 @@ Json json_of(const Cell& cell, const std::vector<Line>& lines) {
   return json;
 }
 
-// A JSON value with its place, so that every error says where.
+// A JSON value with its path, for error messages.
 class Reader {
  public:
   Reader(const Json& json, std::string place) : json_(json), place_(std::move(place)) {}
@@ -91,13 +89,13 @@ class Reader {
   }
 
   std::string text() const {
-    if (!json_.is_string()) fail("is not a text");
+    if (!json_.is_string()) fail("is not a string");
     std::string value = json_.get<std::string>();
     if (value.empty()) fail("is empty");
     return value;
   }
   int integer(int min, int max) const {
-    if (!json_.is_number_integer()) fail("is not a whole number");
+    if (!json_.is_number_integer()) fail("is not an integer");
     const bool too_large =
         json_.is_number_unsigned() && json_.get<std::uint64_t>() > static_cast<std::uint64_t>(max);
     const auto value = too_large ? 0 : json_.get<std::int64_t>();
@@ -165,7 +163,7 @@ PlanPoint read_direction(const Reader& reader, LineAxis axis) {
   if (std::abs(std::hypot(direction.x_m, direction.z_m) - 1.0) > kUnitTolerance) {
     reader.fail("is not a unit vector");
   }
-  // Beyond 45 degrees it would be a line along the other axis.
+  // Above 45 degrees it would be a line along the other axis.
   if (along_axis < std::sqrt(0.5)) reader.fail("does not follow the line's axis");
   return direction;
 }
@@ -227,7 +225,7 @@ void read_lines(const Reader& reader, RoomManifest* manifest) {
   }
 }
 
-// Each side must lie where the bounds say; checked at the middle of the side.
+// Each side must lie on the cell's bounds; checked at the middle of the side.
 void check_side(const Reader& reader, const Line& line, const Cell& cell, Side side) {
   const bool along_x = side == Side::kFront || side == Side::kBack;
   if ((line.axis == LineAxis::kX) != along_x) reader.fail("runs along the wrong axis");

@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxRequirementsBytes = std::size_t{16} << 20;
 
-// The keys of each object, once for writing and reading: visit(key, member).
+// The keys of each object, for both writing and reading: visit(key, member).
 template <typename Visit>
 void visit_members(DirectionRange& r, Visit&& visit) {
   visit("longitude_deg", r.longitude_deg);
@@ -157,7 +157,7 @@ Json json_of(T& value) {
   }
 }
 
-// Each reads a value found at `place`, and throws Error where it is of another kind.
+// Each reads the value at `place`, and throws Error if it has another type.
 [[noreturn]] void fail(const std::string& place, const char* what) {
   throw Error(fmt::format("'{}' {}", place, what));
 }
@@ -176,7 +176,7 @@ void read(const Json& json, const std::string& place, std::uint64_t* value) {
   *value = json.get<std::uint64_t>();
 }
 void read(const Json& json, const std::string& place, std::string* value) {
-  if (!json.is_string()) fail(place, "is not a text");
+  if (!json.is_string()) fail(place, "is not a string");
   *value = json.get<std::string>();
 }
 template <typename T>
@@ -210,7 +210,7 @@ void require(bool valid, const char* what) {
   if (!valid) throw Error(what);
 }
 
-// The values that others compute with.
+// Checks the values used in computations.
 void check_values(const RoomRequirements& r) {
   const auto is_k = [](double k_deg) { return k_deg >= 45.0 && k_deg <= 90.0; };
   require(r.tolerance_px > 0.0 && std::isfinite(r.tolerance_px), "'tolerance_px' is not positive");
@@ -237,7 +237,7 @@ RoomRequirements requirements_of(const Json& root) {
   return requirements;
 }
 
-// The checksums of a line's maps; of a volume written without them, one over all that it holds.
+// The checksums of a line's maps; for a volume without checksums, one over its whole content.
 std::string checksums_of(const Room& room, int line) {
   const DistanceVolume& volume = room.distances(line);
   const auto file = distance_volume_path(room.directory(), room.grid().lines[size_t(line)].id);
@@ -282,9 +282,9 @@ std::string requirements_to_json(const RoomRequirements& requirements) {
   Json root = {{"format", kRequirementsFormat},
                {"format_version", kRequirementsVersion},
                {"written_by", "raywalk " RAYWALK_VERSION}};
-  RoomRequirements copy = requirements;  // members are visited for writing and for reading alike
+  RoomRequirements copy = requirements;  // visit_members needs mutable members
   root.update(json_of(copy));
-  // A directory's name may be of any bytes.
+  // A directory's name may not be valid UTF-8.
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -310,7 +310,7 @@ std::optional<RoomRequirements> current_requirements(const Room& room) {
       requirements_from_json(read_file(file, kMaxRequirementsBytes), file.string());
   if (kept.distances_sha256 == distances_sha256(room)) return kept;
   spdlog::warn(
-      "{} was measured on other distances than the room has now and is ignored; run "
+      "{} was measured with different distances and is ignored; run "
       "raywalk-build-lf require on the room again",
       file.string());
   return std::nullopt;

@@ -72,8 +72,8 @@ void estimate(const fs::path& room, const DepthRun& run) {
   ChildProcess depth(program, arguments, log);
   const int status = depth.wait();
   if (succeeded(status)) return;
-  throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(), ending_of(status),
-                          log.string()));
+  throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(),
+                          describe_failure(status), log.string()));
 }
 
 cv::Mat frame_of(const LineVolume& volume, int station) {
@@ -134,7 +134,7 @@ std::vector<Candidate> candidates_of(const Room& room, int every) {
 
 Room room_without_held_out(const Room& room, int every) {
   if (every < 2) throw UsageError("--held-out must be at least 2: every n-th station is left out");
-  Room part = room.subset(all_but(room.grid(), held_out_stations(room.grid(), every)));
+  Room part = room.subset(stations_except(room.grid(), held_out_stations(room.grid(), every)));
   if (!estimated(room)) return part;
   const fs::path own = room.directory() / "depth.json";
   DepthRun run = read_depth_run(own);

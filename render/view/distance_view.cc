@@ -25,7 +25,7 @@ float stored_omega(float distance_m, std::uint8_t confidence) {
   constexpr float kLargest = 1e9f;
   const float omega = std::min(1.0f / distance_m, kLargest);
   // Branchless, so that the compiler vectorises it.
-  const bool known = (confidence >= kLeastConfidence) & (distance_m > 0.0f);
+  const bool known = (confidence >= kMinConfidence) & (distance_m > 0.0f);
   return known ? omega : kUnseen;
 }
 

@@ -2,7 +2,7 @@
 //
 // The few maps nearest to the viewpoint are projected into it; where several see a surface, the
 // nearest surface wins, and among maps that agree on it the nearest map. Pixels that no map sees
-// with sufficient confidence (kLeastConfidence) take the farther of their neighbours along the
+// with sufficient confidence (kMinConfidence) take the farther of their neighbours along the
 // great circle, because a near object hides background. A view without any confident pixel equals
 // the initial view.
 #pragma once
