@@ -26,20 +26,20 @@ constexpr std::size_t kLargestAnswer = std::size_t{4} << 20;
 // More than any camera's panorama: 8 bytes for each pixel of 11008x5504 (Ricoh Theta X) fit in.
 constexpr std::size_t kLargestPicture = std::size_t{512} << 20;
 
-// A member that should be an object; an empty one where it is not.
+// A member that should be an object; an empty object if it is not one.
 Json object_at(const Json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_object() ? *found : Json::object();
 }
 
-// Text, or what another type looks like.
+// Text as it is, any other type as JSON.
 std::string shown_at(const Json& object, const char* key) {
   const auto found = object.find(key);
   if (found == object.end() || found->is_null()) return {};
   return found->is_string() ? found->get<std::string>() : found->dump();
 }
 
-// The file that the results of a picture name; empty if they name none.
+// The file named by the results of a picture; empty if none.
 std::string file_in(const Json& results) {
   // Level 2; then level 1 as Google and as Ricoh name it.
   for (const char* key : {"fileUrl", "fileUri", "_fileUri"}) {
@@ -55,14 +55,14 @@ void throw_if_refused(const Json& reply) {
   throw OscRefusal(shown_at(error, "code"), one_line(shown_at(error, "message")));
 }
 
-bool tells_level_2(const Json& info) {
+bool has_level_2(const Json& info) {
   const auto levels = info.find("apiLevel");
   return levels != info.end() && levels->is_array() &&
          std::find(levels->begin(), levels->end(), Json(2)) != levels->end();
 }
 
-// The path of a file's address. The camera gives its address as it sees itself, which behind an
-// access point or a forwarded port is not the one it is reached at.
+// The path of a file's address. The host in it is the camera's own view, which differs from the
+// configured one behind an access point or a forwarded port.
 std::string path_in(const std::string& url) {
   const std::size_t scheme = url.find("://");
   if (scheme == std::string::npos) return url.starts_with('/') ? url : "/" + url;
@@ -72,7 +72,7 @@ std::string path_in(const std::string& url) {
 
 }  // namespace
 
-// To a command that was carried out or begun.
+// The reply to a command.
 struct OscClient::Answer {
   bool done = false;
   std::string id;  // of a command in progress
@@ -81,7 +81,7 @@ struct OscClient::Answer {
   OscCommand command() const { return {done, id, file_in(results)}; }
 };
 
-bool OscRefusal::is_passing() const {
+bool OscRefusal::is_temporary() const {
   // Theta: "cannot be executed due to the camera status", "cannot be received temporarily"; Google:
   // cameraInExclusiveUse.
   static const std::array<std::string, 3> passing = {"disabledCommand", "serviceUnavailable",
@@ -112,7 +112,7 @@ HttpReply OscClient::answered(Repeat repeat, const std::function<HttpReply()>& s
 void OscClient::note_date(const HttpReply& reply) {
   const auto date = time_from_http_date(reply.date);
   if (!date) return;
-  // The header is cut to whole seconds: on average half a second is missing.
+  // The header is truncated to whole seconds: half a second is missing on average.
   const std::chrono::duration<double> offset = *date - clock_.wall_now();
   header_clock_offset_s_ = offset.count() + 0.5;
 }
@@ -195,7 +195,7 @@ OscClient::Answer OscClient::execute(const std::string& name, Json parameters, R
 
 void OscClient::open_session() {
   if (!level_known_) {
-    needs_session_ = !tells_level_2(info()) || shown_at(state(), "_apiVersion") == "1";
+    needs_session_ = !has_level_2(info()) || shown_at(state(), "_apiVersion") == "1";
     level_known_ = true;
   }
   if (!needs_session_) return;
@@ -208,11 +208,12 @@ void OscClient::open_session() {
     session_id_.clear();
     needs_session_ = false;
   } catch (const OscRefusal& refusal) {
-    if (refusal.is_passing()) {
+    if (refusal.is_temporary()) {
       throw DeviceFault(FaultKind::kBusy, url() + ": " + refusal.what() + " (" + refusal.code() +
                                               "); close other programs that use the camera");
     }
-    // Without sessions it is of level 2, and with one but without clientVersion of level 1.
+    // A camera without sessions has level 2; one with sessions but without clientVersion has
+    // level 1.
     needs_session_ = !session_id_.empty();
   }
 }
@@ -227,20 +228,20 @@ Json OscClient::options(const std::vector<std::string>& names) {
         execute("camera.getOptions", {{"optionNames", wanted}}, Repeat::kIfUnanswered);
     return object_at(answer.results, "options");
   } catch (const OscRefusal& refusal) {
-    if (refusal.is_passing() && wanted.size() == 1) throw;
+    if (refusal.is_temporary() && wanted.size() == 1) throw;
     if (wanted.size() == 1) {
       unknown_options_.insert(wanted.front());
       return Json::object();
     }
   }
-  // One name that it does not know makes a camera refuse all: ask for each alone.
+  // A single unknown name makes a camera refuse all: request each option alone.
   Json all = Json::object();
   for (const std::string& name : wanted) all.update(options({name}));
   return all;
 }
 
 void OscClient::set_options(const Json& options) {
-  // The same values twice do no harm.
+  // Setting the same values twice is harmless.
   execute("camera.setOptions", {{"options", options}}, Repeat::kIfUnanswered);
 }
 
@@ -273,7 +274,7 @@ std::string OscClient::fetch(const std::string& file) {
   }
   if (reply.promised_bytes && *reply.promised_bytes != reply.body.size()) {
     throw DeviceFault(FaultKind::kBadPicture,
-                      fmt::format("{}: the picture is cut short, {} of {} bytes; check the "
+                      fmt::format("{}: the picture is truncated, {} of {} bytes; check the "
                                   "connection to the camera",
                                   url() + path, reply.body.size(), *reply.promised_bytes));
   }

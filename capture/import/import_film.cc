@@ -67,7 +67,7 @@ std::vector<Travel> read_travels(SessionReader* reader, const std::vector<std::s
 void require_size(const FilmTrack& track, const SessionFacts& facts, const Session& session,
                   const fs::path& film) {
   const PanoramaSize size{track.size.width, track.size.height};
-  if (facts.frames == "panorama" && size.width != 2 * size.height) {
+  if (facts.frames == FrameKind::kPanorama && size.width != 2 * size.height) {
     throw Error(
         fmt::format("{}: is {} x {} pixels, but a panorama is twice as wide as high; "
                     "stitch the film first",

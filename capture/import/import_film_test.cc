@@ -26,7 +26,7 @@ class ImportFilmTest : public testing::Test {
  protected:
   void SetUp() override {
     capture_.directory = directory_ / "session";
-    capture_.config.run.mode = "video";
+    capture_.config.run.mode = CaptureMode::kVideo;
     capture_.plan.lines = {test_line("x0", LineAxis::kX, 0.5, -0.2, 0.04, 11)};
   }
 

@@ -33,7 +33,7 @@ class ImportPicturesTest : public testing::Test {
       const LineAxis axis = id[0] == 'x' ? LineAxis::kX : LineAxis::kZ;
       capture_.plan.lines.push_back(test_line(id, axis, id[1] - '0' - 0.5, -1.0, 0.5, 5));
     }
-    capture_.config.camera.kind = "gpio";
+    capture_.config.camera.kind = CameraKind::kGpio;
     const auto session = capture_.open();
     for (const CaptureLine& line : capture_.plan.lines) {
       capture_.clock.sleep(120s);

@@ -58,13 +58,13 @@ std::vector<FailedAttempt> failed_attempts(SqliteConnection* database) {
 SessionShots read_session_shots(SessionReader* reader) {
   const SessionFacts facts = reader->facts();
   const std::string directory = reader->directory().string();
-  if (facts.camera != "gpio") {
+  if (facts.camera != CameraKind::kGpio) {
     throw UsageError(fmt::format(
         "{}: the {} camera sent its pictures during the run; there is nothing to import from a "
         "card",
-        directory, facts.camera));
+        directory, name_of(facts.camera)));
   }
-  if (facts.mode == "video") {
+  if (facts.mode == CaptureMode::kVideo) {
     throw UsageError(fmt::format(
         "{}: this session was captured as video; import its film with --video", directory));
   }

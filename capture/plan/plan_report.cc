@@ -95,7 +95,7 @@ std::string overhang_text(const PlanReport& report) {
 std::string time_text(const PlanReport& report) {
   const CaptureTime& time = report.time;
   const std::string pictures =
-      report.film ? "filmed in passing"
+      report.film ? "filmed in motion"
                   : fmt::format("pictures {} ({} each)", duration_text(time.pictures_s),
                                 duration_text(report.picture_s));
   return fmt::format("time:      about {}: moving {}, settling {}, {}, placing the rail {}\n",
@@ -106,8 +106,8 @@ std::string time_text(const PlanReport& report) {
 std::string storage_text(const PlanReport& report) {
   if (!report.picture_mb) {
     return fmt::format(
-        "storage:   {}; give run.picture_mb or camera.width_px and height_px to "
-        "know their size\n",
+        "storage:   {}; set run.picture_mb, or camera.width_px and height_px, to "
+        "estimate their size\n",
         counted(report.pictures(), "picture"));
   }
   return fmt::format("storage:   about {}: {} of {}\n",
@@ -117,7 +117,7 @@ std::string storage_text(const PlanReport& report) {
 
 std::string spacing_text(const PlanReport& report) {
   if (!report.spacing) {
-    return "spacing:   give camera.width_px and height_px to know what it resolves\n";
+    return "spacing:   set camera.width_px and height_px to estimate the resolution\n";
   }
   const SpacingReport& spacing = *report.spacing;
   std::string text = fmt::format(
@@ -126,7 +126,7 @@ std::string spacing_text(const PlanReport& report) {
       plain_number(spacing.nearest_resolved_m, 2), plain_number(spacing.tolerance_px, 2),
       spacing.panorama_width_px);
   if (!spacing.ghost_px) {
-    text += "           give scene.nearest_m to know what the scene needs\n";
+    text += "           set scene.nearest_m to estimate the spacing that the scene needs\n";
   } else {
     text += fmt::format(
         "           the nearest surface doubles by {} px; {}\n", plain_number(*spacing.ghost_px, 2),
@@ -148,8 +148,8 @@ std::string warnings_text(const PlanReport& report) {
   }
   if (report.spacing && report.spacing->too_coarse()) {
     text +=
-        "warning: the spacing is too coarse for the scene without distances. Make it finer, or "
-        "give distances to the rendering\n";
+        "warning: the spacing is too coarse for the scene without distances. Reduce it, or render "
+        "with distance maps\n";
   }
   return text;
 }
@@ -175,7 +175,7 @@ PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
   PlanReport report;
   add_lines(plan, &report);
   report.exposures = config.camera.exposure.bracket_ev.size();
-  report.film = config.run.mode == "video";
+  report.film = config.run.mode == CaptureMode::kVideo;
   report.spacing_mm = stations[1].rail_mm - stations[0].rail_mm;
   report.low_limit_mm = config.slider.low_limit_mm;
   report.high_limit_mm = config.slider.high_limit_mm;

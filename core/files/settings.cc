@@ -202,13 +202,23 @@ SettingsSchema& SettingsSchema::path(std::string key, std::filesystem::path* val
 
 SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
                                        std::vector<std::string> choices) {
-  const auto set = [value, choices = std::move(choices)](const std::string& scalar) {
-    if (std::find(choices.begin(), choices.end(), scalar) == choices.end()) {
+  return bind_choice(
+      std::move(key), choices, [value, choices](std::size_t i) { *value = choices[i]; },
+      [value] { return *value; });
+}
+
+SettingsSchema& SettingsSchema::bind_choice(std::string key, std::vector<std::string> choices,
+                                            std::function<void(std::size_t)> set,
+                                            std::function<std::string()> value) {
+  const auto set_named = [choices = std::move(choices),
+                          set = std::move(set)](const std::string& scalar) {
+    const auto choice = std::find(choices.begin(), choices.end(), scalar);
+    if (choice == choices.end()) {
       throw std::invalid_argument("is not a valid choice" + suggestion(scalar, choices));
     }
-    *value = scalar;
+    set(static_cast<std::size_t>(choice - choices.begin()));
   };
-  return bind(std::move(key), {.set = set, .takes_quoted = true, .value = [=] { return *value; }});
+  return bind(std::move(key), {.set = set_named, .takes_quoted = true, .value = std::move(value)});
 }
 
 SettingsSchema& SettingsSchema::numbers(std::string key, std::vector<double>* values, double min,

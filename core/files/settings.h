@@ -7,8 +7,11 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/files/nearest_word.h"  // IWYU pragma: export
@@ -29,6 +32,10 @@ class SettingsSchema {
   // As written; the caller resolves a relative path against the file's directory.
   SettingsSchema& path(std::string key, std::filesystem::path* value);
   SettingsSchema& choice(std::string key, std::string* value, std::vector<std::string> choices);
+  // One of the enumerators `choices`, which a file names as name_of(Enum) does.
+  template <typename Enum>
+  requires std::is_enum_v<Enum> SettingsSchema& choice(
+      std::string key, Enum* value, std::span<const std::type_identity_t<Enum>> choices);
 
   // Sequences of up to `max_count` values ("[0, -2, 2]"). A sequence in the file, even an empty
   // one, replaces the whole of `values`. Messages name an element "bracket_ev[1]", counted from 0.
@@ -65,8 +72,23 @@ class SettingsSchema {
     std::function<SettingsSchema()> next_item{};
   };
   SettingsSchema& bind(std::string key, Setting setting);
+  // `set` takes the index of the choice.
+  SettingsSchema& bind_choice(std::string key, std::vector<std::string> choices,
+                              std::function<void(std::size_t)> set,
+                              std::function<std::string()> value);
 
   std::map<std::string, Setting> settings_;
 };
+
+template <typename Enum>
+requires std::is_enum_v<Enum> SettingsSchema& SettingsSchema::choice(
+    std::string key, Enum* value, std::span<const std::type_identity_t<Enum>> choices) {
+  std::vector<std::string> names;
+  for (const Enum choice : choices) names.emplace_back(name_of(choice));
+  const std::vector<Enum> values(choices.begin(), choices.end());
+  return bind_choice(
+      std::move(key), std::move(names), [value, values](std::size_t i) { *value = values[i]; },
+      [value] { return std::string(name_of(*value)); });
+}
 
 }  // namespace raywalk

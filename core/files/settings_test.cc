@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <array>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
@@ -256,6 +258,26 @@ TEST(Settings, ValuesAreThoseOfTheVariables) {
       schema_of(view).values(),
       ElementsAre(Pair("blend.overlap_deg", "5"), Pair("connection", "hybrid"), Pair("k_deg", "76"),
                   Pair("title", "untitled"), Pair("two_sided", "false"), Pair("width", "4096")));
+}
+
+enum class Lens { kFront, kBack };
+constexpr std::string_view name_of(Lens lens) { return lens == Lens::kFront ? "front" : "back"; }
+
+TEST(Settings, ChoicesOfAnEnumerationAreReadByTheirNames) {
+  Lens lens = Lens::kFront;
+  SettingsSchema schema;
+  schema.choice("lens", &lens, std::array{Lens::kFront, Lens::kBack});
+  EXPECT_THAT(schema.values(), ElementsAre(Pair("lens", "front")));
+  schema.parse("lens: back", "camera.yaml");
+  EXPECT_EQ(lens, Lens::kBack);
+  try {
+    schema.parse("lens: bakc", "camera.yaml");
+    ADD_FAILURE() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(),
+                 "camera.yaml:1: 'lens' is 'bakc'; it is not a valid choice; did you mean 'back'?");
+  }
+  EXPECT_EQ(lens, Lens::kBack);
 }
 
 TEST(Settings, LoadNamesTheFile) {

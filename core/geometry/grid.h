@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/sphere.h"
@@ -17,6 +18,9 @@ namespace raywalk {
 
 // Which plan axis a line follows.
 enum class LineAxis { kX, kZ };
+
+// "x" or "z".
+constexpr std::string_view name_of(LineAxis axis) { return axis == LineAxis::kX ? "x" : "z"; }
 
 // One captured position on a line.
 struct Station {

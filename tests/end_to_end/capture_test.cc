@@ -188,7 +188,7 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionResumes) {
     process->signal(number);  // a second signal: the slider must still be stopped
     EXPECT_EQ(process->wait(), 130);
     EXPECT_FALSE(rig_state()["moving"].get<bool>());
-    EXPECT_THAT(run_log(), HasSubstr("the same command goes on"));
+    EXPECT_THAT(run_log(), HasSubstr("the same command resumes"));
   }
   EXPECT_EQ(run().exit_code, 0);
   expect_finished_session();
@@ -216,8 +216,7 @@ TEST_P(CaptureFaultTest, PausesWithAnErrorLineAndResumesAfterRepair) {
   EXPECT_EQ(process->wait(), 3) << run_log();
   const std::string log = run_log();
   const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
-  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"),
-                          HasSubstr("the same command goes on afterwards")));
+  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"), HasSubstr("the same command resumes")));
   for (const char* text : GetParam().says) EXPECT_THAT(line, ContainsRegex(text));
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
   mend_rig();
@@ -314,7 +313,7 @@ TEST_F(CaptureCommandTest, ASecondProcessIsLockedOutOfSliderAndSession) {
   start_rig();
   auto process = run_in_background();
   while (rig_state()["moves"].get<int>() < 2) ASSERT_FALSE(process->has_ended()) << run_log();
-  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture works on this session"));
+  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture uses this session"));
   EXPECT_THAT(capture("jog " + with_rig() + " --mm 5").errors, HasSubstr("another program"));
   EXPECT_EQ(capture("status " + session()).exit_code, 0);
   process->signal(SIGINT);

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 // The serial line keeps real pauses between frames, which take real time.
 struct Setup {
-  const char* connection;
+  SliderConnection connection;
   int stations;
 };
 
@@ -116,9 +116,10 @@ TEST_P(FaultyLinkTest, AllStationsAreCapturedAtTheirPositions) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, FaultyLinkTest,
-                         ::testing::Values(Setup{"tcp", 1000}, Setup{"rtu", 200}),
+                         ::testing::Values(Setup{SliderConnection::kTcp, 1000},
+                                           Setup{SliderConnection::kRtu, 200}),
                          [](const ::testing::TestParamInfo<Setup>& param) {
-                           return std::string(param.param.connection);
+                           return std::string(name_of(param.param.connection));
                          });
 
 }  // namespace

@@ -145,7 +145,7 @@ void wait_for_adapter(Clock* clock) {
 
 void check_usb(HostChannel* host) {
   Rig rig(kUsbAdapter);
-  require_fault(FaultKind::kNoContact, "plug the adapter in", [&] { rig.slider->read_state(); });
+  require_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig.slider->read_state(); });
   host->ask("usb plug");
   wait_for_adapter(&rig.clock);
   home_and_move(&rig);
@@ -161,7 +161,7 @@ void check_usb_unplug(HostChannel* host) {
   Rig rig(kUsbAdapter);
   rig.move(20.0);
   require_lost(host, &rig, "usb unplug");
-  require_fault(FaultKind::kNoContact, "plug the adapter in", [&] { rig.slider->read_state(); });
+  require_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig.slider->read_state(); });
   host->ask("usb plug");
   wait_for_adapter(&rig.clock);
   rig.carriage.stop();

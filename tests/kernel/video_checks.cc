@@ -19,11 +19,11 @@ constexpr auto kFramePeriod = std::chrono::milliseconds(17);  // 60 Hz
 
 CameraConfig streaming() {
   CameraConfig config;
-  config.kind = "v4l2";
+  config.kind = CameraKind::kV4l2;
   config.width_px = kSize.width;
   config.height_px = kSize.height;
   config.v4l2.device = kDevice;
-  config.v4l2.pixel_format = "yuyv";
+  config.v4l2.pixel_format = PixelFormat::kYuyv;
   config.v4l2.frame_timeout_ms = 10000.0;  // the virtual machine may be slow
   return config;
 }
@@ -162,7 +162,8 @@ void check_disconnect() {
     Rig rig;
     rig.camera.prepare(unlocked(), "");
     Vivid(kDevice).disconnect();
-    require_fault(FaultKind::kNoContact, "has gone", [&] { rig.camera.shoot(rig.clock.now()); });
+    require_fault(FaultKind::kNoContact, "was unplugged",
+                  [&] { rig.camera.shoot(rig.clock.now()); });
     require_fault(FaultKind::kNoContact, "no camera at", [] { open_video_device(kDevice); });
   }
   Rig again;
@@ -172,7 +173,7 @@ void check_disconnect() {
 
 void check_other_devices() {
   require_fault(FaultKind::kNoContact, "no camera at", [] { open_video_device("/dev/video99"); });
-  require_fault(FaultKind::kWrongDevice, "is no camera", [] { open_video_device("/dev/null"); });
+  require_fault(FaultKind::kWrongDevice, "is not a camera", [] { open_video_device("/dev/null"); });
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ const SoftLimits kLimits(0.0, 1000.0);
 SliderConfig config_for(const SlaveProcess& slave, const std::string& line,
                         const std::string& map) {
   SliderConfig config;
-  config.connection = line == "tcp" ? "tcp" : "rtu";
+  config.connection = line == "tcp" ? SliderConnection::kTcp : SliderConnection::kRtu;
   if (line == "tcp") {
     config.host = "127.0.0.1";
     config.port = std::stoi(slave.where());

@@ -18,7 +18,7 @@ namespace {
 
 struct Setup {
   const char* map;
-  const char* connection;
+  SliderConnection connection;
 };
 
 class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
@@ -99,7 +99,7 @@ TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
   Carriage carriage(slider.get(), &clock_, limits_, rules());
   carriage.home();
   // The serial line keeps real pauses between frames, which take real time.
-  const int moves = std::string(GetParam().connection) == "tcp" ? 24 : 6;
+  const int moves = GetParam().connection == SliderConnection::kTcp ? 24 : 6;
   for (int i = 0; i < moves; ++i) {
     // One of the first five exchanges of each move has a fault, cycling through all kinds.
     constexpr LinkFault kKinds[] = {
@@ -138,16 +138,20 @@ TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
   EXPECT_NEAR(drive_.truth().carriage_mm, 20.0, 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Maps, SliderOnRigTest,
-    ::testing::Values(Setup{"leadshine-pr0.yaml", "rtu"}, Setup{"leadshine-pr0.yaml", "tcp"},
-                      Setup{"iai-block.yaml", "rtu"}, Setup{"iai-block.yaml", "tcp"},
-                      Setup{"generic.yaml", "rtu"}, Setup{"generic.yaml", "tcp"}),
-    [](const ::testing::TestParamInfo<Setup>& param) {
-      std::string name = std::string(param.param.map) + "_" + param.param.connection;
-      for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
+                         ::testing::Values(Setup{"leadshine-pr0.yaml", SliderConnection::kRtu},
+                                           Setup{"leadshine-pr0.yaml", SliderConnection::kTcp},
+                                           Setup{"iai-block.yaml", SliderConnection::kRtu},
+                                           Setup{"iai-block.yaml", SliderConnection::kTcp},
+                                           Setup{"generic.yaml", SliderConnection::kRtu},
+                                           Setup{"generic.yaml", SliderConnection::kTcp}),
+                         [](const ::testing::TestParamInfo<Setup>& param) {
+                           std::string name = std::string(param.param.map) + "_";
+                           name += name_of(param.param.connection);
+                           for (char& c : name)
+                             c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace raywalk::capture
