@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 #include "core/room/requirements.h"
@@ -18,16 +19,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-template <typename Work>
-std::string error_of(const Work& work) {
-  try {
-    work();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
 
 MeasuredTrade some_trade() {
   const auto choice = [](const char* name, double ratio, double psnr_db) {

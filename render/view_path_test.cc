@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
@@ -20,16 +21,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-
-template <typename Work>
-std::string error_of(const Work& work) {
-  try {
-    work();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
 
 TEST(ViewFile, ReadsViewpointsOfEitherSign) {
   const PlanPoint viewpoint = viewpoint_from_text("-0.1,2e-1");

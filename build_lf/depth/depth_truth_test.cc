@@ -15,13 +15,13 @@ using ::testing::HasSubstr;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
 
-constexpr PanoramaSize kSize{64, 32};
+constexpr PanoramaSize kTruthSize{64, 32};
 
 class DepthTruthTest : public ::testing::Test {
  protected:
   static SyntheticRoomSpec spec() {
     SyntheticRoomSpec small = room_of_scale(1.0);
-    small.width = kSize.width;
+    small.width = kTruthSize.width;
     return small;
   }
   // Maps at every eighth station: the truth, modified by `change(pixel, map)`.
@@ -37,25 +37,25 @@ class DepthTruthTest : public ::testing::Test {
     return compare_with_truth(GivenDistances(room_.room()), plan_, partial);
   }
   // A pixel of parallax at the reach, 1/m.
-  double pixel_per_m() const { return kTwoPi / kSize.width / plan_.reach_m; }
+  double pixel_per_m() const { return kTwoPi / kTruthSize.width / plan_.reach_m; }
 
   DepthTestRoom room_{spec()};
   DepthPlan plan_ = plan_depth(room_.room(), {.every = 8});
 };
 
 TEST_F(DepthTruthTest, ExactMapsHaveNoError) {
-  room_.give_distances(spec().scene, kSize);
+  room_.give_distances(spec().scene, kTruthSize);
   const TruthComparison comparison = compare([](size_t, InverseDistanceMap*) {});
   EXPECT_EQ(comparison.maps, 12);
   EXPECT_EQ(comparison.within_1px_share, 1.0);
   EXPECT_LT(comparison.median_relative_error, 1e-4);
   ASSERT_THAT(comparison.calibration, SizeIs(1));
-  EXPECT_EQ(comparison.calibration[0].pixels, 12 * kSize.width * kSize.height);
+  EXPECT_EQ(comparison.calibration[0].pixels, 12 * kTruthSize.width * kTruthSize.height);
   EXPECT_EQ(comparison.calibration[0].wrong_share, 0.0);
 }
 
 TEST_F(DepthTruthTest, CountsErrorsInPixelsOfParallax) {
-  room_.give_distances(spec().scene, kSize);
+  room_.give_distances(spec().scene, kTruthSize);
   // A quarter of the pixels each is off by 0.5, 1.5, 3 and 5 pixels.
   const TruthComparison comparison = compare([&](size_t pixel, InverseDistanceMap* map) {
     const std::array<double, 4> off_px{0.5, 1.5, 3.0, 5.0};
@@ -67,7 +67,7 @@ TEST_F(DepthTruthTest, CountsErrorsInPixelsOfParallax) {
 }
 
 TEST_F(DepthTruthTest, MedianErrorIsRelativeToTheDistance) {
-  room_.give_distances(spec().scene, kSize);
+  room_.give_distances(spec().scene, kTruthSize);
   for (const double error : {0.02, -0.05, 0.2}) {
     const TruthComparison comparison = compare([&](size_t pixel, InverseDistanceMap* map) {
       // A few gross errors do not move a median.
@@ -78,7 +78,7 @@ TEST_F(DepthTruthTest, MedianErrorIsRelativeToTheDistance) {
 }
 
 TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
-  room_.give_distances(spec().scene, kSize);
+  room_.give_distances(spec().scene, kTruthSize);
   const TruthComparison comparison = compare([&](size_t pixel, InverseDistanceMap* map) {
     const bool sure = pixel % 2 == 0;
     map->confidence[pixel] = sure ? 250 : 10;
@@ -99,7 +99,7 @@ TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
 TEST_F(DepthTruthTest, InfinityIsComparedAsParallax) {
   SyntheticScene sky = spec().scene;
   sky.infinitely_far = true;
-  room_.give_distances(sky, kSize);
+  room_.give_distances(sky, kTruthSize);
   const TruthComparison right =
       compare([](size_t pixel, InverseDistanceMap* map) { map->omega[pixel] = 0.0f; });
   EXPECT_EQ(right.within_1px_share, 1.0);
@@ -112,19 +112,19 @@ TEST_F(DepthTruthTest, InfinityIsComparedAsParallax) {
 }
 
 TEST_F(DepthTruthTest, ComparesMapsOfAnotherSize) {
-  room_.give_distances(spec().scene, {4 * kSize.width, 2 * kSize.width});
+  room_.give_distances(spec().scene, {4 * kTruthSize.width, 2 * kTruthSize.width});
   const TruthComparison comparison = compare([](size_t, InverseDistanceMap*) {});
   EXPECT_GT(comparison.within_1px_share, 0.98);
 }
 
 TEST_F(DepthTruthTest, OnlyStationsWithBothMapsCount) {
-  room_.give_distances(spec().scene, kSize, 16);
+  room_.give_distances(spec().scene, kTruthSize, 16);
   EXPECT_EQ(compare([](size_t, InverseDistanceMap*) {}).maps, 8);
-  EXPECT_FALSE(GivenDistances(room_.room()).omega_of({0, 8}, kSize).has_value());
+  EXPECT_FALSE(GivenDistances(room_.room()).omega_of({0, 8}, kTruthSize).has_value());
 }
 
 TEST_F(DepthTruthTest, NothingToCompareIsAnError) {
-  room_.give_distances(spec().scene, kSize, 16);
+  room_.give_distances(spec().scene, kTruthSize, 16);
   std::erase_if(plan_.maps,
                 [](const SweepReference& map) { return map.station.station % 16 == 0; });
   EXPECT_THAT([&] { compare([](size_t, InverseDistanceMap*) {}); },
@@ -133,10 +133,10 @@ TEST_F(DepthTruthTest, NothingToCompareIsAnError) {
 
 TEST_F(DepthTruthTest, GivenDistancesAreFoundAfterBeingMoved) {
   EXPECT_TRUE(GivenDistances(room_.room()).empty());
-  room_.give_distances(spec().scene, kSize);
+  room_.give_distances(spec().scene, kTruthSize);
   const GivenDistances in_use(room_.room());
   EXPECT_TRUE(in_use.in_use());
-  const auto before = in_use.omega_of({1, 4}, kSize);
+  const auto before = in_use.omega_of({1, 4}, kTruthSize);
   ASSERT_TRUE(before.has_value());
   EXPECT_THAT(*before, Each(::testing::Gt(0.0f)));
   const std::filesystem::path directory = room_.room().directory();
@@ -144,7 +144,7 @@ TEST_F(DepthTruthTest, GivenDistancesAreFoundAfterBeingMoved) {
   const GivenDistances moved(Room::open(directory));
   EXPECT_FALSE(moved.in_use());
   EXPECT_FALSE(moved.empty());
-  EXPECT_EQ(moved.omega_of({1, 4}, kSize), before);
+  EXPECT_EQ(moved.omega_of({1, 4}, kTruthSize), before);
 }
 
 }  // namespace

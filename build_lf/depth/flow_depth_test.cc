@@ -10,23 +10,23 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr PanoramaSize kSize{256, 128};
+constexpr PanoramaSize kFlowSize{256, 128};
 
 // A pixel of parallax over half the cell's side, as an inverse distance.
-double pixel_per_m(double reach_m) { return kTwoPi / kSize.width / reach_m; }
+double pixel_per_m(double reach_m) { return kTwoPi / kFlowSize.width / reach_m; }
 
 const auto kAllPixels = [](size_t) { return true; };
 
 SyntheticRoomSpec captured_line(double scale, unsigned seed = 1) {
   SyntheticRoomSpec spec = line_of_scale(scale, seed);
-  spec.width = kSize.width;
+  spec.width = kFlowSize.width;
   return spec;
 }
 
 InverseDistanceMap truth_at(const SyntheticRoomSpec& spec, const Grid& grid, StationIndex station) {
   const Line& line = grid.lines[static_cast<size_t>(station.line)];
   return true_map(spec.scene, line.stations[static_cast<size_t>(station.station)].position_m,
-                  kSize);
+                  kFlowSize);
 }
 
 class FlowDepthOfScale : public ::testing::TestWithParam<double> {};
@@ -37,7 +37,7 @@ TEST_P(FlowDepthOfScale, FindsTheWallsOfABox) {
     const SyntheticRoomSpec spec = captured_line(GetParam(), seed);
     const DepthTestRoom room(spec);
     const StationIndex station{0, 8};
-    const auto map = flow_map(room.room(), station, reach_m, kSize, unit_gains(room.grid()));
+    const auto map = flow_map(room.room(), station, reach_m, kFlowSize, unit_gains(room.grid()));
     const auto truth = truth_at(spec, room.grid(), station);
     EXPECT_EQ(map.station, station);
     EXPECT_EQ(map.position_m, truth.position_m);
@@ -54,7 +54,7 @@ TEST_P(FlowDepthOfScale, IsLessCertainAtTheEndOfALine) {
   const double reach_m = 0.5 * GetParam();
   const DepthTestRoom room(spec);
   for (const int end : {0, 16}) {
-    const auto map = flow_map(room.room(), {0, end}, reach_m, kSize, unit_gains(room.grid()));
+    const auto map = flow_map(room.room(), {0, end}, reach_m, kFlowSize, unit_gains(room.grid()));
     const auto truth = truth_at(spec, room.grid(), {0, end});
     EXPECT_GT(share_within(map, truth, pixel_per_m(reach_m), kAllPixels), 0.7);
     EXPECT_LE(*std::max_element(map.confidence.begin(), map.confidence.end()), 128);
@@ -67,28 +67,28 @@ TEST(FlowDepthTest, FindsInfinityFarAway) {
   SyntheticRoomSpec spec = captured_line(1.0);
   spec.scene.infinitely_far = true;
   const DepthTestRoom room(spec);
-  const auto map = flow_map(room.room(), {0, 5}, 0.5, kSize, unit_gains(room.grid()));
+  const auto map = flow_map(room.room(), {0, 5}, 0.5, kFlowSize, unit_gains(room.grid()));
   for (const float omega : map.omega) ASSERT_LT(omega, 0.1 * pixel_per_m(0.5));
 }
 
 TEST(FlowDepthTest, FillsUnknownPixelsAlongTheRail) {
   const SyntheticRoomSpec spec = captured_line(1.0);
   const DepthTestRoom room(spec);
-  const auto map = flow_map(room.room(), {0, 8}, 0.5, kSize, unit_gains(room.grid()));
+  const auto map = flow_map(room.room(), {0, 8}, 0.5, kFlowSize, unit_gains(room.grid()));
   // Line x0 runs along x, which is theta = +-90 degrees.
   const auto at = [&](int theta, int phi) {
-    return static_cast<size_t>(theta * kSize.height + phi);
+    return static_cast<size_t>(theta * kFlowSize.height + phi);
   };
-  for (const int along : {kSize.width / 4, 3 * kSize.width / 4}) {
-    EXPECT_EQ(map.confidence[at(along, kSize.height / 2)], 0);
+  for (const int along : {kFlowSize.width / 4, 3 * kFlowSize.width / 4}) {
+    EXPECT_EQ(map.confidence[at(along, kFlowSize.height / 2)], 0);
     int left = along;
     int right = along;
-    while (map.confidence[at(left, kSize.height / 2)] == 0) --left;
-    while (map.confidence[at(right, kSize.height / 2)] == 0) ++right;
-    EXPECT_LT(right - left, kSize.width / 8);
-    EXPECT_EQ(
-        map.omega[at(along, kSize.height / 2)],
-        std::min(map.omega[at(left, kSize.height / 2)], map.omega[at(right, kSize.height / 2)]));
+    while (map.confidence[at(left, kFlowSize.height / 2)] == 0) --left;
+    while (map.confidence[at(right, kFlowSize.height / 2)] == 0) ++right;
+    EXPECT_LT(right - left, kFlowSize.width / 8);
+    EXPECT_EQ(map.omega[at(along, kFlowSize.height / 2)],
+              std::min(map.omega[at(left, kFlowSize.height / 2)],
+                       map.omega[at(right, kFlowSize.height / 2)]));
   }
 }
 
@@ -109,7 +109,7 @@ TEST(FlowDepthTest, EqualisesExposuresFirst) {
   const double reach_m = 4.0 * 3.0 * spec.spacing_m;
   const auto truth = truth_at(spec, room.grid(), station);
   const auto share = [&](const Room& captured, const auto& applied) {
-    return share_within(flow_map(captured, station, reach_m, kSize, applied), truth,
+    return share_within(flow_map(captured, station, reach_m, kFlowSize, applied), truth,
                         pixel_per_m(0.5), kAllPixels);
   };
   EXPECT_NEAR(share(room.room(), gains), share(constant.room(), unit_gains(room.grid())), 0.03);
@@ -119,7 +119,7 @@ TEST(FlowDepthTest, GivesEveryPixelAValueInAPlainRoom) {
   SyntheticRoomSpec spec = captured_line(1.0);
   spec.scene.contrast = 0.0;
   const DepthTestRoom room(spec);
-  const auto map = flow_map(room.room(), {0, 3}, 0.5, kSize, unit_gains(room.grid()));
+  const auto map = flow_map(room.room(), {0, 3}, 0.5, kFlowSize, unit_gains(room.grid()));
   ASSERT_EQ(map.omega.size(), size_t{256 * 128});
   for (const float omega : map.omega) ASSERT_TRUE(std::isfinite(omega) && omega >= 0.0f);
 }

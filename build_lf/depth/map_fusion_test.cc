@@ -10,10 +10,10 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr PanoramaSize kSize{128, 64};
+constexpr PanoramaSize kFusedSize{128, 64};
 constexpr double kTolerance_per_m = 0.05;
 
-const auto kAllPixels = [](size_t) { return true; };
+const auto kAllFusedPixels = [](size_t) { return true; };
 
 // True maps at five positions on two crossing lines.
 std::vector<InverseDistanceMap> true_maps(const SyntheticScene& scene) {
@@ -21,7 +21,7 @@ std::vector<InverseDistanceMap> true_maps(const SyntheticScene& scene) {
   for (const Eigen::Vector3d& position_m :
        {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.15, 0, 0), Eigen::Vector3d(-0.15, 0, 0),
         Eigen::Vector3d(0.3, 0, 0.15), Eigen::Vector3d(0.3, 0, -0.15)}) {
-    maps.push_back(true_map(scene, position_m, kSize));
+    maps.push_back(true_map(scene, position_m, kFusedSize));
     maps.back().station = {0, static_cast<int>(maps.size()) - 1};
   }
   return maps;
@@ -33,7 +33,7 @@ SyntheticScene room_with_post() {
   return scene;
 }
 
-size_t pixel_at(int theta, int phi) { return static_cast<size_t>(theta * kSize.height + phi); }
+size_t pixel_at(int theta, int phi) { return static_cast<size_t>(theta * kFusedSize.height + phi); }
 
 TEST(MapFusionTest, KeepsTrueMapsUnchanged) {
   const auto maps = true_maps({});
@@ -42,7 +42,7 @@ TEST(MapFusionTest, KeepsTrueMapsUnchanged) {
     const auto& truth = maps[static_cast<size_t>(which)];
     EXPECT_EQ(fused.station, truth.station);
     EXPECT_EQ(fused.position_m, truth.position_m);
-    EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllPixels), 0.98);
+    EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllFusedPixels), 0.98);
     EXPECT_GT(*std::min_element(fused.confidence.begin(), fused.confidence.end()), 0);
   }
 }
@@ -51,15 +51,17 @@ TEST(MapFusionTest, OutvotesAnErrorOfOneMap) {
   const auto truth = true_maps({});
   for (const float factor : {0.3f, 2.5f}) {
     auto maps = truth;
-    const auto wrong = [](size_t pixel) { return pixel / kSize.height % 32 < 12; };
+    const auto wrong = [](size_t pixel) { return pixel / kFusedSize.height % 32 < 12; };
     for (size_t pixel = 0; pixel < maps[0].omega.size(); ++pixel) {
       if (wrong(pixel)) maps[0].omega[pixel] *= factor;
     }
     const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
-    EXPECT_GT(share_within(fused, truth[0], 0.5 * kTolerance_per_m, kAllPixels), 0.97) << factor;
+    EXPECT_GT(share_within(fused, truth[0], 0.5 * kTolerance_per_m, kAllFusedPixels), 0.97)
+        << factor;
     // Nor does it affect the other maps.
     const auto other = fuse_maps(maps, 1, {kTolerance_per_m});
-    EXPECT_GT(share_within(other, truth[1], 0.5 * kTolerance_per_m, kAllPixels), 0.97) << factor;
+    EXPECT_GT(share_within(other, truth[1], 0.5 * kTolerance_per_m, kAllFusedPixels), 0.97)
+        << factor;
     // The winner had fewer votes there.
     EXPECT_LT(fused.confidence[pixel_at(4, 32)], fused.confidence[pixel_at(24, 32)]);
   }
@@ -68,7 +70,7 @@ TEST(MapFusionTest, OutvotesAnErrorOfOneMap) {
 TEST(MapFusionTest, FillsUnknownPixels) {
   const auto truth = true_maps({});
   auto maps = truth;
-  const auto unknown = [](size_t pixel) { return pixel / kSize.height % 16 < 8; };
+  const auto unknown = [](size_t pixel) { return pixel / kFusedSize.height % 16 < 8; };
   for (size_t pixel = 0; pixel < maps[2].omega.size(); ++pixel) {
     if (!unknown(pixel)) continue;
     maps[2].omega[pixel] = 0.0f;
@@ -82,11 +84,11 @@ TEST(MapFusionTest, OcclusionIsNoEvidenceAgainstASurface) {
   const SyntheticScene scene = room_with_post();
   const auto maps = true_maps(scene);
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
-  EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, kAllPixels), 0.96);
+  EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, kAllFusedPixels), 0.96);
   // The wall beside the post is kept, although the post occludes it for other stations.
   const auto wall_behind = [&](size_t pixel) {
-    const int theta = static_cast<int>(pixel) / kSize.height;
-    return std::abs(theta - kSize.width / 2) < 16 && maps[0].omega[pixel] < 0.6f;
+    const int theta = static_cast<int>(pixel) / kFusedSize.height;
+    return std::abs(theta - kFusedSize.width / 2) < 16 && maps[0].omega[pixel] < 0.6f;
   };
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, wall_behind), 0.9);
 }
@@ -94,33 +96,33 @@ TEST(MapFusionTest, OcclusionIsNoEvidenceAgainstASurface) {
 // One map lost a post, six see it and seven do not; but all of them see the wall behind it.
 TEST(MapFusionTest, ShowsTheNearestSurfaceThatEnoughMapsSee) {
   const SyntheticScene with_post = room_with_post();
-  std::vector<InverseDistanceMap> maps = {true_map({}, {0, 0, 0}, kSize)};
+  std::vector<InverseDistanceMap> maps = {true_map({}, {0, 0, 0}, kFusedSize)};
   for (int i = 1; i <= 13; ++i) {
     const Eigen::Vector3d position_m(0.03 * (i % 2 == 0 ? i : -i), 0, 0);
-    maps.push_back(true_map(with_post, position_m, kSize));
+    maps.push_back(true_map(with_post, position_m, kFusedSize));
     maps.back().station = {0, i};
     if (i <= 6) continue;
-    const InverseDistanceMap wall = true_map({}, position_m, kSize);
+    const InverseDistanceMap wall = true_map({}, position_m, kFusedSize);
     for (size_t pixel = 0; pixel < wall.omega.size(); ++pixel) {
       if (maps.back().omega[pixel] != wall.omega[pixel]) maps.back().confidence[pixel] = 0;
     }
   }
-  const InverseDistanceMap truth = true_map(with_post, {0, 0, 0}, kSize);
+  const InverseDistanceMap truth = true_map(with_post, {0, 0, 0}, kFusedSize);
   const auto post = [&](size_t pixel) { return truth.omega[pixel] != maps[0].omega[pixel]; };
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, post), 0.7);
-  EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllPixels), 0.96);
+  EXPECT_GT(share_within(fused, truth, 0.5 * kTolerance_per_m, kAllFusedPixels), 0.96);
 }
 
 TEST(MapFusionTest, KeepsASurfaceThatOnlyOneStationSees) {
   const SyntheticScene scene = room_with_post();
-  const std::vector<InverseDistanceMap> maps = {true_map(scene, {0, 0, 0}, kSize),
+  const std::vector<InverseDistanceMap> maps = {true_map(scene, {0, 0, 0}, kFusedSize),
                                                 // From the other side of the post.
-                                                true_map(scene, {0.05, 0, 1.9}, kSize)};
+                                                true_map(scene, {0.05, 0, 1.9}, kFusedSize)};
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   const auto front = [&](size_t pixel) {
-    const auto row = static_cast<int>(pixel) % kSize.height;
-    return maps[0].omega[pixel] > 0.9f && std::abs(row - kSize.height / 2) < 8;
+    const auto row = static_cast<int>(pixel) % kFusedSize.height;
+    return maps[0].omega[pixel] > 0.9f && std::abs(row - kFusedSize.height / 2) < 8;
   };
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, front), 0.8);
 }
@@ -130,7 +132,7 @@ TEST(MapFusionTest, DoesNotDependOnTheOrderOfMaps) {
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   std::reverse(maps.begin(), maps.end());
   const auto reversed = fuse_maps(maps, 4, {kTolerance_per_m});
-  EXPECT_GT(share_within(reversed, fused, 0.1 * kTolerance_per_m, kAllPixels), 0.98);
+  EXPECT_GT(share_within(reversed, fused, 0.1 * kTolerance_per_m, kAllFusedPixels), 0.98);
 }
 
 TEST(MapFusionTest, ScalesWithTheRoom) {
@@ -158,11 +160,11 @@ TEST(MapFusionTest, StaysUnknownWhereAllMapsAreUnknown) {
 TEST(MapFusionTest, KeepsASingleMap) {
   const std::vector<InverseDistanceMap> maps = {true_maps({})[1]};
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
-  EXPECT_GT(share_within(fused, maps[0], 0.1 * kTolerance_per_m, kAllPixels), 0.95);
+  EXPECT_GT(share_within(fused, maps[0], 0.1 * kTolerance_per_m, kAllFusedPixels), 0.95);
 }
 
 // The lower third of a map: what a dolly hides.
-bool is_below(size_t pixel) { return pixel % kSize.height >= kSize.height * 2 / 3; }
+bool is_below(size_t pixel) { return pixel % kFusedSize.height >= kFusedSize.height * 2 / 3; }
 
 void forget_below(InverseDistanceMap* map) {
   for (size_t pixel = 0; pixel < map->omega.size(); ++pixel) {
@@ -209,7 +211,7 @@ TEST(MapFusionTest, FallbackMapsVoteOnlyForUnknownPixels) {
       fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .min_voters = 1});
   for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
     // The final median reads one row farther.
-    if (pixel % kSize.height >= kSize.height * 2 / 3 - 1) continue;
+    if (pixel % kFusedSize.height >= kFusedSize.height * 2 / 3 - 1) continue;
     ASSERT_EQ(fused.omega[pixel], without.omega[pixel]);
   }
 }

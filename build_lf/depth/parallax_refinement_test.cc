@@ -11,7 +11,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr PanoramaSize kSize{128, 64};
+constexpr PanoramaSize kRefinedSize{128, 64};
 
 // A room with known walls, a reference station and the stations compared with it.
 class RefinementCase {
@@ -21,18 +21,18 @@ class RefinementCase {
       : room_(spec, edit),
         plan_(plan_depth(room_.room(), {.every = 8})),
         gains_(unit_gains(room_.grid())),
-        pictures_(room_.room(), kSize, gains_, valid, 100),
-        truth_(true_map(spec.scene, reference().position_m, kSize)) {}
+        pictures_(room_.room(), kRefinedSize, gains_, valid, 100),
+        truth_(true_map(spec.scene, reference().position_m, kRefinedSize)) {}
 
   const InverseDistanceMap& truth() const { return truth_; }
   // Inverse distance of a pixel of parallax at the reach.
-  double pixel_per_m() const { return kTwoPi / kSize.width / plan_.reach_m; }
+  double pixel_per_m() const { return kTwoPi / kRefinedSize.width / plan_.reach_m; }
 
   // The truth with a smooth error of up to `most_px`, similar to that of the sweep's steps.
   InverseDistanceMap disturbed(double most_px) const {
     InverseDistanceMap map = truth_;
     for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
-      const double column = std::floor(static_cast<double>(pixel) / kSize.height);
+      const double column = std::floor(static_cast<double>(pixel) / kRefinedSize.height);
       map.omega[pixel] +=
           static_cast<float>(most_px * std::sin(kTwoPi * column / 64.0) * pixel_per_m());
     }
@@ -46,10 +46,10 @@ class RefinementCase {
   }
   // A quantile of the errors in pixels of parallax at the reach, over some rows.
   double error_px(const InverseDistanceMap& map, double quantile, int first_row = 0,
-                  int end_row = kSize.height) const {
+                  int end_row = kRefinedSize.height) const {
     std::vector<double> errors_px;
     for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
-      const int row = static_cast<int>(pixel % static_cast<size_t>(kSize.height));
+      const int row = static_cast<int>(pixel % static_cast<size_t>(kRefinedSize.height));
       if (row < first_row || row >= end_row) continue;
       errors_px.push_back(std::fabs(map.omega[pixel] - truth_.omega[pixel]) / pixel_per_m());
     }
@@ -105,7 +105,8 @@ TEST(ParallaxRefinementTest, TexturelessSurfacesAreUnchanged) {
 }
 
 TEST(ParallaxRefinementTest, InvalidPixelsAreUnchanged) {
-  RefinementCase none(textured_room(1.0), cv::Mat::zeros(kSize.height, kSize.width, CV_8UC1));
+  RefinementCase none(textured_room(1.0),
+                      cv::Mat::zeros(kRefinedSize.height, kRefinedSize.width, CV_8UC1));
   const InverseDistanceMap before = none.disturbed(0.4);
   EXPECT_EQ(none.refined(before).omega, before.omega);
 }
@@ -113,8 +114,8 @@ TEST(ParallaxRefinementTest, InvalidPixelsAreUnchanged) {
 // A mask also blackens parts of the other stations, which must not affect the pixels beside it.
 TEST(ParallaxRefinementTest, MasksDoNotAffectNeighbouringPixels) {
   constexpr int kMaskedFrom = 40;
-  cv::Mat valid(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
-  valid.rowRange(kMaskedFrom, kSize.height).setTo(0);
+  cv::Mat valid(kRefinedSize.height, kRefinedSize.width, CV_8UC1, cv::Scalar(255));
+  valid.rowRange(kMaskedFrom, kRefinedSize.height).setTo(0);
   RefinementCase masked(textured_room(1.0), valid);
   const InverseDistanceMap after = masked.refined(masked.disturbed(0.4));
   EXPECT_LT(masked.error_px(after, 0.5, kMaskedFrom - 4, kMaskedFrom), 0.05);

@@ -17,13 +17,13 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
-constexpr PanoramaSize kSize{8, 4};
+constexpr PanoramaSize kPartialSize{8, 4};
 constexpr StationIndex kStation{1, 5};
 const Eigen::Vector3d kPosition_m(1.0, 2.0, 3.0);
 
 InverseDistanceMap map_of(float first) {
-  InverseDistanceMap map{kStation, kPosition_m, kSize, {}, {}};
-  for (int i = 0; i < kSize.width * kSize.height; ++i) {
+  InverseDistanceMap map{kStation, kPosition_m, kPartialSize, {}, {}};
+  for (int i = 0; i < kPartialSize.width * kPartialSize.height; ++i) {
     map.omega.push_back(first + 0.125f * static_cast<float>(i));
     map.confidence.push_back(static_cast<std::uint8_t>(7 * i));
   }
@@ -38,7 +38,7 @@ class PartialMapsTest : public ::testing::Test {
 
   static std::optional<InverseDistanceMap> load(const PartialMaps& maps,
                                                 const std::string& stage = "swept") {
-    return maps.load(stage, kStation, kPosition_m, kSize);
+    return maps.load(stage, kStation, kPosition_m, kPartialSize);
   }
   // A room whose distances are `text`.
   void give_distances(const std::string& text) const {
@@ -67,12 +67,12 @@ TEST_F(PartialMapsTest, ReturnsWhatWasStored) {
   ASSERT_TRUE(loaded.has_value());
   EXPECT_EQ(loaded->station, kStation);
   EXPECT_EQ(loaded->position_m, kPosition_m);
-  EXPECT_EQ(loaded->size, kSize);
+  EXPECT_EQ(loaded->size, kPartialSize);
   EXPECT_EQ(loaded->omega, stored.omega);
   EXPECT_EQ(loaded->confidence, stored.confidence);
   // Stages and stations are separate.
   EXPECT_FALSE(load(maps, "final").has_value());
-  EXPECT_FALSE(maps.load("swept", {5, 1}, kPosition_m, kSize).has_value());
+  EXPECT_FALSE(maps.load("swept", {5, 1}, kPosition_m, kPartialSize).has_value());
 }
 
 TEST_F(PartialMapsTest, ANewMapReplacesTheOld) {

@@ -29,7 +29,7 @@ TEST(SweepLayersTest, ReachTheNearestSurfaceInStepsOfAPixelAndAHalf) {
   }
 }
 
-constexpr PanoramaSize kSize{128, 64};
+constexpr PanoramaSize kSweptSize{128, 64};
 
 // Sweeps one station against all others of a room.
 class Sweeper {
@@ -38,7 +38,7 @@ class Sweeper {
       : room_(room),
         gains_(unit_gains(room.grid())),
         valid_(valid),
-        pictures_(room, kSize, gains_, valid_, 100) {
+        pictures_(room, kSweptSize, gains_, valid_, 100) {
     for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
       const auto& stations = room.grid().lines[static_cast<size_t>(line)].stations;
       for (int i = 0; i < static_cast<int>(stations.size()); ++i) {
@@ -56,7 +56,7 @@ class Sweeper {
 
   void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double max_per_m) {
     const TileViews views(reference(station), candidates_, reach_m, &pictures_);
-    sweep(views, sweep_layers(max_per_m, reach_m, kSize), volume);
+    sweep(views, sweep_layers(max_per_m, reach_m, kSweptSize), volume);
   }
 
   InverseDistanceMap map(StationIndex station, double reach_m, double max_per_m) {
@@ -74,10 +74,10 @@ class Sweeper {
   std::vector<SweepCandidate> candidates_;
 };
 
-const auto kAllPixels = [](size_t) { return true; };
+const auto kAllSweptPixels = [](size_t) { return true; };
 
 // Two pixels of parallax over the reach.
-double tolerance_per_m(double reach_m) { return 2.0 * kTwoPi / kSize.width / reach_m; }
+double tolerance_per_m(double reach_m) { return 2.0 * kTwoPi / kSweptSize.width / reach_m; }
 
 class SweepOfScale : public ::testing::TestWithParam<double> {};
 
@@ -91,8 +91,8 @@ TEST_P(SweepOfScale, FindsTheWallsOfABox) {
     Sweeper sweeper(room.room());
     for (const StationIndex station : {StationIndex{0, 8}, StationIndex{2, 0}}) {
       const auto map = sweeper.map(station, reach_m, 1.5 / scale);
-      const auto truth = true_map(spec.scene, map.position_m, kSize);
-      EXPECT_GT(share_within(map, truth, tolerance_per_m(reach_m), kAllPixels), 0.9) << seed;
+      const auto truth = true_map(spec.scene, map.position_m, kSweptSize);
+      EXPECT_GT(share_within(map, truth, tolerance_per_m(reach_m), kAllSweptPixels), 0.9) << seed;
     }
   }
 }
@@ -105,7 +105,7 @@ TEST_P(SweepOfScale, FindsObjectsInTheRoom) {
       SceneBox{Eigen::Vector3d(-0.2, -1.2, 0.9) * scale, Eigen::Vector3d(0.3, 0.4, 1.3) * scale};
   const DepthTestRoom room(spec);
   const auto map = Sweeper(room.room()).map({1, 8}, 0.5 * scale, 4.0 / scale);
-  const auto truth = true_map(spec.scene, map.position_m, kSize);
+  const auto truth = true_map(spec.scene, map.position_m, kSweptSize);
   const auto near = [&](size_t pixel) { return truth.omega[pixel] > 1.5 / scale; };
   EXPECT_GT(share_within(map, truth, tolerance_per_m(0.5 * scale), near), 0.75);
 }
@@ -124,10 +124,10 @@ TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
   const DepthTestRoom room(line_of_scale(1.0));
   const auto gains = unit_gains(room.grid());
   const cv::Mat all_valid;
-  PictureCache pictures(room.room(), kSize, gains, all_valid, 4);
+  PictureCache pictures(room.room(), kSweptSize, gains, all_valid, 4);
   const SweepReference reference{{0, 8}, {0, 0, 0}, {1, 0, 0}};
   CostVolume volume;
-  sweep(TileViews(reference, {}, 0.5, &pictures), sweep_layers(2.0, 0.5, kSize), &volume);
+  sweep(TileViews(reference, {}, 0.5, &pictures), sweep_layers(2.0, 0.5, kSweptSize), &volume);
   SemiGlobalScratch scratch;
   const auto map = regularise(volume, reference, &scratch);
   for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
@@ -138,11 +138,11 @@ TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
 
 TEST(PlaneSweepTest, LeavesMaskedPixelsUnknown) {
   const DepthTestRoom room(room_of_scale(1.0));
-  cv::Mat valid(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
-  valid.rowRange(50, kSize.height).setTo(0);
+  cv::Mat valid(kSweptSize.height, kSweptSize.width, CV_8UC1, cv::Scalar(255));
+  valid.rowRange(50, kSweptSize.height).setTo(0);
   const auto map = Sweeper(room.room(), valid).map({0, 8}, 0.5, 2.0);
-  for (int theta = 0; theta < kSize.width; ++theta) {
-    const auto column = static_cast<size_t>(theta * kSize.height);
+  for (int theta = 0; theta < kSweptSize.width; ++theta) {
+    const auto column = static_cast<size_t>(theta * kSweptSize.height);
     EXPECT_GT(map.confidence[column + 20], 0);
     for (size_t phi = 50; phi < 64; ++phi) ASSERT_EQ(map.confidence[column + phi], 0);
   }

@@ -12,7 +12,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr PanoramaSize kSize{128, 64};
+constexpr PanoramaSize kPictureSize{128, 64};
 
 SyntheticRoomSpec small_line() {
   SyntheticRoomSpec spec = line_of_scale(1.0);
@@ -40,7 +40,7 @@ Difference difference_of(const StationPicture& a, const StationPicture& b, int c
 TEST(StationImageTest, HasAPanoramasColumnsAsRows) {
   const SyntheticRoomSpec spec = small_line();
   const DepthTestRoom room(spec);
-  const cv::Mat image = station_image(room.room(), {0, 2}, kSize);
+  const cv::Mat image = station_image(room.room(), {0, 2}, kPictureSize);
   const cv::Mat frame =
       render_scene(spec.scene, room.grid().lines[0].stations[2].position_m, spec.width);
   ASSERT_EQ(image.size(), cv::Size(64, 128));
@@ -54,7 +54,7 @@ TEST(StationImageTest, HasAPanoramasColumnsAsRows) {
 
 TEST(StationImageTest, IsReducedByTheMean) {
   const DepthTestRoom room(small_line());
-  const cv::Mat full = station_image(room.room(), {0, 1}, kSize);
+  const cv::Mat full = station_image(room.room(), {0, 1}, kPictureSize);
   const cv::Mat half = station_image(room.room(), {0, 1}, {64, 32});
   ASSERT_EQ(half.size(), cv::Size(32, 64));
   for (int u = 0; u < 64; ++u) {
@@ -68,7 +68,7 @@ TEST(StationImageTest, IsReducedByTheMean) {
 
 TEST(StationImageTest, WrapsAroundTheSphere) {
   const DepthTestRoom room(small_line());
-  const cv::Mat image = station_image(room.room(), {0, 0}, kSize);
+  const cv::Mat image = station_image(room.room(), {0, 0}, kPictureSize);
   const cv::Mat bordered = with_border(image, 5);
   ASSERT_EQ(bordered.size(), cv::Size(74, 138));
   EXPECT_EQ(bordered.at<cv::Vec3b>(4, 25), image.at<cv::Vec3b>(127, 20));
@@ -80,8 +80,8 @@ TEST(StationImageTest, WrapsAroundTheSphere) {
 
 TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
   const DepthTestRoom room(small_line());
-  const cv::Mat image = station_image(room.room(), {0, 2}, kSize);
-  const auto picture = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, {});
+  const cv::Mat image = station_image(room.room(), {0, 2}, kPictureSize);
+  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
   ASSERT_EQ(picture.size, (PanoramaSize{256, 128}));
   ASSERT_EQ(picture.samples.size(), size_t{256 * 128});
   // Mean difference of each pixel's samples from those of the pixel at the given offset.
@@ -107,9 +107,10 @@ TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
 TEST(StationPictureTest, AppliesTheGain) {
   const DepthTestRoom room(small_line());
   const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.7; });
-  const auto expected = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, {});
+  const auto expected = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
   const float gain = 1.0f / 0.7f;
-  const auto picture = make_station_picture(darker.room(), {0, 2}, kSize, {gain, gain, gain}, {});
+  const auto picture =
+      make_station_picture(darker.room(), {0, 2}, kPictureSize, {gain, gain, gain}, {});
   for (int channel = 0; channel < 3; ++channel) {
     EXPECT_LE(difference_of(picture, expected, channel).most, 2);
   }
@@ -118,17 +119,17 @@ TEST(StationPictureTest, AppliesTheGain) {
 TEST(StationPictureTest, DetailIsNearlyIndependentOfExposure) {
   const DepthTestRoom room(small_line());
   const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.6; });
-  const auto bright = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, {});
-  const auto dark = make_station_picture(darker.room(), {0, 2}, kSize, {1, 1, 1}, {});
+  const auto bright = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
+  const auto dark = make_station_picture(darker.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
   EXPECT_GT(difference_of(bright, dark, 0).mean, 30.0);
   EXPECT_LT(difference_of(bright, dark, 3).mean, 8.0);
 }
 
 TEST(StationPictureTest, MarksInvalidPixels) {
   const DepthTestRoom room(small_line());
-  cv::Mat valid(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
+  cv::Mat valid(kPictureSize.height, kPictureSize.width, CV_8UC1, cv::Scalar(255));
   valid.at<std::uint8_t>(40, 100) = 0;
-  const auto picture = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, valid);
+  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, valid);
   int invalid = 0;
   for (const MatchingSample sample : picture.samples) {
     invalid += channel_of(sample, 3) == static_cast<int>(kInvalidDetail) ? 1 : 0;
@@ -146,11 +147,11 @@ TEST(PictureCacheTest, ReturnsTheRightPictureAtAnyCapacity) {
   auto gains = unit_gains(room.grid());
   gains[0][3] = {0.5f, 1.0f, 1.0f};
   const cv::Mat all_valid;
-  PictureCache pictures(room.room(), kSize, gains, all_valid, 2);
+  PictureCache pictures(room.room(), kPictureSize, gains, all_valid, 2);
   const auto held = pictures.get({0, 0});
   parallel_for(0, 40, 1, [&](int begin, int) {
     const StationIndex station{0, begin % 5};
-    const auto expected = make_station_picture(room.room(), station, kSize,
+    const auto expected = make_station_picture(room.room(), station, kPictureSize,
                                                gains[0][static_cast<size_t>(station.station)], {});
     EXPECT_EQ(pictures.get(station)->samples, expected.samples);
   });

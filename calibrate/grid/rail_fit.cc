@@ -211,7 +211,7 @@ Scatter scatter_of(const Residuals& residuals, std::span<const RailSample> sampl
 
 std::vector<bool> rejected_samples(const Residuals& residuals, std::span<const RailSample> samples,
                                    const Scatter& scatter, double spacing_m) {
-  constexpr double kSigmas = 6.0;
+  constexpr double kRejectionSigmas = 6.0;
   std::vector<bool> rejected(samples.size(), false);
   // With so few samples an outlier cannot be identified.
   if (samples.size() < 5) return rejected;
@@ -220,7 +220,8 @@ std::vector<bool> rejected_samples(const Residuals& residuals, std::span<const R
     const double sigmas = std::max(
         {std::fabs(off.x()) / scatter.along_m, off.tail<2>().norm() / scatter.across_m,
          residuals.rotation_rad.row(static_cast<Eigen::Index>(i)).norm() / scatter.rotation_rad});
-    rejected[i] = sigmas > kSigmas && (!samples[i].well_supported || off.norm() > 0.5 * spacing_m);
+    rejected[i] =
+        sigmas > kRejectionSigmas && (!samples[i].well_supported || off.norm() > 0.5 * spacing_m);
   }
   return rejected;
 }

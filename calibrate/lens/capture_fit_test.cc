@@ -19,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
-constexpr PanoramaSize kPicture{560, 280};
+constexpr PanoramaSize kCapturedPicture{560, 280};
 
 // Two lines, one along each axis, each off the plan, of a furnished room, taken once for all tests.
 struct Capture {
@@ -40,7 +40,7 @@ void add_station(const capture::VirtualRoom& room, const DualFisheyeLayout& lens
                         radians_from_degrees(0.7 + 0.1 * number)};
   capture::CameraPose pose{frame.nominal_m + Vector3d(0.012, -0.006 * sign, 0.009), placed};
   pose.position_m[line == 0 ? 2 : 0] += sign * 0.01 * along_m;  // the rail itself is turned
-  const cv::Mat clean = room.dual_fisheye(pose, lenses, kPicture);
+  const cv::Mat clean = room.dual_fisheye(pose, lenses, kCapturedPicture);
   write_image(frame.file, apply_sensor(clean, {1.0, 0.01, 0.0}, 1.0,
                                        static_cast<std::uint64_t>(10 * line + number)));
   capture->set.lines[static_cast<std::size_t>(line)].frames.push_back(
@@ -52,11 +52,12 @@ const Capture& capture() {
   static const Capture* const taken = [] {
     auto* made = new Capture;
     made->set.layout = FrameLayout::kDualFisheye;
-    made->set.frame = kPicture;
+    made->set.frame = kCapturedPicture;
     made->set.lines = {{"x0", LineAxis::kX, -0.5, false, {}}, {"z0", LineAxis::kZ, 0.5, false, {}}};
     const capture::VirtualRoom room(capture::furnished_room(3));
     for (int line = 0; line < 2; ++line) {
-      for (int i = 0; i < 5; ++i) add_station(room, true_camera(kPicture).layout, line, i, made);
+      for (int i = 0; i < 5; ++i)
+        add_station(room, true_camera(kCapturedPicture).layout, line, i, made);
     }
     return made;
   }();
@@ -64,7 +65,8 @@ const Capture& capture() {
 }
 
 TEST(CaptureFitTest, RecoversLensesFromTheFramesOfACapture) {
-  const DualFisheyeCamera start = plain_camera(kPicture), truth = true_camera(kPicture);
+  const DualFisheyeCamera start = plain_camera(kCapturedPicture),
+                          truth = true_camera(kCapturedPicture);
   ASSERT_GT(imaging_difference_px(start.layout, truth.layout), 1.5);
   const LensFit fit = fit_to_capture(capture().set, start, {.pairs = 10});
   EXPECT_LT(imaging_difference_px(fit.camera.layout, truth.layout), 0.3);
@@ -112,11 +114,11 @@ TEST(CaptureFitTest, MirroredPicturesAreRefused) {
     }
     return flipped;
   });
-  EXPECT_THAT(complaint(set, plain_camera(kPicture)), HasSubstr("mirrored"));
+  EXPECT_THAT(complaint(set, plain_camera(kCapturedPicture)), HasSubstr("mirrored"));
 }
 
 TEST(CaptureFitTest, SwappedLensesAreRefused) {
-  DualFisheyeCamera start = plain_camera(kPicture);
+  DualFisheyeCamera start = plain_camera(kCapturedPicture);
   std::swap(start.layout.front, start.layout.back);
   EXPECT_THAT(complaint(capture().set, start), HasSubstr("swapped"));
 }
@@ -126,7 +128,7 @@ TEST(CaptureFitTest, PicturesWithoutTextureAreRefusedWithAdvice) {
   const CaptureSet set = changed_pictures(directory, [](const cv::Mat& picture) {
     return cv::Mat(picture.size(), picture.type(), cv::Scalar(90, 100, 110));
   });
-  EXPECT_THAT(complaint(set, plain_camera(kPicture)),
+  EXPECT_THAT(complaint(set, plain_camera(kCapturedPicture)),
               ::testing::AllOf(HasSubstr("only 0 features"), HasSubstr("more texture")));
 }
 

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr PanoramaSize kPicture{940, 470};
+constexpr PanoramaSize kBoardPicture{940, 470};
 const CharucoBoard kBoard{"DICT_4X4_50", 9, 7, 52.0, 32.0};
 constexpr double kPixels_m = 2000.0;  // of the drawn board per metre
 
@@ -73,7 +73,7 @@ double level_on_ray(const cv::Mat& board, const BoardPose& pose, const Vector3d&
 cv::Mat picture_of(const cv::Mat& board, const BoardPose& pose, const DualFisheyeLayout& lenses) {
   constexpr int kParts = 2;
   const Matrix3d camera_from_back = world_from_camera(lenses.back_attitude);
-  cv::Mat picture(kPicture.height, kPicture.width, CV_8UC3, cv::Scalar::all(0));
+  cv::Mat picture(kBoardPicture.height, kBoardPicture.width, CV_8UC3, cv::Scalar::all(0));
   for (int v = 0; v < picture.rows; ++v) {
     for (int u = 0; u < picture.cols; ++u) {
       const bool back = 2 * u >= picture.cols;
@@ -121,20 +121,20 @@ struct BoardPictures {
     options.board = kBoard;
     options.out = directory / "out";
     options.start = directory / "start.yaml";
-    write_lens_file(options.start, plain_camera(kPicture));
+    write_lens_file(options.start, plain_camera(kBoardPicture));
     const cv::Mat board = drawn_board();
     for (const BoardPose& pose : poses) {
       options.board_pictures.push_back(
           directory / ("board" + std::to_string(options.board_pictures.size()) + ".png"));
       write_image(options.board_pictures.back(),
-                  picture_of(board, pose, true_camera(kPicture).layout));
+                  picture_of(board, pose, true_camera(kBoardPicture).layout));
     }
   }
 };
 
 TEST(CharucoTest, RecoversLensesFromPicturesOfABoard) {
   const BoardPictures pictures(all_around());
-  const DualFisheyeCamera truth = true_camera(kPicture);
+  const DualFisheyeCamera truth = true_camera(kBoardPicture);
   const LensFit fit = calibrate_lens({}, pictures.options);
   EXPECT_LT(imaging_difference_px(fit.camera.layout, truth.layout), 0.3);
   EXPECT_TRUE(fit.trustworthy());

@@ -10,7 +10,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr int kAzimuths = 360;
+constexpr int kRimAzimuths = 360;
 // The rim is where the level falls below this share of that further in.
 constexpr double kDarkShare = 0.2;
 constexpr double kLeastLight = 12.0;  // levels; a scene darker than this shows no rim
@@ -79,15 +79,15 @@ bool belongs_to_back(const DualFisheyeLayout& layout, PixelPosition pixel) {
 std::optional<ImageCircle> find_image_circle(const cv::Mat& brightest,
                                              const DualFisheyeCamera& start, bool back) {
   std::vector<PixelPosition> points;
-  for (int i = 0; i < kAzimuths; ++i) {
-    if (const auto rim = rim_along(brightest, start, back, kTwoPi * i / kAzimuths)) {
+  for (int i = 0; i < kRimAzimuths; ++i) {
+    if (const auto rim = rim_along(brightest, start, back, kTwoPi * i / kRimAzimuths)) {
       points.push_back(*rim);
     }
   }
   constexpr double kLargestScatter_px = 1.5;
   constexpr int kRounds = 6;
   for (int round = 0; round < kRounds; ++round) {
-    if (2 * static_cast<int>(points.size()) < kAzimuths) return std::nullopt;
+    if (2 * static_cast<int>(points.size()) < kRimAzimuths) return std::nullopt;
     const ImageCircle circle = circle_through(points);
     std::vector<double> off_px;
     off_px.reserve(points.size());

@@ -9,11 +9,11 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr PanoramaSize kPicture{1120, 560};
+constexpr PanoramaSize kCirclePicture{1120, 560};
 
 // Bright discs in the fields of view of the true lenses.
 cv::Mat lit_circles(const DualFisheyeLayout& layout, double level) {
-  cv::Mat picture(kPicture.height, kPicture.width, CV_8UC1, cv::Scalar(2));
+  cv::Mat picture(kCirclePicture.height, kCirclePicture.width, CV_8UC1, cv::Scalar(2));
   for (int v = 0; v < picture.rows; ++v) {
     for (int u = 0; u < picture.cols; ++u) {
       const PixelPosition at{static_cast<double>(u), static_cast<double>(v)};
@@ -27,7 +27,7 @@ cv::Mat lit_circles(const DualFisheyeLayout& layout, double level) {
 }
 
 TEST(ImageCircleTest, RimIsFoundDespiteDarkObjectsNearIt) {
-  const DualFisheyeCamera truth = true_camera(kPicture), start = plain_camera(kPicture);
+  const DualFisheyeCamera truth = true_camera(kCirclePicture), start = plain_camera(kCirclePicture);
   cv::Mat picture = lit_circles(truth.layout, 180.0);
   cv::rectangle(picture, {240, 430, 90, 130}, cv::Scalar(3), cv::FILLED);  // a pole, to the rim
   for (const bool back : {false, true}) {
@@ -41,14 +41,14 @@ TEST(ImageCircleTest, RimIsFoundDespiteDarkObjectsNearIt) {
 }
 
 TEST(ImageCircleTest, NoCircleIsFoundWithoutARim) {
-  const DualFisheyeCamera start = plain_camera(kPicture);
-  const cv::Mat lit_all_over(kPicture.height, kPicture.width, CV_8UC1, cv::Scalar(180));
+  const DualFisheyeCamera start = plain_camera(kCirclePicture);
+  const cv::Mat lit_all_over(kCirclePicture.height, kCirclePicture.width, CV_8UC1, cv::Scalar(180));
   EXPECT_FALSE(find_image_circle(lit_all_over, start, false));
   EXPECT_FALSE(find_image_circle(lit_circles(start.layout, 8.0), start, false));  // night
 }
 
 TEST(ImageCircleTest, FieldOfViewEndsAtTheRimOrWhereTheRadiusStopsGrowing) {
-  const FisheyeLens truth = true_camera(kPicture).layout.front;
+  const FisheyeLens truth = true_camera(kCirclePicture).layout.front;
   FisheyeLens lens = truth;
   lens.largest_angle_rad = 0.3;
   EXPECT_NEAR(with_rim_at(lens, rim_radius_px(truth)).largest_angle_rad, truth.largest_angle_rad,

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr PanoramaSize kPicture{1120, 560};
+constexpr PanoramaSize kBundlePicture{1120, 560};
 
 class Random {
  public:
@@ -38,7 +38,7 @@ struct World {
 // Four lines of six stations in a box of points, seen through the true lenses.
 BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random* random) {
   BundleInput input;
-  input.start = plain_camera(kPicture).layout;
+  input.start = plain_camera(kBundlePicture).layout;
   input.start.front.largest_angle_rad = input.start.back.largest_angle_rad =
       radians_from_degrees(99.0);
   input.lines = 4;
@@ -98,8 +98,8 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
 constexpr BundleOptions kQuick{4.0, 50, false};
 
 TEST(LensBundleTest, RecoversLensesWithinTheirSigmas) {
-  const DualFisheyeLayout truth = true_camera(kPicture).layout;
-  ASSERT_GT(imaging_difference_px(plain_camera(kPicture).layout, truth), 3.0);
+  const DualFisheyeLayout truth = true_camera(kBundlePicture).layout;
+  ASSERT_GT(imaging_difference_px(plain_camera(kBundlePicture).layout, truth), 3.0);
   constexpr int kRuns = 3;
   double squares = 0.0;
   for (int run = 0; run < kRuns; ++run) {
@@ -130,7 +130,7 @@ TEST(LensBundleTest, RecoversLensesWithinTheirSigmas) {
 }
 
 TEST(LensBundleTest, WrongMatchesAreRejected) {
-  const DualFisheyeLayout truth = true_camera(kPicture).layout;
+  const DualFisheyeLayout truth = true_camera(kBundlePicture).layout;
   Random random(9);
   const BundleInput input = observed({.outliers = 0.15}, truth, &random);
   const BundleResult result = adjust_bundle(input, start_of(input), kQuick);
@@ -140,7 +140,7 @@ TEST(LensBundleTest, WrongMatchesAreRejected) {
 }
 
 TEST(LensBundleTest, ARailFarOffThePlanDoesNotMatter) {
-  const DualFisheyeLayout truth = true_camera(kPicture).layout;
+  const DualFisheyeLayout truth = true_camera(kBundlePicture).layout;
   Random random(4);
   const BundleInput input = observed({.turn_deg = 5.0, .shift_m = 0.05}, truth, &random);
   const BundleResult result = adjust_bundle(input, start_of(input), {15.0, 50, false});
@@ -149,7 +149,8 @@ TEST(LensBundleTest, ARailFarOffThePlanDoesNotMatter) {
 
 TEST(LensBundleTest, InconsistentFeaturesAreRefused) {
   Random random(5);
-  const BundleInput input = observed({.outliers = 1.0}, true_camera(kPicture).layout, &random);
+  const BundleInput input =
+      observed({.outliers = 1.0}, true_camera(kBundlePicture).layout, &random);
   EXPECT_THROW(adjust_bundle(input, start_of(input), kQuick), Error);
 }
 

@@ -9,12 +9,12 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr PanoramaSize kPicture{640, 320};
+constexpr PanoramaSize kFeaturePicture{640, 320};
 
 // Blurred bright dots on grey, at subpixel positions.
 cv::Mat dots_at(const std::vector<PixelPosition>& places) {
   constexpr double kSigma_px = 2.5;
-  cv::Mat picture(kPicture.height, kPicture.width, CV_8UC3);
+  cv::Mat picture(kFeaturePicture.height, kFeaturePicture.width, CV_8UC3);
   for (int v = 0; v < picture.rows; ++v) {
     for (int u = 0; u < picture.cols; ++u) {
       double level = 70.0;
@@ -38,7 +38,7 @@ double nearest_px(const LensFeatures& found, PixelPosition place, bool back) {
 }
 
 TEST(LensFeaturesTest, FeaturesHaveTheRightPositionAndLens) {
-  const DualFisheyeCamera camera = plain_camera(kPicture);
+  const DualFisheyeCamera camera = plain_camera(kFeaturePicture);
   const std::vector<PixelPosition> places{{100.3, 120.6}, {170.8, 200.1}, {450.4, 90.5}};
   const cv::Mat picture = dots_at(places);
   const LensFeatures found = find_lens_features({picture, picture}, camera, {});
@@ -49,9 +49,9 @@ TEST(LensFeaturesTest, FeaturesHaveTheRightPositionAndLens) {
 }
 
 TEST(LensFeaturesTest, TheNadirAndTheRimAreExcluded) {
-  const DualFisheyeCamera camera = plain_camera(kPicture);
+  const DualFisheyeCamera camera = plain_camera(kFeaturePicture);
   const PixelPosition middle = camera.layout.front.centre;
-  const double rim_px = 0.5 * kPicture.height * 0.99;
+  const double rim_px = 0.5 * kFeaturePicture.height * 0.99;
   const PixelPosition below{middle.u + 3.0, middle.v + 0.8 * rim_px};  // 76 degrees below the axis
   const PixelPosition at_rim{middle.u - rim_px + 2.0, middle.v};
   const cv::Mat picture = dots_at({below, at_rim});

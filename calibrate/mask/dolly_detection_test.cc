@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr PanoramaSize kSize{360, 180};
+constexpr PanoramaSize kDollySize{360, 180};
 
 // A floor one metre below the camera with a random pattern, and grey walls above the horizon.
 struct Floor {
@@ -32,7 +32,7 @@ class DollyDetectionTest : public testing::Test {
  protected:
   CaptureSet line_of(int stations, const Floor& floor) {
     CaptureSet set;
-    set.frame = kSize;
+    set.frame = kDollySize;
     set.lines = {{.id = "x0"}};
     cv::RNG random(5);
     for (int i = 0; i < stations; ++i) {
@@ -48,11 +48,11 @@ class DollyDetectionTest : public testing::Test {
 
  private:
   static cv::Mat seen_from(double x_m, const Floor& floor, double gain, cv::RNG* random) {
-    cv::Mat panorama(kSize.height, kSize.width, CV_8UC3);
-    for (int v = 0; v < kSize.height; ++v) {
-      for (int u = 0; u < kSize.width; ++u) {
+    cv::Mat panorama(kDollySize.height, kDollySize.width, CV_8UC3);
+    for (int v = 0; v < kDollySize.height; ++v) {
+      for (int u = 0; u < kDollySize.width; ++u) {
         const Eigen::Vector3d direction =
-            direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize));
+            direction_from_angles(angles_from_pixel({double(u), double(v)}, kDollySize));
         double level = 150.0;
         if (direction.y() < -0.05) {
           const double from_nadir = degrees_from_radians(std::acos(-direction.y()));
@@ -80,14 +80,14 @@ TEST_F(DollyDetectionTest, FindsWhatMovesWithTheCamera) {
     ASSERT_TRUE(found);
     EXPECT_EQ(found->stations, 12);
     EXPECT_NEAR(found->reach_deg, dolly_deg + 2.0, 2.0);
-    for (int v = 0; v < kSize.height; ++v) {
+    for (int v = 0; v < kDollySize.height; ++v) {
       const double from_nadir =
-          90.0 + degrees_from_radians(angles_from_pixel({0.0, double(v)}, kSize).phi_rad);
+          90.0 + degrees_from_radians(angles_from_pixel({0.0, double(v)}, kDollySize).phi_rad);
       const int valid = cv::countNonZero(found->mask.row(v));
       if (from_nadir < dolly_deg) {
         EXPECT_EQ(valid, 0) << from_nadir;
       } else if (from_nadir > dolly_deg + 5.0) {
-        EXPECT_EQ(valid, kSize.width) << from_nadir;
+        EXPECT_EQ(valid, kDollySize.width) << from_nadir;
       }
     }
   }

@@ -18,13 +18,13 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr PanoramaSize kSize{360, 180};
+constexpr PanoramaSize kMaskSize{360, 180};
 
 MaskOptions cone(double cone_deg) { return {.cone_deg = cone_deg}; }
 
 std::string message_of(const MaskOptions& options) {
   try {
-    make_mask(kSize, options);
+    make_mask(kMaskSize, options);
   } catch (const Error& error) {
     return error.what();
   }
@@ -41,7 +41,7 @@ class NadirMaskTest : public testing::Test {
   CaptureSet one_panorama() {
     write_image(directory_ / "a.png", cv::Mat(180, 360, CV_8UC3, cv::Scalar(10, 200, 30)));
     CaptureSet set;
-    set.frame = kSize;
+    set.frame = kMaskSize;
     set.frames = {{.name = "a", .file = directory_ / "a.png"}};
     set.lines = {{.id = "x0", .frames = {0}}};
     return set;
@@ -52,11 +52,11 @@ class NadirMaskTest : public testing::Test {
 
 TEST_F(NadirMaskTest, ConeHidesDirectionsWithinItsAngleOfTheNadir) {
   for (const double angle_deg : {1.0, 22.5, 60.0, 89.0}) {
-    const cv::Mat mask = make_mask(kSize, cone(angle_deg));
-    for (int v = 0; v < kSize.height; ++v) {
-      for (int u = 0; u < kSize.width; u += 7) {
+    const cv::Mat mask = make_mask(kMaskSize, cone(angle_deg));
+    for (int v = 0; v < kMaskSize.height; ++v) {
+      for (int u = 0; u < kMaskSize.width; u += 7) {
         const Eigen::Vector3d direction =
-            direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize));
+            direction_from_angles(angles_from_pixel({double(u), double(v)}, kMaskSize));
         const double from_nadir = degrees_from_radians(std::acos(-direction.y()));
         EXPECT_EQ(mask.at<unsigned char>(v, u), from_nadir < angle_deg ? 0 : 255);
       }
@@ -68,12 +68,12 @@ TEST_F(NadirMaskTest, ConeHidesDirectionsWithinItsAngleOfTheNadir) {
 TEST_F(NadirMaskTest, SharesAreSolidAngles) {
   for (const double angle_deg : {10.0, 25.0, 60.0}) {
     const double exact = 0.5 * (1.0 - std::cos(radians_from_degrees(angle_deg)));
-    EXPECT_NEAR(masked_share(make_mask(kSize, cone(angle_deg))), exact, 1e-4);
+    EXPECT_NEAR(masked_share(make_mask(kMaskSize, cone(angle_deg))), exact, 1e-4);
   }
 }
 
 TEST_F(NadirMaskTest, NoOptionsMaskNothing) {
-  EXPECT_EQ(cv::countNonZero(make_mask(kSize, {})), kSize.width * kSize.height);
+  EXPECT_EQ(cv::countNonZero(make_mask(kMaskSize, {})), kMaskSize.width * kMaskSize.height);
   EXPECT_FALSE(write_mask(one_panorama(), {.out = directory_ / "out"}));
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
 }
@@ -83,8 +83,8 @@ TEST_F(NadirMaskTest, PictureOfAnotherSizeIsScaledAndAddsToTheCone) {
   picture(cv::Rect(20, 30, 40, 20)).setTo(3);  // as JPEG leaves black
   MaskOptions options = with_picture(picture);
   options.cone_deg = 5.0;
-  const cv::Mat mask = make_mask(kSize, options);
-  EXPECT_EQ(cv::countNonZero(mask == 0), 80 * 40 + 5 * kSize.width);
+  const cv::Mat mask = make_mask(kMaskSize, options);
+  EXPECT_EQ(cv::countNonZero(mask == 0), 80 * 40 + 5 * kMaskSize.width);
   EXPECT_EQ(mask.at<unsigned char>(60, 40), 0);
   EXPECT_EQ(mask.at<unsigned char>(99, 119), 0);
   EXPECT_EQ(mask.at<unsigned char>(59, 40), 255);
@@ -95,7 +95,7 @@ TEST_F(NadirMaskTest, WritesMaskFiguresAndPage) {
   const MaskOptions options{.cone_deg = 30.0, .out = directory_ / "out"};
   const auto mask = write_mask(one_panorama(), options);
   ASSERT_TRUE(mask);
-  EXPECT_EQ(cv::norm(read_mask(options.out / "mask.png", kSize), *mask, cv::NORM_INF), 0.0);
+  EXPECT_EQ(cv::norm(read_mask(options.out / "mask.png", kMaskSize), *mask, cv::NORM_INF), 0.0);
   const auto json = nlohmann::json::parse(read_file(options.out / "mask.json"));
   EXPECT_EQ(json.at("cone_deg"), 30.0);
   EXPECT_NEAR(json.at("masked_share").get<double>(), 0.067, 0.001);
@@ -128,7 +128,7 @@ TEST_F(NadirMaskTest, InvalidPicturesAreRefusedByName) {
 
 TEST_F(NadirMaskTest, ConesOutOfRangeAreUsageErrors) {
   for (const double angle_deg : {-1.0, 89.5, std::nan("")}) {
-    EXPECT_THROW(make_mask(kSize, cone(angle_deg)), UsageError);
+    EXPECT_THROW(make_mask(kMaskSize, cone(angle_deg)), UsageError);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -30,16 +31,6 @@ ColmapModel small_model() {
 // Without the flush to disk of write_file_atomically, as hundreds of files are written.
 void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
-}
-
-template <typename Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(ColmapModel, ReadsWhatItWrote) {

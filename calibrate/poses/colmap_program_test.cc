@@ -14,6 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -55,16 +56,6 @@ class FakeColmap {
   TestDirectory directory_;
   std::string path_before_;
 };
-
-template <typename Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(ColmapProgram, IsFoundInPathWithItsVersion) {
   FakeColmap fake;

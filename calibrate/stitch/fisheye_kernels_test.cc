@@ -13,11 +13,11 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr int kWidth = 40, kHeight = 30;
+constexpr int kPictureWidth = 40, kHeight = 30;
 
 // A picture of random bytes with its border.
 cv::Mat random_picture() {
-  cv::Mat picture(kHeight + 2 * kFisheyeBorder, kWidth + 2 * kFisheyeBorder, CV_8UC4);
+  cv::Mat picture(kHeight + 2 * kFisheyeBorder, kPictureWidth + 2 * kFisheyeBorder, CV_8UC4);
   cv::RNG(7).fill(picture, cv::RNG::UNIFORM, 0, 256);
   return picture;
 }
@@ -31,7 +31,8 @@ std::vector<FisheyeSample> random_samples(int count, float least_root, float mos
   cv::RNG random(3);
   std::vector<FisheyeSample> samples;
   for (int i = 0; i < count; ++i) {
-    samples.push_back({random.uniform(-0.5F, kWidth - 0.5F), random.uniform(-0.5F, kHeight - 0.5F),
+    samples.push_back({random.uniform(-0.5F, kPictureWidth - 0.5F),
+                       random.uniform(-0.5F, kHeight - 0.5F),
                        random.uniform(least_root, most_root)});
   }
   return samples;
@@ -91,8 +92,8 @@ TEST(FisheyeKernelsTest, EveryProcessorGetsTheSamePanorama) {
 TEST(FisheyeKernelsTest, CorrectsLightByTheTransferCurve) {
   for (const double factor : {0.7, 0.95, 1.1, 1.6}) {
     for (int level = 0; level <= 255; ++level) {
-      const cv::Mat picture(kHeight + 2 * kFisheyeBorder, kWidth + 2 * kFisheyeBorder, CV_8UC4,
-                            cv::Scalar::all(level));
+      const cv::Mat picture(kHeight + 2 * kFisheyeBorder, kPictureWidth + 2 * kFisheyeBorder,
+                            CV_8UC4, cv::Scalar::all(level));
       const float root = static_cast<float>(std::pow(factor, 1.0 / kSrgbExponent));
       const double truth =
           std::min(srgb_level_from_linear(factor * linear_from_srgb_level(level)), 255.0);

@@ -52,12 +52,12 @@ PanoramaSize scaled(PanoramaSize size, int factor) {
 
 // With the border that cubics read, and a fourth channel so that a pixel has 32 bits.
 cv::Mat padded(const cv::Mat& picture) {
-  constexpr int kBorder = kFisheyeBorder;
-  cv::Mat bordered(picture.rows + 2 * kBorder, picture.cols + 2 * kBorder, CV_8UC4);
-  cv::Mat inner = bordered(cv::Rect({kBorder, kBorder}, picture.size()));
+  constexpr int border_px = kFisheyeBorder;
+  cv::Mat bordered(picture.rows + 2 * border_px, picture.cols + 2 * border_px, CV_8UC4);
+  cv::Mat inner = bordered(cv::Rect({border_px, border_px}, picture.size()));
   cv::cvtColor(picture, inner, cv::COLOR_BGR2BGRA);
   // Writes only the border, as the source is already in the middle of the result.
-  cv::copyMakeBorder(inner, bordered, kBorder, kBorder, kBorder, kBorder,
+  cv::copyMakeBorder(inner, bordered, border_px, border_px, border_px, border_px,
                      cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
   return bordered;
 }

@@ -24,9 +24,9 @@ CameraConfig streaming(PixelFormat pixel_format = PixelFormat::kMjpg) {
   return config;
 }
 
-struct Rig {
-  explicit Rig(std::string_view yaml = "{}", const CameraConfig& config = streaming(),
-               FakeScene scene = {})
+struct VideoRig {
+  explicit VideoRig(std::string_view yaml = "{}", const CameraConfig& config = streaming(),
+                    FakeScene scene = {})
       : camera(config, std::make_unique<FakeVideoDevice>(parse_fake_video(yaml), &clock, scene),
                &clock) {}
 
@@ -51,7 +51,7 @@ class V4l2CameraPixels : public testing::TestWithParam<PixelFormat> {};
 INSTANTIATE_TEST_SUITE_P(Formats, V4l2CameraPixels, testing::ValuesIn(kPixelFormats));
 
 TEST_P(V4l2CameraPixels, PictureWasExposedAfterTheCarriageSettled) {
-  Rig rig("{frames_per_second: 25}", streaming(GetParam()), clock_face);
+  VideoRig rig("{frames_per_second: 25}", streaming(GetParam()), clock_face);
   rig.camera.prepare({}, "");
   for (int station = 0; station < 4; ++station) {
     rig.clock.sleep(milliseconds(2300));  // the slider moves, and nobody fetches frames
@@ -71,7 +71,7 @@ TEST_P(V4l2CameraPixels, PictureWasExposedAfterTheCarriageSettled) {
 // The boundary itself: with frames 40 ms apart and a station settled at any time.
 TEST(V4l2Camera, NoFrameIsStampedBeforeSettlingAndExposure) {
   for (int offset_ms = 0; offset_ms < 90; offset_ms += 7) {
-    Rig rig;
+    VideoRig rig;
     rig.camera.prepare({}, "");
     rig.clock.sleep(milliseconds(500 + offset_ms));
     const SteadyTime settled = rig.clock.now();
@@ -82,7 +82,7 @@ TEST(V4l2Camera, NoFrameIsStampedBeforeSettlingAndExposure) {
 }
 
 TEST(V4l2Camera, WaitsForALongExposure) {
-  Rig rig;
+  VideoRig rig;
   ExposureSettings settings;
   settings.shutter_s = 0.25;
   rig.camera.prepare(settings, "");
@@ -92,7 +92,7 @@ TEST(V4l2Camera, WaitsForALongExposure) {
 }
 
 TEST(V4l2Camera, ReportsWithoutStreaming) {
-  Rig rig;
+  VideoRig rig;
   const CameraReport report = rig.camera.report();
   EXPECT_EQ(report.identity, "Fake 360, driver fake 1.0.0, bus usb-fake");
   EXPECT_EQ(report.state, "can stream 64x32 MJPG");
@@ -104,33 +104,33 @@ TEST(V4l2Camera, ReportsWithoutStreaming) {
 TEST(V4l2Camera, UsesTheCurrentSizeIfNoneIsConfigured) {
   CameraConfig config = streaming();
   config.width_px = config.height_px = 0;
-  Rig rig("{width_px: 96, height_px: 48}", config);
+  VideoRig rig("{width_px: 96, height_px: 48}", config);
   EXPECT_EQ(rig.camera.shoot(rig.clock.now()).pictures.at(0).size, (PanoramaSize{96, 48}));
 }
 
 TEST(V4l2Camera, DriverThatOffersAnotherFormatIsAWrongDevice) {
-  Rig size("{any_size: false, width_px: 80, height_px: 40}");
+  VideoRig size("{any_size: false, width_px: 80, height_px: 40}");
   EXPECT_THAT(fault_of([&] { size.camera.report(); }).what(),
               HasSubstr("offers 80x40 MJPG instead of 64x32 MJPG; set camera.width_px"));
   const DeviceFault fault = fault_of([&] { size.camera.prepare({}, ""); });
   EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
-  Rig pixels("{pixel_format: yuyv}");
+  VideoRig pixels("{pixel_format: yuyv}");
   EXPECT_THAT(fault_of([&] { pixels.camera.report(); }).what(), HasSubstr("offers 64x32 YUYV"));
 }
 
 TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
   CameraConfig config = streaming();
   config.height_px = 40;
-  Rig rig("{}", config);
+  VideoRig rig("{}", config);
   EXPECT_THAT(fault_of([&] { rig.camera.report(); }).what(),
               HasSubstr("a panorama is twice as wide as high"));
   config.frames = FrameKind::kDualFisheye;
-  Rig fisheye("{}", config);
+  VideoRig fisheye("{}", config);
   EXPECT_NO_THROW(fisheye.camera.report());
 }
 
 TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
-  Rig rig("{damaged_every: 2, short_every: 3, empty_every: 5}", streaming(GetParam()));
+  VideoRig rig("{damaged_every: 2, short_every: 3, empty_every: 5}", streaming(GetParam()));
   rig.camera.prepare({}, "");
   for (int station = 0; station < 20; ++station) {
     rig.clock.sleep(milliseconds(330));
@@ -142,7 +142,7 @@ TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
 
 TEST_P(V4l2CameraPixels, OnlyDamagedFramesAreABadPicture) {
   for (const std::string how : {"damaged_every", "short_every", "empty_every"}) {
-    Rig rig("{" + how + ": 1}", streaming(GetParam()));
+    VideoRig rig("{" + how + ": 1}", streaming(GetParam()));
     const DeviceFault fault = fault_of([&] { rig.camera.shoot(rig.clock.now()); });
     EXPECT_EQ(fault.kind(), FaultKind::kBadPicture) << how;
     EXPECT_TRUE(fault.is_retryable());
@@ -151,7 +151,7 @@ TEST_P(V4l2CameraPixels, OnlyDamagedFramesAreABadPicture) {
 }
 
 TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
-  Rig rig("{silent_after_frame: 80}");
+  VideoRig rig("{silent_after_frame: 80}");
   rig.camera.prepare({}, "");
   SteadyTime settled;
   const DeviceFault fault = fault_of([&] {
@@ -167,12 +167,12 @@ TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
 }
 
 TEST(V4l2Camera, CameraWithoutFramesIsAFaultBeforeAnyMove) {
-  Rig rig("{silent_after_frame: 1}");
+  VideoRig rig("{silent_after_frame: 1}");
   EXPECT_EQ(fault_of([&] { rig.camera.prepare({}, ""); }).kind(), FaultKind::kTimeout);
 }
 
 TEST(V4l2Camera, UnpluggedCameraIsNoContact) {
-  Rig rig("{gone_after_frame: 60}");
+  VideoRig rig("{gone_after_frame: 60}");
   rig.camera.prepare({}, "");
   const DeviceFault fault = fault_of([&] {
     for (int station = 0; station < 60; ++station) rig.camera.shoot(rig.clock.now());
@@ -182,19 +182,19 @@ TEST(V4l2Camera, UnpluggedCameraIsNoContact) {
 }
 
 TEST(V4l2Camera, CameraInUseElsewhereIsBusy) {
-  Rig rig("{taken: true}");
+  VideoRig rig("{taken: true}");
   EXPECT_EQ(fault_of([&] { rig.camera.prepare({}, ""); }).kind(), FaultKind::kBusy);
 }
 
 TEST(V4l2Camera, FramesStampedByAnotherClockAreRefused) {
-  Rig rig("{stamps: unknown}");
+  VideoRig rig("{stamps: unknown}");
   const DeviceFault fault = fault_of([&] { rig.camera.shoot(rig.clock.now()); });
   EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
   EXPECT_THAT(fault.what(), HasSubstr("uvcvideo: clock=CLOCK_MONOTONIC"));
 }
 
 TEST(V4l2Camera, EveryPictureCarriesTheLockedExposure) {
-  Rig rig("{sensor_exposure: 240}");
+  VideoRig rig("{sensor_exposure: 240}");
   const std::string locked = rig.camera.prepare({}, "");
   const Picture picture = rig.camera.shoot(rig.clock.now()).pictures.at(0);
   EXPECT_EQ(picture.exposure, locked);
@@ -202,7 +202,7 @@ TEST(V4l2Camera, EveryPictureCarriesTheLockedExposure) {
 }
 
 TEST(V4l2Camera, ExposureThatDriftsIsAFault) {
-  Rig rig("{drift_after_frame: 80}");
+  VideoRig rig("{drift_after_frame: 80}");
   rig.camera.prepare({}, "");
   const DeviceFault fault = fault_of([&] {
     for (int station = 0; station < 80; ++station) rig.camera.shoot(rig.clock.now());
@@ -213,7 +213,7 @@ TEST(V4l2Camera, ExposureThatDriftsIsAFault) {
 
 // The brightness of each picture shows that the sensor had changed before it was exposed.
 TEST(V4l2Camera, BracketIsOnePictureOfEachExposure) {
-  Rig rig("{sensor_exposure: 200, exposure_delay_frames: 3}");
+  VideoRig rig("{sensor_exposure: 200, exposure_delay_frames: 3}");
   ExposureSettings settings;
   settings.bracket_ev = {-1.0, 0.0, 2.0};
   rig.camera.prepare(settings, "");
@@ -233,7 +233,7 @@ TEST(V4l2Camera, YuyvOfAnyRangeAndPaddingKeepsItsColours) {
     return cv::Mat(size.height, size.width, CV_8UC3, cv::Scalar(30, 120, 220));
   };
   for (const std::string yaml : {"{}", "{full_range: true}", "{line_padding_bytes: 64}"}) {
-    Rig rig(yaml, streaming(PixelFormat::kYuyv), orange);
+    VideoRig rig(yaml, streaming(PixelFormat::kYuyv), orange);
     const Picture picture = rig.camera.shoot(rig.clock.now()).pictures.at(0);
     const std::vector<unsigned char> bytes(picture.bytes.begin(), picture.bytes.end());
     const cv::Scalar mean = cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR));
@@ -244,7 +244,7 @@ TEST(V4l2Camera, YuyvOfAnyRangeAndPaddingKeepsItsColours) {
 }
 
 TEST(V4l2Camera, CannotFilm) {
-  Rig rig;
+  VideoRig rig;
   EXPECT_THROW(rig.camera.start_film(), UsageError);
 }
 

@@ -15,7 +15,7 @@ using testing::AnyOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-const WallTime kEpoch = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1};
+const WallTime kFilmStart = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1};
 
 // The track of a film of some passes, without pictures: activity is proportional to the distance
 // between two frames and varies along the line with the scene.
@@ -51,7 +51,7 @@ FilmTrack track_of(const std::vector<TestPass>& passes, const TrackSettings& set
 std::vector<Travel> travels_of_passes(const std::vector<TestPass>& passes) {
   std::vector<Travel> travels;
   for (const TestPass& pass : passes) {
-    for (Travel& travel : travels_of("x0", pass.journal(kEpoch), kEpoch)) {
+    for (Travel& travel : travels_of("x0", pass.journal(kFilmStart), kFilmStart)) {
       travels.push_back(std::move(travel));
     }
   }

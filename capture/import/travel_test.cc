@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 using testing::DoubleNear;
 using testing::Optional;
 
-const WallTime kEpoch = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1};
+const WallTime kTravelStart = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1};
 
 TEST(Travel, PositionsAreInterpolatedAndRestAtBothEnds) {
   const Travel travel("x0", {10.0, 11.0, 13.0}, {100.0, 120.0, 200.0});
@@ -34,9 +34,11 @@ TEST(Travel, SpeedIsTheMeanAbsoluteSpeed) {
 }
 
 TEST(Travel, AGapInTheJournalSplitsIt) {
-  const std::vector<JournalSample> journal{
-      {kEpoch, 0.0}, {kEpoch + 500ms, 5.0}, {kEpoch + 90s, 0.0}, {kEpoch + 90500ms, 7.0}};
-  const auto travels = travels_of("z1", journal, kEpoch);
+  const std::vector<JournalSample> journal{{kTravelStart, 0.0},
+                                           {kTravelStart + 500ms, 5.0},
+                                           {kTravelStart + 90s, 0.0},
+                                           {kTravelStart + 90500ms, 7.0}};
+  const auto travels = travels_of("z1", journal, kTravelStart);
   ASSERT_EQ(travels.size(), 2U);
   EXPECT_EQ(travels[0].line(), "z1");
   EXPECT_THAT(travels[0].position_mm(0.25), Optional(DoubleNear(2.5, 1e-9)));
@@ -45,20 +47,20 @@ TEST(Travel, AGapInTheJournalSplitsIt) {
 }
 
 TEST(Travel, SamplesOutOfOrderAreDropped) {
-  const std::vector<JournalSample> journal{{kEpoch, 0.0},
-                                           {kEpoch + 500ms, 5.0},
-                                           {kEpoch + 200ms, 99.0},
-                                           {kEpoch + 500ms, 99.0},
-                                           {kEpoch + 1s, 10.0}};
-  const auto travels = travels_of("z1", journal, kEpoch);
+  const std::vector<JournalSample> journal{{kTravelStart, 0.0},
+                                           {kTravelStart + 500ms, 5.0},
+                                           {kTravelStart + 200ms, 99.0},
+                                           {kTravelStart + 500ms, 99.0},
+                                           {kTravelStart + 1s, 10.0}};
+  const auto travels = travels_of("z1", journal, kTravelStart);
   ASSERT_EQ(travels.size(), 1U);
   EXPECT_THAT(travels[0].position_mm(0.75), Optional(DoubleNear(7.5, 1e-9)));
 }
 
 TEST(Travel, ASingleSampleGivesNoTravel) {
-  const std::vector<JournalSample> journal{{kEpoch, 0.0}};
-  EXPECT_TRUE(travels_of("x0", journal, kEpoch).empty());
-  EXPECT_TRUE(travels_of("x0", {}, kEpoch).empty());
+  const std::vector<JournalSample> journal{{kTravelStart, 0.0}};
+  EXPECT_TRUE(travels_of("x0", journal, kTravelStart).empty());
+  EXPECT_TRUE(travels_of("x0", {}, kTravelStart).empty());
 }
 
 }  // namespace

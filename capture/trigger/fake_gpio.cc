@@ -1,5 +1,7 @@
 #include "capture/trigger/fake_gpio.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cerrno>
 #include <stdexcept>
@@ -130,7 +132,7 @@ class FakeGpioChip final : public GpioChip {
   explicit FakeGpioChip(FakeGpio* gpio) : gpio_(gpio) {}
 
   std::string description() const override {
-    return std::string(kPath) + " (fake, " + std::to_string(gpio_->settings_.lines) + " lines)";
+    return fmt::format("{} (fake, {} lines)", kPath, gpio_->settings_.lines);
   }
   std::unique_ptr<GpioOutput> request_output(const GpioLine& line) override {
     gpio_->take(line);

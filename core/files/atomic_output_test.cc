@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {
@@ -18,17 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
-
-// The message of the Error that `action` throws; "" when it throws none.
-template <typename Action>
-std::string error_of(Action action) {
-  try {
-    action();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 
 TEST(AtomicFile, TargetAppearsOnlyWithCommit) {
   const TestDirectory directory;

@@ -18,7 +18,7 @@ CsvTable poses(const std::string& text) {
   return CsvTable::parse(text, "poses.csv", {"file", "x", "y", "z"}, {"yaw", "pitch", "roll"});
 }
 
-std::string error_of(const std::string& text) {
+std::string table_error(const std::string& text) {
   try {
     const CsvTable table = poses(text);
     for (std::size_t row = 0; row < table.rows(); ++row) table.number(row, "x");
@@ -70,46 +70,46 @@ TEST(CsvTable, BlankLinesAndCommentsAreSkippedButCounted) {
 TEST(CsvTable, HeaderAloneIsATableWithoutRows) { EXPECT_EQ(poses("file,x,y,z").rows(), 0U); }
 
 TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {
-  EXPECT_EQ(error_of(""), "poses.csv: empty; a header line with file,x,y,z is needed");
-  EXPECT_EQ(error_of("# nothing\n\n"), error_of(""));
-  EXPECT_EQ(error_of("file,x,z\n"), "poses.csv:1: no column 'y'; the header needs file,x,y,z");
-  EXPECT_EQ(error_of("\nfile,x,y,z,ptich\n"),
+  EXPECT_EQ(table_error(""), "poses.csv: empty; a header line with file,x,y,z is needed");
+  EXPECT_EQ(table_error("# nothing\n\n"), table_error(""));
+  EXPECT_EQ(table_error("file,x,z\n"), "poses.csv:1: no column 'y'; the header needs file,x,y,z");
+  EXPECT_EQ(table_error("\nfile,x,y,z,ptich\n"),
             "poses.csv:2: unknown column 'ptich'; did you mean 'pitch'?");
-  EXPECT_EQ(error_of("file,x,y,z,temperature\n"),
+  EXPECT_EQ(table_error("file,x,y,z,temperature\n"),
             "poses.csv:1: unknown column 'temperature'; valid are file, x, y, z, yaw, pitch, roll");
-  EXPECT_EQ(error_of("file,x,y,z,x\n"), "poses.csv:1: column 'x' appears twice");
-  EXPECT_THAT(error_of("file,x,y,z,\n"), StartsWith("poses.csv:1: unknown column ''"));
+  EXPECT_EQ(table_error("file,x,y,z,x\n"), "poses.csv:1: column 'x' appears twice");
+  EXPECT_THAT(table_error("file,x,y,z,\n"), StartsWith("poses.csv:1: unknown column ''"));
 }
 
 TEST(CsvTable, RowsOfAnotherLengthAreErrors) {
-  EXPECT_EQ(error_of("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),
+  EXPECT_EQ(table_error("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),
             "poses.csv:3: 3 fields where the header has 4 (file,x,y,z)");
-  EXPECT_THAT(error_of("file,x,y,z\nb.jpg,1,2,3,\n"), StartsWith("poses.csv:2: 5 fields"));
-  EXPECT_THAT(error_of("file,x,y,z\na.jpg;1;2;3\n"), StartsWith("poses.csv:2: 1 fields"));
+  EXPECT_THAT(table_error("file,x,y,z\nb.jpg,1,2,3,\n"), StartsWith("poses.csv:2: 5 fields"));
+  EXPECT_THAT(table_error("file,x,y,z\na.jpg;1;2;3\n"), StartsWith("poses.csv:2: 1 fields"));
 }
 
 TEST(CsvTable, MalformedQuotesAreErrorsWithTheirLine) {
-  EXPECT_EQ(error_of("file,x,y,z\n\"a.jpg,1,2,3\nb.jpg,1,2,3\n"),
+  EXPECT_EQ(table_error("file,x,y,z\n\"a.jpg,1,2,3\nb.jpg,1,2,3\n"),
             "poses.csv:2: a quoted field has no closing quote");
-  EXPECT_THAT(error_of("file,x,y,z\n\"a\" b,1,2,3\n"), StartsWith("poses.csv:2: text after"));
-  EXPECT_THAT(error_of("file,x,y,z\na\"b\",1,2,3\n"), StartsWith("poses.csv:2: a quote inside"));
+  EXPECT_THAT(table_error("file,x,y,z\n\"a\" b,1,2,3\n"), StartsWith("poses.csv:2: text after"));
+  EXPECT_THAT(table_error("file,x,y,z\na\"b\",1,2,3\n"), StartsWith("poses.csv:2: a quote inside"));
 }
 
 TEST(CsvTable, BinaryDataIsRefused) {
-  EXPECT_THAT(error_of(std::string("file,x,y,z\n\0\0", 13)), HasSubstr("binary data"));
+  EXPECT_THAT(table_error(std::string("file,x,y,z\n\0\0", 13)), HasSubstr("binary data"));
 }
 
 TEST(CsvTable, OnlyFiniteNumbersAreNumbers) {
   for (const std::string bad : {"nan", "NaN", "inf", "-infinity", "1e999", "", "1.2.3", "0x10",
                                 "1 2", "two", "\"1,5\"", "1e", "--1", "+-1"}) {
-    const std::string error = error_of("file,x,y,z\na.jpg," + bad + ",2,3\n");
+    const std::string error = table_error("file,x,y,z\na.jpg," + bad + ",2,3\n");
     EXPECT_THAT(error, StartsWith("poses.csv:2: column 'x': '")) << bad;
     EXPECT_THAT(error, HasSubstr("is not a finite number")) << bad;
   }
 }
 
 TEST(CsvTable, ErrorsStayOneLineWhateverTheFieldHolds) {
-  const std::string error = error_of("file,x,y,z\na.jpg,\"1\n\x1b[2J\",2,3\n");
+  const std::string error = table_error("file,x,y,z\na.jpg,\"1\n\x1b[2J\",2,3\n");
   EXPECT_EQ(error.find_first_of("\n\x1b"), std::string::npos) << error;
 }
 

@@ -20,7 +20,7 @@ constexpr const char* kMinimal =
     "front:\n  centre_u_px: 99.5\n  centre_v_px: 99.5\n  focal_px: 59\n"
     "back:\n  centre_u_px: 299.5\n  centre_v_px: 99.5\n  focal_px: 59\n";
 
-DualFisheyeCamera parsed(const std::string& yaml) {
+DualFisheyeCamera parsed_lens(const std::string& yaml) {
   const TestDirectory directory;
   write_file_atomically(directory / "lens.yaml", yaml);
   return read_lens_file(directory / "lens.yaml");
@@ -28,7 +28,7 @@ DualFisheyeCamera parsed(const std::string& yaml) {
 
 void expect_refused(const std::string& yaml, const std::string& message) {
   try {
-    parsed(yaml);
+    parsed_lens(yaml);
     ADD_FAILURE() << yaml;
   } catch (const UsageError& e) {
     EXPECT_THAT(e.what(), AllOf(HasSubstr("lens.yaml"), HasSubstr(message)));
@@ -82,7 +82,7 @@ TEST(LensFileTest, RoundTripKeepsFullPrecision) {
 }
 
 TEST(LensFileTest, DefaultIsBackToBackAtOnePosition) {
-  const DualFisheyeCamera camera = parsed(kMinimal);
+  const DualFisheyeCamera camera = parsed_lens(kMinimal);
   EXPECT_FALSE(camera.two_files);
   EXPECT_EQ(camera.layout.back.centre.u, 299.5);
   EXPECT_DOUBLE_EQ(camera.layout.back_attitude.yaw_rad, kPi);

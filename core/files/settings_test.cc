@@ -49,7 +49,7 @@ ViewSettings parsed(const std::string& yaml) {
   return view;
 }
 
-std::string error_of(const std::string& yaml) {
+std::string settings_error(const std::string& yaml) {
   try {
     parsed(yaml);
   } catch (const UsageError& e) {
@@ -81,24 +81,25 @@ TEST(Settings, UnsetKeysKeepTheirValues) {
 TEST(Settings, BoundsAreInclusive) {
   EXPECT_EQ(parsed("k_deg: 45").k_deg, 45.0);
   EXPECT_EQ(parsed("k_deg: 90").k_deg, 90.0);
-  EXPECT_EQ(error_of("width: 512\nk_deg: 90.001"),
+  EXPECT_EQ(settings_error("width: 512\nk_deg: 90.001"),
             "view.yaml:2: 'k_deg' is '90.001'; it must lie between 45 and 90");
-  EXPECT_EQ(error_of("width: 1"), "view.yaml:1: 'width' is '1'; it must lie between 2 and 65536");
+  EXPECT_EQ(settings_error("width: 1"),
+            "view.yaml:1: 'width' is '1'; it must lie between 2 and 65536");
 }
 
 TEST(Settings, UnknownKeysNameLineAndNearestKey) {
-  EXPECT_EQ(error_of("width: 512\n\nwidht: 512\n"),
+  EXPECT_EQ(settings_error("width: 512\n\nwidht: 512\n"),
             "view.yaml:3: unknown key 'widht'; did you mean 'width'?");
-  EXPECT_EQ(error_of("blend:\n  overlap_dge: 1\n"),
+  EXPECT_EQ(settings_error("blend:\n  overlap_dge: 1\n"),
             "view.yaml:2: unknown key 'blend.overlap_dge'; did you mean 'blend.overlap_deg'?");
-  EXPECT_THAT(error_of("exposure: 1\n"),
+  EXPECT_THAT(settings_error("exposure: 1\n"),
               StartsWith("view.yaml:1: unknown key 'exposure'; valid are "));
 }
 
 TEST(Settings, KeyGivenTwiceIsAnError) {
-  EXPECT_EQ(error_of("width: 512\nk_deg: 50\nwidth: 256\n"),
+  EXPECT_EQ(settings_error("width: 512\nk_deg: 50\nwidth: 256\n"),
             "view.yaml:3: key 'width' appears twice");
-  EXPECT_EQ(error_of("blend: {overlap_deg: 1}\nblend: {overlap_deg: 2}\n"),
+  EXPECT_EQ(settings_error("blend: {overlap_deg: 1}\nblend: {overlap_deg: 2}\n"),
             "view.yaml:2: key 'blend.overlap_deg' appears twice");
 }
 
@@ -110,23 +111,23 @@ TEST(Settings, WrongTypesAreErrors) {
                                 "two_sided: yes", "two_sided: 1",  "two_sided: \"true\"",
                                 "title: [a]",     "title:",        "connection: hybird",
                                 "blend: 5",       "blend:",        "blend: [overlap_deg]"}) {
-    EXPECT_THAT(error_of(bad), StartsWith("view.yaml:1: ")) << bad;
+    EXPECT_THAT(settings_error(bad), StartsWith("view.yaml:1: ")) << bad;
   }
   EXPECT_EQ(
-      error_of("connection: hybird"),
+      settings_error("connection: hybird"),
       "view.yaml:1: 'connection' is 'hybird'; it is not a valid choice; did you mean 'hybrid'?");
-  EXPECT_EQ(error_of("k_deg:"), "view.yaml:1: 'k_deg' has no value");
+  EXPECT_EQ(settings_error("k_deg:"), "view.yaml:1: 'k_deg' has no value");
 }
 
 TEST(Settings, DocumentThatIsNotAMappingIsAnError) {
   for (const std::string bad :
        {"- k_deg", "just text", "k_deg: 50\n---\nwidth: 512\n", "? [a]\n: b", "k_deg: [", "a: b: c",
         "\t- x", "*nowhere", "{", "'open"}) {
-    const std::string error = error_of(bad);
+    const std::string error = settings_error(bad);
     EXPECT_THAT(error, StartsWith("view.yaml:")) << bad;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
   }
-  EXPECT_THAT(error_of("width: 512\nk_deg: [\n"), HasSubstr("not valid YAML"));
+  EXPECT_THAT(settings_error("width: 512\nk_deg: [\n"), HasSubstr("not valid YAML"));
 }
 
 TEST(Settings, AliasesThatMultiplyEndQuickly) {
@@ -134,14 +135,14 @@ TEST(Settings, AliasesThatMultiplyEndQuickly) {
   for (int i = 1; i < 60; ++i) {
     bomb += fmt::format("a{0}: &a{0} {{p: *a{1}, q: *a{1}}}\n", i, i - 1);
   }
-  EXPECT_THAT(error_of(bomb), StartsWith("view.yaml:1: unknown key 'a0'"));
-  EXPECT_THAT(error_of("blend: &b {blend: *b}"), HasSubstr("unknown key 'blend.blend'"));
+  EXPECT_THAT(settings_error(bomb), StartsWith("view.yaml:1: unknown key 'a0'"));
+  EXPECT_THAT(settings_error("blend: &b {blend: *b}"), HasSubstr("unknown key 'blend.blend'"));
 }
 
 TEST(Settings, TextAfterTheDocumentEnds) {
   const std::string stray = "{k_deg: 09, bdend: &overlap_deg\x1a 1s\x1a 1}, oth`r@ *$}";
-  EXPECT_THAT(error_of(stray), StartsWith("view.yaml:1: "));
-  EXPECT_THAT(error_of("{k_deg: 50}, x}"), StartsWith("view.yaml:1: "));
+  EXPECT_THAT(settings_error(stray), StartsWith("view.yaml:1: "));
+  EXPECT_THAT(settings_error("{k_deg: 50}, x}"), StartsWith("view.yaml:1: "));
 }
 
 TEST(Settings, WholeNumbersMayBeHexadecimal) {
@@ -149,7 +150,7 @@ TEST(Settings, WholeNumbersMayBeHexadecimal) {
   EXPECT_EQ(parsed("width: 0X2aF").width, 687);
   for (const std::string bad : {"width: 0x", "width: 0xg", "width: 0x-200", "width: -0x200",
                                 "width: 0x10.0", "width: 0x200000000", "width: \"0x200\""}) {
-    EXPECT_THAT(error_of(bad), StartsWith("view.yaml:1: 'width' is '")) << bad;
+    EXPECT_THAT(settings_error(bad), StartsWith("view.yaml:1: 'width' is '")) << bad;
   }
 }
 

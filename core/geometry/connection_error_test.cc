@@ -14,7 +14,7 @@
 namespace raywalk {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kInfiniteError = std::numeric_limits<double>::infinity();
 
 TEST(ConnectionErrorCurve, IsTheSumOfTheEquations) {
   // (7) and (10) term by term, in the paper's own coordinates and over all of its terms.
@@ -110,7 +110,7 @@ TEST(ConnectionErrorCurve, ConnectsPhysicallyWithoutBending) {
 }
 
 TEST(ConnectionErrorCurve, HasNoErrorAtInfinity) {
-  const ConnectionErrorCurve curve = connection_error_curve({.viewpoints = 5}, {{kInfinity}});
+  const ConnectionErrorCurve curve = connection_error_curve({.viewpoints = 5}, {{kInfiniteError}});
   EXPECT_THAT(curve.total, testing::Each(0.0));
   EXPECT_EQ(curve.optimum_k_deg, 90);
 }
@@ -118,7 +118,7 @@ TEST(ConnectionErrorCurve, HasNoErrorAtInfinity) {
 TEST(ConnectionErrorCurve, RejectsArgumentsOutsideTheDomain) {
   const std::vector<double> one{1.0};
   EXPECT_THROW(connection_error_curve({.side_m = 0.0}, one), Error);
-  EXPECT_THROW(connection_error_curve({.side_m = kInfinity}, one), Error);
+  EXPECT_THROW(connection_error_curve({.side_m = kInfiniteError}, one), Error);
   EXPECT_THROW(connection_error_curve({.step_m = -0.1}, one), Error);
   EXPECT_THROW(connection_error_curve({.step_m = std::nan("")}, one), Error);
   EXPECT_THROW(connection_error_curve({.viewpoints = 0}, one), Error);

@@ -15,8 +15,8 @@ namespace {
 
 using Exact = boost::multiprecision::cpp_bin_float_100;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kSamples = 3000;
+constexpr double kInfiniteDistance = std::numeric_limits<double>::infinity();
+constexpr int kSpacingSamples = 3000;
 
 // The direction to (x, z) relative to the rail along x.
 Exact direction_to(const Exact& x, const Exact& z) { return atan2(z, x); }
@@ -51,7 +51,7 @@ class Spacing : public testing::Test {
 };
 
 TEST_F(Spacing, ParallaxIsTheChangeOfDirection) {
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < kSpacingSamples; ++i) {
     const double d = log_uniform(1e-6, 1e12);
     const double psi = one_in(3) ? log_uniform(1e-9, kHalfPi) : uniform(0.0, kPi);
     const double t = step();
@@ -68,7 +68,7 @@ TEST_F(Spacing, ParallaxIsTheChangeOfDirection) {
 }
 
 TEST_F(Spacing, NothingMovesWithoutStepOrAtInfinity) {
-  EXPECT_EQ(parallax_angle(kInfinity, 1.0, 5.0), 0.0);
+  EXPECT_EQ(parallax_angle(kInfiniteDistance, 1.0, 5.0), 0.0);
   EXPECT_EQ(parallax_angle(2.0, 1.0, 0.0), 0.0);
   EXPECT_EQ(ghost_angle(0.0, 3.0, 0.0), 0.0);
   EXPECT_EQ(ghost_angle(1.0, 0.7, 0.7), 0.0);
@@ -76,7 +76,7 @@ TEST_F(Spacing, NothingMovesWithoutStepOrAtInfinity) {
 }
 
 TEST_F(Spacing, GhostIsTheGapOfTheCopiesAtAnyScale) {
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < kSpacingSamples; ++i) {
     const double omega = inverse_distance();
     // Half of the samples are so close that their difference has few significant digits.
     const double assumed =
@@ -91,7 +91,7 @@ TEST_F(Spacing, GhostIsTheGapOfTheCopiesAtAnyScale) {
 // The header's bounds for other directions and for other positions between the stations.
 TEST_F(Spacing, OtherDirectionsAndPositionsAreHardlyWorse) {
   double most = 0.0;
-  for (int i = 0; i < 20 * kSamples; ++i) {
+  for (int i = 0; i < 20 * kSpacingSamples; ++i) {
     const double s = step();
     const double farthest_omega = 1.0 / (1.2072 * s);  // tan 22.5 deg = 1 / (2 * 1.2071...)
     const double omega = farthest_omega * log_uniform(1e-6, 1.0);
@@ -120,7 +120,7 @@ TEST_F(Spacing, OtherDirectionsAndPositionsAreHardlyWorse) {
 }
 
 TEST_F(Spacing, LargestStepJustReachesTheTolerance) {
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < kSpacingSamples; ++i) {
     const double omega = inverse_distance();
     const double assumed = one_in(2) ? inverse_distance() : omega * uniform(0.0, 0.999);
     const double tolerance = one_in(4) ? uniform(0.1, 3.0) : log_uniform(1e-9, 0.1);
@@ -141,7 +141,7 @@ TEST_F(Spacing, LargestStepJustReachesTheTolerance) {
 }
 
 TEST_F(Spacing, SmallAngleApproximationHolds) {
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < kSpacingSamples; ++i) {
     const double near = log_uniform(1e-3, 1e3);
     const OmegaRange scene{uniform(0.0, 1.0) / near, 1.0 / near};
     const double tolerance = log_uniform(1e-7, 1e-4);
@@ -156,7 +156,7 @@ TEST_F(Spacing, SmallAngleApproximationHolds) {
 }
 
 TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < kSpacingSamples; ++i) {
     const double near = log_uniform(1e-2, 1e3);
     const OmegaRange scene{one_in(3) ? 0.0 : uniform(0.0, 1.0) / near, 1.0 / near};
     const int layers = std::uniform_int_distribution<int>(1, 40)(random_);
@@ -192,8 +192,8 @@ TEST_F(Spacing, DepthAllowsWiderSpacing) {
 }
 
 TEST_F(Spacing, SceneAtInfinityNeedsNoStations) {
-  EXPECT_EQ(spacing_needed_without_depth({0.0, 0.0}, 1e-3), kInfinity);
-  EXPECT_EQ(spacing_needed({0.5, 0.5}, 0.0, 1e-3), kInfinity);
+  EXPECT_EQ(spacing_needed_without_depth({0.0, 0.0}, 1e-3), kInfiniteDistance);
+  EXPECT_EQ(spacing_needed({0.5, 0.5}, 0.0, 1e-3), kInfiniteDistance);
   EXPECT_EQ(largest_ghost({0.1, 2.0}, 0.0, 10.0), 0.0);
   EXPECT_EQ(nearest_distance_resolved(0.0, 1e-3), 0.0);
 }

@@ -11,7 +11,7 @@
 namespace raywalk {
 namespace {
 
-constexpr PanoramaSize kSize{256, 128};
+constexpr PanoramaSize kRotatedSize{256, 128};
 
 Attitude degrees(double yaw, double pitch, double roll) {
   return {radians_from_degrees(yaw), radians_from_degrees(pitch), radians_from_degrees(roll)};
@@ -27,11 +27,12 @@ cv::Vec3b world_colour(const Eigen::Vector3d& direction) {
 
 // That world seen by a camera with the given attitude.
 cv::Mat seen_by_camera(const Eigen::Matrix3d& rotation) {
-  cv::Mat image(kSize.height, kSize.width, CV_8UC3);
-  for (int v = 0; v < kSize.height; ++v) {
-    for (int u = 0; u < kSize.width; ++u) {
+  cv::Mat image(kRotatedSize.height, kRotatedSize.width, CV_8UC3);
+  for (int v = 0; v < kRotatedSize.height; ++v) {
+    for (int u = 0; u < kRotatedSize.width; ++u) {
       const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
-      const Eigen::Vector3d in_camera = direction_from_angles(angles_from_pixel(pixel, kSize));
+      const Eigen::Vector3d in_camera =
+          direction_from_angles(angles_from_pixel(pixel, kRotatedSize));
       image.at<cv::Vec3b>(v, u) = world_colour(rotation * in_camera);
     }
   }
@@ -75,26 +76,26 @@ TEST(RotatePanorama, NoRotationChangesNoPixel) {
 // A positive yaw turns the camera's centre towards +x, so its centre maps to theta = yaw in the
 // world: a quarter of the width to the right.
 TEST(RotatePanorama, YawMovesTheCameraCentreToTheRight) {
-  cv::Mat image(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0));
-  image.at<cv::Vec3b>(kSize.height / 2, kSize.width / 2) = {255, 255, 255};
+  cv::Mat image(kRotatedSize.height, kRotatedSize.width, CV_8UC3, cv::Scalar::all(0));
+  image.at<cv::Vec3b>(kRotatedSize.height / 2, kRotatedSize.width / 2) = {255, 255, 255};
   const cv::Mat rotated = rotate_panorama(image, world_from_camera(degrees(90, 0, 0)));
-  EXPECT_EQ(rotated.at<cv::Vec3b>(kSize.height / 2, kSize.width * 3 / 4)[0], 255);
+  EXPECT_EQ(rotated.at<cv::Vec3b>(kRotatedSize.height / 2, kRotatedSize.width * 3 / 4)[0], 255);
 }
 
 // A positive pitch raises the centre: it moves up the picture.
 TEST(RotatePanorama, PitchMovesTheCameraCentreUp) {
-  cv::Mat image(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0));
-  const int u = kSize.width / 2, v = kSize.height / 2;
+  cv::Mat image(kRotatedSize.height, kRotatedSize.width, CV_8UC3, cv::Scalar::all(0));
+  const int u = kRotatedSize.width / 2, v = kRotatedSize.height / 2;
   for (int du : {-1, 0}) {
     for (int dv : {-1, 0}) image.at<cv::Vec3b>(v + dv, u + du) = {255, 255, 255};
   }
   const cv::Mat rotated = rotate_panorama(image, world_from_camera(degrees(0, 45, 0)));
-  EXPECT_GT(rotated.at<cv::Vec3b>(kSize.height / 4, u)[0], 200);
-  EXPECT_EQ(rotated.at<cv::Vec3b>(kSize.height * 3 / 4, u)[0], 0);
+  EXPECT_GT(rotated.at<cv::Vec3b>(kRotatedSize.height / 4, u)[0], 200);
+  EXPECT_EQ(rotated.at<cv::Vec3b>(kRotatedSize.height * 3 / 4, u)[0], 0);
 }
 
 TEST(RotateDistanceMap, KeepsValuesAndMovesThem) {
-  cv::Mat map(kSize.height, kSize.width, CV_16UC1);
+  cv::Mat map(kRotatedSize.height, kRotatedSize.width, CV_16UC1);
   for (int v = 0; v < map.rows; ++v) {
     for (int u = 0; u < map.cols; ++u) map.at<ushort>(v, u) = u < map.cols / 2 ? 1000 : 60000;
   }
@@ -115,8 +116,8 @@ TEST(RotateDistanceMap, KeepsValuesAndMovesThem) {
 
 // The content under the mask does not affect the rotated panorama where its mask is not 0.
 TEST(RotateMask, RotatedMaskCoversAllMaskedPixels) {
-  cv::Mat mask(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
-  mask(cv::Rect(0, 110, kSize.width, 18)).setTo(0);
+  cv::Mat mask(kRotatedSize.height, kRotatedSize.width, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 110, kRotatedSize.width, 18)).setTo(0);
   mask(cv::Rect(0, 0, 9, 60)).setTo(0);
   mask(cv::Rect(200, 0, 30, 3)).setTo(0);
   const cv::Mat clean = seen_by_camera(Eigen::Matrix3d::Identity());
@@ -143,7 +144,7 @@ TEST(RotateMask, RotatedMaskCoversAllMaskedPixels) {
     cv::copyMakeBorder(mask, grown, 0, 0, 3, 3, cv::BORDER_WRAP);
     cv::erode(grown, grown, cv::Mat::ones(7, 7, CV_8UC1));
     EXPECT_GE(solid_angle(rotated), 0.99 * solid_angle(mask));
-    EXPECT_LE(solid_angle(rotated), solid_angle(grown.colRange(3, 3 + kSize.width)));
+    EXPECT_LE(solid_angle(rotated), solid_angle(grown.colRange(3, 3 + kRotatedSize.width)));
   }
 }
 

@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-constexpr PanoramaSize kSize{64, 32};
+constexpr PanoramaSize kSampledSize{64, 32};
 
 // Each channel is an affine function of the direction, so it has no seam and no pole.
 cv::Vec3f smooth_color(const Eigen::Vector3d& direction) {
@@ -18,10 +18,10 @@ cv::Vec3f smooth_color(const Eigen::Vector3d& direction) {
 }
 
 cv::Mat smooth_panorama() {
-  cv::Mat image(kSize.height, kSize.width, CV_8UC3);
+  cv::Mat image(kSampledSize.height, kSampledSize.width, CV_8UC3);
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
-      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, kSize);
+      const SphereAngles angles = angles_from_pixel({double(u), double(v)}, kSampledSize);
       const cv::Vec3f color = smooth_color(direction_from_angles(angles));
       for (int c = 0; c < 3; ++c) {
         image.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<uchar>(color[c]);
@@ -74,23 +74,24 @@ TEST(WrappedBorderTest, ContinuesAcrossSeamAndPoles) {
 }
 
 TEST(NearestPixelTest, IsTheOneThatTheDirectionLiesIn) {
-  const cv::Size size(kSize.width, kSize.height);
+  const cv::Size size(kSampledSize.width, kSampledSize.height);
   for (double phi = -90.0; phi <= 90.0; phi += 1.5) {
     for (double theta = -180.0; theta < 180.0; theta += 2.25) {
       const Eigen::Vector3d direction =
           direction_from_angles({radians_from_degrees(theta), radians_from_degrees(phi)});
       const cv::Point pixel = nearest_pixel(direction, size);
       ASSERT_TRUE(cv::Rect({}, size).contains(pixel)) << theta << " " << phi;
-      const Eigen::Vector3d centre =
-          direction_from_angles(angles_from_pixel({double(pixel.x), double(pixel.y)}, kSize));
+      const Eigen::Vector3d centre = direction_from_angles(
+          angles_from_pixel({double(pixel.x), double(pixel.y)}, kSampledSize));
       // Half the diagonal of a pixel.
-      EXPECT_LT((centre - direction).norm(), 0.71 * kTwoPi / kSize.width) << theta << " " << phi;
+      EXPECT_LT((centre - direction).norm(), 0.71 * kTwoPi / kSampledSize.width)
+          << theta << " " << phi;
     }
   }
 }
 
 TEST(NearestPixelTest, GoesRoundAtTheSeam) {
-  const cv::Size size(kSize.width, kSize.height);
+  const cv::Size size(kSampledSize.width, kSampledSize.height);
   EXPECT_EQ(nearest_pixel(PixelPosition{63.6, 5.2}, size), cv::Point(0, 5));
   EXPECT_EQ(nearest_pixel(PixelPosition{-0.4, 5.2}, size), cv::Point(0, 5));
   EXPECT_EQ(nearest_pixel(PixelPosition{-0.4, 31.4}, size), cv::Point(0, 31));

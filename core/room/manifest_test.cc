@@ -27,7 +27,7 @@ RoomManifest square_manifest() {
   return {{64, 32}, find_grid(stations, {}), std::vector<std::string>(4, std::string(64, 'a'))};
 }
 
-std::string error_of(const std::string& text) {
+std::string manifest_error(const std::string& text) {
   try {
     manifest_from_json(text, "manifest.json");
   } catch (const Error& error) {
@@ -40,7 +40,7 @@ std::string error_of(const std::string& text) {
 std::string error_with(const std::string& pointer, const Json& value) {
   Json json = Json::parse(manifest_to_json(square_manifest()));
   json[Json::json_pointer(pointer)] = value;
-  return error_of(json.dump());
+  return manifest_error(json.dump());
 }
 
 TEST(Manifest, ReadsBackExactlyWhatItWrote) {
@@ -93,7 +93,7 @@ TEST(Manifest, EveryMissingKeyIsNamed) {
     const Json::json_pointer place(pointer);
     Json json = good;
     json[place.parent_pointer()].erase(place.back());
-    EXPECT_THAT(error_of(json.dump()), HasSubstr("has no '" + place.back() + "'")) << pointer;
+    EXPECT_THAT(manifest_error(json.dump()), HasSubstr("has no '" + place.back() + "'")) << pointer;
   }
 }
 
@@ -128,7 +128,7 @@ TEST(Manifest, InconsistentValuesAreRejected) {
 TEST(Manifest, StationsMustFollowEachOther) {
   Json json = Json::parse(manifest_to_json(square_manifest()));
   std::swap(json["/lines/0/stations/1"_json_pointer], json["/lines/0/stations/2"_json_pointer]);
-  EXPECT_THAT(error_of(json.dump()), HasSubstr("does not increase"));
+  EXPECT_THAT(manifest_error(json.dump()), HasSubstr("does not increase"));
 }
 
 TEST(Manifest, InvalidTextIsAOneLineError) {
@@ -137,14 +137,14 @@ TEST(Manifest, InvalidTextIsAOneLineError) {
         std::string("1e999"), std::string("\xff\xfe"),
         std::string("{\"format\": \"raywalk\n-room\"}"),
         manifest_to_json(square_manifest()).substr(0, 500)}) {
-    const std::string error = error_of(text);
+    const std::string error = manifest_error(text);
     EXPECT_THAT(error, HasSubstr("manifest.json"));
     EXPECT_EQ(error.find('\n'), std::string::npos);
   }
 }
 
 TEST(Manifest, DeepNestingIsRefused) {
-  EXPECT_THAT(error_of(std::string(100000, '[')), HasSubstr("nested too deeply"));
+  EXPECT_THAT(manifest_error(std::string(100000, '[')), HasSubstr("nested too deeply"));
 }
 
 }  // namespace

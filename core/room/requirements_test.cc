@@ -113,7 +113,7 @@ constexpr const char* kExampleJson = R"({
     "room": "a \"room\"", "stations": 12, "distance_maps": 7, "bytes": 1000, "views": 49,
     "psnr_db": 37.5, "worst_psnr_db": 30.5}})";
 
-std::string error_of(const std::string& text) {
+std::string requirements_error(const std::string& text) {
   try {
     requirements_from_json(text, "room.lf/require.json");
   } catch (const Error& error) {
@@ -188,8 +188,8 @@ TEST(Requirements, DamageIsReportedWithARemedy) {
                                  with("\"held_out\"", "\"held_in\""),
                                  with("1099511627776", "-1")};
   for (const std::string& text : damaged) {
-    EXPECT_THAT(error_of(text), AllOf(HasSubstr("room.lf/require.json: "),
-                                      HasSubstr("run raywalk-build-lf require")))
+    EXPECT_THAT(requirements_error(text), AllOf(HasSubstr("room.lf/require.json: "),
+                                                HasSubstr("run raywalk-build-lf require")))
         << text;
   }
 }
@@ -198,7 +198,7 @@ TEST(Requirements, NewerVersionIsNamed) {
   std::string text = requirements_to_json(example());
   const std::string version = "\"format_version\": 1";
   text.replace(text.find(version), version.size(), "\"format_version\": 2");
-  EXPECT_THAT(error_of(text), HasSubstr("format version 2 is newer than 1"));
+  EXPECT_THAT(requirements_error(text), HasSubstr("format version 2 is newer than 1"));
 }
 
 class CurrentRequirements : public ::testing::Test {

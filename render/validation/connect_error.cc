@@ -20,7 +20,7 @@ namespace raywalk::render {
 namespace {
 
 constexpr int kCorners = 4;
-constexpr int kMaxViewpoints = 250;
+constexpr int kMaxConnectViewpoints = 250;
 constexpr int kColumnsPerTask = 16;
 
 // An output column in the overlap of a corner, and its sources with either line in front.
@@ -33,9 +33,9 @@ struct OverlapColumn {
 };
 
 void require_options(const ConnectErrorOptions& options) {
-  if (options.viewpoints < 1 || options.viewpoints > kMaxViewpoints) {
+  if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
     throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
-                                 options.viewpoints, kMaxViewpoints));
+                                 options.viewpoints, kMaxConnectViewpoints));
   }
   if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
     throw UsageError(

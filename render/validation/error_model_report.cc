@@ -20,7 +20,7 @@
 namespace raywalk::render {
 namespace {
 
-constexpr int kMaxViewpoints = 1000;
+constexpr int kMaxModelViewpoints = 1000;
 // Steps of 0.1 N over the paper's range 1.2 N to 2.5 N.
 constexpr int kSweepSamples = 14;
 // Distances closer together than this (in N) count as one sample of the sweep.
@@ -47,8 +47,8 @@ void check_options(const ErrorModelOptions& options) {
           "the cell's side must be a positive number of metres");
   require(std::isfinite(options.step_m) && options.step_m >= 0.0,
           "the station step must be a number of metres, at least 0");
-  require(options.viewpoints >= 1 && options.viewpoints <= kMaxViewpoints,
-          "the viewpoints per side must be 1 to " + std::to_string(kMaxViewpoints) + ", not " +
+  require(options.viewpoints >= 1 && options.viewpoints <= kMaxModelViewpoints,
+          "the viewpoints per side must be 1 to " + std::to_string(kMaxModelViewpoints) + ", not " +
               std::to_string(options.viewpoints));
   require(!options.distances_over_side.empty(), "give at least one source distance");
   for (const double distance : options.distances_over_side) {

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr PanoramaSize kPanorama{4096, 2048};
+constexpr PanoramaSize kPositionsPanorama{4096, 2048};
 
 class KernelPositions : public Kernels {};
 INSTANTIATE_TEST_SUITE_P(Sets, KernelPositions, testing::Values("generic", "avx2"),
@@ -34,11 +34,13 @@ SphereAngles angles_of(const Vector3d& seen) {
 // Distance of a pixel position from its exact direction, in pixels along the equator.
 double position_error(PixelPosition found, const Vector3d& seen, const ColumnTarget& target) {
   SphereAngles angles = angles_of(seen);
-  const double columns_per_rad = kPanorama.width / kTwoPi;
+  const double columns_per_rad = kPositionsPanorama.width / kTwoPi;
   const double u =
       target.u_whole + static_cast<double>(target.u_part) + angles.theta_rad * columns_per_rad;
-  const double v = std::clamp(pixel_from_angles(angles, kPanorama).v, 0.0, kPanorama.height - 1.0);
-  const double du = std::remainder(found.u - u, kPanorama.width) * std::cos(angles.phi_rad);
+  const double v = std::clamp(pixel_from_angles(angles, kPositionsPanorama).v, 0.0,
+                              kPositionsPanorama.height - 1.0);
+  const double du =
+      std::remainder(found.u - u, kPositionsPanorama.width) * std::cos(angles.phi_rad);
   return std::hypot(du, found.v - v);
 }
 
@@ -51,19 +53,19 @@ double cancellation(const Vector3d& seen, float omega, ColumnOffset o) {
 
 PixelPosition position_of(const SampleArrays& samples, size_t row) {
   const int sample = samples.left[row] / 3;
-  const int column = sample / kPanorama.height;
+  const int column = sample / kPositionsPanorama.height;
   return {column + weight_of(samples.weight_right[row]) / 32768.0,
-          sample % kPanorama.height + weight_of(samples.weight_lower[row]) / 32768.0};
+          sample % kPositionsPanorama.height + weight_of(samples.weight_lower[row]) / 32768.0};
 }
 
 TEST_P(KernelPositions, FindSamplesAgreesWithExactGeometryToAThousandthOfAPixel) {
-  const int rows = kPanorama.height;
+  const int rows = kPositionsPanorama.height;
   const LatitudeTable latitudes(rows, rows);
   for (int i = 0; i < 200; ++i) {
     const auto omega = i % 2 == 0 ? random_.omegas(rows) : random_.room_omegas(rows);
     const ColumnOffset offset = random_.offset(i < 100 ? 0.7 : 1e-3);
-    const ColumnTarget target{kPanorama.width, kPanorama.height,
-                              static_cast<int>(random_.uniform(0.0, kPanorama.width)),
+    const ColumnTarget target{kPositionsPanorama.width, kPositionsPanorama.height,
+                              static_cast<int>(random_.uniform(0.0, kPositionsPanorama.width)),
                               static_cast<float>(random_.uniform(0.0, 0.999))};
     SampleArrays samples(rows);
     kernels_->find_samples(latitudes.table(), omega.data(), rows, offset, target,
@@ -74,9 +76,11 @@ TEST_P(KernelPositions, FindSamplesAgreesWithExactGeometryToAThousandthOfAPixel)
       // The right sample is one column on, around the back.
       const int left = samples.left[at] / 3;
       const int right = samples.right[at] / 3;
-      ASSERT_EQ((left / kPanorama.height + 1) % kPanorama.width, right / kPanorama.height);
-      ASSERT_EQ(left % kPanorama.height, right % kPanorama.height);
-      ASSERT_LE(left % kPanorama.height, kPanorama.height - 2) << "there is a row below";
+      ASSERT_EQ((left / kPositionsPanorama.height + 1) % kPositionsPanorama.width,
+                right / kPositionsPanorama.height);
+      ASSERT_EQ(left % kPositionsPanorama.height, right % kPositionsPanorama.height);
+      ASSERT_LE(left % kPositionsPanorama.height, kPositionsPanorama.height - 2)
+          << "there is a row below";
 
       const Vector3d seen = seen_from_station(latitudes.table(), row, omega[at], offset);
       const double magnified = cancellation(seen, omega[at], offset);
@@ -88,7 +92,7 @@ TEST_P(KernelPositions, FindSamplesAgreesWithExactGeometryToAThousandthOfAPixel)
 }
 
 TEST_P(KernelPositions, StationAtTheViewpointIsReadInTheViewsDirection) {
-  const int rows = kPanorama.height;
+  const int rows = kPositionsPanorama.height;
   const LatitudeTable latitudes(rows, rows);
   for (const float omega : {0.0f, 1.0f, 1e6f}) {
     const std::vector<float> omegas(static_cast<size_t>(rows), omega);
@@ -110,29 +114,31 @@ TEST_P(KernelPositions, AimFindsDirectionsInTheColumnsOfABlock) {
     for (float& value : line.start) value = static_cast<float>(random_.uniform(-1.0, 1.0));
     for (float& value : line.step) value = static_cast<float>(random_.uniform(-0.01, 0.01));
     const bool whole = i % 2 == 0;
-    const int first = static_cast<int>(random_.uniform(0.0, kPanorama.width));
-    const ColumnBlock block{kPanorama, first, whole ? kPanorama.width : 100};
+    const int first = static_cast<int>(random_.uniform(0.0, kPositionsPanorama.width));
+    const ColumnBlock block{kPositionsPanorama, first, whole ? kPositionsPanorama.width : 100};
     SampleArrays samples(kCount);
     kernels_->aim(line, kCount, block, samples.positions());
     for (int n = 0; n < kCount; ++n) {
       const auto at = static_cast<size_t>(n);
-      const int left = samples.left[at] / 3 / kPanorama.height;
-      const int right = samples.right[at] / 3 / kPanorama.height;
+      const int left = samples.left[at] / 3 / kPositionsPanorama.height;
+      const int right = samples.right[at] / 3 / kPositionsPanorama.height;
       ASSERT_GE(samples.left[at], 0);
       ASSERT_GE(samples.right[at], 0);
       // Two rows are read, and never beyond the block.
-      ASSERT_LE(samples.left[at], (block.columns * kPanorama.height - 2) * 3);
-      ASSERT_LE(samples.right[at], (block.columns * kPanorama.height - 2) * 3);
+      ASSERT_LE(samples.left[at], (block.columns * kPositionsPanorama.height - 2) * 3);
+      ASSERT_LE(samples.right[at], (block.columns * kPositionsPanorama.height - 2) * 3);
       const Vector3d direction(line.start[0] + double(n) * line.step[0],
                                line.start[1] + double(n) * line.step[1],
                                line.start[2] + double(n) * line.step[2]);
-      const PixelPosition exact = pixel_from_angles(angles_from_direction(direction), kPanorama);
+      const PixelPosition exact =
+          pixel_from_angles(angles_from_direction(direction), kPositionsPanorama);
       PixelPosition found = position_of(samples, at);
       found.u += first;
-      const double v = std::clamp(exact.v, 0.0, kPanorama.height - 1.0);
+      const double v = std::clamp(exact.v, 0.0, kPositionsPanorama.height - 1.0);
       const double plan = std::hypot(direction.x(), direction.z()) / direction.norm();
-      const double du = std::remainder(found.u - exact.u, kPanorama.width);
-      const double within = std::fmod(exact.u - first + 2.0 * kPanorama.width, kPanorama.width);
+      const double du = std::remainder(found.u - exact.u, kPositionsPanorama.width);
+      const double within =
+          std::fmod(exact.u - first + 2.0 * kPositionsPanorama.width, kPositionsPanorama.width);
       if (within >= block.columns - 1) continue;  // outside the block
       if (!whole) {
         ASSERT_EQ(right, left + 1);
@@ -148,14 +154,14 @@ TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
   for (int i = 0; i < 100; ++i) {
     const auto omega = random_.room_omegas(kRows);
     const ColumnOffset offset = random_.offset(0.7);
-    const ColumnTarget target{kPanorama.width, kPanorama.height, 0, 0.0f};
+    const ColumnTarget target{kPositionsPanorama.width, kPositionsPanorama.height, 0, 0.0f};
     std::vector<float> shift_u(kRows), shift_v(kRows);
     kernels_->find_shifts(latitudes.table(), omega.data(), 0, kRows, kRows, offset, target,
                           shift_u.data(), shift_v.data());
     for (int row = 0; row < kRows; ++row) {
       const auto at = static_cast<size_t>(row);
-      const double own_v = (row + 0.5) * kPanorama.height / kRows - 0.5;
-      const double v = std::clamp(own_v + shift_v[at], 0.0, kPanorama.height - 1.0);
+      const double own_v = (row + 0.5) * kPositionsPanorama.height / kRows - 0.5;
+      const double v = std::clamp(own_v + shift_v[at], 0.0, kPositionsPanorama.height - 1.0);
       const Vector3d seen = seen_from_station(latitudes.table(), row, omega[at], offset);
       const double magnified = cancellation(seen, omega[at], offset);
       ASSERT_LT(position_error({shift_u[at], v}, seen, target),
@@ -164,7 +170,8 @@ TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
   }
 }
 
-constexpr ColumnTarget kShiftTarget{kPanorama.width, kPanorama.height, 100, 0.25f};
+constexpr ColumnTarget kShiftTarget{kPositionsPanorama.width, kPositionsPanorama.height, 100,
+                                    0.25f};
 
 // Positions of `per_row` output rows for every row; as many output rows as the panorama has.
 std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vector<float>& shift_u,
@@ -185,7 +192,7 @@ std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vecto
 
 TEST_P(KernelPositions, PlaceShiftedInterpolatesShiftsBetweenRows) {
   for (const int per_row : {2, 4, 8}) {
-    const int rows = kPanorama.height / per_row;
+    const int rows = kPositionsPanorama.height / per_row;
     std::vector<float> shift_u, shift_v, fraction;
     for (int i = 0; i < rows; ++i) {
       shift_u.push_back(static_cast<float>(random_.uniform(-50.0, 50.0)));
@@ -205,7 +212,7 @@ TEST_P(KernelPositions, PlaceShiftedInterpolatesShiftsBetweenRows) {
       const double dv = shift_v[row] + f * (shift_v[next] - shift_v[row]);
       const PixelPosition found = positions[static_cast<size_t>(i)];
       ASSERT_NEAR(found.u, 100.25 + du, 1e-3) << per_row << ' ' << i;
-      ASSERT_NEAR(found.v, std::clamp(i + dv, 0.0, kPanorama.height - 1.0), 1e-3) << i;
+      ASSERT_NEAR(found.v, std::clamp(i + dv, 0.0, kPositionsPanorama.height - 1.0), 1e-3) << i;
     }
   }
 }
@@ -213,11 +220,11 @@ TEST_P(KernelPositions, PlaceShiftedInterpolatesShiftsBetweenRows) {
 TEST_P(KernelPositions, PlaceShiftedDoesNotInterpolateOverAPole) {
   // Beyond the pole a point appears half a turn away; nothing lies in between.
   constexpr int kPerRow = 4;
-  constexpr int kRows = kPanorama.height / kPerRow;
+  constexpr int kRows = kPositionsPanorama.height / kPerRow;
   std::vector<float> shift_u(kRows, 10.0f);
   std::fill(shift_u.begin(), shift_u.begin() + 5, 10.0f - 2048.0f);
   const std::vector<float> shift_v(kRows, 0.0f);
-  const std::vector<float> fraction(kPanorama.height, 0.3f);
+  const std::vector<float> fraction(kPositionsPanorama.height, 0.3f);
   for (const PixelPosition& found : placed(*kernels_, shift_u, shift_v, kPerRow, fraction)) {
     const bool turned = std::fabs(found.u - (110.25 + 2048.0)) < 1e-3;
     ASSERT_TRUE(turned || std::fabs(found.u - 110.25) < 1e-3) << found.u;
@@ -227,7 +234,7 @@ TEST_P(KernelPositions, PlaceShiftedDoesNotInterpolateOverAPole) {
 TEST_P(KernelPositions, ProjectPointsAgreesWithExactGeometry) {
   const int rows = 512;
   const LatitudeTable latitudes(rows, rows);
-  const ColumnTarget target{kPanorama.width, kPanorama.height, 0, 0.0f};
+  const ColumnTarget target{kPositionsPanorama.width, kPositionsPanorama.height, 0, 0.0f};
   for (int i = 0; i < 100; ++i) {
     const auto omega = random_.room_omegas(rows);
     const ColumnOffset offset = random_.offset(0.5);

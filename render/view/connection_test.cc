@@ -15,7 +15,7 @@ namespace {
 constexpr double kPlentyM = 1e9;  // an overhang that never runs out
 
 double deg(double rad) { return degrees_from_radians(rad); }
-ConnectionRule rule_of(double k_deg, double overlap_deg = 5.0) {
+ConnectionRule connection_rule(double k_deg, double overlap_deg = 5.0) {
   return {radians_from_degrees(k_deg), radians_from_degrees(overlap_deg)};
 }
 CornerView corner_at(double a, double b, double overhang = kPlentyM) {
@@ -53,7 +53,7 @@ TEST(Connection, CutIsTheCornerAngleClampedToTheAllowedIncidence) {
 
 TEST(Connection, LfuCutsAtTheDiagonalWhereverTheCornerIs) {
   for (const auto& [a, b] : {std::pair{1.0, 0.0}, {0.0, 1.0}, {0.0, 0.0}, {3.0, 0.2}, {0.1, 7.0}}) {
-    const CornerConnection connection = connect_corner(corner_at(a, b), rule_of(45.0));
+    const CornerConnection connection = connect_corner(corner_at(a, b), connection_rule(45.0));
     EXPECT_NEAR(deg(connection.cut_rad), 45.0, 1e-6) << a << ' ' << b;
   }
 }
@@ -62,7 +62,7 @@ TEST(Connection, RaySpace360IsAlwaysPhysicalAndNeedsNoOverhang) {
   RandomCorners corners;
   for (int i = 0; i < 2000; ++i) {
     const CornerView corner = corners.next();
-    const CornerConnection connection = connect_corner(corner, rule_of(90.0));
+    const CornerConnection connection = connect_corner(corner, connection_rule(90.0));
     EXPECT_EQ(connection.cut_rad, corner_angle(corner));
     EXPECT_FALSE(connection.limited);
   }
@@ -81,7 +81,7 @@ TEST(Connection, LinesThatEndAtTheCornerShareItsAngleOnly) {
   const SharedAngles shared = shared_angles(corner);
   EXPECT_EQ(shared.begin_rad, corner_angle(corner));
   EXPECT_EQ(shared.end_rad, corner_angle(corner));
-  const CornerConnection connection = connect_corner(corner, rule_of(45.0));
+  const CornerConnection connection = connect_corner(corner, connection_rule(45.0));
   EXPECT_EQ(connection.cut_rad, corner_angle(corner));
   EXPECT_EQ(connection.blend_begin_rad, connection.blend_end_rad);
   EXPECT_TRUE(connection.limited);
@@ -94,7 +94,7 @@ TEST(Connection, CutMovesContinuouslyTowardsPhysicalAsTheOverhangRunsOut) {
     bool was_limited = false;
     for (double overhang = 2.0; overhang >= 0.0; overhang -= 0.001) {
       const CornerConnection connection =
-          connect_corner(corner_at(a, b, std::max(0.0, overhang)), rule_of(50.0));
+          connect_corner(corner_at(a, b, std::max(0.0, overhang)), connection_rule(50.0));
       const double c = corner_angle(corner_at(a, b));
       EXPECT_LE(std::fabs(connection.cut_rad - c), std::fabs(previous - c) + 1e-15);
       // |d cut / d overhang| <= 1 / hypot(a, b + o) < 1.
@@ -112,24 +112,27 @@ TEST(Connection, OverhangOfTheTangentSufficesAndALittleLessDoesNot) {
   const double a = 1.0;
   const double b = 0.1;
   const double needed = a / std::tan(radians_from_degrees(76.0)) - b;
-  EXPECT_FALSE(connect_corner({a, b, 0.0, needed * 1.0001}, rule_of(76.0)).limited);
-  EXPECT_TRUE(connect_corner({a, b, 0.0, needed * 0.9999}, rule_of(76.0)).limited);
+  EXPECT_FALSE(connect_corner({a, b, 0.0, needed * 1.0001}, connection_rule(76.0)).limited);
+  EXPECT_TRUE(connect_corner({a, b, 0.0, needed * 0.9999}, connection_rule(76.0)).limited);
 }
 
 TEST(Connection, BlendIsCentredOnTheCutWhereBothLinesReach) {
-  const CornerConnection connection = connect_corner(corner_at(1.0, 1.0), rule_of(80.0, 6.0));
+  const CornerConnection connection =
+      connect_corner(corner_at(1.0, 1.0), connection_rule(80.0, 6.0));
   EXPECT_NEAR(deg(connection.blend_begin_rad), 42.0, 1e-6);
   EXPECT_NEAR(deg(connection.blend_end_rad), 48.0, 1e-6);
 }
 
 TEST(Connection, WithoutOverlapTheWeightJumpsAtTheCut) {
-  const CornerConnection connection = connect_corner(corner_at(1.0, 1.0), rule_of(60.0, 0.0));
+  const CornerConnection connection =
+      connect_corner(corner_at(1.0, 1.0), connection_rule(60.0, 0.0));
   EXPECT_EQ(next_side_weight(connection, connection.cut_rad - 1e-9), 0.0);
   EXPECT_EQ(next_side_weight(connection, connection.cut_rad + 1e-9), 1.0);
 }
 
 TEST(Connection, WeightRisesLinearlyFromZeroToOne) {
-  const CornerConnection connection = connect_corner(corner_at(1.0, 1.0), rule_of(60.0, 10.0));
+  const CornerConnection connection =
+      connect_corner(corner_at(1.0, 1.0), connection_rule(60.0, 10.0));
   EXPECT_EQ(next_side_weight(connection, 0.0), 0.0);
   EXPECT_NEAR(next_side_weight(connection, radians_from_degrees(42.5)), 0.25, 1e-6);
   EXPECT_NEAR(next_side_weight(connection, radians_from_degrees(45.0)), 0.5, 1e-6);
@@ -141,7 +144,7 @@ TEST(ConnectionProperty, CutAndBlendStayWithinBothLines) {
   for (int i = 0; i < 20000; ++i) {
     const CornerView corner = corners.next();
     const ConnectionRule rule =
-        rule_of(corners.angle_deg(45.0, 90.0), corners.angle_deg(0.0, 45.0));
+        connection_rule(corners.angle_deg(45.0, 90.0), corners.angle_deg(0.0, 45.0));
     const SharedAngles shared = shared_angles(corner);
     const CornerConnection connection = connect_corner(corner, rule);
     ASSERT_GE(shared.begin_rad, 0.0);
@@ -164,7 +167,7 @@ TEST(ConnectionProperty, WeightIsMonotoneBetweenZeroAndOne) {
   RandomCorners corners;
   for (int i = 0; i < 500; ++i) {
     const CornerConnection connection =
-        connect_corner(corners.next(), rule_of(corners.angle_deg(45.0, 90.0)));
+        connect_corner(corners.next(), connection_rule(corners.angle_deg(45.0, 90.0)));
     double previous = 0.0;
     for (int step = 0; step <= 200; ++step) {
       const double weight = next_side_weight(connection, step * kHalfPi / 200.0);
@@ -183,7 +186,7 @@ TEST(ConnectionProperty, ExchangingTheTwoSidesMirrorsTheConnection) {
     if (corner.to_next_side_m == 0.0 && corner.to_this_side_m == 0.0) continue;
     const CornerView mirrored{corner.to_this_side_m, corner.to_next_side_m, corner.overhang_next_m,
                               corner.overhang_this_m};
-    const ConnectionRule rule = rule_of(corners.angle_deg(45.0, 90.0));
+    const ConnectionRule rule = connection_rule(corners.angle_deg(45.0, 90.0));
     EXPECT_NEAR(connect_corner(corner, rule).cut_rad,
                 kHalfPi - connect_corner(mirrored, rule).cut_rad, 1e-14);
   }

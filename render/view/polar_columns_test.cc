@@ -53,34 +53,34 @@ TEST(PolarColumns, AreNeighboursWhereTheWidthCannotBeHalved) {
 class PolarSamples : public Kernels {};
 INSTANTIATE_TEST_SUITE_P(Sets, PolarSamples, testing::Values("generic", "avx2"), kernel_set_name);
 
-constexpr PanoramaSize kPanorama{4096, 2048};
+constexpr PanoramaSize kPolarPanorama{4096, 2048};
 
 TEST_P(PolarSamples, KeepTheirPositionBetweenColumnsFurtherApart) {
   constexpr int kPerRow = 4;
-  const int rows = kPanorama.height / kPerRow;
-  const std::vector<float> fraction(static_cast<size_t>(kPanorama.height), 0.25f);
+  const int rows = kPolarPanorama.height / kPerRow;
+  const std::vector<float> fraction(static_cast<size_t>(kPolarPanorama.height), 0.25f);
   for (int repeat = 0; repeat < 20; ++repeat) {
     ShiftArrays shifts(rows);
     for (int i = 0; i < rows; ++i) {
       shifts.u[static_cast<size_t>(i)] = static_cast<float>(random_.uniform(-2000.0, 2000.0));
       shifts.v[static_cast<size_t>(i)] = static_cast<float>(random_.uniform(-30.0, 30.0));
     }
-    ColumnTarget target{kPanorama.width, kPanorama.height, 4090, 0.625f};
+    ColumnTarget target{kPolarPanorama.width, kPolarPanorama.height, 4090, 0.625f};
     const ShiftedRows shifted = shifts.from(0, rows, kPerRow, fraction);
-    SampleArrays neighbours(kPanorama.height), apart(kPanorama.height);
-    kernels_->place_shifted(shifted, 0, kPanorama.height, target, neighbours.positions());
-    target.polar = polar_columns(kPanorama);
-    kernels_->place_shifted(shifted, 0, kPanorama.height, target, apart.positions());
+    SampleArrays neighbours(kPolarPanorama.height), apart(kPolarPanorama.height);
+    kernels_->place_shifted(shifted, 0, kPolarPanorama.height, target, neighbours.positions());
+    target.polar = polar_columns(kPolarPanorama);
+    kernels_->place_shifted(shifted, 0, kPolarPanorama.height, target, apart.positions());
     std::set<int> steps;
     for (size_t i = 0; i < fraction.size(); ++i) {
-      const auto column = [&](std::int32_t offset) { return offset / 3 / kPanorama.height; };
-      const int upper = neighbours.left[i] / 3 % kPanorama.height;
-      ASSERT_EQ(apart.left[i] / 3 % kPanorama.height, upper);
+      const auto column = [&](std::int32_t offset) { return offset / 3 / kPolarPanorama.height; };
+      const int upper = neighbours.left[i] / 3 % kPolarPanorama.height;
+      ASSERT_EQ(apart.left[i] / 3 % kPolarPanorama.height, upper);
       ASSERT_EQ(apart.weight_lower[i], neighbours.weight_lower[i]);
-      const int step = 1 << polar_doublings(target.polar, upper, kPanorama.height);
+      const int step = 1 << polar_doublings(target.polar, upper, kPolarPanorama.height);
       steps.insert(step);
       ASSERT_EQ(column(apart.left[i]) % step, 0);
-      ASSERT_EQ(column(apart.right[i]), (column(apart.left[i]) + step) % kPanorama.width);
+      ASSERT_EQ(column(apart.right[i]), (column(apart.left[i]) + step) % kPolarPanorama.width);
       const double here = column(apart.left[i]) + step * weight_of(apart.weight_right[i]) / 32768.0;
       const double there =
           column(neighbours.left[i]) + weight_of(neighbours.weight_right[i]) / 32768.0;

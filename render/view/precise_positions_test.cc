@@ -14,8 +14,8 @@
 namespace raywalk::render {
 namespace {
 
-constexpr PanoramaSize kPanorama{16384, 8192};
-constexpr double kRadPerPixel = kTwoPi / kPanorama.width;
+constexpr PanoramaSize kPrecisePanorama{16384, 8192};
+constexpr double kRadPerPixel = kTwoPi / kPrecisePanorama.width;
 constexpr int kCases = 200000;
 
 // One point as a station sees it.
@@ -35,7 +35,7 @@ struct Seen {
 
 Seen exactly_seen(const Case& c) {
   const long double pi = std::acos(-1.0L);
-  const long double phi = pi / 2.0L - (c.row + 0.5L) / kPanorama.height * pi;
+  const long double phi = pi / 2.0L - (c.row + 0.5L) / kPrecisePanorama.height * pi;
   const long double s = std::sin(static_cast<long double>(c.theta_rad));
   const long double t = std::cos(static_cast<long double>(c.theta_rad));
   const long double omega = c.omega;
@@ -53,15 +53,16 @@ double cancellation(const Case& c, const Seen& seen) {
 // The angle between a sample and its exact position, radians.
 double angle_off(const SampleArrays& samples, const Case& c, const Seen& seen) {
   const int sample = samples.left[0] / 3;
-  const int column = sample / kPanorama.height;
+  const int column = sample / kPrecisePanorama.height;
   const double u = column + weight_of(samples.weight_right[0]) / 32768.0;
-  const double v = sample % kPanorama.height + weight_of(samples.weight_lower[0]) / 32768.0;
+  const double v = sample % kPrecisePanorama.height + weight_of(samples.weight_lower[0]) / 32768.0;
   const auto turn = static_cast<double>(std::atan2(seen.side, seen.forward));
   const auto latitude = static_cast<double>(std::atan2(seen.up, seen.plan()));
-  const double exact_u = pixel_from_angles({c.theta_rad, 0.0}, kPanorama).u + turn / kRadPerPixel;
+  const double exact_u =
+      pixel_from_angles({c.theta_rad, 0.0}, kPrecisePanorama).u + turn / kRadPerPixel;
   const double exact_v =
-      std::clamp((kHalfPi - latitude) / kRadPerPixel - 0.5, 0.0, kPanorama.height - 1.0);
-  const double du = std::remainder(u - exact_u, kPanorama.width) * std::cos(latitude);
+      std::clamp((kHalfPi - latitude) / kRadPerPixel - 0.5, 0.0, kPrecisePanorama.height - 1.0);
+  const double du = std::remainder(u - exact_u, kPrecisePanorama.width) * std::cos(latitude);
   return std::hypot(du, v - exact_v) * kRadPerPixel;
 }
 
@@ -77,8 +78,8 @@ Case random_case(RandomColumns* random, double incidence_rad) {
   const double step_m = side * log_uniform(1e-6, 10.0);
   Case c;
   // Half of them near the zenith.
-  c.row = static_cast<int>(step_m < 0.0 ? random->uniform(0.0, kPanorama.height)
-                                        : log_uniform(1.0, kPanorama.height) - 1.0);
+  c.row = static_cast<int>(step_m < 0.0 ? random->uniform(0.0, kPrecisePanorama.height)
+                                        : log_uniform(1.0, kPrecisePanorama.height) - 1.0);
   c.omega = static_cast<float>(1.0 / log_uniform(1e-6, 1e8));
   c.theta_rad = incidence_rad;
   const Eigen::Vector3d ray(std::sin(c.theta_rad), 0.0, std::cos(c.theta_rad));
@@ -94,13 +95,13 @@ constexpr double kUnitRad = kRadPerPixel / 32768.0;
 
 TEST(PrecisePositions, AreExactToTheirResolution) {
   RandomColumns random(7);
-  const PrecisePositions precise(kPanorama.height);
+  const PrecisePositions precise(kPrecisePanorama.height);
   SampleArrays samples(1);
   for (const double incidence_rad : kIncidencesRad) {
     for (int i = 0; i < kCases; ++i) {
       const Case c = random_case(&random, incidence_rad);
       const Seen seen = exactly_seen(c);
-      precise.find(c.row, {&c.omega, 1}, c.displacement_m, c.theta_rad, kPanorama,
+      precise.find(c.row, {&c.omega, 1}, c.displacement_m, c.theta_rad, kPrecisePanorama,
                    samples.positions());
       ASSERT_LE(angle_off(samples, c, seen), kUnitRad + 4e-16 * cancellation(c, seen))
           << "row " << c.row << " omega " << c.omega;
@@ -113,17 +114,18 @@ INSTANTIATE_TEST_SUITE_P(Sets, FloatPositions, testing::Values("generic", "avx2"
 
 // The error of fast_atan2 is 5.5e-7 rad, that of four roundings of 2^-24 is 2.4e-7.
 TEST_P(FloatPositions, ErrorIsThatOfTheArctangentAndCancellation) {
-  const LatitudeTable latitudes(kPanorama.height, kPanorama.height);
+  const LatitudeTable latitudes(kPrecisePanorama.height, kPrecisePanorama.height);
   SampleArrays samples(1);
   for (const double incidence_rad : kIncidencesRad) {
-    const double ahead_u = pixel_from_angles({incidence_rad, 0.0}, kPanorama).u;
-    const ColumnPosition ahead = split_column(ahead_u, kPanorama.width);
+    const double ahead_u = pixel_from_angles({incidence_rad, 0.0}, kPrecisePanorama).u;
+    const ColumnPosition ahead = split_column(ahead_u, kPrecisePanorama.width);
     for (int i = 0; i < kCases; ++i) {
       const Case c = random_case(&random_, incidence_rad);
       const Seen seen = exactly_seen(c);
       kernels_->find_samples(
           latitudes.table(c.row), &c.omega, 1, column_offset(c.displacement_m, c.theta_rad),
-          {kPanorama.width, kPanorama.height, ahead.whole, ahead.part}, samples.positions());
+          {kPrecisePanorama.width, kPrecisePanorama.height, ahead.whole, ahead.part},
+          samples.positions());
       ASSERT_LE(angle_off(samples, c, seen), kUnitRad + 5.5e-7 + 2.4e-7 * cancellation(c, seen))
           << "row " << c.row << " omega " << c.omega;
     }

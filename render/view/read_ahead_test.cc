@@ -15,17 +15,16 @@
 #include <vector>
 
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
 
 constexpr int kWidth = 512;
-constexpr std::size_t kColumnBytes = std::size_t{3} * kWidth / 2;
-constexpr std::size_t kStationBytes = kColumnBytes * kWidth;
+constexpr std::size_t kRayColumnBytes = std::size_t{3} * kWidth / 2;
+constexpr std::size_t kStationBytes = kRayColumnBytes * kWidth;
 constexpr std::size_t kPageBytes = 4096;
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
 
 SyntheticRoomSpec room_spec() {
   SyntheticRoomSpec spec;
@@ -82,7 +81,8 @@ class ReadAheadRequests : public testing::TestWithParam<Generation> {
  protected:
   // Whether the middle row of a column is part of what is requested.
   bool requested(int line, int station, int u) const {
-    const std::size_t byte = static_cast<std::size_t>(u % kWidth) * kColumnBytes + kColumnBytes / 2;
+    const std::size_t byte =
+        static_cast<std::size_t>(u % kWidth) * kRayColumnBytes + kRayColumnBytes / 2;
     return std::ranges::any_of(runs_, [&](const RayBytes& run) {
       return run.line == line && run.station == station && run.begin <= byte && byte < run.end;
     });
@@ -140,7 +140,7 @@ TEST(ReadAhead, InitialViewRequestsItsColumnsAlone) {
   ASSERT_FALSE(bytes.empty());
   // The block's columns and the one after them, in a run of pages on either side of the seam.
   for (const auto& [place, count] : bytes) {
-    EXPECT_LE(count, (Block::kCount + 1) * kColumnBytes + 4 * kPageBytes) << place.second;
+    EXPECT_LE(count, (Block::kCount + 1) * kRayColumnBytes + 4 * kPageBytes) << place.second;
   }
 }
 

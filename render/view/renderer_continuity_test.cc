@@ -7,13 +7,12 @@
 #include <vector>
 
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
 constexpr double kAnglesDeg[] = {45.0, 76.0, 90.0};
 
 TEST(RendererContinuity, InfinitelyFarRoomLooksTheSameFromEverywhere) {

@@ -8,14 +8,11 @@
 #include <string>
 
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
-
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
-constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 
 // 2 x 2 cells of 1 m.
 SyntheticRoomSpec four_cells() {

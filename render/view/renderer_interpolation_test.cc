@@ -10,14 +10,12 @@
 #include <vector>
 
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
-constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 constexpr Interpolation kWays[] = {Interpolation::kNearest, Interpolation::kLinear,
                                    Interpolation::kCubic};
 
@@ -195,7 +193,7 @@ TEST(RendererInterpolation, TheSmallestPanoramasAreReadWithEveryInterpolation) {
 }
 
 // Hides the floor around the camera and what is to its right, up to above the horizon.
-CameraCompanion dolly_with_operator() {
+CameraCompanion operator_beside_dolly() {
   return {.hides = [](const std::string&, int, const Eigen::Vector3d& direction) {
     const SphereAngles angles = angles_from_direction(direction);
     const bool beside = std::fabs(angles.theta_rad - kHalfPi) < radians_from_degrees(20.0);
@@ -206,7 +204,7 @@ CameraCompanion dolly_with_operator() {
 TEST(RendererInterpolation, NothingMaskedIsReadWithAnyInterpolation) {
   for (const int distance_width : {96, 48, 64}) {
     SyntheticRoomSpec spec = textured_room(96);
-    spec.companion = dolly_with_operator();
+    spec.companion = operator_beside_dolly();
     spec.distance_width = distance_width;
     const TestRoom room(spec);
     spec.companion->color = {0, 255, 0};

@@ -7,18 +7,16 @@
 #include <vector>
 
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
-constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 constexpr double kConeDeg = 22.0;
 // On the floor 1.2 m below the cameras the dolly hides a disc of 0.48 m radius.
-const std::vector<PlanPoint> kViewpoints = {{0.0, 0.0},  {0.23, 0.31}, {-0.31, 0.12}, {0.5, 0.1},
-                                            {0.3, -0.5}, {-0.5, 0.5},  {0.5, -0.5}};
+const std::vector<PlanPoint> kMaskViewpoints = {
+    {0.0, 0.0}, {0.23, 0.31}, {-0.31, 0.12}, {0.5, 0.1}, {0.3, -0.5}, {-0.5, 0.5}, {0.5, -0.5}};
 
 bool in_nadir_cone(const Eigen::Vector3d& direction, double cone_deg) {
   return -direction.y() > std::cos(radians_from_degrees(cone_deg));
@@ -38,13 +36,6 @@ CameraCompanion dolly_with_operator() {
     return in_nadir_cone(direction, kConeDeg) ||
            (beside && angles.phi_rad < radians_from_degrees(12.0));
   }};
-}
-
-SyntheticRoomSpec box_room(int width = 192) {
-  SyntheticRoomSpec spec;
-  spec.overhang_m = 0.25;
-  spec.width = width;
-  return spec;
 }
 
 SyntheticRoomSpec with(const CameraCompanion& companion, SyntheticRoomSpec spec = box_room()) {
@@ -81,7 +72,7 @@ class Recoloured {
 TEST(RendererMask, TheDollyIsRemoved) {
   const Recoloured rooms(with(dolly(), box_room(96)));
   for (const Generation generation : kGenerations) {
-    for (const PlanPoint at : kViewpoints) {
+    for (const PlanPoint at : kMaskViewpoints) {
       for (const double k_deg : {45.0, 76.0}) {
         EXPECT_EQ(rooms.difference({.generation = generation, .k_deg = k_deg}, at), 0.0)
             << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
@@ -121,7 +112,7 @@ TEST(RendererMask, TheFloorBelowIsNearlyAsGoodAsWithoutADolly) {
   const TestRoom empty(box_room());
   const TestRoom masked(with(dolly()));
   for (const Generation generation : kCorrected) {
-    for (const PlanPoint at : kViewpoints) {
+    for (const PlanPoint at : kMaskViewpoints) {
       const ViewOptions options{.generation = generation};
       const cv::Mat truth = empty.truth(at);
       const RenderedView view = masked.view(options, at);
@@ -169,7 +160,7 @@ TEST(RendererMask, TwoSidedViewsDoNotJumpAtALine) {
 
 TEST(RendererMask, AnOperatorIsRemoved) {
   const Recoloured rooms(with(dolly_with_operator(), box_room(96)));
-  for (const PlanPoint at : kViewpoints) {
+  for (const PlanPoint at : kMaskViewpoints) {
     for (const Generation generation : kGenerations) {
       EXPECT_EQ(rooms.difference({.generation = generation}, at), 0.0)
           << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;

@@ -9,14 +9,11 @@
 
 #include "core/base/parallel.h"
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
-
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
-constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 
 // The same view in float and in double.
 struct TwoViews {

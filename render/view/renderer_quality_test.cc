@@ -6,20 +6,13 @@
 
 #include "render/view/column_renderer.h"
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 const ViewOptions kInitial{.generation = Generation::kInitial};
-
-SyntheticRoomSpec box_room(int width = 192) {
-  SyntheticRoomSpec spec;
-  spec.overhang_m = 0.25;
-  spec.width = width;
-  return spec;
-}
 
 // A pillar beyond the front right corner, which hides different parts of the walls from every
 // viewpoint.
@@ -30,13 +23,13 @@ SyntheticRoomSpec room_with_pillar() {
 }
 
 // In the middle, anywhere, on a line, on a corner, and 1 nm inside a line.
-const std::vector<PlanPoint> kViewpoints = {{0.0, 0.0},  {0.23, 0.31},      {-0.31, 0.12},
-                                            {0.5, 0.1},  {0.3, -0.5},       {-0.5, 0.5},
-                                            {0.5, -0.5}, {-0.5 + 1e-9, 0.2}};
+const std::vector<PlanPoint> kQualityViewpoints = {{0.0, 0.0},  {0.23, 0.31},      {-0.31, 0.12},
+                                                   {0.5, 0.1},  {0.3, -0.5},       {-0.5, 0.5},
+                                                   {0.5, -0.5}, {-0.5 + 1e-9, 0.2}};
 
 TEST(RendererQuality, CorrectedViewsMatchTheTruthWhereInitialOnesDoNot) {
   const TestRoom room(box_room());
-  for (const PlanPoint at : kViewpoints) {
+  for (const PlanPoint at : kQualityViewpoints) {
     EXPECT_LT(room.psnr(kInitial, at), 25.0);
     for (const Generation generation : kCorrected) {
       for (const double k_deg : {45.0, 76.0, 90.0}) {
@@ -106,7 +99,7 @@ TEST(RendererQuality, SparseAndSmallDistanceMapsSuffice) {
     spec.distance_width = width;
     const TestRoom room(spec);
     for (const Generation generation : kCorrected) {
-      for (const PlanPoint at : kViewpoints) {
+      for (const PlanPoint at : kQualityViewpoints) {
         EXPECT_GT(room.psnr({.generation = generation}, at), 34.0)
             << width << " at " << at.x_m << ',' << at.z_m;
       }
@@ -144,7 +137,7 @@ TEST(RendererQuality, TwoSidedSeesWhatIsHiddenFromTheFront) {
 TEST(RendererQuality, OccludedViewsStayCloseToTheTruth) {
   const TestRoom room(room_with_pillar());
   for (const Generation generation : kCorrected) {
-    for (const PlanPoint at : kViewpoints) {
+    for (const PlanPoint at : kQualityViewpoints) {
       EXPECT_GT(room.psnr({.generation = generation}, at), 40.0) << at.x_m << ',' << at.z_m;
     }
   }

@@ -10,16 +10,16 @@
 #include "render/view/column_arrays.h"
 #include "render/view/renderer.h"
 #include "render/view/sample_reader.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 #include "render/view/touched_rays.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 constexpr SecondSide kSides[] = {SecondSide::kBlend, SecondSide::kWhereHidden};
-const std::vector<PlanPoint> kViewpoints = {{0.0, 0.0},   {0.23, 0.31}, {-0.31, 0.12},
-                                            {0.125, 0.5}, {0.5, 0.5},   {0.02, 0.47}};
+const std::vector<PlanPoint> kSkipViewpoints = {{0.0, 0.0},   {0.23, 0.31}, {-0.31, 0.12},
+                                                {0.125, 0.5}, {0.5, 0.5},   {0.02, 0.47}};
 
 // Stations close together, so that there is work to skip, and texture of long wavelength, so that
 // differences show positions and not interpolation.
@@ -68,7 +68,7 @@ TEST(RendererSkip, ATinySkipChangesNothing) {
   for (const int distance_width : {192, 96, 48, 64}) {
     const TestRoom room(dense_room(distance_width));
     for (const Generation generation : kCorrected) {
-      for (const PlanPoint at : kViewpoints) {
+      for (const PlanPoint at : kSkipViewpoints) {
         for (const int width : {192, 100}) {
           EXPECT_LE(
               largest_difference(
@@ -87,7 +87,7 @@ TEST(RendererSkip, StaysWithinTheLimitAndReadsLessForLargerLimits) {
   for (const int distance_width : {192, 48}) {
     const TestRoom room(dense_room(distance_width));
     for (const Generation generation : kCorrected) {
-      for (const PlanPoint at : kViewpoints) {
+      for (const PlanPoint at : kSkipViewpoints) {
         const RenderedView all = room.view({.generation = generation}, at);
         WorkCounts before = all.report.work;
         for (const double skip_px : {0.25, 1.0, 3.0}) {
@@ -114,7 +114,7 @@ TEST(RendererSkip, StaysWithinTheLimitWhereDistancesAreHalved) {
   spec.stored_distance = [](int, int, double exact_m) { return static_cast<float>(0.5 * exact_m); };
   const TestRoom room(spec);
   for (const Generation generation : kCorrected) {
-    for (const PlanPoint at : kViewpoints) {
+    for (const PlanPoint at : kSkipViewpoints) {
       const cv::Mat all = room.image({.generation = generation}, at);
       for (const double skip_px : {0.5, 2.0}) {
         expect_moved_by_at_most(room.image({.generation = generation, .skip_px = skip_px}, at), all,
@@ -192,7 +192,7 @@ TEST(RendererSkip, ExtremesRender) {
         for (const SecondSide side : kSides) {
           for (const int stations : {1, 2}) {
             for (const int width : {4, 32, 64}) {
-              for (const PlanPoint at : kViewpoints) {
+              for (const PlanPoint at : kSkipViewpoints) {
                 const RenderedView view = room.view({.generation = generation,
                                                      .width = width,
                                                      .interpolation = Interpolation::kCubic,

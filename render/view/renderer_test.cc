@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
@@ -18,9 +19,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
 
 TEST(Generation, NamesAreReadBack) {
   for (const Generation generation : kGenerations) {

@@ -11,13 +11,11 @@
 #include "core/base/error.h"
 #include "core/panorama/panorama_sampler.h"
 #include "render/view/renderer.h"
+#include "render/view/test_generations.h"
 #include "render/view/test_room.h"
 
 namespace raywalk::render {
 namespace {
-
-constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
-                                       Generation::kTwoSided};
 
 Viewport looking(double yaw_deg, double pitch_deg, double roll_deg, double fov_deg, int width,
                  int height) {

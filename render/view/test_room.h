@@ -28,6 +28,14 @@ inline SyntheticRoomSpec room_of_spacing(double spacing_m) {
   return spec;
 }
 
+// The synthetic scene's own room with stations beyond the corners.
+inline SyntheticRoomSpec box_room(int width = 192) {
+  SyntheticRoomSpec spec;
+  spec.overhang_m = 0.25;
+  spec.width = width;
+  return spec;
+}
+
 // Extreme contents of distance maps, by name.
 inline std::map<std::string, std::function<float(int, int, double)>> extreme_distances() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -21,7 +21,7 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 
 constexpr const char* kMap = RAYWALK_CONFIGS "/sliders/generic.yaml";
-constexpr MotionBounds kUsual{100.0, 200.0, 200.0};
+constexpr MotionBounds kRigBounds{100.0, 200.0, 200.0};
 
 class RigTest : public ::testing::Test {
  protected:
@@ -33,7 +33,7 @@ class RigTest : public ::testing::Test {
     clock_.sleep(std::chrono::seconds(60));
   }
   void go(Rig* rig, double mm) {
-    rig->drive().move_to(mm, kUsual);
+    rig->drive().move_to(mm, kRigBounds);
     clock_.sleep(std::chrono::seconds(60));
   }
   // The picture's name on the card.
@@ -179,7 +179,7 @@ TEST_F(RigTest, WrongRequestsAreRefused) {
   EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "nonsense"})"), 400);
   EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "stall", "for": 3})"), 400);
   EXPECT_EQ(post(*rig, "/rig/fault", R"({"kind": "stall", "for_ms": "3"})"), 400);
-  rig->drive().move_to(100.0, kUsual);
+  rig->drive().move_to(100.0, kRigBounds);
   EXPECT_EQ(post(*rig, "/rig/place", R"({"line": "x1"})"), 400);
   EXPECT_EQ(rig->line(), "x0");
 }

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMap = RAYWALK_CONFIGS "/sliders/generic.yaml";
+constexpr const char* kSliderMap = RAYWALK_CONFIGS "/sliders/generic.yaml";
 
 void require(bool condition, const char* what) {
   if (condition) return;
@@ -56,7 +56,7 @@ void run_until_stopped() {
     check_notice(out / "rig.json");
     kill(getpid(), SIGTERM);
   });
-  simulate_rig(small_rig(directory.path(), kMap), out);
+  simulate_rig(small_rig(directory.path(), kSliderMap), out);
   require(!fs::exists(out / "rig.json"), "rig.json is left behind");
   require(!fs::exists(fs::symlink_status(out / "slider")), "slider is left behind");
   require(fs::exists(out / "truth/true_poses.csv"), "no truth");
@@ -71,7 +71,7 @@ TEST(SimulateRigDeathTest, PublishesItsAddressesUntilStopped) {
 
 TEST(SimulateRigTest, DirectoryOfAnotherRigIsRefused) {
   const TestDirectory directory;
-  const RigConfig config = small_rig(directory.path(), kMap);
+  const RigConfig config = small_rig(directory.path(), kSliderMap);
   const FileLock other(directory / "rig.lock", "busy");
   EXPECT_THROW(simulate_rig(config, directory.path()), Error);
 }

@@ -10,7 +10,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr MotionBounds kUsual{100.0, 200.0, 200.0};
+constexpr MotionBounds kDriveBounds{100.0, 200.0, 200.0};
 
 DriveSettings exact_drive() {
   DriveSettings settings;
@@ -56,7 +56,7 @@ TEST_F(SimulatedDriveTest, HomingFromBelowTheSwitchLeavesItFirst) {
 TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  ASSERT_TRUE(drive.move_to(400.0, kUsual));
+  ASSERT_TRUE(drive.move_to(400.0, kDriveBounds));
   pass(500.0);
   EXPECT_NEAR(drive.state().feedback_mm, 25.0, 1e-6);
   EXPECT_TRUE(drive.state().moving);
@@ -84,9 +84,9 @@ TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
 TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  drive.move_to(1000.0, kUsual);
+  drive.move_to(1000.0, kDriveBounds);
   pass(1500.0);  // at 125 mm, 100 mm/s: halts at 150 mm
-  drive.move_to(50.0, kUsual);
+  drive.move_to(50.0, kDriveBounds);
   pass(60000.0);
   const DriveTruth truth = drive.truth();
   EXPECT_NEAR(truth.carriage_mm, 50.0, 1e-9);
@@ -103,11 +103,11 @@ TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
   SimulatedDrive drive(settings, &clock_);
   home(&drive);
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
-  drive.move_to(100.0, kUsual);
+  drive.move_to(100.0, kDriveBounds);
   pass(60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-9);
   EXPECT_NEAR(drive.truth().carriage_mm, 99.6, 1e-9);
-  drive.move_to(50.0, kUsual);
+  drive.move_to(50.0, kDriveBounds);
   pass(60000.0);
   EXPECT_NEAR(drive.truth().carriage_mm, 50.0, 1e-9);
 }
@@ -131,7 +131,7 @@ TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
 TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  drive.move_to(1000.0, kUsual);
+  drive.move_to(1000.0, kDriveBounds);
   pass(2000.0);
   drive.stop();
   pass(60000.0);
@@ -143,15 +143,15 @@ TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
 TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  drive.move_to(5000.0, kUsual);
+  drive.move_to(5000.0, kDriveBounds);
   pass(60000.0);
   EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
   EXPECT_TRUE(drive.state().at_high_limit);
   EXPECT_FALSE(drive.state().moving);
-  drive.move_to(6000.0, kUsual);
+  drive.move_to(6000.0, kDriveBounds);
   pass(1000.0);
   EXPECT_EQ(drive.truth().carriage_mm, 2000.0);
-  drive.move_to(1900.0, kUsual);
+  drive.move_to(1900.0, kDriveBounds);
   pass(60000.0);
   EXPECT_NEAR(drive.truth().carriage_mm, 1900.0, 1e-9);
   EXPECT_FALSE(drive.state().at_high_limit);
@@ -160,7 +160,7 @@ TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
 TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  drive.move_to(400.0, kUsual);
+  drive.move_to(400.0, kDriveBounds);
   pass(1000.0);
   drive.inject(DriveFault::kStall, 0.0, duration_from_ms(3000.0));
   pass(2000.0);
@@ -175,7 +175,7 @@ TEST_F(SimulatedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   drive.inject(DriveFault::kStall, 0.0, Duration::zero());
-  drive.move_to(10.0, kUsual);
+  drive.move_to(10.0, kDriveBounds);
   pass(60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
   drive.clear_faults();
@@ -186,7 +186,7 @@ TEST_F(SimulatedDriveTest, MoveCommandedWhileStalledStartsWhenFreed) {
 TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  drive.move_to(400.0, kUsual);
+  drive.move_to(400.0, kDriveBounds);
   pass(1000.0);
   drive.inject(DriveFault::kAlarm, 0x210, Duration::zero());
   pass(5000.0);
@@ -195,12 +195,12 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
   EXPECT_EQ(state.alarm_code, 0x210);
   EXPECT_FALSE(state.enabled);
   EXPECT_FALSE(state.moving);
-  drive.move_to(300.0, kUsual);
+  drive.move_to(300.0, kDriveBounds);
   pass(5000.0);
   EXPECT_EQ(drive.state().feedback_mm, state.feedback_mm);
   drive.reset_alarm();
   EXPECT_FALSE(drive.state().alarm);
-  drive.move_to(300.0, kUsual);
+  drive.move_to(300.0, kDriveBounds);
   pass(60000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 300.0, 1e-9);
 }
@@ -208,14 +208,14 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
 TEST_F(SimulatedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  drive.move_to(400.0, kUsual);
+  drive.move_to(400.0, kDriveBounds);
   pass(1000.0);
   drive.inject(DriveFault::kHighLimit, 0.0, duration_from_ms(10000.0));
   EXPECT_TRUE(drive.state().at_high_limit);
-  drive.move_to(400.0, kUsual);
+  drive.move_to(400.0, kDriveBounds);
   pass(2000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
-  drive.move_to(50.0, kUsual);
+  drive.move_to(50.0, kDriveBounds);
   pass(7000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 50.0, 1e-9);
   pass(2000.0);
@@ -245,7 +245,7 @@ TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
     EXPECT_EQ(target_mm, 400.0);
     drive.inject(DriveFault::kStall, 0.0, duration_from_ms(1000.0), duration_from_ms(1000.0));
   });
-  drive.move_to(400.0, kUsual);
+  drive.move_to(400.0, kDriveBounds);
   pass(2500.0);
   // 75 mm before it, 25 mm in half a second from rest after it.
   EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-6);
@@ -254,7 +254,7 @@ TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
 TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
   SimulatedDrive drive(exact_drive(), &clock_);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(drive.move_to(nan, kUsual));
+  EXPECT_FALSE(drive.move_to(nan, kDriveBounds));
   EXPECT_FALSE(drive.move_to(1.0, {0.0, 200.0, 200.0}));
   EXPECT_FALSE(drive.move_to(1.0, {100.0, -1.0, 200.0}));
   EXPECT_FALSE(drive.move_to(1.0, {100.0, 200.0, nan}));

@@ -11,7 +11,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr PanoramaSize kSize{720, 360};
+constexpr PanoramaSize kDollySize{720, 360};
 constexpr double kFloor_m = 1.2;
 
 DollySettings reaching(double reach_deg) { return {true, reach_deg}; }
@@ -19,12 +19,12 @@ DollySettings reaching(double reach_deg) { return {true, reach_deg}; }
 // Coverage of the pixel at an angle from the nadir.
 float share_at(const DollyView& view, double theta_deg, double from_nadir_deg) {
   const PixelPosition pixel = pixel_from_angles(
-      {radians_from_degrees(theta_deg), radians_from_degrees(from_nadir_deg - 90.0)}, kSize);
-  return view.share().at<float>(cvRound(pixel.v), cvRound(pixel.u) % kSize.width);
+      {radians_from_degrees(theta_deg), radians_from_degrees(from_nadir_deg - 90.0)}, kDollySize);
+  return view.share().at<float>(cvRound(pixel.v), cvRound(pixel.u) % kDollySize.width);
 }
 
 TEST(DollyTest, CoversTheNadirUpToItsReach) {
-  const PanoramaRays camera(kSize);
+  const PanoramaRays camera(kDollySize);
   for (const double reach_deg : {12.0, 20.0, 40.0}) {
     const DollyView view(camera, reaching(reach_deg), kFloor_m);
     for (const double theta_deg : {0.0, 90.0, -90.0}) {
@@ -42,7 +42,7 @@ TEST(DollyTest, CoversTheNadirUpToItsReach) {
 }
 
 TEST(DollyTest, LooksTheSameFromAnyHeight) {
-  const PanoramaRays camera(kSize);
+  const PanoramaRays camera(kDollySize);
   const DollyView low(camera, reaching(20.0), 0.5), high(camera, reaching(20.0), 2.0);
   EXPECT_EQ(cv::norm(low.share(), high.share(), cv::NORM_INF), 0.0);
 }
@@ -60,14 +60,14 @@ TEST(DollyTest, BothLensesSeeHalfOfIt) {
 
 // Compositing is linear in light, so results over white and black differ by the uncovered share.
 TEST(DollyTest, CompositesInLinearLightByCoverage) {
-  const DollyView view(PanoramaRays(kSize), reaching(20.0), kFloor_m);
-  cv::Mat black(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0.0));
+  const DollyView view(PanoramaRays(kDollySize), reaching(20.0), kFloor_m);
+  cv::Mat black(kDollySize.height, kDollySize.width, CV_8UC3, cv::Scalar::all(0.0));
   cv::Mat grey(black.size(), CV_8UC3, cv::Scalar::all(150.0));
   view.cover(&black);
   view.cover(&grey);
   int partly = 0;
-  for (int v = 0; v < kSize.height; ++v) {
-    for (int u = 0; u < kSize.width; ++u) {
+  for (int v = 0; v < kDollySize.height; ++v) {
+    for (int u = 0; u < kDollySize.width; ++u) {
       const double share = view.share().at<float>(v, u);
       if (share > 0.0 && share < 1.0) ++partly;
       for (int channel = 0; channel < 3; ++channel) {
@@ -84,8 +84,8 @@ TEST(DollyTest, CompositesInLinearLightByCoverage) {
 
 // Features must be found on it, as on a real dolly that moves with the camera.
 TEST(DollyTest, IsTextured) {
-  const DollyView view(PanoramaRays(kSize), reaching(20.0), kFloor_m);
-  cv::Mat picture(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0.0));
+  const DollyView view(PanoramaRays(kDollySize), reaching(20.0), kFloor_m);
+  cv::Mat picture(kDollySize.height, kDollySize.width, CV_8UC3, cv::Scalar::all(0.0));
   view.cover(&picture);
   cv::Scalar mean, deviation;
   cv::meanStdDev(picture, mean, deviation, view.share() == 1.0);
@@ -93,10 +93,10 @@ TEST(DollyTest, IsTextured) {
 }
 
 TEST(DollyTest, OtherPicturesAndCamerasBelowTheFloorAreRefused) {
-  const PanoramaRays camera(kSize);
+  const PanoramaRays camera(kDollySize);
   EXPECT_THROW(DollyView(camera, reaching(20.0), 0.0), Error);
   const DollyView view(camera, reaching(20.0), kFloor_m);
-  cv::Mat small(100, 200, CV_8UC3), grey(kSize.height, kSize.width, CV_8UC1);
+  cv::Mat small(100, 200, CV_8UC3), grey(kDollySize.height, kDollySize.width, CV_8UC1);
   EXPECT_THROW(view.cover(&small), Error);
   EXPECT_THROW(view.cover(&grey), Error);
 }

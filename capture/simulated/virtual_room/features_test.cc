@@ -10,7 +10,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr PanoramaSize kSize{1024, 512};
+constexpr PanoramaSize kFeatureSize{1024, 512};
 constexpr int kFace = 384;
 
 // A face of the cube map around the camera with a field of view of 90 degrees.
@@ -22,7 +22,7 @@ cv::Mat cube_face(const cv::Mat& panorama, const Attitude& attitude) {
       const Eigen::Vector3d direction((column + 0.5) / kFace * 2.0 - 1.0,
                                       1.0 - (row + 0.5) / kFace * 2.0, 1.0);
       const PixelPosition at =
-          pixel_from_angles(angles_from_direction(rotation * direction), kSize);
+          pixel_from_angles(angles_from_direction(rotation * direction), kFeatureSize);
       u.at<float>(row, column) = static_cast<float>(at.u);
       v.at<float>(row, column) = static_cast<float>(at.v);
     }
@@ -35,7 +35,7 @@ cv::Mat cube_face(const cv::Mat& panorama, const Attitude& attitude) {
 TEST(FeaturesTest, SiftFindsFeaturesInEveryDirection) {
   const auto sift = cv::SIFT::create();
   for (const int seed : {1, 2, 3}) {
-    const cv::Mat panorama = VirtualRoom(furnished_room(seed)).panorama({}, kSize);
+    const cv::Mat panorama = VirtualRoom(furnished_room(seed)).panorama({}, kFeatureSize);
     for (const Attitude& axis :
          {Attitude{0, 0, 0}, Attitude{kHalfPi, 0, 0}, Attitude{kPi, 0, 0}, Attitude{-kHalfPi, 0, 0},
           Attitude{0, kHalfPi, 0}, Attitude{0, -kHalfPi, 0}}) {

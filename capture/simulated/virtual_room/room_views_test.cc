@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr PanoramaSize kSize{512, 256};
+constexpr PanoramaSize kViewSize{512, 256};
 
 // Bilinear; wraps at the seam, uses the border mode at the poles.
 cv::Vec3d sample(const cv::Mat& picture, PixelPosition at) {
@@ -61,19 +61,20 @@ std::vector<double> differences(const View& target, const View& source, bool rep
   std::vector<double> found;
   const Eigen::Matrix3d target_rotation = world_from_camera(target.pose.attitude);
   const Eigen::Matrix3d source_rotation = world_from_camera(source.pose.attitude);
-  for (int v = 20; v < kSize.height - 20; ++v) {
-    for (int u = 0; u < kSize.width; ++u) {
+  for (int v = 20; v < kViewSize.height - 20; ++v) {
+    for (int u = 0; u < kViewSize.width; ++u) {
       const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
       const double distance = target.distance.at<float>(v, u);
       if (std::isinf(distance)) continue;
       const Vector3d point =
           target.pose.position_m +
-          distance * (target_rotation * direction_from_angles(angles_from_pixel(pixel, kSize)));
+          distance * (target_rotation * direction_from_angles(angles_from_pixel(pixel, kViewSize)));
       const Vector3d from = source.pose.position_m;
       const PixelPosition seen = pixel_from_angles(
-          angles_from_direction(source_rotation.transpose() * (point - from)), kSize);
-      const int near_u = (static_cast<int>(std::lround(seen.u)) + kSize.width) % kSize.width;
-      const int near_v = std::clamp(static_cast<int>(std::lround(seen.v)), 0, kSize.height - 1);
+          angles_from_direction(source_rotation.transpose() * (point - from)), kViewSize);
+      const int near_u =
+          (static_cast<int>(std::lround(seen.u)) + kViewSize.width) % kViewSize.width;
+      const int near_v = std::clamp(static_cast<int>(std::lround(seen.v)), 0, kViewSize.height - 1);
       const double true_distance = (point - from).norm();
       if (std::abs(source.distance.at<float>(near_v, near_u) - true_distance) >
           0.02 * true_distance) {
@@ -88,12 +89,12 @@ std::vector<double> differences(const View& target, const View& source, bool rep
 
 TEST_F(RoomViewsTest, ViewWarpedByItsDistancesIsTheOtherView) {
   const auto view_from = [&](const CameraPose& pose) {
-    return View{pose, room_->panorama(pose, kSize), room_->distance_map(pose, kSize)};
+    return View{pose, room_->panorama(pose, kViewSize), room_->distance_map(pose, kViewSize)};
   };
   const View centre = view_from({});
   const View moved = view_from({{0.25, -0.05, 0.3}, {0.4, 0.1, -0.15}});
   const std::vector<double> reprojected = differences(centre, moved, true);
-  ASSERT_GT(reprojected.size(), static_cast<std::size_t>(kSize.width * kSize.height / 2));
+  ASSERT_GT(reprojected.size(), static_cast<std::size_t>(kViewSize.width * kViewSize.height / 2));
   EXPECT_LT(median(reprojected), 2.5);
   // Without the warp the difference is large.
   EXPECT_GT(median(differences(centre, moved, false)), 15.0);
@@ -134,13 +135,13 @@ TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
   layout.front.focal_px *= 0.97;
   layout.back_attitude = {kPi + 0.01, 0.02, -0.03};
   const cv::Mat frame = room_->dual_fisheye(pose, layout, {768, 384});
-  const cv::Mat panorama = room_->panorama(pose, kSize);
+  const cv::Mat panorama = room_->panorama(pose, kViewSize);
   const Eigen::Matrix3d front_from_back = world_from_camera(layout.back_attitude);
   std::vector<double> front, back;
-  for (int v = 16; v < kSize.height - 16; v += 2) {
-    for (int u = 0; u < kSize.width; u += 2) {
+  for (int v = 16; v < kViewSize.height - 16; v += 2) {
+    for (int u = 0; u < kViewSize.width; u += 2) {
       const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
-      const Vector3d direction = direction_from_angles(angles_from_pixel(pixel, kSize));
+      const Vector3d direction = direction_from_angles(angles_from_pixel(pixel, kViewSize));
       const cv::Vec3d expected(panorama.at<cv::Vec3b>(v, u));
       if (const auto at = project(layout.front, direction); at && direction.z() > 0.1) {
         front.push_back(mean_difference(sample(frame, *at), expected));
@@ -161,12 +162,12 @@ TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
 
 TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
   // A quarter turn shifts the panorama by a quarter of its width.
-  const cv::Mat ahead = room_->panorama({}, kSize, Sampling::kFine);
-  const cv::Mat turned = room_->panorama({{0, 0, 0}, {kHalfPi, 0, 0}}, kSize, Sampling::kFine);
+  const cv::Mat ahead = room_->panorama({}, kViewSize, Sampling::kFine);
+  const cv::Mat turned = room_->panorama({{0, 0, 0}, {kHalfPi, 0, 0}}, kViewSize, Sampling::kFine);
   std::vector<double> found;
-  for (int v = 0; v < kSize.height; ++v) {
-    for (int u = 0; u < kSize.width; ++u) {
-      const int from = (u + kSize.width / 4) % kSize.width;
+  for (int v = 0; v < kViewSize.height; ++v) {
+    for (int u = 0; u < kViewSize.width; ++u) {
+      const int from = (u + kViewSize.width / 4) % kViewSize.width;
       found.push_back(mean_difference(cv::Vec3d(turned.at<cv::Vec3b>(v, u)),
                                       cv::Vec3d(ahead.at<cv::Vec3b>(v, from))));
     }
@@ -175,8 +176,8 @@ TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
 }
 
 TEST_F(RoomViewsTest, DraftIsAnUnbiasedEstimateOfTheFinePicture) {
-  const cv::Mat fine = room_->panorama({}, kSize, Sampling::kFine);
-  const cv::Mat draft = room_->panorama({}, kSize, Sampling::kDraft);
+  const cv::Mat fine = room_->panorama({}, kViewSize, Sampling::kFine);
+  const cv::Mat draft = room_->panorama({}, kViewSize, Sampling::kDraft);
   const cv::Scalar fine_mean = cv::mean(fine), draft_mean = cv::mean(draft);
   for (int channel = 0; channel < 3; ++channel) {
     EXPECT_NEAR(fine_mean[channel], draft_mean[channel], 1.0);
