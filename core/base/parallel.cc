@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -29,6 +30,19 @@ class Handover {
   void give() {}
   void take() {}
 #endif
+};
+
+// Calls a function at the end of its scope, be it left by an exception.
+template <typename Function>
+class AtEnd {
+ public:
+  explicit AtEnd(Function function) : function_(std::move(function)) {}
+  ~AtEnd() { function_(); }
+  AtEnd(const AtEnd&) = delete;
+  AtEnd& operator=(const AtEnd&) = delete;
+
+ private:
+  Function function_;
 };
 
 }  // namespace
@@ -62,18 +76,18 @@ void parallel_for(int begin, int end, int grain, const std::function<void(int, i
   const auto chunk = static_cast<std::size_t>(std::max(grain, 1));
   Handover to_bodies, from_bodies;
   to_bodies.give();
+  const AtEnd take_at_end([&] { from_bodies.take(); });
   // The simple partitioner splits until a chunk holds at most `grain` indices; the default one may
   // hand out far larger chunks, which would delay the answer to Ctrl-C.
   tbb::parallel_for(
       tbb::blocked_range<int>(begin, end, chunk),
       [&](const tbb::blocked_range<int>& range) {
         to_bodies.take();
+        const AtEnd give_at_end([&] { from_bodies.give(); });
         throw_if_interrupted();
         body(range.begin(), range.end());
-        from_bodies.give();
       },
       tbb::simple_partitioner());
-  from_bodies.take();
 }
 
 }  // namespace raywalk
