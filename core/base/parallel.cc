@@ -19,18 +19,15 @@
 namespace raywalk {
 namespace {
 
-// Everything before give() happens before what follows take() on another thread. TBB ensures that
-// anyway, but ThreadSanitizer cannot see it, as the library is not instrumented.
-class Handover {
- public:
+// What happens before give(tag) on one thread happens before what follows take(tag) on another. TBB
+// ensures that anyway, but ThreadSanitizer cannot see it, as the library is not instrumented.
 #ifdef __SANITIZE_THREAD__
-  void give() { __tsan_release(this); }
-  void take() { __tsan_acquire(this); }
+void give(void* tag) { __tsan_release(tag); }
+void take(void* tag) { __tsan_acquire(tag); }
 #else
-  void give() {}
-  void take() {}
+void give(void*) {}
+void take(void*) {}
 #endif
-};
 
 // Calls a function at the end of its scope, be it left by an exception.
 template <typename Function>
@@ -74,16 +71,16 @@ int thread_count() {
 void parallel_for(int begin, int end, int grain, const std::function<void(int, int)>& body) {
   if (begin >= end) return;
   const auto chunk = static_cast<std::size_t>(std::max(grain, 1));
-  Handover to_bodies, from_bodies;
-  to_bodies.give();
-  const AtEnd take_at_end([&] { from_bodies.take(); });
+  char to_bodies = 0, from_bodies = 0;
+  give(&to_bodies);
+  const AtEnd take_at_end([&] { take(&from_bodies); });
   // The simple partitioner splits until a chunk holds at most `grain` indices; the default one may
   // hand out far larger chunks, which would delay the answer to Ctrl-C.
   tbb::parallel_for(
       tbb::blocked_range<int>(begin, end, chunk),
       [&](const tbb::blocked_range<int>& range) {
-        to_bodies.take();
-        const AtEnd give_at_end([&] { from_bodies.give(); });
+        take(&to_bodies);
+        const AtEnd give_at_end([&] { give(&from_bodies); });
         throw_if_interrupted();
         body(range.begin(), range.end());
       },
