@@ -166,7 +166,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
   }
   ASSERT_NO_FATAL_FAILURE(run(fmt::format(
       "{} all {} --out {} --lens-start {}/lenses/dual-fisheye.yaml --width 512 --auto-mask "
-      "--no-connection",
+      "--keyframes-mm 200 --no-connection",
       RAYWALK_CALIBRATE, path("session"), path("calibration"), RAYWALK_CONFIGS)));
   EXPECT_EQ(calibration()["trustworthy"], true);
 
@@ -188,7 +188,8 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
 
   ASSERT_NO_FATAL_FAILURE(run(fmt::format("{} pack --frames {} --out {}", RAYWALK_BUILD_LF,
                                           path("calibration/poses.csv"), path("room.lf"))));
-  ASSERT_NO_FATAL_FAILURE(run(fmt::format("{} depth {}", RAYWALK_BUILD_LF, path("room.lf"))));
+  ASSERT_NO_FATAL_FAILURE(
+      run(fmt::format("{} depth {} --width 256", RAYWALK_BUILD_LF, path("room.lf"))));
   ASSERT_NO_FATAL_FAILURE(run(fmt::format(
       "{} validate {} --truth {} --generation hlf-vd,two-sided --viewpoints 1 --report {}",
       RAYWALK_RENDER, path("room.lf"), path("calibration/gt.csv"), path("report"))));
