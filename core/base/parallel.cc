@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#ifdef __SANITIZE_THREAD__
+#ifdef RAYWALK_SANITIZE_THREAD
 #include <sanitizer/tsan_interface.h>
 #endif
 
@@ -20,8 +20,9 @@ namespace raywalk {
 namespace {
 
 // What happens before give(tag) on one thread happens before what follows take(tag) on another. TBB
-// ensures that anyway, but ThreadSanitizer cannot see it, as the library is not instrumented.
-#ifdef __SANITIZE_THREAD__
+// ensures that anyway, but ThreadSanitizer cannot see it: neither libtbb nor this file, with TBB's
+// tasks, is instrumented (CMakeLists.txt).
+#ifdef RAYWALK_SANITIZE_THREAD
 void give(void* tag) { __tsan_release(tag); }
 void take(void* tag) { __tsan_acquire(tag); }
 #else
