@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -97,11 +96,8 @@ class WholeChainTest : public ::testing::Test {
   }
 
   static void run(const std::string& command) {
-    const auto began = std::chrono::steady_clock::now();
     const CommandResult result = run_command(command);
     ASSERT_EQ(result.exit_code, 0) << command << "\n" << result.output << result.errors;
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-    fmt::print("{:5.1f} s {}\n", took.count(), command.substr(command.rfind("raywalk-", 90)));
   }
   std::string path(const char* name) const { return (directory_ / name).string(); }
 
@@ -184,7 +180,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
         std::max(worst_mm, relative_error_mm(estimated.at(x_station), estimated.at(z_station),
                                              truth.at(x_station), truth.at(z_station)));
   }
-  fmt::print("worst crossing {:.3f} mm\n", worst_mm);
+  // Before calibration they are 13 to 27 mm off. Measured: 0.3 to 0.5 mm.
   EXPECT_LT(worst_mm, 1.0);
 
   ASSERT_NO_FATAL_FAILURE(run(fmt::format("{} pack --frames {} --out {}", RAYWALK_BUILD_LF,
@@ -195,10 +191,9 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
       "{} validate {} --truth {} --generation hlf-vd,two-sided --viewpoints 1 --report {}",
       RAYWALK_RENDER, path("room.lf"), path("calibration/gt.csv"), path("report"))));
   const json means = json::parse(read_file(directory_ / "report/metrics.json"))["means"];
-  fmt::print("hlf-vd {:.2f} dB, two-sided {:.2f} dB\n", means["hlf-vd"]["psnr_db"].get<double>(),
-             means["two-sided"]["psnr_db"].get<double>());
-  EXPECT_GT(means["hlf-vd"]["psnr_db"], 20.0);
-  EXPECT_GT(means["two-sided"]["psnr_db"], 20.0);
+  // Measured: 28.5 and 29.8 dB.
+  EXPECT_GT(means["hlf-vd"]["psnr_db"], 27.5);
+  EXPECT_GT(means["two-sided"]["psnr_db"], 28.8);
 }
 
 }  // namespace
