@@ -1,4 +1,4 @@
-// raywalk-build-lf: packs captured frames into a room, and looks into rooms.
+// raywalk-build-lf: packs captured frames into a room, estimates distances, inspects rooms.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -33,19 +33,19 @@ void add_pack(CLI::App* app, Arguments* arguments) {
           "Frame list: file,x,y,z[,yaw,pitch,roll][,mask] in metres and degrees; files relative to "
           "the list")
       ->required();
-  pack->add_option("--out", arguments->pack.out, "Room directory to make")->required();
+  pack->add_option("--out", arguments->pack.out, "Room directory to create")->required();
   pack->add_option(
       "--distance", arguments->pack.distances,
       "Directory of distance maps: <frame's stem>.png, 16-bit millimetres, 0 = no surface");
   CLI::Option* tolerance =
-      pack->add_option("--line-tolerance-mm", arguments->line_tolerance_mm,
-                       "How far a station may lie off its line (default: a tenth of the spacing)")
+      pack->add_option(
+              "--line-tolerance-mm", arguments->line_tolerance_mm,
+              "Maximum distance of a station from its line (default: a tenth of the spacing)")
           ->check(CLI::Range(1e-6, 1e6));
-  pack->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(pack, &arguments->threads);
   pack->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
-      "A run that was stopped is resumed by the same command.");
+      "The same command resumes a stopped run.");
   pack->callback([arguments, tolerance] {
     if (*tolerance) arguments->pack.off_line_m = arguments->line_tolerance_mm * 1e-3;
     set_thread_count(arguments->threads);
@@ -62,22 +62,21 @@ void add_depth(CLI::App* app, Arguments* arguments) {
   depth->add_option("--method", arguments->depth_method,
                     "sweep: many stations of all lines (default); flow: optical flow along a line");
   depth->add_option("--every", options->every,
-                    "A map at every n-th station; 0 = as dense as the cells require");
+                    "A map at every n-th station; 0 = chosen from the cell size");
   depth->add_option("--width", options->width,
                     "Width of the maps in pixels; 0 = as captured, at most 1024");
   depth->add_option("--valid-mask", options->valid_mask,
-                    "Grey image in world axes; black pixels of every panorama are not used");
+                    "Mask for all panoramas, a grey image in world axes; black pixels are ignored");
   depth->add_option("--hold-out", options->hold_out,
-                    "Leave out one of every n stations and keep the maps in room.lf/held-out, for "
+                    "Leave out one of every n stations and write the maps to room.lf/held-out, for "
                     "raywalk-render trade --held-out; 0 = use all");
   depth->add_flag("--truth", options->compare_truth,
-                  "Compare with the distances that were packed with the room");
-  depth->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+                  "Compare with the distances packed with the room");
+  add_threads_option(depth, &arguments->threads);
   depth->footer(
       "Example:\n  raywalk-build-lf depth room.lf\n"
-      "A run that was stopped is resumed by the same command. Distances that were packed with the "
-      "room\nare kept in room.lf/distances-given.");
+      "The same command resumes a stopped run. Distances packed with the room\n"
+      "are kept in room.lf/distances-given.");
   depth->callback([arguments] {
     arguments->depth.method = depth_method_from_name(arguments->depth_method);
     set_thread_count(arguments->threads);
@@ -101,8 +100,7 @@ void add_info(CLI::App* app, Arguments* arguments) {
 void add_verify(CLI::App* app, Arguments* arguments) {
   CLI::App* verify = app->add_subcommand("verify", "Check a room against its stored checksums");
   verify->add_option("room", arguments->room, "Room directory")->required();
-  verify->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(verify, &arguments->threads);
   verify->footer("Example:\n  raywalk-build-lf verify room.lf");
   verify->callback([arguments] {
     set_thread_count(arguments->threads);
@@ -119,17 +117,16 @@ void add_require(CLI::App* app, Arguments* arguments) {
   command->add_option("room", options->room, "Room directory with distances")->required();
   command
       ->add_option("--tolerance-px", options->tolerance_px,
-                   "How far a pixel may be off, at the panoramas' width")
+                   "Tolerated displacement of a pixel, at the panoramas' width")
       ->capture_default_str();
   command->add_option("--thin", options->thin,
-                      "Room to make of the stations that are needed, with the loss measured");
+                      "Write a room with only the needed stations, and measure the loss");
   command->add_option("--report", options->report,
-                      "Directory for index.html and require.json, made if it is missing");
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+                      "Directory for index.html and require.json, created if missing");
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-build-lf require room.lf --report report\n"
-      "The result is kept in the room; raywalk-render --layers auto --k auto goes by it.");
+      "The result is kept in the room; raywalk-render --layers auto --k auto uses it.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     fmt::print("{}\n", require_room(*options));

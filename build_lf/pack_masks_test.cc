@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr int kWidth = TestCapture::kWidth;
 constexpr int kHeight = TestCapture::kHeight;
 
-// White, but for the given rectangle.
+// White except for the given rectangle.
 cv::Mat mask_without(const cv::Rect& hidden, cv::Size size = {kWidth, kHeight}) {
   cv::Mat mask(size, CV_8UC1, cv::Scalar(255));
   mask(hidden).setTo(0);
@@ -35,7 +35,8 @@ const cv::Rect kNadir(0, 28, kWidth, 4);
 
 class PackMasksTest : public ::testing::Test {
  protected:
-  // The capture's list with a mask for every frame of which `has_mask`, and the same yaw for all.
+  // Writes the capture's list with a mask for every frame selected by `has_mask`, and one yaw for
+  // all.
   template <typename HasMask>
   void write_list(const HasMask& has_mask, double yaw_deg = 0.0) const {
     std::ofstream list(capture_.list());
@@ -103,7 +104,7 @@ TEST_F(PackMasksTest, RowsBelowAMaskAreInvalidAndTheirRaysAreKept) {
   EXPECT_EQ(room.volume(1).column(3, 10)[3 * 30], rgb[0]);
 }
 
-TEST_F(PackMasksTest, StationsOfAMaskedLineWithoutAMaskOfTheirOwnAreWhollyValid) {
+TEST_F(PackMasksTest, StationsWithoutAMaskAreFullyValid) {
   write_list([](const std::string& file) { return file == "front_2.png"; });
   write_mask(mask_without(kNadir));
   const Room room = pack();
@@ -111,11 +112,12 @@ TEST_F(PackMasksTest, StationsOfAMaskedLineWithoutAMaskOfTheirOwnAreWhollyValid)
   EXPECT_EQ(room.volume(1).valid_rows(1, 5), (RowRun{0, kHeight}));
 }
 
-TEST_F(PackMasksTest, MasksTurnWithTheirFrames) {
+TEST_F(PackMasksTest, MasksAreRotatedWithTheirFrames) {
   write_list(every, 90.0);
   write_mask(mask_without({10, 20, 8, 12}));
   const Room room = pack();
-  // A quarter of the width to the right, and one to two pixels around, as cubics read there.
+  // A quarter of the width to the right, grown by one to two pixels, which cubic interpolation
+  // reads.
   const int quarter = kWidth / 4;
   for (int u = 0; u < kWidth; ++u) {
     const int camera_u = (u - quarter + kWidth) % kWidth;
@@ -132,7 +134,7 @@ TEST_F(PackMasksTest, MasksTurnWithTheirFrames) {
 
 TEST_F(PackMasksTest, OnlyRoomsWithMasksNeedTheNewerFormat) {
   const auto version_of = [](const Room& room, const char* line) {
-    // h5dump-like: the attribute's value in the file.
+    // The attribute in the file.
     const Hdf5File file = Hdf5File::open(line_volume_path(room.directory(), line));
     int version = 0;
     const Hdf5Handle attribute(H5Aopen(file.id(), "format_version", H5P_DEFAULT), H5Aclose);
@@ -146,7 +148,7 @@ TEST_F(PackMasksTest, OnlyRoomsWithMasksNeedTheNewerFormat) {
   EXPECT_EQ(version_of(room, "x1"), 2);
 }
 
-TEST_F(PackMasksTest, VerifyNoticesAChangedMask) {
+TEST_F(PackMasksTest, VerifyDetectsAChangedMask) {
   write_list(every);
   write_mask(mask_without(kNadir));
   pack();
@@ -199,7 +201,7 @@ TEST_F(PackMasksTest, FingerprintFollowsTheMask) {
   EXPECT_NE(plan_pack(options()).fingerprint, first);
 }
 
-TEST_F(PackMasksTest, MasksThatCannotBeUsedAreNamedWithTheLineOfTheList) {
+TEST_F(PackMasksTest, InvalidMasksAreNamedWithTheirListLine) {
   write_list([](const std::string& file) { return file == "front_4.png"; });
   EXPECT_THAT(clean_error(), AllOf(HasSubstr("poses.csv:6"), HasSubstr("mask.png")));
   write_mask(mask_without({0, 0, 4, 4}, {32, 16}));
@@ -211,7 +213,7 @@ TEST_F(PackMasksTest, MasksThatCannotBeUsedAreNamedWithTheLineOfTheList) {
   EXPECT_THAT(clean_error(), AllOf(HasSubstr("poses.csv:6"), HasSubstr("mask.png")));
 }
 
-TEST_F(PackMasksTest, MaskThatIsCutShortLeavesNothingBehind) {
+TEST_F(PackMasksTest, TruncatedMaskLeavesNothingBehind) {
   write_list([](const std::string& file) { return file == "right_6.png"; });
   cv::Mat noise(kHeight, kWidth, CV_8UC1);
   cv::randu(noise, 0, 256);

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
@@ -24,13 +25,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Signature and header chunk, with room to spare.
+// More than signature and header chunk.
 constexpr std::size_t kPngHeaderBytes = 64;
 
 // Bytes of one distance and its confidence.
 constexpr std::uint64_t kBytesPerDistance = sizeof(float) + 1;
 
-// The size all panoramas have, read from their headers.
+// The common size of all panoramas, from their headers.
 PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
   PanoramaSize common;
   for (const Frame& frame : frames) {
@@ -50,7 +51,7 @@ PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
 }
 
 void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
-  std::set<fs::path> checked;  // one mask may serve many frames
+  std::set<fs::path> checked;  // many frames may share a mask
   for (const Frame& frame : frames) {
     throw_if_interrupted();
     if (!frame.mask || !checked.insert(*frame.mask).second) continue;
@@ -107,7 +108,7 @@ std::map<std::string, fs::path> find_distance_maps(const std::vector<Frame>& fra
     maps[frame.file] = map;
   }
   if (maps.empty()) {
-    throw Error(fmt::format("{}: no map there is named as a frame; for {} it would be {}.png",
+    throw Error(fmt::format("{}: no map is named after a frame; for {} it would be {}.png",
                             directory.string(), frames.front().file,
                             frames.front().path.stem().string()));
   }
@@ -134,9 +135,8 @@ PanoramaSize common_map_size(const std::map<std::string, fs::path>& maps, Panora
   return common;
 }
 
-std::string stamp_of(const fs::path& file) {
-  return fmt::format("{}\n{} {}\n", file.string(), fs::file_size(file),
-                     fs::last_write_time(file).time_since_epoch().count());
+std::string stamp_lines(const fs::path& file) {
+  return file.string() + "\n" + stamp_of(file).text() + "\n";
 }
 
 std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
@@ -145,12 +145,12 @@ std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
   text += read_file(options.frames);
   for (const std::vector<StationSource>& line : plan.sources) {
     for (const StationSource& source : line) {
-      text += stamp_of(source.panorama);
-      if (source.distance_map) text += stamp_of(*source.distance_map);
-      if (source.mask) text += stamp_of(*source.mask);
+      text += stamp_lines(source.panorama);
+      if (source.distance_map) text += stamp_lines(*source.distance_map);
+      if (source.mask) text += stamp_lines(*source.mask);
     }
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {

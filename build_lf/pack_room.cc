@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
 #include <system_error>
 
 #include "build_lf/partial_room.h"
@@ -27,7 +26,7 @@ struct Job {
   std::int64_t stations;
 };
 
-// The volumes that an earlier run has not finished.
+// The volumes not finished by an earlier run.
 std::vector<Job> open_jobs(const PackPlan& plan, const fs::path& room) {
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
@@ -45,8 +44,8 @@ std::vector<Job> open_jobs(const PackPlan& plan, const fs::path& room) {
   return jobs;
 }
 
-// Finding out now is kinder than after an hour. What an earlier run left is not subtracted, as file
-// systems differ in what they count.
+// Fails before the work instead of after an hour. Files of an earlier run are not subtracted, as
+// file systems account for them differently.
 void check_free_space(const PackPlan& plan, const fs::path& room, bool fresh) {
   std::error_code error;
   const fs::space_info space = fs::space(room, error);
@@ -91,7 +90,7 @@ std::string manifest_of(const PackPlan& plan, const fs::path& room) {
 std::string checksum_of_line(const fs::path& volume) {
   std::string all;
   for (const std::string& sha256 : Hdf5File::open(volume).read_strings("sha256")) all += sha256;
-  return sha256_hex(std::as_bytes(std::span(all)));
+  return sha256_hex(all);
 }
 
 void pack_room(const PackOptions& options) {
@@ -110,7 +109,7 @@ void pack_room(const PackOptions& options) {
     throw;
   }
   write_file_atomically(manifest_path(room), manifest_of(plan, room));
-  Room::open(room);  // what was written can be read
+  Room::open(room);  // checks that the result can be opened
   partial.complete();
 }
 

@@ -5,10 +5,10 @@
 
 namespace raywalk::build_lf {
 
-// Makes the room `options.out`, which appears only when complete. A run that was stopped
-// (Interrupted, disk full) keeps its finished volumes in `<out>.partial`; the same command resumes
-// there. Throws Error: what plan_pack and PartialRoom refuse, too little disk space, an image that
-// cannot be decoded (nothing is kept then), output that cannot be written.
+// Creates the room `options.out`, which appears only when complete. A stopped run (Interrupted,
+// disk full) keeps its finished volumes in `<out>.partial`, and the same command resumes it. Throws
+// Error as plan_pack and PartialRoom do, and for too little disk space, an image that cannot be
+// decoded (nothing is kept then) and output that cannot be written.
 void pack_room(const PackOptions& options);
 
 // RoomManifest::rays_sha256 of a line, from the checksums stored in its volume.

@@ -155,7 +155,7 @@ TEST_F(PackRoomTest, StoppedRunIsResumedAndFinishedVolumesAreKept) {
   EXPECT_FALSE(fs::exists(capture_.room() / "inputs.sha256"));
 }
 
-TEST_F(PackRoomTest, ResumingWithOtherInputsIsRefused) {
+TEST_F(PackRoomTest, ResumingWithOtherInputsIsRejected) {
   pack();
   stop_after_first_line(capture_);
   write_file_atomically(capture_.partial() / "inputs.sha256", plan_pack(options()).fingerprint);
@@ -217,7 +217,7 @@ TEST_F(PackRoomTest, DistanceMapsOfTheWrongSizeAreNamed) {
   EXPECT_THAT(clean_error(true), AllOf(HasSubstr("front_1.png"), HasSubstr("2:1")));
 }
 
-TEST_F(PackRoomTest, DistanceMapThatIsNoneIsNamed) {
+TEST_F(PackRoomTest, InvalidDistanceMapIsNamed) {
   fs::create_directories(capture_.distances());
   cv::imwrite((capture_.distances() / "front_0.png").string(), cv::Mat(16, 32, CV_8UC3));
   EXPECT_THAT(clean_error(true), AllOf(HasSubstr("dist/front_0.png"), HasSubstr("16-bit")));
@@ -239,7 +239,7 @@ TEST_F(PackRoomTest, TruncatedDistanceMapIsNamedAndNothingIsKept) {
   EXPECT_THAT(clean_error(true), HasSubstr("dist/right_6.png"));
 }
 
-TEST_F(PackRoomTest, OutputThatCannotBeMadeIsNamed) {
+TEST_F(PackRoomTest, UnwritableOutputIsNamed) {
   PackOptions nowhere = options();
   nowhere.out = capture_.root() / "none" / "room.lf";
   try {
@@ -307,7 +307,7 @@ TEST_F(PackRoomTest, VerifyFindsEveryKindOfDamage) {
   EXPECT_EQ(verify_room(Room::open(capture_.room())).panoramas, TestCapture::kStations);
 }
 
-TEST_F(PackRoomTest, VerifyNoticesAVolumeOfAnotherRoom) {
+TEST_F(PackRoomTest, VerifyDetectsAVolumeOfAnotherRoom) {
   pack();
   fs::copy_file(line_volume_path(capture_.room(), "x1"), line_volume_path(capture_.room(), "x0"),
                 fs::copy_options::overwrite_existing);

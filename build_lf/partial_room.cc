@@ -28,7 +28,7 @@ fs::path made_directory(const fs::path& directory) {
 
 fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
 
-// Temporary files of a run that was killed start with a dot.
+// Temporary files of a killed run start with a dot.
 bool is_finished_volume(const fs::path& file) {
   return file.extension() == ".h5" && file.filename().string().front() != '.';
 }

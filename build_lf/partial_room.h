@@ -1,5 +1,5 @@
-// The directory `<out>.partial` in which a room is made, until it is complete and takes its final
-// name. A run that was stopped leaves its finished volumes there for the next one.
+// The working directory `<out>.partial` of a pack run, renamed to `out` when complete. A stopped
+// run leaves its finished volumes there, to be resumed.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,9 @@ namespace raywalk::build_lf {
 
 class PartialRoom {
  public:
-  // Makes or takes over the directory and locks it. Throws Error: `out` exists, another run is at
-  // work, the directory holds volumes of other inputs (another fingerprint), or cannot be written.
+  // Creates or reuses the directory and locks it. Throws Error if `out` exists, another run holds
+  // the lock, the directory holds volumes of other inputs (another fingerprint), or it cannot be
+  // written.
   PartialRoom(const std::filesystem::path& out, const std::string& fingerprint);
   // Removes the directory unless it holds a finished volume or was completed.
   ~PartialRoom();
@@ -20,14 +21,14 @@ class PartialRoom {
   PartialRoom& operator=(const PartialRoom&) = delete;
 
   const std::filesystem::path& directory() const { return directory_; }
-  // Removes all, finished volumes too.
+  // Removes everything, including finished volumes.
   void discard();
-  // Renames the directory to `out`. Throws Error.
+  // Renames the directory to `out`. Throws Error on failure.
   void complete();
 
  private:
-  // The first half of construction: what it acquires, the destructor releases even if the rest
-  // throws.
+  // Acquires the directory and the lock. A delegated constructor, so that the destructor releases
+  // them if the rest of the construction throws.
   explicit PartialRoom(const std::filesystem::path& out);
   bool has_finished_volume() const;
 

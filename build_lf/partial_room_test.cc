@@ -45,19 +45,19 @@ TEST_F(PartialRoomTest, FinishedVolumesAreKeptForTheSameInputsOnly) {
   EXPECT_EQ(error_of("a"), "no error");
 }
 
-TEST_F(PartialRoomTest, OtherInputsStartAfreshWhereNothingIsFinished) {
+TEST_F(PartialRoomTest, OtherInputsStartOverIfNothingIsFinished) {
   fs::create_directories(partial_ / "lines");
   write_file_atomically(partial_ / "inputs.sha256", "a");
   EXPECT_EQ(error_of("b"), "no error");
 }
 
-TEST_F(PartialRoomTest, TwoAtOnceAreRefused) {
+TEST_F(PartialRoomTest, ConcurrentRunsAreRejected) {
   PartialRoom room(out_, "a");
   EXPECT_THAT(error_of("a"), HasSubstr("another raywalk-build-lf"));
   EXPECT_TRUE(fs::exists(partial_));
 }
 
-TEST_F(PartialRoomTest, CompletingGivesTheNameAndTakesTheTracesAway) {
+TEST_F(PartialRoomTest, CompletingRenamesAndCleansUp) {
   {
     PartialRoom room(out_, "a");
     finish_volume();
@@ -69,7 +69,7 @@ TEST_F(PartialRoomTest, CompletingGivesTheNameAndTakesTheTracesAway) {
   EXPECT_THAT(error_of("a"), HasSubstr("exists already"));
 }
 
-TEST_F(PartialRoomTest, RoomThatAppearedMeanwhileIsNotReplaced) {
+TEST_F(PartialRoomTest, RoomCreatedMeanwhileIsNotReplaced) {
   PartialRoom room(out_, "a");
   fs::create_directory(out_);
   EXPECT_THROW(room.complete(), Error);

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "core/base/counted.h"
+
 namespace raywalk::build_lf {
 namespace {
 
@@ -19,7 +21,7 @@ std::uintmax_t bytes_of(const fs::path& file) {
   return error ? 0 : bytes;
 }
 
-// The corners of all cells on a line, as along_m; the outermost two count.
+// Sets the overhang of a line beyond the outermost of the cell corners on it.
 void set_overhang(const Grid& grid, int index, LineInfo* info) {
   const Line& line = grid.lines[static_cast<size_t>(index)];
   std::optional<double> first, last;
@@ -64,7 +66,8 @@ void set_spacing(const Line& line, LineInfo* info) {
   }
 }
 
-// Rows [begin, end) of a column see the share (sin phi_begin - sin phi_end) / 2 of its solid angle.
+// Rows [begin, end) of a column cover the share (sin phi_begin - sin phi_end) / 2 of its solid
+// angle.
 double masked_share_of(const LineVolume& volume) {
   if (!volume.masked()) return 0.0;
   const auto [width, height] = volume.panorama();
@@ -94,10 +97,6 @@ LineInfo line_info(const Room& room, int index) {
   info.bytes = bytes_of(line_volume_path(room.directory(), line.id)) +
                bytes_of(distance_volume_path(room.directory(), line.id));
   return info;
-}
-
-std::string counted(std::size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 std::string distances_text(const LineInfo& line) {

@@ -1,4 +1,4 @@
-// What a room holds: `raywalk-build-lf info`.
+// The content of a room: `raywalk-build-lf info`.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,10 @@ struct LineInfo {
   double to_m = 0.0;
   double oblique_deg = 0.0;  // angle to the axis
   double spacing_min_m = 0.0, spacing_median_m = 0.0, spacing_max_m = 0.0;
-  // How far the stations reach beyond the outermost corners of cells, at the first and at the last
-  // end; negative where they stop short. None: no cell uses the line.
+  // How far the stations extend beyond the outermost cell corners at the first and last end,
+  // metres; negative if they do not reach them. None: no cell uses the line.
   std::optional<double> overhang_first_m, overhang_last_m;
-  double masked_share = 0.0;  // of the solid angle, over all stations: not to be used
+  double masked_share = 0.0;  // of the solid angle over all stations
   int distance_maps = 0;
   PanoramaSize distance_size;  // 0 x 0 without maps
   std::uintmax_t bytes = 0;    // of the volume and the distances
@@ -44,7 +44,7 @@ RoomInfo info_of(const Room& room);
 std::string summary_of(const RoomInfo& info, const std::string& name);
 // Tables for a terminal.
 std::string text_of(const RoomInfo& info, const std::string& name);
-// The same facts for programs; keys carry their unit.
+// The same as JSON; keys carry their unit.
 std::string json_of(const RoomInfo& info);
 
 }  // namespace raywalk::build_lf

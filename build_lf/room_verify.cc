@@ -17,11 +17,11 @@
 namespace raywalk::build_lf {
 namespace {
 
-// One checksum and what it is of.
+// A stored checksum and the data it belongs to.
 struct Check {
   int line;
   int station;
-  int map;  // -1: the rays
+  int map;  // -1: rays
   std::string expected;
 };
 
@@ -72,7 +72,7 @@ std::vector<Check> checks_of(const Room& room, int index) {
   return checks;
 }
 
-// The columns of one station or map follow each other in memory.
+// The columns of one station or map are contiguous in memory.
 template <typename T>
 std::span<const T> all_columns(std::span<const T> first_column, int columns) {
   return {first_column.data(), first_column.size() * static_cast<size_t>(columns)};

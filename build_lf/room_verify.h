@@ -1,4 +1,4 @@
-// Checks a room's content against the checksums stored with it: `raywalk-build-lf verify`.
+// Verifies a room's content against its stored checksums: `raywalk-build-lf verify`.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ struct VerifiedCounts {
   std::int64_t distance_maps = 0;
 };
 
-// Reads every volume once, in parallel. Throws Error that names line, station and file of the first
-// damage found and says how many there are.
+// Reads every volume once, in parallel. Throws Error naming line, station and file of the first
+// mismatch and the number of mismatches.
 VerifiedCounts verify_room(const Room& room);
 
 }  // namespace raywalk::build_lf

@@ -15,7 +15,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Reads an image again checked for size: the file may have changed since its header was read.
+// Reads an image and checks its size again, as the file may have changed since its header was read.
 template <typename Read>
 cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size, const Read& read) {
   cv::Mat image;
@@ -25,12 +25,12 @@ cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size, const
     throw InputError(error.what());
   }
   if (image.cols != size.width || image.rows != size.height) {
-    throw InputError(fmt::format("{}: changed its size while it was being packed", file.string()));
+    throw InputError(fmt::format("{}: the image size changed during packing", file.string()));
   }
   return image;
 }
 
-// In world axes, as the packed panorama.
+// The mask in world axes, like the packed panorama.
 cv::Mat read_station_mask(const StationSource& source, PanoramaSize size) {
   cv::Mat mask;
   try {
@@ -47,7 +47,7 @@ std::string checksum_of_distances(std::span<const float> distance_m,
                                   std::span<const std::uint8_t> confidence) {
   const std::string both =
       sha256_hex(std::as_bytes(distance_m)) + sha256_hex(std::as_bytes(confidence));
-  return sha256_hex(std::as_bytes(std::span(both)));
+  return sha256_hex(both);
 }
 
 std::string checksum_of_rays(std::span<const std::uint8_t> rays,
@@ -55,7 +55,7 @@ std::string checksum_of_rays(std::span<const std::uint8_t> rays,
   std::string of_rays = sha256_hex(std::as_bytes(rays));
   if (valid_rows.empty()) return of_rays;
   const std::string both = of_rays + sha256_hex(std::as_bytes(valid_rows));
-  return sha256_hex(std::as_bytes(std::span(both)));
+  return sha256_hex(both);
 }
 
 std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask) {

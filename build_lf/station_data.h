@@ -1,4 +1,4 @@
-// One station's data as a room stores them: in world axes, column by column.
+// The data of one station as stored in a room: in world axes, column by column.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace raywalk::build_lf {
 
-// An input file that cannot be used, found while packing. What was packed from it so far is of no
-// use: a repaired file makes it another input.
+// An unusable input file found while packing. A repaired file changes the fingerprint, so volumes
+// packed so far cannot be resumed and are discarded.
 class InputError : public Error {
  public:
   using Error::Error;
@@ -29,23 +29,24 @@ struct StationRays {
 // distance_m[theta][phi] and confidence[theta][phi] of one station.
 struct StationDistances {
   std::vector<float> distance_m;         // along the ray; +inf: no surface
-  std::vector<std::uint8_t> confidence;  // 255: certain, as a map that is given is taken as true
+  std::vector<std::uint8_t> confidence;  // 255 (certain) for given maps
   std::string sha256;                    // checksum_of_distances
 };
 
-// The checksum of one distance map: SHA-256 over the text of those of distances and of confidences.
+// Checksum of a distance map: SHA-256 over the concatenated hexadecimal SHA-256 of distances and of
+// confidences.
 std::string checksum_of_distances(std::span<const float> distance_m,
                                   std::span<const std::uint8_t> confidence);
 
-// The checksum of one station's rays; with valid rows SHA-256 over the text of those of both.
+// Checksum of a station's rays; with valid rows, SHA-256 over the concatenated checksums of both.
 std::string checksum_of_rays(std::span<const std::uint8_t> rays,
                              std::span<const std::int32_t> valid_rows);
 
-// valid_rows[theta][2] of a mask (CV_8UC1, 0 = not to be used): the longest run of valid rows in
-// each column, the first of equally long ones; {0, 0} where there is none.
+// valid_rows[theta][2] of a mask (CV_8UC1, 0 = invalid): the longest run of valid rows in each
+// column, the first of equally long ones; {0, 0} if there is none.
 std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask);
 
-// Read the station's files; throw InputError when one cannot be read or has not the size given.
+// Read the station's files; throw InputError when one cannot be read or does not have `size`.
 StationRays read_station_rays(const StationSource& source, PanoramaSize size);
 StationDistances read_station_distances(const StationSource& source, PanoramaSize size);
 

@@ -1,6 +1,6 @@
 // For tests: a small capture on disk. A square of side 1 m, seven stations per line (25 % overhang,
-// a station of either line at every corner), 64 x 32 PNG frames in which every pixel tells its
-// place.
+// a station of either line at every corner), 64 x 32 PNG frames whose pixel values encode frame and
+// position.
 #pragma once
 
 #include <fmt/format.h>

@@ -15,8 +15,7 @@ namespace {
 
 constexpr const char* kWorldFrame =
     "metres; x right, y up, z forward; direction(theta, phi) = (cos phi sin theta, sin phi, cos "
-    "phi cos "
-    "theta)";
+    "phi cos theta)";
 constexpr const char* kPixelGrid =
     "theta = (i + 0.5) / width * 360 - 180 degrees; phi = 90 - (j + 0.5) / height * 180 degrees";
 
@@ -47,8 +46,8 @@ void write_checksums(Hdf5File* file, const std::vector<std::string>& sha256, con
   file->write_attribute("sha256", "covers", covers);
 }
 
-// Calls convert(i) in parallel and store(i, result), one at a time because of HDF5, for i in
-// [0, count).
+// For i in [0, count), calls convert(i) in parallel and store(i, result) one at a time, as HDF5 is
+// not thread-safe.
 template <typename Convert, typename Store>
 void convert_and_store(std::size_t count, const Convert& convert, const Store& store) {
   std::mutex hdf5;
@@ -61,8 +60,8 @@ void convert_and_store(std::size_t count, const Convert& convert, const Store& s
   });
 }
 
-// Gives a station of a masked line that has no mask of its own all its rows, and takes the valid
-// rows from one of a line without masks.
+// In a masked line, makes all rows valid for a station without a mask; in a line without masks,
+// drops valid rows.
 void complete_valid_rows(const LineRays& rays, StationRays* station) {
   if (!rays.masked) station->valid_rows.clear();
   if (!rays.masked || !station->valid_rows.empty()) return;

@@ -1,5 +1,5 @@
 // Writes the HDF5 volumes of one line. Stations are read and converted in parallel, one per thread
-// at a time, so memory does not grow with their number. Files appear only when complete.
+// at a time, so memory does not grow with their number. Files are written atomically.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace raywalk::build_lf {
 
 // lines/<id>.h5 as core/room/line_volume.h describes it, with `position_m` float64 [station][xyz]
 // and `sha256` [station] (checksum_of_rays) beside the rays. `progress` advances by one per
-// station. Throws InputError (an image is unusable), Error (cannot write) and Interrupted.
+// station. Throws InputError (unusable image), Error (cannot write) and Interrupted.
 void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
                        Progress* progress);
@@ -23,20 +23,20 @@ void write_line_volume(const std::filesystem::path& file, const Line& line,
 // The rays of a line, read one station at a time.
 struct LineRays {
   PanoramaSize panorama;
-  // Whether some stations have valid_rows; without, those that are read are left out.
+  // Whether some stations have valid_rows; if false, valid_rows returned by `read` are ignored.
   bool masked = false;
   std::function<StationRays(std::size_t station)> read;  // called once for each, in parallel
 };
 
-// The same for stations of any source.
+// The same for rays from any source.
 void write_line_volume(const std::filesystem::path& file, const Line& line, const LineRays& rays,
                        Progress* progress);
 
 // The distance maps of a line, read one at a time.
 struct DistanceMaps {
-  std::vector<std::int32_t> stations;  // of each map, increasing; at least one
+  std::vector<std::int32_t> stations;  // station of each map, increasing; at least one
   PanoramaSize size;
-  std::string origin;                                 // kGivenOrigin, or how they were estimated
+  std::string origin;                                 // kGivenOrigin, or the method of estimation
   std::function<StationDistances(std::size_t)> read;  // the map of stations[i]; called in parallel
 };
 

@@ -1,5 +1,5 @@
-// raywalk-calibrate: recovers where every panorama of a capture was taken and corrects the frames,
-// so that the lines agree where they cross.
+// raywalk-calibrate: recovers the poses of a capture's panoramas and rectifies the frames, so that
+// the lines agree where they cross.
 #include <CLI/CLI.hpp>
 #include <string>
 

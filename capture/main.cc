@@ -1,5 +1,5 @@
-// raywalk-capture: drives slider and camera along the lines of a grid, or does so in a room that
-// exists only in the computer.
+// raywalk-capture: captures the lines of a grid with a slider and a camera, or renders the capture
+// of a virtual room.
 #include <CLI/CLI.hpp>
 #include <string>
 

@@ -41,7 +41,7 @@ const std::vector<std::string> kGenerations{"initial", "hlf-vd", "two-sided"};
 const std::vector<std::string> kPresets{"fast", "balanced", "accurate"};
 const std::vector<std::string> kConnections{"hybrid", "lfu", "rayspace360"};
 
-// The ready-made settings for a room.
+// All presets for a room.
 std::vector<NamedMode> preset_modes(const Room& room) {
   const SceneNumbers scene = scene_numbers(room);
   std::vector<NamedMode> modes;
@@ -52,7 +52,7 @@ std::vector<NamedMode> preset_modes(const Room& room) {
   return modes;
 }
 
-// The settings for a room; says why where they were chosen for it.
+// The settings for a room; prints the reason where a preset or a measurement chose them.
 ViewSettings chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
   const bool demanded = demand.budget_ms || demand.min_psnr_db;
   const Preset preset =
@@ -64,15 +64,15 @@ ViewSettings chosen_settings(const ViewFlags& flags, const Demand& demand, const
 void add_room(CLI::App* command, Arguments* arguments) {
   command->add_option("room", arguments->room, "Room directory, made by raywalk-build-lf pack")
       ->required();
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
 }
 
 void add_trade_flags(CLI::App* command, ViewFlags* flags) {
   command
-      ->add_option("--preset", flags->preset,
-                   "What other flags leave open, by the room's distances, spacing and width: fast, "
-                   "balanced or accurate")
+      ->add_option(
+          "--preset", flags->preset,
+          "Defaults for the other flags, derived from the room's distances, spacing and width: "
+          "fast, balanced or accurate")
       ->check(CLI::IsMember(kPresets));
   command
       ->add_option("--interpolation", flags->interpolation,
@@ -80,16 +80,17 @@ void add_trade_flags(CLI::App* command, ViewFlags* flags) {
       ->check(CLI::IsMember({"nearest", "linear", "cubic"}));
   command
       ->add_option("--arithmetic", flags->arithmetic,
-                   "Of the loops that find what is to be read: float (default) or double")
+                   "Precision in which sample positions are computed: float (default) or double")
       ->check(CLI::IsMember({"float", "double"}));
   command
-      ->add_option("--stations-mixed", flags->stations_mixed,
-                   "Around the point where a ray crosses a line: both stations (2, default) or the "
-                   "nearer alone (1)")
+      ->add_option(
+          "--stations-mixed", flags->stations_mixed,
+          "Stations mixed at the point where a ray crosses a line: both neighbours (2, default) "
+          "or the nearer one (1)")
       ->check(CLI::Range(1, 2));
   command
       ->add_option("--station-stride", flags->station_stride,
-                   "Use one station of every so many (default 1)")
+                   "Use every n-th station of a line (default 1)")
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_option("--distance-maps", flags->distance_maps,
@@ -97,17 +98,19 @@ void add_trade_flags(CLI::App* command, ViewFlags* flags) {
       ->check(CLI::Range(1, 4));
   command
       ->add_option("--fill-stations", flags->fill_stations,
-                   "Stations asked for what the lines in use do not see (default 32)")
+                   "Stations searched for points hidden from the lines in use (default 32)")
       ->check(CLI::Range(0, 32));
   command
-      ->add_option("--second-side", flags->second_side,
-                   "Where both sides of a two-sided view see a point: blend (default), or read the "
-                   "second where-hidden from the nearer")
+      ->add_option(
+          "--second-side", flags->second_side,
+          "When a two-sided view reads the second side: blend (default, wherever both see a "
+          "point) or where-hidden (only where the nearer one does not)")
       ->check(CLI::IsMember({"blend", "where-hidden"}));
   command
-      ->add_option("--skip-px", flags->skip_px,
-                   "Leave out work that moves a pixel by no more than so many captured pixels "
-                   "(default 0)")
+      ->add_option(
+          "--skip-px", flags->skip_px,
+          "Skip work that would move a pixel by at most this many captured pixels (default 0: "
+          "skip nothing)")
       ->check(CLI::Range(0.0, 4.0));
 }
 
@@ -128,7 +131,7 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
       "that the room's require.json describes");
   command
       ->add_option("--tolerance-px", flags->tolerance_px,
-                   "How far automatic layers may move a pixel (default 0.5)")
+                   "Largest shift of a pixel caused by automatic layers (default 0.5)")
       ->check(CLI::Range(0.01, 100.0));
   command
       ->add_option("--overlap-deg", flags->overlap_deg,
@@ -137,16 +140,17 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
   add_trade_flags(command, flags);
 }
 
-// What is asked of a view, where a trade was measured on the room.
+// --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand) {
   command
-      ->add_option("--budget-ms", demand->budget_ms,
-                   "The best setting that renders a panorama in so many milliseconds, by what "
-                   "raywalk-render trade measured on the room")
+      ->add_option(
+          "--budget-ms", demand->budget_ms,
+          "Use the most accurate setting that renders a panorama within this many milliseconds, "
+          "as measured on the room by raywalk-render trade")
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--min-psnr-db", demand->min_psnr_db,
-                   "The fastest setting that reached so many dB there")
+                   "Use the fastest setting that reached this PSNR in that measurement")
       ->check(CLI::Range(0.0, 100.0));
 }
 
@@ -165,11 +169,13 @@ void add_view_flags(CLI::App* command, ViewFlags* flags) {
 
 void add_flat_flags(CLI::App* command, ViewFrame* frame) {
   command
-      ->add_option("--fov-deg", frame->fov_deg,
-                   "A flat picture of so many degrees across, instead of a panorama")
-      ->check(CLI::Range(1e-3, kWidestFovDeg));
+      ->add_option(
+          "--fov-deg", frame->fov_deg,
+          "Horizontal field of view in degrees of a flat picture; without it a panorama is "
+          "rendered")
+      ->check(CLI::Range(1e-3, kMaxFovDeg));
   command->add_option("--size", frame->size,
-                      "Of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
+                      "Size of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
 }
 
 void add_view(CLI::App* app, Arguments* arguments) {
@@ -191,7 +197,7 @@ void add_view(CLI::App* app, Arguments* arguments) {
   view->callback([arguments] {
     set_thread_count(arguments->threads);
     const PlanPoint viewpoint = viewpoint_from_text(arguments->at);
-    view_settings(arguments->flags);  // refuses what contradicts itself before any work
+    view_settings(arguments->flags);  // reports contradictions before any work
     viewport_of(arguments->frame);
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
@@ -204,18 +210,18 @@ void add_view(CLI::App* app, Arguments* arguments) {
 void add_path(CLI::App* app, Arguments* arguments) {
   CLI::App* path = app->add_subcommand("path", "Render many views, one picture each");
   add_room(path, arguments);
-  path->add_option("path", arguments->path,
-                   "Views: a table with columns name,x,z (metres) and, where they are turned, "
-                   "yaw,pitch,roll (degrees)")
+  path->add_option(
+          "path", arguments->path,
+          "CSV table of views: columns name,x,z (metres) and optionally yaw,pitch,roll (degrees)")
       ->required();
-  path->add_option("--out", arguments->out, "Directory for <name>.png, made if it is missing")
+  path->add_option("--out", arguments->out, "Directory for <name>.png, created if it is missing")
       ->required();
   add_flat_flags(path, &arguments->frame);
   add_view_flags(path, &arguments->flags);
   add_demand_flags(path, &arguments->demand);
   path->footer(
       "Example:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
-      "A run that was stopped is resumed by the same command.");
+      "An interrupted run is resumed by the same command.");
   path->callback([arguments] {
     set_thread_count(arguments->threads);
     viewport_of(arguments->frame);
@@ -232,17 +238,18 @@ void add_validate(CLI::App* app, Arguments* arguments) {
       app->add_subcommand("validate", "Measure rendered views against captured ground truth");
   add_room(command, arguments);
   command
-      ->add_option("--truth", arguments->validate.truth,
-                   "True views: a table with columns file,x,y,z (metres) and, where wanted, mask "
-                   "(pictures, 0 = not compared)")
+      ->add_option(
+          "--truth", arguments->validate.truth,
+          "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
+          "0 = not compared)")
       ->required();
   command
       ->add_option("--report", arguments->validate.report,
-                   "Directory for index.html and metrics.json, made if it is missing")
+                   "Directory for index.html and metrics.json, created if it is missing")
       ->required();
   command
       ->add_option("--generation", arguments->generations,
-                   "Generations to render (default: all that the room can)")
+                   "Generations to render (default: all that the room supports)")
       ->delimiter(',')
       ->check(CLI::IsMember(kGenerations));
   command
@@ -266,7 +273,7 @@ void add_validate(CLI::App* app, Arguments* arguments) {
 void add_connect_error(CLI::App* app, Arguments* arguments) {
   ConnectErrorOptions* options = &arguments->connect_error;
   CLI::App* command = app->add_subcommand(
-      "connect-error", "Measure how well neighbouring lines connect, and keep it in the room");
+      "connect-error", "Measure how well neighbouring lines connect and store it in the room");
   add_room(command, arguments);
   command->add_option("--generation", arguments->generations, "Generations to measure")
       ->delimiter(',')
@@ -283,7 +290,7 @@ void add_connect_error(CLI::App* app, Arguments* arguments) {
       ->capture_default_str();
   command->footer(
       "Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
-      "view, path and validate with --k auto then connect lines where that measured best.");
+      "view, path and validate with --k auto then use the k of the least measured error.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     std::vector<Generation> generations;
@@ -299,7 +306,9 @@ void add_error_model(CLI::App* app, Arguments* arguments) {
   ErrorModelOptions* options = &arguments->error_model;
   CLI::App* command =
       app->add_subcommand("error-model", "Compute the paper's Fig. 11: errors over the angle k");
-  command->add_option("--report", options->report_dir, "Directory for the page, made if missing")
+  command
+      ->add_option("--report", options->report_dir,
+                   "Directory for the page, created if it is missing")
       ->required();
   command->add_option("--side-m", options->side_m, "Side N of the cell, metres")
       ->capture_default_str();
@@ -319,35 +328,38 @@ void add_error_model(CLI::App* app, Arguments* arguments) {
 
 void add_trade(CLI::App* app, Arguments* arguments) {
   TradeOptions* options = &arguments->trade;
-  CLI::App* command = app->add_subcommand(
-      "trade", "Measure what each dial of rendering costs in time and gives in accuracy");
+  CLI::App* command =
+      app->add_subcommand("trade", "Measure time and accuracy of the rendering settings");
   add_room(command, arguments);
   command->add_option("--truth", options->truth,
-                      "True views: a table with columns file,x,y,z (metres) and, where wanted, "
-                      "mask (pictures, 0 = not compared)");
+                      "CSV table of true views: columns file,x,y,z (metres) and optionally mask "
+                      "(pictures, 0 = not compared)");
   command
-      ->add_option("--held-out", options->held_out,
-                   "Leave out one of every n stations and render them again: besides --truth, or "
-                   "where there is none")
+      ->add_option(
+          "--held-out", options->held_out,
+          "Leave out every n-th station and use it as a true view, in addition to --truth or "
+          "instead of it")
       ->check(CLI::Range(2, 1'000'000));
   command
       ->add_option("--report", options->report,
-                   "Directory for index.html, trade.json and trade.csv, made if it is missing")
+                   "Directory for index.html, trade.json and trade.csv, created if it is missing")
       ->required();
-  command->add_option("--also", options->also,
-                      "The same place packed at another width or with other distances; may be "
-                      "repeated");
-  command->add_flag("--full", options->full,
-                    "The grids of dials that interact, with every true view: about a thousand "
-                    "settings (default: some 40, with 6 views)");
+  command->add_option(
+      "--also", options->also,
+      "Another room of the same place, packed at another width or with other distances; may "
+      "be repeated");
+  command->add_flag(
+      "--full", options->full,
+      "Also sweep combinations of settings that interact, with every true view: about a "
+      "thousand settings (default: about 40, with 6 views)");
   command->add_option("--repetitions", options->repetitions, "How often every view is timed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->footer(
       "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"
       "  raywalk-render trade room.lf --held-out 8 --report trade\n"
-      "What was measured is kept in the room, for view --budget-ms and --min-psnr-db.\n"
-      "A run that was stopped is gone on with by the same command.");
+      "The result is stored in the room for view --budget-ms and --min-psnr-db.\n"
+      "An interrupted run is resumed by the same command.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     const Room room = Room::open(arguments->room);

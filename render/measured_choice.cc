@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/requirements.h"
 #include "render/trade/trade.h"
@@ -18,34 +18,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ViewSettings settings_from(const nlohmann::json& dials) {
+ViewSettings settings_from(const CheckedJson& parameters) {
+  const CheckedJson layers = parameters.at("layers");
   ViewSettings settings;
-  settings.generation = dials.at("generation");
-  settings.k_deg = fmt::format("{}", dials.at("k_deg").get<double>());
-  settings.overlap_deg = dials.at("overlap_deg");
-  const auto& layers = dials.at("layers");
-  settings.layers = layers.is_string() ? layers.get<std::string>() : layers.dump();
-  settings.width_px = dials.at("width_px");
-  settings.interpolation = dials.at("interpolation");
-  settings.arithmetic = dials.at("arithmetic");
-  settings.second_side = dials.at("second_side");
-  settings.stations_mixed = dials.at("stations_mixed");
-  settings.station_stride = dials.at("station_stride");
-  settings.distance_maps = dials.at("distance_maps");
-  settings.fill_stations = dials.at("fill_stations");
-  settings.skip_px = dials.at("skip_px");
+  settings.generation = parameters.at("generation").text();
+  settings.k_deg = fmt::format("{}", parameters.at("k_deg").number());
+  settings.overlap_deg = parameters.at("overlap_deg").number();
+  settings.layers = layers.is_text() ? layers.text() : std::to_string(layers.integer());
+  settings.width_px = parameters.at("width_px").integer();
+  settings.interpolation = parameters.at("interpolation").text();
+  settings.arithmetic = parameters.at("arithmetic").text();
+  settings.second_side = parameters.at("second_side").text();
+  settings.stations_mixed = parameters.at("stations_mixed").integer();
+  settings.station_stride = parameters.at("station_stride").integer();
+  settings.distance_maps = parameters.at("distance_maps").integer();
+  settings.fill_stations = parameters.at("fill_stations").integer();
+  settings.skip_px = parameters.at("skip_px").number();
   return settings;
 }
 
-// Five runs, of which the median counts; the first one, cold, does not.
+// Median of five runs after a warm-up run.
 double time_of_remap_ms(int width_px) {
   PitchRemap remap(width_px);
   std::vector<double> times_ms;
   for (int run = 0; run < 6; ++run) {
-    const auto start = std::chrono::steady_clock::now();
-    remap.run();
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    if (run > 0) times_ms.push_back(took.count());
+    const double taken_s = times_of([&] { remap.run(); }).wall_s;
+    if (run > 0) times_ms.push_back(1e3 * taken_s);
   }
   return median(std::move(times_ms));
 }
@@ -53,7 +51,7 @@ double time_of_remap_ms(int width_px) {
 std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* better,
                        const Demand& demand, double remap_ms) {
   std::string reason = fmt::format(
-      "{}: {:.2f} dB at {:.3g} ms by the trade measured on this room ({:.2g} times "
+      "{}: {:.2f} dB at {:.3g} ms as measured by trade on this room ({:.2g} times "
       "cv::remap, which takes {:.3g} ms here)",
       chosen.name, chosen.psnr_db, chosen.ratio * remap_ms, chosen.ratio, remap_ms);
   if (demand.min_psnr_db) {
@@ -70,27 +68,25 @@ std::string reason_for(const MeasuredChoice& chosen, const MeasuredChoice* bette
 }  // namespace
 
 MeasuredTrade measured_trade_from_json(const std::string& text, const std::string& source) {
-  try {
-    const auto json = nlohmann::json::parse(text);
-    if (json.at("format_version") != 1) {
-      throw Error(source + ": written by a newer version; measure again with raywalk-render trade");
+  const CheckedJson root =
+      CheckedJson::parse(text, source, "measure again with raywalk-render trade");
+  root.require_version(1);
+  MeasuredTrade trade{root.at("distances_sha256").text(), root.at("width_px").integer(), {}};
+  const std::vector<CheckedJson> rooms = root.at("rooms").items();
+  if (rooms.empty()) root.at("rooms").fail("is empty");
+  const std::string depth = rooms.front().at("depth").text();
+  const int stored_width_px = rooms.front().at("stored_width_px").integer();
+  const int threads = root.at("machine").at("threads").integer();
+  for (const CheckedJson& setting : root.at("settings").items()) {
+    if (setting.at("depth").text() != depth || setting.at("threads").integer() != threads ||
+        setting.at("stored_width_px").integer() != stored_width_px) {
+      continue;
     }
-    MeasuredTrade trade{json.at("distances_sha256"), json.at("width_px"), {}};
-    const auto& room = json.at("rooms").at(0);
-    const auto& threads = json.at("machine").at("threads");
-    for (const auto& setting : json.at("settings")) {
-      if (setting.at("depth") != room.at("depth") || setting.at("threads") != threads ||
-          setting.at("stored_width_px") != room.at("stored_width_px")) {
-        continue;
-      }
-      trade.choices.push_back(
-          {setting.at("name"), settings_from(setting), setting.at("ratio"), setting.at("psnr_db")});
-    }
-    if (trade.choices.empty()) throw Error(source + ": holds no setting of its own room");
-    return trade;
-  } catch (const nlohmann::json::exception&) {
-    throw Error(source + ": is damaged; measure again with raywalk-render trade");
+    trade.choices.push_back({setting.at("name").text(), settings_from(setting),
+                             setting.at("ratio").number(), setting.at("psnr_db").number()});
   }
+  if (trade.choices.empty()) root.fail("holds no setting of its own room");
+  return trade;
 }
 
 Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double remap_ms) {
@@ -109,7 +105,7 @@ Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double r
   const auto in_time = [&](const MeasuredChoice& choice) {
     return !demand.budget_ms || choice.ratio * remap_ms <= *demand.budget_ms;
   };
-  // Fastest first: of those that suffice the first, else the best of those in time.
+  // Fastest first: the first that meets the minimum PSNR, else the most accurate within the budget.
   const MeasuredChoice* chosen = nullptr;
   const MeasuredChoice* better = nullptr;
   for (const MeasuredChoice& choice : by_time) {
@@ -139,15 +135,15 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   std::error_code error;
   if (!fs::exists(file, error)) {
     throw Error(
-        fmt::format("{}: nothing was measured on this room to choose by; run raywalk-render "
-                    "trade on it first",
+        fmt::format("{}: no trade was measured on this room; run raywalk-render trade on it first",
                     room.directory().string()));
   }
   const MeasuredTrade trade = measured_trade_from_json(read_file(file), file.string());
   if (trade.distances_sha256 != distances_sha256(room)) {
-    throw Error(file.string() +
-                ": was measured on other distances than the room has now; run raywalk-render trade "
-                "again");
+    throw Error(
+        file.string() +
+        ": was measured with other distances than the room has now; run raywalk-render trade "
+        "again");
   }
   Preset chosen = choose_setting(trade, demand, time_of_remap_ms(trade.width_px));
   chosen.settings = view_settings(flags, chosen.settings);

@@ -41,7 +41,7 @@ MeasuredTrade some_trade() {
            choice("hlf-vd", 2.0, 36.0), choice("slow", 5.0, 35.0)}};
 }
 
-TEST(MeasuredChoiceTest, TheBestWithinTheBudgetAndWhatMoreTimeWouldGive) {
+TEST(MeasuredChoiceTest, ChoosesTheBestWithinTheBudgetAndNamesTheNextBetter) {
   const Preset chosen = choose_setting(some_trade(), {.budget_ms = 25.0}, 10.0);
   EXPECT_EQ(chosen.settings.generation, "hlf-vd");
   EXPECT_THAT(chosen.reason, AllOf(HasSubstr("36.00 dB at 20 ms"), HasSubstr("within 25 ms"),
@@ -56,13 +56,13 @@ TEST(MeasuredChoiceTest, ASlowerMachineGetsAFasterSetting) {
   EXPECT_EQ(choose_setting(some_trade(), {.budget_ms = 25.0}, 40.0).settings.generation, "initial");
 }
 
-TEST(MeasuredChoiceTest, TheFastestThatIsGoodEnough) {
+TEST(MeasuredChoiceTest, ChoosesTheFastestThatReachesThePsnr) {
   const Preset chosen = choose_setting(some_trade(), {.min_psnr_db = 35.5}, 10.0);
   EXPECT_EQ(chosen.settings.generation, "hlf-vd");
   EXPECT_THAT(chosen.reason, HasSubstr("the fastest with at least 35.5 dB"));
 }
 
-TEST(MeasuredChoiceTest, DemandsThatNothingMeetsSayWhatThereIs) {
+TEST(MeasuredChoiceTest, UnmetDemandsNameTheNearestSetting) {
   EXPECT_THAT(error_of([] { choose_setting(some_trade(), {.budget_ms = 4.0}, 10.0); }),
               AllOf(HasSubstr("budget of 4 ms"), HasSubstr("5 ms (initial)")));
   EXPECT_THAT(error_of([] { choose_setting(some_trade(), {.min_psnr_db = 40.0}, 10.0); }),
@@ -109,7 +109,7 @@ TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
   }
 }
 
-// A trade of one room in the file's own form.
+// A trade of one room in the format of trade.json.
 std::string trade_json(const std::string& distances, const std::string& threads = "2") {
   return R"({"format_version": 1, "distances_sha256": ")" + distances + R"(", "width_px": 32,
     "machine": {"threads": 2}, "rooms": [{"stored_width_px": 32, "depth": "given, 32 px"}],
@@ -135,7 +135,7 @@ class DemandedSettingsTest : public ::testing::Test {
   Room room_;
 };
 
-TEST_F(DemandedSettingsTest, AreThoseOfTheRoomsTradeWithFlagsOnTop) {
+TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
   write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)));
   ViewFlags flags;
   flags.skip_px = 1.0;
@@ -153,16 +153,16 @@ TEST_F(DemandedSettingsTest, AreThoseOfTheRoomsTradeWithFlagsOnTop) {
   EXPECT_THAT(chosen.reason, HasSubstr("quick: 30.00 dB"));
 }
 
-TEST_F(DemandedSettingsTest, NeedATradeOfTheRoomAsItIs) {
+TEST_F(DemandedSettingsTest, NeedATradeOfTheCurrentDistances) {
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("run raywalk-render trade on it first"));
   write_file_atomically(trade_path(path_), trade_json("other"));
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("other distances"));
   write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_), "1"));
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("no setting of its own room"));
   write_file_atomically(trade_path(path_), "{\"format_version\": 2}");
-  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("newer version"));
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("newer than 1"));
   write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)).substr(0, 200));
-  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("is damaged"));
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("damaged ("));
 }
 
 }  // namespace

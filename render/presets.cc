@@ -45,20 +45,21 @@ int widest_map(const Room& room) {
   return width;
 }
 
-// By how many pixels of the panoramas a view from the reach has to correct the nearest surfaces:
-// the slope of (5) in layer_count.h.
+// Shift of the nearest surfaces, in panorama pixels, that a view at the reach has to correct: the
+// slope of (5) in layer_count.h.
 double parallax_px(const SceneNumbers& scene) {
   return scene.reach_m * scene.scene.max * scene.width_px / kTwoPi;
 }
 
-// Between the copies of a point that the two stations around the acquisition point show.
+// Distance in pixels between the two images of a point that the stations around the acquisition
+// point show.
 double ghost_px(const SceneNumbers& scene) {
   const double assumed = std::max(0.0, scene.scene.max - scene.omega_error);
   return ghost_angle(scene.spacing_m, scene.scene.max, assumed) * scene.width_px / kTwoPi;
 }
 
-// How far off float arithmetic places a sample: a few roundings of angles of up to pi, the more the
-// longer the way from the station is against the distance.
+// Position error of a sample in float arithmetic, in pixels: a few roundings of angles of up to pi,
+// which grows with the offset from the station relative to the distance.
 double float_error_px(const SceneNumbers& scene) {
   constexpr double kRoundings = 8.0;
   const double rounding = kRoundings * std::numeric_limits<float>::epsilon();
@@ -122,7 +123,7 @@ SceneNumbers scene_numbers(const Room& room) {
     numbers.scene = required->layers.range();
   } else {
     DistanceSamples samples = sample_distances(room, kSamplesPerMap);
-    if (samples.samples.empty()) return numbers;  // maps that know nothing
+    if (samples.samples.empty()) return numbers;  // no map has a known distance
     const auto range = distance_quantiles(samples.samples, std::array{0.01, 0.99});
     numbers.scene = {1.0 / range[1], 1.0 / range[0]};
   }

@@ -1,4 +1,5 @@
-// Ready-made settings: `--preset fast|balanced|accurate`, rules over a room's own numbers.
+// Presets: settings derived from a room's own distances, spacing and width, `--preset
+// fast|balanced|accurate`.
 #pragma once
 
 #include <string>
@@ -9,12 +10,12 @@
 
 namespace raywalk::render {
 
-// What the rules go by.
+// The numbers of a room that presets are derived from.
 struct SceneNumbers {
   bool has_distances = false;
-  OmegaRange scene{};        // of 1 and 99 % of the solid angle; {0, 0} without distances
-  double omega_error = 0.0;  // of the distances, 1/m: that of require.json, else one pixel of them
-                             // over the reach
+  OmegaRange scene{};  // 1st and 99th percentile over the solid angle; {0, 0} without distances
+  double omega_error = 0.0;  // error of the distances, 1/m: from require.json, else one pixel of
+                             // the map over the reach
   double spacing_m = 0.0;    // of the stations, median
   double reach_m = 0.0;      // half the smallest cell's side; of an open grid half its longest line
   int width_px = 0;          // of the panoramas
@@ -23,31 +24,32 @@ struct SceneNumbers {
 // Throws Error where the room's require.json is damaged.
 SceneNumbers scene_numbers(const Room& room);
 
-// The settings of a preset, and why, in words.
+// The settings of a preset and a sentence that explains them.
 struct Preset {
   ViewSettings settings{};
   std::string reason{};
 };
 
-// In all of them what shows is decided by angles: of the vertical parallax that a view from the
-// reach has to correct, of the ghost that two stations leave (core/geometry/spacing.h), of the
-// error of float arithmetic.
+// The rules compare angles with a pixel: the vertical parallax that a view at the reach has to
+// correct, the ghost that two stations leave (core/geometry/spacing.h), and the error of float
+// arithmetic.
 //
 // fast      One bilinear sample per output pixel: initial where the whole scene moves by no more
-//           than a pixel over the reach (or no distances are known), else hlf-vd, by the two
+//           than a pixel over the reach (or the room has no distances), else hlf-vd from the two
 //           nearest maps. Shifts of up to half a pixel are not corrected. (Reading the nearest
 //           pixel touches fewer bytes but takes no less time: finding it costs as much.)
-// balanced  two-sided, bilinear, by the two nearest maps, the second side read only where the
-//           nearer one does not see; one station where two would show a point within half a pixel
-//           of each other, else both mixed. Shifts of up to an eighth of a pixel are not corrected.
+// balanced  two-sided, bilinear, from the two nearest maps; the second side is read only where the
+//           nearer one does not see the point. One station where two would show a point within half
+//           a pixel of each other, else both mixed. Shifts of up to an eighth of a pixel are not
+//           corrected.
 // accurate  two-sided, bicubic, both sides and both stations mixed wherever they see the point;
 //           double precision where float would place a sample wrong by 1/64 pixel.
 //
-// Without distances all are initial views. Throws UsageError for another name.
+// Without distances all presets give initial views. Throws UsageError for an unknown name.
 Preset preset_of(const std::string& name, const SceneNumbers& scene);
 
-// view_settings() on top of the preset that flags or file name, and why it is as it is (empty:
-// none is named). Throws as view_settings() and scene_numbers() do.
+// view_settings() on top of the preset that the flags or the file name, and the reason for its
+// settings (empty where no preset is named). Throws as view_settings() and scene_numbers() do.
 Preset preset_settings(const ViewFlags& flags, const Room& room);
 
 }  // namespace raywalk::render

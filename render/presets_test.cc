@@ -63,7 +63,7 @@ TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
   EXPECT_EQ(preset_of("fast", scene).settings.generation, "hlf-vd");
 }
 
-TEST(PresetsTest, OneStationIsEnoughWhereBothShowThePointInOnePlace) {
+TEST(PresetsTest, OneStationIsEnoughWhereBothShowThePointAtOnePosition) {
   SceneNumbers scene = some_scene();
   // Ghost = spacing * error * W / 2 pi: 0.025 * 0.01 * 163 = 0.04 px.
   EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 1);
@@ -73,7 +73,7 @@ TEST(PresetsTest, OneStationIsEnoughWhereBothShowThePointInOnePlace) {
   EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 1);
 }
 
-TEST(PresetsTest, DoubleIsForPanoramasWhereFloatIsTooCoarse) {
+TEST(PresetsTest, DoubleIsUsedWhereFloatIsTooCoarse) {
   SceneNumbers scene = some_scene();
   EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "float");
   scene.width_px = 32768;
@@ -102,7 +102,7 @@ class PresetSettingsTest : public ::testing::Test {
   Room room_;
 };
 
-TEST_F(PresetSettingsTest, NumbersAreTheRooms) {
+TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {
   const SceneNumbers numbers = scene_numbers(room_);
   EXPECT_TRUE(numbers.has_distances);
   EXPECT_NEAR(numbers.spacing_m, 0.125, 1e-9);
@@ -116,7 +116,7 @@ TEST_F(PresetSettingsTest, NumbersAreTheRooms) {
   EXPECT_NEAR(numbers.omega_error, kTwoPi / (64 * 0.5), 1e-9);
 }
 
-TEST_F(PresetSettingsTest, FlagsAndFileAreOnTopOfThePreset) {
+TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
   const Preset plain = preset_settings({.preset = "accurate"}, room_);
   EXPECT_EQ(plain.settings.interpolation, "cubic");
   EXPECT_EQ(plain.settings.generation, "two-sided");

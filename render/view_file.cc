@@ -17,12 +17,12 @@ std::string percent(double share) {
   return share > 0.0 && share < 5e-4 ? "under 0.1 %" : fmt::format("{:.1f} %", 100.0 * share);
 }
 
-// What skip_px left out of a corrected view.
-std::string left_out(const WorkCounts& work, std::int64_t pixels) {
+// The work that skip_px skipped in a corrected view.
+std::string skipped_work(const WorkCounts& work, std::int64_t pixels) {
   const auto share = [](std::int64_t part, std::int64_t all) {
     return percent(all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0.0);
   };
-  return fmt::format(", left out: {} of corrections, {} of second stations, {} of second sides",
+  return fmt::format(", skipped: {} of corrections, {} of second stations, {} of second sides",
                      share(work.uncorrected, work.readings), share(work.one_station, work.readings),
                      share(work.one_side, pixels));
 }
@@ -55,7 +55,8 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
                   mode.connection, mode.options.k_deg, mode.k_source);
   if (report.layers > 0) text += fmt::format(", {} layers", report.layers);
   if (report.limited_corners > 0) {
-    text += fmt::format(", {} of 4 corners moved for want of overhang", report.limited_corners);
+    text +=
+        fmt::format(", {} of 4 corners moved because the overhang ran out", report.limited_corners);
   }
   if (report.filled_share > 0.0) {
     text += ", " + percent(report.filled_share) + " filled from other stations";
@@ -67,14 +68,14 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
     text += ", " + percent(report.empty_share) + " empty: no line serves it";
   }
   if (mode.options.skip_px > 0.0 && mode.options.generation != Generation::kInitial) {
-    text += left_out(report.work, report.pixels);
+    text += skipped_work(report.work, report.pixels);
   }
   return text + fmt::format(", {:.0f} ms", report.render_ms);
 }
 
 std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file) {
-  viewport_of(frame);  // refuses what is no picture before any work
+  viewport_of(frame);  // rejects an invalid frame before any work
   require_writable_picture(file);
   Renderer renderer(room, mode.options);
   const RenderedView view = render_framed(&renderer, viewpoint, frame);

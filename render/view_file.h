@@ -13,16 +13,16 @@ namespace raywalk::render {
 // The viewpoint of --at: "X,Z" in metres. Throws UsageError for anything else.
 PlanPoint viewpoint_from_text(const std::string& text);
 
-// Throws UsageError unless the name ends as a picture format does (.png, .jpg, .jpeg), Error unless
-// a file can be made there. To be asked before the work of rendering.
+// Throws UsageError unless the name ends in .png, .jpg or .jpeg, Error unless the file can be
+// created. Call before rendering, so that an unusable path fails early.
 void require_writable_picture(const std::filesystem::path& file);
 
-// What a view was made of, on one line: "hlf-vd, hybrid at k = 80 (...), 42 layers, ...".
+// How a view was rendered, on one line: "hlf-vd, hybrid at k = 80 (...), 42 layers, ...".
 std::string view_summary(const ViewMode& mode, const ViewReport& report);
 
 // Renders the view at `viewpoint`, a panorama turned as the frame says or a flat picture, and
-// writes it; returns what to tell the user, on one line. Throws Error where the room cannot be
-// rendered or the picture not written; nothing is then left behind.
+// writes it; returns a one-line summary for the user. Throws Error where the room cannot be
+// rendered or the picture not written; no file is left behind then.
 std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file);
 

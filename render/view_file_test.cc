@@ -31,7 +31,7 @@ TEST(ViewFrame, IsAPanoramaUnlessItHasAFieldOfView) {
   EXPECT_EQ(viewport_of({.fov_deg = 60.0, .size = "1440x1600"})->height, 1600);
 }
 
-TEST(ViewFrame, RefusesSizesThatAreNone) {
+TEST(ViewFrame, RejectsMalformedSizes) {
   for (const char* size : {"1440", "x", "1440x", "x20", "1440x1600x3", "axb", "4.5x2"}) {
     EXPECT_THAT([&] { viewport_of({.fov_deg = 90.0, .size = size}); },
                 ThrowsMessage<UsageError>(HasSubstr("WIDTHxHEIGHT")))
@@ -52,8 +52,8 @@ class WriteView : public testing::Test {
     room_ = Room::open(directory_ / "room.lf");
   }
   cv::Mat written(const ViewFrame& frame) {
-    told_ = write_view(room_, {.options = {.k_deg = 76.0}, .k_source = "as asked for"}, {0.1, -0.2},
-                       frame, directory_ / "view.png");
+    told_ = write_view(room_, {.options = {.k_deg = 76.0}, .k_source = "given"}, {0.1, -0.2}, frame,
+                       directory_ / "view.png");
     return read_picture(directory_ / "view.png");
   }
   TestDirectory directory_;
@@ -77,21 +77,21 @@ TEST_F(WriteView, TurnsAPanorama) {
   EXPECT_LE(cv::norm(over, flipped, cv::NORM_INF), 1.0);
 }
 
-TEST(ViewSummary, SaysWhatWasLeftOut) {
-  ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "as asked for"};
+TEST(ViewSummary, ReportsSkippedWork) {
+  ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "given"};
   ViewReport report;
   report.pixels = 1000;
   report.work = {.readings = 2000, .uncorrected = 250, .one_station = 1000, .one_side = 30};
   EXPECT_THAT(view_summary(mode, report),
-              HasSubstr("left out: 12.5 % of corrections, 50.0 % of second stations, 3.0 % of "
+              HasSubstr("skipped: 12.5 % of corrections, 50.0 % of second stations, 3.0 % of "
                         "second sides"));
   mode.options.generation = Generation::kInitial;
-  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("left out")));
+  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
   mode.options = {};
-  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("left out")));
+  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
 }
 
-TEST_F(WriteView, WritesAFlatPictureThatShowsWhereItLooks) {
+TEST_F(WriteView, WritesAFlatPictureInItsDirection) {
   const cv::Mat straight = written({});
   const cv::Mat picture = written({.yaw_deg = -90.0, .fov_deg = 40.0, .size = "65x33"});
   EXPECT_EQ(picture.size(), cv::Size(65, 33));

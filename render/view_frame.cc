@@ -19,8 +19,7 @@ std::optional<Viewport> viewport_of(const ViewFrame& frame) {
   if (frame.fov_deg == 0.0) {
     if (!frame.size.empty()) {
       throw UsageError(
-          "--size is that of a flat picture; give --fov-deg too, or --width for a "
-          "panorama");
+          "--size is for a flat picture; give --fov-deg too, or use --width for a panorama");
     }
     require_viewport(viewport);
     return std::nullopt;
@@ -49,7 +48,7 @@ RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFr
   RenderedView view = renderer->render(viewpoint);
   const Attitude turn = attitude_of(frame);
   if (turn.yaw_rad != 0.0 || turn.pitch_rad != 0.0 || turn.roll_rad != 0.0) {
-    // What the turned camera sees in its own direction d lies at R d in the world.
+    // Direction d of the turned camera is R d in the world.
     view.image = rotate_panorama(view.image, world_from_camera(turn).transpose());
   }
   return view;

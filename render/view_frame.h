@@ -1,4 +1,4 @@
-// Where a view looks and how much of it is shown, as a user says it.
+// Direction, field of view and size of a view, as given on the command line.
 #pragma once
 
 #include <optional>
@@ -16,12 +16,12 @@ struct ViewFrame {
   std::string size{};      // of a flat picture, "1440x1600"; empty: 1280x720
 };
 
-// The flat picture that a frame asks for; none where it asks for a panorama. Throws UsageError as
-// require_viewport does, for a size that is none, and for a size without a field of view.
+// The flat picture of a frame; none where the frame is a panorama. Throws UsageError as
+// require_viewport does, for a malformed size, and for a size without a field of view.
 std::optional<Viewport> viewport_of(const ViewFrame& frame);
 
-// The view that a frame asks for: a flat picture, or a panorama turned by resampling it. Throws
-// UsageError as viewport_of() does, Error as the renderer does.
+// Renders a frame: a flat picture, or a panorama turned by resampling it. Throws UsageError as
+// viewport_of() does, Error as the renderer does.
 RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFrame& frame);
 
 }  // namespace raywalk::render

@@ -57,7 +57,8 @@ std::map<std::string, json> by_name(const json& views) {
   return found;
 }
 
-// Throws Error unless the pictures that `earlier` describes may stand beside those of `now`.
+// Throws Error unless `earlier` has the settings of `now`, so that their pictures may share a
+// directory.
 void require_same_work(json earlier, json now, const fs::path& record) {
   const std::map<std::string, json> earlier_views = by_name(earlier.at("views"));
   for (const json& view : now.at("views")) {
@@ -74,13 +75,14 @@ void require_same_work(json earlier, json now, const fs::path& record) {
   for (const auto& [key, value] : earlier.items()) keys.insert(key);
   for (const std::string& key : keys) {
     if (earlier.value(key, json()) != now.value(key, json())) {
-      throw Error(fmt::format("{}: the views there were made with another {}; use another --out",
-                              record.string(), key == "room_sha256" ? "room" : key));
+      throw Error(
+          fmt::format("{}: the views there were rendered with another {}; use another --out",
+                      record.string(), key == "room_sha256" ? "room" : key));
     }
   }
 }
 
-// Checks against what an earlier run left, and writes views.json with the views of both.
+// Compares with the views.json of an earlier run and writes it with the views of both.
 void write_record(const fs::path& out, json now) {
   const fs::path record = out / "views.json";
   if (fs::exists(record)) {
@@ -109,7 +111,7 @@ fs::path picture_of(const fs::path& out, const PathView& view) {
   return out / (view.name + ".png");
 }
 
-// Without a record nothing tells what a picture was made with.
+// Throws Error for existing pictures without views.json: their settings are unknown.
 void require_no_strangers(const fs::path& out, std::span<const PathView> views) {
   if (fs::exists(out / "views.json")) return;
   for (const PathView& view : views) {
@@ -179,7 +181,7 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
       progress.advance();
     }
   } catch (const Interrupted&) {
-    throw Interrupted(fmt::format("interrupted after {} of {} views; the same command goes on",
+    throw Interrupted(fmt::format("interrupted after {} of {} views; the same command resumes",
                                   done, views.size()));
   }
   return fmt::format("{}: {} views, {} of them rendered now; {}, {} at k = {:g} degrees ({})",

@@ -20,19 +20,20 @@ struct PathView {
 };
 
 // Columns name,x,z (metres) and, where given, yaw,pitch,roll (degrees). Throws Error with file and
-// line: a name that cannot be a file's or appears twice, no views at all, and as CsvTable does.
+// line where a name cannot be a file name or appears twice or there are no views, and as CsvTable
+// does.
 std::vector<PathView> read_path(const std::filesystem::path& file);
 
-// Renders every view to `out`/<name>.png; the directory is made if it is missing. `out`/views.json
-// says what they were made with:
+// Renders every view to `out`/<name>.png; the directory is created if it is missing.
+// `out`/views.json records the settings:
 //   {"format_version": 1, "room_sha256", "generation", "connection", "k_deg", "layers",
 //    "tolerance_px", "overlap_deg", "width_px", "views": [{"name", "x_m", "z_m"}]}
-// and, of flat pictures, "fov_deg" and "size_px" ("1280x720"); of a turned view its angles. `frame`
-// has the field of view and the size for all views, the table their angles.
-// A second run with the same room and settings renders only what is missing; with others it is
-// refused, so that a directory never holds a mixture. Every viewpoint is checked before the first
-// is rendered. Returns what to tell the user, on one line. Throws Error; Interrupted on Ctrl-C,
-// with all finished pictures kept.
+// Flat pictures add "fov_deg" and "size_px" ("1280x720"), turned views their angles. `frame` holds
+// the field of view and the size of all views, the table their angles. A second run with the same
+// room and settings renders only the missing pictures; with others it is refused, so that a
+// directory never holds a mixture. Every viewpoint is checked before the first is rendered. Returns
+// a one-line summary for the user. Throws Error; Interrupted on Ctrl-C, with all finished pictures
+// kept.
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const std::filesystem::path& path, const std::filesystem::path& out);
 

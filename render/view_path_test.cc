@@ -40,11 +40,11 @@ TEST(ViewFile, ReadsViewpointsOfEitherSign) {
   }
 }
 
-TEST(ViewFile, TellsWhatAViewWasMadeOf) {
-  const ViewMode mode{.options = {.k_deg = 80.0}, .k_source = "as asked for"};
+TEST(ViewFile, SummarisesAView) {
+  const ViewMode mode{.options = {.k_deg = 80.0}, .k_source = "given"};
   const std::string text = view_summary(
       mode, {.layers = 12, .limited_corners = 2, .filled_share = 0.016, .empty_share = 0.5});
-  EXPECT_THAT(text, AllOf(HasSubstr("hlf-vd, hybrid at k = 80 degrees (as asked for)"),
+  EXPECT_THAT(text, AllOf(HasSubstr("hlf-vd, hybrid at k = 80 degrees (given)"),
                           HasSubstr("12 layers"), HasSubstr("2 of 4 corners"),
                           HasSubstr("1.6 % filled"), HasSubstr("50.0 % empty")));
   EXPECT_EQ(text.find("seen by no station"), std::string::npos);
@@ -71,7 +71,7 @@ class ViewPathTest : public ::testing::Test {
   Room room_;
 };
 
-TEST_F(ViewPathTest, WritesEveryViewAndHowItWasMade) {
+TEST_F(ViewPathTest, WritesEveryViewAndItsSettings) {
   EXPECT_THAT(run(), HasSubstr("2 views, 2 of them rendered now"));
   Renderer renderer(room_, {.k_deg = 80.0});
   const cv::Mat expected = renderer.render({0.25, -0.25}).image;
@@ -102,7 +102,7 @@ TEST_F(ViewPathTest, TurnsViewsAsTheTableSays) {
   EXPECT_THAT(run_error(80.0, flat), HasSubstr("'a' was rendered at another viewpoint"));
 }
 
-TEST_F(ViewPathTest, RendersOnlyWhatIsMissing) {
+TEST_F(ViewPathTest, RendersOnlyMissingPictures) {
   run();
   fs::remove(out() / "a.png");
   const auto kept = fs::last_write_time(out() / "b.png");
@@ -113,7 +113,7 @@ TEST_F(ViewPathTest, RendersOnlyWhatIsMissing) {
   EXPECT_TRUE(fs::exists(out() / "c.png"));
 }
 
-TEST_F(ViewPathTest, NeverMixes) {
+TEST_F(ViewPathTest, NeverMixesSettings) {
   run();
   EXPECT_THAT(run_error(76.0), AllOf(HasSubstr("views.json"), HasSubstr("another k_deg")));
   list("name,x,z\na,0.1,0\n");
@@ -125,7 +125,7 @@ TEST_F(ViewPathTest, NeverMixes) {
   EXPECT_THAT(run_error(), HasSubstr("another room"));
 }
 
-TEST_F(ViewPathTest, LeavesForeignFilesAlone) {
+TEST_F(ViewPathTest, RejectsForeignFiles) {
   fs::create_directories(out());
   std::ofstream(out() / "b.png") << "mine";
   EXPECT_THAT(run_error(), AllOf(HasSubstr("b.png"), HasSubstr("another --out")));

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kLfuKDeg = 45.0;
 constexpr double kRayspace360KDeg = 90.0;
-constexpr int kMostLayers = 65536;
-constexpr int kMostStride = 1'000'000;
+constexpr int kMaxLayers = 65536;
+constexpr int kMaxStride = 1'000'000;
 
 SettingsSchema schema_of(ViewSettings* settings) {
   SettingsSchema schema;
@@ -33,7 +33,7 @@ SettingsSchema schema_of(ViewSettings* settings) {
       .choice("arithmetic", &settings->arithmetic, {"float", "double"})
       .choice("second_side", &settings->second_side, {"blend", "where-hidden"})
       .integer("stations_mixed", &settings->stations_mixed, 1, 2)
-      .integer("station_stride", &settings->station_stride, 1, kMostStride)
+      .integer("station_stride", &settings->station_stride, 1, kMaxStride)
       .integer("distance_maps", &settings->distance_maps, 1, 4)
       .integer("fill_stations", &settings->fill_stations, 0, 32)
       .number("skip_px", &settings->skip_px, 0.0, 4.0);
@@ -45,7 +45,7 @@ void override_with(const std::optional<T>& flag, T* value) {
   if (flag) *value = *flag;
 }
 
-// The k that the settings fix; none where it is chosen for the room.
+// The k that the settings give; none where it is chosen for the room.
 std::optional<double> fixed_k_deg(const ViewSettings& settings) {
   std::optional<double> k_deg;
   if (settings.k_deg != "auto") {
@@ -64,13 +64,13 @@ std::optional<double> fixed_k_deg(const ViewSettings& settings) {
   return own_k_deg;
 }
 
-// 0 where as many are used as the tolerance needs.
+// 0 for automatic: as many as the tolerance needs.
 int fixed_layers(const ViewSettings& settings) {
   if (settings.layers == "auto") return 0;
   const std::optional<int> layers = parse_whole_number(settings.layers);
-  if (!layers || *layers < 1 || *layers > kMostLayers) {
+  if (!layers || *layers < 1 || *layers > kMaxLayers) {
     throw UsageError(fmt::format("layers is {}; use auto or a number in 1..{}",
-                                 excerpt(settings.layers), kMostLayers));
+                                 excerpt(settings.layers), kMaxLayers));
   }
   return *layers;
 }
@@ -80,7 +80,7 @@ void require_consistent(const ViewSettings& settings) {
   fixed_layers(settings);
 }
 
-// What the room keeps of its requirements, if anything is left to choose by them.
+// The room's stored requirements, if any setting is chosen by them.
 std::optional<RoomRequirements> requirements_for(const ViewSettings& settings, const Room& room) {
   const bool choose = !fixed_k_deg(settings) || fixed_layers(settings) == 0;
   return choose ? current_requirements(room) : std::nullopt;
@@ -106,7 +106,7 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
   mode.options.skip_px = settings.skip_px;
   if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
     mode.options.k_deg = *k_deg;
-    mode.k_source = settings.connection == "hybrid" ? "as asked for" : "of this connection";
+    mode.k_source = settings.connection == "hybrid" ? "given" : "fixed by the connection";
   } else {
     const AutoK chosen = auto_k_deg(room, mode.options.generation, required);
     mode.options.k_deg = chosen.k_deg;
@@ -127,7 +127,8 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
       throw UsageError(flags.settings->string() + ": " + e.what());
     }
   }
-  // A connection named on the command line brings its own k; the file's k was meant for the file's.
+  // A connection named on the command line uses its own k: the file's k belongs to the file's
+  // connection.
   if (flags.connection && !flags.k_deg && *flags.connection != settings.connection) {
     settings.k_deg = "auto";
   }

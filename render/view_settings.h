@@ -1,5 +1,5 @@
-// What a user asks of a view, on the command line or in a YAML file, before it is known which room
-// it meets.
+// Settings of a view as given on the command line or in a YAML file, before they are resolved for a
+// room.
 #pragma once
 
 #include <filesystem>
@@ -14,16 +14,16 @@ namespace raywalk::render {
 
 // Every member is a key of the YAML file (configs/view.yaml explains them one by one).
 struct ViewSettings {
-  // none, fast, balanced or accurate (presets.h): what other keys and flags do not say.
+  // none, fast, balanced or accurate (presets.h): defaults for the other keys and flags.
   std::string preset = "none";
   std::string generation = "hlf-vd";  // initial, hlf-vd or two-sided
   std::string connection = "hybrid";  // hybrid, lfu (k = 45) or rayspace360 (k = 90)
   std::string k_deg = "auto";         // auto, or degrees in 45..90
-  std::string layers = "auto";        // auto, or how many depth layers, 1..65536
-  double tolerance_px = 0.5;          // move of a pixel that automatic layers may cause, 0.01..100
-  double overlap_deg = 5.0;           // width of the blend at a connection, 0..45
-  int width_px = 0;                   // 0 = as captured, else a multiple of 4 in 4..32768
-  // The others are as in render/view/view_options.h.
+  std::string layers = "auto";        // auto, or the number of depth layers, 1..65536
+  double tolerance_px = 0.5;  // largest shift of a pixel caused by automatic layers, 0.01..100
+  double overlap_deg = 5.0;   // width of the blend at a connection, 0..45
+  int width_px = 0;           // 0 = as captured, else a multiple of 4 in 4..32768
+  // The remaining members are as in render/view/view_options.h.
   std::string interpolation = "linear";  // nearest, linear or cubic
   std::string arithmetic = "float";      // float or double
   std::string second_side = "blend";     // blend or where-hidden
@@ -58,17 +58,17 @@ struct ViewFlags {
 };
 
 // The settings of the file, if one is given, on top of `base`, with the flags on top. Throws
-// UsageError for a file that is not right (as SettingsSchema does) and for values that are out of
-// range or contradict each other: k belongs to the hybrid connection, the others have theirs.
+// UsageError for an invalid file (as SettingsSchema does) and for values that are out of range or
+// contradict each other: only the hybrid connection takes a k, the others fix it.
 ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base = {});
 
-// The settings for a room, where "auto" becomes a number: by what the room keeps of its
-// requirements (core/room/requirements.h), for layers at each view's own distance from the line.
-// Throws Error where what it keeps is damaged.
+// The settings resolved for a room: "auto" becomes a number, from the room's stored requirements
+// (core/room/requirements.h); for layers at each view's own distance from the line. Throws Error
+// where the stored requirements are damaged.
 ViewMode view_mode(const ViewSettings& settings, const Room& room);
 
-// The same in each of `generations`; in all that the room can be rendered in where none is named:
-// without distances that is initial alone. Throws UsageError where one is named twice.
+// The same for each of `generations`. An empty list means all generations that the room can be
+// rendered in; without distances that is initial alone. Throws UsageError where one is named twice.
 std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
                                  const Room& room);
 

@@ -41,7 +41,7 @@ TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
   EXPECT_TRUE(view_settings({.settings = RAYWALK_VIEW_YAML}) == ViewSettings());
 }
 
-TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
+TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
   const ViewSettings by_file = view_settings(
       file_flags("interpolation: cubic\narithmetic: double\nsecond_side: where-hidden\n"
                  "stations_mixed: 1\nstation_stride: 3\ndistance_maps: 2\nfill_stations: 5\n"
@@ -79,7 +79,7 @@ TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
   EXPECT_EQ(options.skip_px, 0.25);
 }
 
-TEST_F(ViewSettingsTest, DialsOutOfRangeAreRefused) {
+TEST_F(ViewSettingsTest, ParametersOutOfRangeAreRejected) {
   for (const char* line : {"stations_mixed: 3", "station_stride: 0", "distance_maps: 5",
                            "fill_stations: -1", "skip_px: 4.1", "skip_px: .nan",
                            "interpolation: best", "second_side: always", "preset: quick"}) {
@@ -118,7 +118,7 @@ TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
               AllOf(HasSubstr("view.yaml"), HasSubstr("k = 45")));
 }
 
-TEST_F(ViewSettingsTest, RefusesKThatIsNotTheConnections) {
+TEST_F(ViewSettingsTest, RejectsAKThatContradictsTheConnection) {
   EXPECT_THAT(message_of({.connection = "lfu", .k_deg = "76"}), HasSubstr("k = 45"));
   EXPECT_THAT(message_of({.connection = "rayspace360", .k_deg = "45"}), HasSubstr("k = 90"));
   EXPECT_EQ(message_of({.connection = "lfu", .k_deg = "45"}), "no error");
@@ -150,7 +150,7 @@ TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
   EXPECT_FALSE(automatic.k_source.empty());
 }
 
-TEST_F(ViewModeTest, AllGenerationsThatTheRoomCan) {
+TEST_F(ViewModeTest, AllGenerationsThatTheRoomSupports) {
   EXPECT_EQ(view_modes({}, {}, room_of(false)).size(), 1U);
   const std::vector<ViewMode> all = view_modes({}, {}, room_of(true));
   ASSERT_EQ(all.size(), 3U);
@@ -165,7 +165,7 @@ TEST_F(ViewModeTest, AllGenerationsThatTheRoomCan) {
 
 class RequiredModeTest : public ViewModeTest {
  protected:
-  // A room that keeps requirements with k = 61 and surfaces from 0.5 to 4 m.
+  // A room with stored requirements: k = 61 and surfaces from 0.5 to 4 m.
   Room room_with_requirements() {
     Room room = room_of(true);
     RoomRequirements required;
@@ -177,13 +177,13 @@ class RequiredModeTest : public ViewModeTest {
   }
 };
 
-TEST_F(RequiredModeTest, AutoGoesByWhatTheRoomRequires) {
+TEST_F(RequiredModeTest, AutoUsesTheRoomsRequirements) {
   const Room room = room_with_requirements();
   const ViewMode mode = view_mode({}, room);
   EXPECT_EQ(mode.options.k_deg, 61.0);
   ASSERT_TRUE(mode.options.scene);
-  // The count is that of the range kept and of the view's own distance from the line: 0.5 m in the
-  // middle of the cell across, more to the corners.
+  // The number of layers follows from the stored range and the view's own distance from the line:
+  // 0.5 m across the middle of the cell, more towards the corners.
   Renderer renderer(room, mode.options);
   const int layers = renderer.render({0.0, 0.0}).report.layers;
   const double tolerance_rad = 0.5 * kTwoPi / room.panorama().width;
@@ -195,7 +195,7 @@ TEST_F(RequiredModeTest, AutoGoesByWhatTheRoomRequires) {
       << "the maps around the view have another range";
 }
 
-TEST_F(RequiredModeTest, NumbersGivenGoBeforeIt) {
+TEST_F(RequiredModeTest, ExplicitNumbersOverrideRequirements) {
   const Room room = room_with_requirements();
   EXPECT_EQ(view_mode({.k_deg = "70"}, room).options.k_deg, 70.0);
   EXPECT_EQ(view_mode({.layers = "8"}, room).options.layers, 8);
@@ -211,7 +211,7 @@ TEST_F(RequiredModeTest, RequirementsOfOtherDistancesAreIgnored) {
   EXPECT_EQ(mode.k_source, "model E_t over the room's distances");
 }
 
-TEST_F(RequiredModeTest, DamagedRequirementsMatterOnlyWhereTheyAreAskedFor) {
+TEST_F(RequiredModeTest, DamagedRequirementsMatterOnlyWhereTheyAreUsed) {
   const Room room = room_of(true);
   write_file_atomically(requirements_path(path_), "damaged");
   EXPECT_THROW(view_mode({}, room), Error);

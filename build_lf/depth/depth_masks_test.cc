@@ -1,5 +1,5 @@
-// Distances of frames with masks: what travels with the camera neither gets distances nor misleads,
-// and what it hides is learned from other stations.
+// Distances from frames with masks: objects that move with the camera get no distances and do not
+// disturb others; surfaces they hide are filled in from other stations.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ DepthTestRoom::Mask cone_mask(PanoramaSize size, double cone_deg = kConeDeg) {
 
 PanoramaSize size_of(const SyntheticRoomSpec& spec) { return {spec.width, spec.width / 2}; }
 
-TEST(StationValidity, HasAMarginAroundWhatIsMasked) {
+TEST(StationValidity, HasAMarginAroundMaskedPixels) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const auto mask = [](StationIndex) {
     cv::Mat valid(64, 128, CV_8UC1, cv::Scalar(255));
@@ -64,14 +64,14 @@ TEST(StationValidity, HasAMarginAroundWhatIsMasked) {
   EXPECT_EQ(whole.at<uchar>(4, 40), 255);
   EXPECT_EQ(whole.at<uchar>(126, 40), 0);  // across the seam
   EXPECT_EQ(whole.at<uchar>(125, 40), 255);
-  // One of the four pixels of a reduced one is enough.
+  // A reduced pixel is invalid if one of its four pixels is.
   const cv::Mat reduced = station_validity(room.room(), {0, 1}, {64, 32}, 0);
   EXPECT_EQ(reduced.at<uchar>(0, 12), 0);
   EXPECT_EQ(reduced.at<uchar>(1, 12), 255);
   EXPECT_TRUE(station_validity(DepthTestRoom(spec).room(), {0, 1}, {64, 32}, 0).empty());
 }
 
-// Of a room's final maps against the truth, in what the dolly hides.
+// Accuracy of a room's final maps in the region that the dolly hides.
 double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& room) {
   const Room estimated = Room::open(room.directory());
   double sum = 0.0;
@@ -87,7 +87,7 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
         const auto distance_m = volume.distance_column(m, u);
         const auto confidence = volume.confidence_column(m, u);
         for (size_t v = 0; v < distance_m.size(); ++v) {
-          map.omega.push_back(confidence[v] >= kLeastConfidence ? 1.0f / distance_m[v] : 1e6f);
+          map.omega.push_back(confidence[v] >= kMinConfidence ? 1.0f / distance_m[v] : 1e6f);
         }
       }
       // A pixel of parallax at the reach, half the cell's side.
@@ -102,7 +102,7 @@ double share_within_a_pixel_below(const SyntheticRoomSpec& spec, const Room& roo
   return sum / maps;
 }
 
-TEST(DepthMasks, TheFloorBelowIsLearnedFromOtherStations) {
+TEST(DepthMasks, FloorBelowComesFromOtherStations) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   spec.width = 96;
   spec.spacing_m = 0.125;
@@ -121,7 +121,7 @@ TEST(DepthMasks, TheFloorBelowIsLearnedFromOtherStations) {
   EXPECT_GT(share_within_a_pixel_below(spec, masked.room()), 0.95);
 }
 
-TEST(DepthMasks, WhatTravelsWithTheCameraDoesNotHideThatItMoves) {
+TEST(DepthMasks, MovingObjectsOnTheRigDoNotHideMotion) {
   // 60 degrees of dolly: a quarter of every frame never changes.
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const auto change = [&](const DepthTestRoom& room) {
@@ -140,7 +140,7 @@ TEST(DepthMasks, WhatTravelsWithTheCameraDoesNotHideThatItMoves) {
   EXPECT_NEAR(change(DepthTestRoom(spec, paint, mask)), clean, 1e-3 * clean);
 }
 
-TEST(DepthMasks, FlowIsRefused) {
+TEST(DepthMasks, FlowWithMasksIsRejected) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const DepthTestRoom room(spec, nullptr, cone_mask(size_of(spec)));
   DepthOptions options;
@@ -155,7 +155,7 @@ TEST(DepthMasks, FlowIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(options.room / "distances.partial"));
 }
 
-TEST(DepthMasks, ARoomOfWhichNothingMayBeUsedGetsMapsThatKnowNothing) {
+TEST(DepthMasks, FullyMaskedRoomGetsUnknownMaps) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const DepthTestRoom room(spec, nullptr, cone_mask(size_of(spec), 180.0));
   DepthOptions options;

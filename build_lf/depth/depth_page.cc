@@ -12,7 +12,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// [theta][phi] values as a picture the right way up.
+// [theta][phi] values as an upright picture.
 template <typename T>
 cv::Mat upright(const std::vector<T>& values, PanoramaSize size, int type) {
   const cv::Mat columns(size.width, size.height, type, const_cast<T*>(values.data()));
@@ -30,12 +30,12 @@ cv::Mat distance_picture(const InverseDistanceMap& map) {
   return picture;
 }
 
-// Grey where the map is sure, red where it is not.
+// Grey for confident pixels, red below kMinConfidence.
 cv::Mat confidence_picture(const InverseDistanceMap& map) {
   const cv::Mat confidence = upright(map.confidence, map.size, CV_8UC1);
   cv::Mat picture;
   cv::cvtColor(confidence, picture, cv::COLOR_GRAY2BGR);
-  picture.setTo(cv::Scalar(40, 40, 220), confidence < kLeastConfidence);
+  picture.setTo(cv::Scalar(40, 40, 220), confidence < kMinConfidence);
   return picture;
 }
 
@@ -49,7 +49,7 @@ void add_maps(const Room& room, const std::vector<InverseDistanceMap>& shown, Ht
   page->add_section("Distances and confidence");
   page->add_paragraph(
       "Inverse distance from blue (far) to red (near); confidence from black to white, and red "
-      "where it is low: there the renderer prefers what other maps say. Expect it on plain walls, "
+      "where it is low: there the renderer prefers other maps. Expect it on plain walls, "
       "panes and mirrors, at silhouettes, and along a rail that no other line crosses.");
   for (const InverseDistanceMap& map : shown) {
     const std::string where = fmt::format(
@@ -80,11 +80,11 @@ void add_stations(const DepthSummary& summary, HtmlPage* page) {
 }
 
 void add_truth(const TruthComparison& truth, HtmlPage* page) {
-  page->add_section("Against the given distances");
+  page->add_section("Comparison with the given distances");
   page->add_paragraph(
       fmt::format("{} maps, errors in pixels of parallax at the reach: {:.1f} % within 1 px, "
-                  "{:.1f} % within 2, "
-                  "{:.1f} % within 4; the median error of the distance is {:.2f} %.",
+                  "{:.1f} % within 2, {:.1f} % within 4; the median error of the distance is "
+                  "{:.2f} %.",
                   truth.maps, 100.0 * truth.within_1px_share, 100.0 * truth.within_2px_share,
                   100.0 * truth.within_4px_share, 100.0 * truth.median_relative_error));
   LinePlot plot{.title = "Low confidence predicts error",

@@ -1,4 +1,4 @@
-// The page of a depth run: pictures of distance and confidence, plots, warnings.
+// The report of a depth run: pictures of distance and confidence, plots, warnings.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace raywalk::build_lf {
 
-// A self-contained HTML page. `shown` are the maps to picture, one of each line.
+// A self-contained HTML page. `shown` are the maps to show, one per line.
 std::string depth_page(const Room& room, const DepthSummary& summary,
                        const std::vector<InverseDistanceMap>& shown);
 

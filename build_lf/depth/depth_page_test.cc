@@ -36,17 +36,17 @@ size_t count_of(const std::string& what, const std::string& text) {
   return count;
 }
 
-TEST_F(DepthPageTest, PicturesEveryMapShown) {
+TEST_F(DepthPageTest, ShowsAPictureOfEveryMap) {
   EXPECT_EQ(markup_fault(page()), "");
   EXPECT_EQ(count_of("data:image/jpeg", page()), 3U);
   EXPECT_THAT(page(), HasSubstr("line x0, station 0"));
   shown_.push_back(shown_.front());
   EXPECT_EQ(count_of("data:image/jpeg", page()), 6U);
   EXPECT_THAT(page(), Not(HasSubstr("Warnings")));
-  EXPECT_THAT(page(), Not(HasSubstr("Against the given distances")));
+  EXPECT_THAT(page(), Not(HasSubstr("Comparison with the given distances")));
 }
 
-TEST_F(DepthPageTest, NamesWarningsWhateverTheFilesAreCalled) {
+TEST_F(DepthPageTest, EscapesFileNamesInWarnings) {
   summary_.room = "<R&D> \"room\".lf";
   summary_.warnings = {"<b>&.png is a copy of \"a\".png", "line x1 is 0.1 m long"};
   EXPECT_EQ(markup_fault(page()), "");
@@ -54,7 +54,7 @@ TEST_F(DepthPageTest, NamesWarningsWhateverTheFilesAreCalled) {
   EXPECT_THAT(page(), HasSubstr("line x1 is 0.1 m long"));
 }
 
-TEST_F(DepthPageTest, ShowsTheTruthWhereItWasCompared) {
+TEST_F(DepthPageTest, ShowsTheTruthIfCompared) {
   summary_.truth =
       TruthComparison{2, 0.512, 0.75, 0.875, 0.02, {{0.0625, 1234, 0.9, 2.5}, {0.9, 99, 0.1, 0.2}}};
   EXPECT_EQ(markup_fault(page()), "");
@@ -63,7 +63,7 @@ TEST_F(DepthPageTest, ShowsTheTruthWhereItWasCompared) {
   }
 }
 
-TEST_F(DepthPageTest, APlainSkyHasAPageToo) {
+TEST_F(DepthPageTest, HandlesARoomOfSky) {
   for (float& omega : shown_.front().omega) omega = 0.0f;
   for (std::uint8_t& confidence : shown_.front().confidence) confidence = 0;
   EXPECT_EQ(markup_fault(page()), "");

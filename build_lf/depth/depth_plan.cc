@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kWidestMap = 1024;
 constexpr int kNarrowestMap = 32;
-// Between maps this far apart, as a share of the reach, a view interpolates: what neither sees is
-// seen by other lines.
+// Spacing of the maps as a share of the reach. Views interpolate between maps; surfaces that
+// neither sees are seen from other lines.
 constexpr double kMapGap = 0.4;
 constexpr double kCandidateGap = 0.1;
 constexpr int kOwnVoters = 4;
@@ -34,14 +34,14 @@ double reach_of(const Grid& grid) {
   return 0.25 * longest;
 }
 
-// The sweep begins at a quarter of the width, and half of that is the height.
+// The sweep starts at a quarter of the width, of which the height is half.
 constexpr int kWidthStep = 4;
 
 PanoramaSize map_size(const Room& room, int width) {
   const int captured = room.panorama().width;
   if (captured < kNarrowestMap) {
     throw Error(
-        fmt::format("no distances can be told from panoramas of {} x {}; capture at least "
+        fmt::format("panoramas of {} x {} are too small to estimate distances; capture at least "
                     "{} x {}",
                     captured, captured / 2, kNarrowestMap, kNarrowestMap / 2));
   }
@@ -62,7 +62,7 @@ std::vector<int> spread_out(const Line& line, double gap_m) {
   for (int i = 1; i <= last; ++i) {
     if (along(i) - along(chosen.back()) >= gap_m * (1.0 - kRounding)) chosen.push_back(i);
   }
-  // The end of the line is as important as its beginning.
+  // The end of the line needs a station as much as its beginning.
   if (along(last) - along(chosen.back()) > 0.5 * gap_m) chosen.push_back(last);
   return chosen;
 }
@@ -73,7 +73,7 @@ std::vector<int> every_nth(const Line& line, int n) {
   return chosen;
 }
 
-// Candidates of a line follow one another.
+// Candidates are ordered by line.
 bool some_line_has_two(std::span<const SweepCandidate> candidates) {
   const auto same_line = [](const SweepCandidate& a, const SweepCandidate& b) {
     return a.station.line == b.station.line;
@@ -81,7 +81,7 @@ bool some_line_has_two(std::span<const SweepCandidate> candidates) {
   return std::adjacent_find(candidates.begin(), candidates.end(), same_line) != candidates.end();
 }
 
-// All maps, nearest to one of them first.
+// All maps, ordered by distance from one of them.
 std::vector<int> maps_by_distance(const DepthPlan& plan, int from) {
   const Eigen::Vector3d& from_m = plan.maps[static_cast<size_t>(from)].position_m;
   std::vector<int> order(plan.maps.size());
@@ -104,7 +104,8 @@ DepthMethod depth_method_from_name(const std::string& name) {
 std::string name_of(DepthMethod method) { return method == DepthMethod::kSweep ? "sweep" : "flow"; }
 
 DepthPlan plan_depth(const Room& room, const DepthOptions& options) {
-  if (options.every < 0) throw UsageError("--every: give 1 or more, or 0 to let the grid decide");
+  if (options.every < 0)
+    throw UsageError("--every: give 1 or more, or 0 to choose by the cell size");
   const Grid& grid = room.grid();
   DepthPlan plan{map_size(room, options.width), reach_of(grid), {}, {}};
   for (int l = 0; l < static_cast<int>(grid.lines.size()); ++l) {
@@ -121,7 +122,7 @@ DepthPlan plan_depth(const Room& room, const DepthOptions& options) {
   return plan;
 }
 
-void leave_out(std::span<const StationIndex> stations, DepthPlan* plan) {
+void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan) {
   const auto is_left_out = [&](const auto& entry) {
     return std::find(stations.begin(), stations.end(), entry.station) != stations.end();
   };
@@ -130,12 +131,12 @@ void leave_out(std::span<const StationIndex> stations, DepthPlan* plan) {
   std::erase_if(plan->candidates, is_left_out);
   if (!some_line_has_two(plan->candidates)) {
     throw Error(
-        fmt::format("no distances can be told: {} of {} stations had to be left out, and no line "
+        fmt::format("cannot estimate distances: {} of {} stations had to be left out, and no line "
                     "has two left to compare; capture them again",
                     compared - plan->candidates.size(), compared));
   }
   if (plan->maps.empty()) {
-    throw Error("every station that was to get a map had to be left out; choose another --every");
+    throw Error("all stations selected for maps had to be left out; choose another --every");
   }
 }
 
@@ -158,20 +159,20 @@ std::vector<int> voters_of(const DepthPlan& plan, int which) {
   return voters;
 }
 
-std::vector<int> farther_voters_of(const DepthPlan& plan, std::span<const int> voters) {
-  constexpr size_t kMost = 8;
+std::vector<int> fallback_voters_of(const DepthPlan& plan, std::span<const int> voters) {
+  constexpr size_t kMaxFallback = 8;
   constexpr double kGapPerDistance = 0.25;
   std::vector<int> all(voters.begin(), voters.end());
-  const auto way_m = [&](int a, int b) {
+  const auto distance_m = [&](int a, int b) {
     return (plan.maps[static_cast<size_t>(a)].position_m -
             plan.maps[static_cast<size_t>(b)].position_m)
         .norm();
   };
   for (const int i : maps_by_distance(plan, voters.front())) {
-    if (all.size() == voters.size() + kMost) break;
-    const double gap_m = kGapPerDistance * way_m(i, voters.front());
-    const bool is_near =
-        std::any_of(all.begin(), all.end(), [&](int other) { return way_m(i, other) <= gap_m; });
+    if (all.size() == voters.size() + kMaxFallback) break;
+    const double gap_m = kGapPerDistance * distance_m(i, voters.front());
+    const bool is_near = std::any_of(all.begin(), all.end(),
+                                     [&](int other) { return distance_m(i, other) <= gap_m; });
     if (!is_near && i != voters.front()) all.push_back(i);
   }
   return {all.begin() + static_cast<std::ptrdiff_t>(voters.size()), all.end()};

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
 
-// Plans look at places and sizes only, so frames are as small as they may be.
+// Plans depend only on positions and sizes, so the frames have the minimum size.
 SyntheticRoomSpec tiny_room(double scale, int cells_x = 1, int cells_z = 1) {
   SyntheticRoomSpec spec = room_of_scale(scale);
   spec.cells_x = cells_x;
@@ -27,8 +27,8 @@ SyntheticRoomSpec tiny_room(double scale, int cells_x = 1, int cells_z = 1) {
   return spec;
 }
 
-// A room on lines along x at `rows_m` and along z at `columns_m`, each with a station at every
-// crossing and `between` more from one to the next.
+// A grid of lines along x at `rows_m` and along z at `columns_m`, with a station at every crossing
+// and `between` more between crossings.
 Grid grid_of(const std::vector<double>& columns_m, const std::vector<double>& rows_m, int between) {
   std::vector<StationPose> poses;
   const auto add_line = [&](const std::vector<double>& along_m, double across_m, bool along_x) {
@@ -48,7 +48,7 @@ Grid grid_of(const std::vector<double>& columns_m, const std::vector<double>& ro
   return find_grid(poses, {});
 }
 
-// Places of the stations with maps on a line.
+// Positions of the stations with maps on a line.
 std::vector<double> map_places_m(const DepthPlan& plan, const Grid& grid, int line) {
   std::vector<double> places_m;
   for (const SweepReference& map : plan.maps) {
@@ -71,7 +71,7 @@ std::vector<StationIndex> stations_compared(const DepthPlan& plan) {
   return stations;
 }
 
-TEST(DepthPlanTest, FollowsTheCellAndNotItsSizeInMetres) {
+TEST(DepthPlanTest, IsInvariantToScale) {
   const DepthTestRoom metre(tiny_room(1.0, 2, 1));
   const DepthPlan of_metre = plan_depth(metre.room(), {});
   EXPECT_DOUBLE_EQ(of_metre.reach_m, 0.5);
@@ -101,8 +101,8 @@ TEST(DepthPlanTest, SingleLineIsComparedOverAQuarterOfItsLength) {
   EXPECT_GE(plan.maps.size(), 2U);
 }
 
-// Nothing of a line is farther from a map than a view can bridge, and no two maps are needlessly
-// close, however irregular the stations are.
+// With irregular stations, no point of a line is too far from a map, and no two maps are needlessly
+// close.
 TEST(DepthPlanTest, SpreadsMapsOverIrregularStations) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 random(seed);
@@ -130,7 +130,7 @@ TEST(DepthPlanTest, SpreadsMapsOverIrregularStations) {
       EXPECT_LE(line.last_m() - maps_m.back(), 0.5 * gap_m);
       for (size_t i = 1; i < maps_m.size(); ++i) {
         EXPECT_GT(maps_m[i] - maps_m[i - 1], 0.5 * gap_m);
-        // The first station after the gap was taken.
+        // The first station after the gap was selected.
         const auto between = [&](const Station& station) {
           return station.along_m >= maps_m[i - 1] + 1.001 * gap_m && station.along_m < maps_m[i];
         };
@@ -145,12 +145,12 @@ TEST(DepthPlanTest, EveryNthStationGetsAMapWhenAsked) {
   for (const auto& [every, maps] : {std::pair{1, 17}, {3, 6}, {16, 2}, {17, 1}, {1000000, 1}}) {
     const DepthPlan plan = plan_depth(room.room(), {.every = every});
     EXPECT_THAT(plan.maps, SizeIs(static_cast<size_t>(4 * maps))) << every;
-    // What is compared does not thin out with the maps.
+    // The candidates are not thinned with the maps.
     EXPECT_THAT(plan.candidates, SizeIs(4 * 17U));
   }
 }
 
-TEST(DepthPlanTest, RefusesSizesThatCannotBeMade) {
+TEST(DepthPlanTest, RejectsInvalidSizes) {
   SyntheticRoomSpec spec = tiny_room(1.0);
   spec.width = 64;
   const DepthTestRoom room(spec);
@@ -165,7 +165,7 @@ TEST(DepthPlanTest, RefusesSizesThatCannotBeMade) {
               ThrowsMessage<UsageError>(HasSubstr("--every")));
 }
 
-TEST(DepthPlanTest, FitsAnyPanoramaThatIsNotTiny) {
+TEST(DepthPlanTest, SupportsAnyPanoramaOfSufficientWidth) {
   SyntheticRoomSpec spec = tiny_room(1.0);
   for (const auto& [captured, width] : {std::pair{32, 32}, {34, 32}, {50, 48}, {52, 52}}) {
     spec.width = captured;
@@ -175,7 +175,7 @@ TEST(DepthPlanTest, FitsAnyPanoramaThatIsNotTiny) {
   spec.width = 16;
   const DepthTestRoom room(spec);
   EXPECT_THAT([&] { plan_depth(room.room(), {}); },
-              ThrowsMessage<Error>(HasSubstr("panoramas of 16 x 8; capture at least 32 x 16")));
+              ThrowsMessage<Error>(HasSubstr("panoramas of 16 x 8 are too small")));
 }
 
 TEST(DepthPlanTest, NamesItsMethods) {
@@ -192,7 +192,7 @@ TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
   DepthPlan plan = plan_depth(room.room(), {.every = 2});
   const DepthPlan whole = plan;
   const std::vector<StationIndex> bad{{0, 4}, {2, 5}};
-  leave_out(bad, &plan);
+  exclude_stations(bad, &plan);
   EXPECT_EQ(plan.maps.size(), whole.maps.size() - 1);
   EXPECT_EQ(plan.candidates.size(), whole.candidates.size() - 2);
   for (const StationIndex station : bad) {
@@ -201,22 +201,22 @@ TEST(DepthPlanTest, StationsLeftOutAreNeitherMappedNorCompared) {
   }
 }
 
-TEST(DepthPlanTest, ARoomWithNothingLeftToCompareIsRefused) {
+TEST(DepthPlanTest, NothingLeftToCompareIsAnError) {
   const DepthTestRoom room(tiny_room(1.0));
   DepthPlan plan = plan_depth(room.room(), {});
   std::vector<StationIndex> all_but_first;
   for (const StationIndex station : stations_compared(plan)) {
     if (station.station > 0) all_but_first.push_back(station);
   }
-  EXPECT_THAT([&] { leave_out(all_but_first, &plan); },
+  EXPECT_THAT([&] { exclude_stations(all_but_first, &plan); },
               ThrowsMessage<Error>(HasSubstr("64 of 68 stations had to be left out")));
 }
 
-// Stations are thinned before they are compared; a map may be at one that was thinned out.
-TEST(DepthPlanTest, ARoomWithNoMapLeftIsRefused) {
+// Candidates are thinned; a map may be at a station that is not a candidate.
+TEST(DepthPlanTest, NoMapLeftIsAnError) {
   const DepthTestRoom room(tiny_room(1.0));
   DepthPlan plan = plan_depth(room.room(), {.every = 1000});
-  EXPECT_THAT([&] { leave_out(stations_with_map(plan), &plan); },
+  EXPECT_THAT([&] { exclude_stations(stations_with_map(plan), &plan); },
               ThrowsMessage<Error>(HasSubstr("--every")));
 }
 
@@ -236,7 +236,7 @@ TEST(DepthPlanTest, TheNearestMapsVote) {
     const auto away_m = [&](int i) {
       return (plan.maps[static_cast<size_t>(i)].position_m - own.position_m).norm();
     };
-    // Whoever does not vote is at least as far as those of the same kind who do.
+    // Maps that do not vote are at least as far away as those of the same kind that do.
     for (const bool of_own_line : {true, false}) {
       double farthest_m = 0.0;
       for (const int i : voters) {
@@ -272,38 +272,38 @@ TEST(DepthPlanTest, StationsFarAwayAreNotCompared) {
   for (const SweepCandidate& candidate : near) EXPECT_NE(candidate.station, reference.station);
 }
 
-TEST(DepthPlanTest, FartherVotersReachOverTheRoom) {
+TEST(DepthPlanTest, FallbackVotersSpreadOverTheRoom) {
   const DepthTestRoom room(tiny_room(1.0, 3, 2));
   const DepthPlan plan = plan_depth(room.room(), {});
-  const auto way_m = [&](int a, int b) {
+  const auto distance_m = [&](int a, int b) {
     return (plan.maps[static_cast<size_t>(a)].position_m -
             plan.maps[static_cast<size_t>(b)].position_m)
         .norm();
   };
   for (int which = 0; which < static_cast<int>(plan.maps.size()); ++which) {
     const std::vector<int> near = voters_of(plan, which);
-    const std::vector<int> farther = farther_voters_of(plan, near);
+    const std::vector<int> farther = fallback_voters_of(plan, near);
     EXPECT_GT(farther.size(), 0U);
     EXPECT_LE(farther.size(), 8U);
     for (size_t i = 0; i < farther.size(); ++i) {
       EXPECT_EQ(std::count(near.begin(), near.end(), farther[i]), 0);
       for (const int other : near) {
-        EXPECT_GE(way_m(farther[i], other), 0.25 * way_m(farther[i], which));
+        EXPECT_GE(distance_m(farther[i], other), 0.25 * distance_m(farther[i], which));
       }
       for (size_t j = 0; j < i; ++j) {
-        EXPECT_GE(way_m(farther[i], farther[j]), 0.25 * way_m(farther[i], which));
-        EXPECT_GE(way_m(farther[i], which), way_m(farther[j], which));
+        EXPECT_GE(distance_m(farther[i], farther[j]), 0.25 * distance_m(farther[i], which));
+        EXPECT_GE(distance_m(farther[i], which), distance_m(farther[j], which));
       }
     }
   }
 }
 
-TEST(DepthPlanTest, ThereMayBeNoFartherVoters) {
+TEST(DepthPlanTest, ThereMayBeNoFallbackVoters) {
   SyntheticRoomSpec spec = tiny_room(1.0);
   spec.cells_z = 0;
   const DepthTestRoom room(spec);
   const DepthPlan plan = plan_depth(room.room(), {.every = 8});
-  EXPECT_TRUE(farther_voters_of(plan, voters_of(plan, 1)).empty());
+  EXPECT_TRUE(fallback_voters_of(plan, voters_of(plan, 1)).empty());
 }
 
 }  // namespace

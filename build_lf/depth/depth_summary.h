@@ -1,4 +1,4 @@
-// What a depth run did and how well: depth.json and the page beside it.
+// Results and statistics of a depth run, for depth.json and the report.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@
 
 namespace raywalk::build_lf {
 
-// Pixels of one band of confidence against the truth.
+// Errors of the pixels in one band of confidence.
 struct ConfidenceBand {
-  double confidence = 0.0;  // the band's middle, in [0, 1]
+  double confidence = 0.0;  // centre of the band, in [0, 1]
   std::int64_t pixels = 0;
-  double wrong_share = 0.0;  // off by more than a pixel of parallax at the reach
+  double wrong_share = 0.0;  // error over one pixel of parallax at the reach
   double median_error_px = 0.0;
 };
 
 struct TruthComparison {
   int maps = 0;
-  double within_1px_share = 0.0;  // of parallax at the reach, at the maps' width
+  double within_1px_share = 0.0;  // error as parallax over the reach, at the maps' width
   double within_2px_share = 0.0;
   double within_4px_share = 0.0;
-  double median_relative_error = 0.0;  // of the distance, where both are finite
+  double median_relative_error = 0.0;  // of distances, where both are finite
   std::vector<ConfidenceBand> calibration{};
 };
 
@@ -33,8 +33,8 @@ struct MapSummary {
   int station = 0;
   std::string file{};
   double mean_confidence = 0.0;  // in [0, 1], over the solid angle
-  double low_share = 0.0;        // of the solid angle, below kLeastConfidence
-  double parallax_share = 0.0;   // of the solid angle, moves by a pixel or more over the reach
+  double low_share = 0.0;        // of the solid angle, below kMinConfidence
+  double parallax_share = 0.0;   // of the solid angle, moves 1 px or more over the reach
 };
 
 struct DepthSummary {
@@ -42,19 +42,19 @@ struct DepthSummary {
   std::string method{};
   PanoramaSize size;
   int stations = 0;
-  int every = 0;             // as asked for: a map at every n-th station; 0: as the grid requires
-  int hold_out = 0;          // one of so many stations was left out; 0: none
-  std::string valid_mask{};  // file of pixels that were not used; empty: all were
+  int every = 0;             // DepthOptions::every
+  int hold_out = 0;          // DepthOptions::hold_out
+  std::string valid_mask{};  // file; empty: none
   double reach_m = 0.0;
-  double nearest_m = 0.0;  // what the sweep looked for; 0: the method has no such limit
+  double nearest_m = 0.0;  // near limit of the sweep; 0: no limit (flow)
   int layers = 0;
   double gain_spread = 0.0;            // standard deviation of the stations' gains
-  double largest_exposure_step = 1.0;  // between neighbours of a line, as a factor
+  double largest_exposure_step = 1.0;  // factor between neighbours on a line
   double seconds = 0.0;
   double peak_memory_mb = 0.0;
   std::vector<MapSummary> maps{};
   std::vector<FrameFinding> frame_findings{};
-  std::vector<std::string> warnings{};  // findings about frames and lines, in words
+  std::vector<std::string> warnings{};  // frame and line findings, as sentences
   std::optional<TruthComparison> truth{};
   std::string page{};  // path of the HTML page
 };

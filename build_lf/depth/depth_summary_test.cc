@@ -22,7 +22,7 @@ DepthSummary some_summary() {
   summary.maps = {{"x0", 4, "front_4.png", 0.75, 0.125, 1.0},
                   {"z1", 0, "right_0.png", 0.5, 0.25, 0.375}};
   summary.frame_findings = {{{0, 7}, "front_7.png", FrameFault::kExposureStep, {0, 6}, 1.3}};
-  summary.warnings = {"front_7.png is exposed 1.30 times as front_6.png"};
+  summary.warnings = {"the exposure of front_7.png is 1.30 times that of front_6.png"};
   return summary;
 }
 
@@ -57,7 +57,7 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
   EXPECT_TRUE(json["truth"].is_null());
 }
 
-TEST(DepthSummaryTest, TruthIsThereWhereItWasCompared) {
+TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   DepthSummary summary = some_summary();
   summary.truth = TruthComparison{2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}};
   const auto truth = nlohmann::json::parse(depth_summary_to_json(summary))["truth"];

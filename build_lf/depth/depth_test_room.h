@@ -1,5 +1,4 @@
-// For tests: a packed room of a scene in closed form, whose frames may be edited before they are
-// packed.
+// For tests: a packed room of an analytic scene; frames can be edited before packing.
 #pragma once
 
 #include <functional>
@@ -55,17 +54,17 @@ inline InverseDistanceMap true_map(const SyntheticScene& scene, const Eigen::Vec
 
 class DepthTestRoom {
  public:
-  // Changes a frame (BGR, CV_8UC3). Called on several threads.
+  // Edits a frame (BGR, CV_8UC3). Called on several threads.
   using Edit = std::function<void(StationIndex station, cv::Mat* frame)>;
 
-  // A station's mask, CV_8UC1 of the frame's size; 0 = not to be used. Called on several threads.
+  // A station's mask, CV_8UC1 of the frame's size; 0 = invalid. Called on several threads.
   using Mask = std::function<cv::Mat(StationIndex station)>;
 
   explicit DepthTestRoom(const SyntheticRoomSpec& spec, const Edit& edit = nullptr,
                          const Mask& mask = nullptr)
       : DepthTestRoom(spec, synthetic_grid(spec), edit, mask) {}
 
-  // The scene of `spec` captured from any grid.
+  // The scene of `spec` captured from the given grid.
   DepthTestRoom(const SyntheticRoomSpec& spec, const Grid& grid, const Edit& edit,
                 const Mask& mask = nullptr)
       : room_(write(spec, grid, edit, mask)) {}
@@ -145,14 +144,14 @@ inline void add_noise(StationIndex station, double deviation, cv::Mat* frame) {
 }
 
 // Gains of 1 for every station.
-inline std::vector<std::vector<ColourGain>> no_gains(const Grid& grid) {
+inline std::vector<std::vector<ColourGain>> unit_gains(const Grid& grid) {
   std::vector<std::vector<ColourGain>> gains;
   for (const Line& line : grid.lines) gains.emplace_back(line.stations.size(), ColourGain(1, 1, 1));
   return gains;
 }
 
-// Share of the pixels of `map`, those chosen by `counts(pixel)`, whose error is less than
-// `tolerance_per_m`; pixels count by their solid angle.
+// Share of the pixels of `map` selected by `counts(pixel)` with an error below `tolerance_per_m`,
+// weighted by solid angle.
 template <typename Counts>
 double share_within(const InverseDistanceMap& map, const InverseDistanceMap& truth,
                     double tolerance_per_m, const Counts& counts) {

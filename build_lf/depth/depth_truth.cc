@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 constexpr int kBands = 8;
 
-// Errors of many pixels, kept as they come: a median needs them all, so they are binned.
+// A histogram of pixel errors, to compute medians without storing every error.
 class ErrorHistogram {
  public:
   void add(double error) {

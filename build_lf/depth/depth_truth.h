@@ -1,4 +1,4 @@
-// Estimated distances against those that were packed with the room.
+// Comparison of estimated distances with those packed with the room ("given" distances).
 #pragma once
 
 #include <filesystem>
@@ -11,19 +11,19 @@
 
 namespace raywalk::build_lf {
 
-// Where estimated distances have replaced given ones, these are kept: `<room>/distances-given`.
+// Given distances replaced by estimated ones are kept in `<room>/distances-given`.
 inline constexpr const char* kGivenDistances = "distances-given";
 
-// The given distances of a room, by line; empty volumes where a line has none. They are those in
-// `<room>/distances` if these were given, else those in `<room>/distances-given`.
+// The given distances of a room, by line; a line without any has an empty volume. Read from
+// `<room>/distances` if those are given, else from `<room>/distances-given`.
 class GivenDistances {
  public:
   explicit GivenDistances(const Room& room);
-  // The room's `distances` are given ones and have to be kept.
+  // Whether the room's `distances` are the given ones, and must be kept when replaced.
   bool in_use() const { return in_use_; }
   bool empty() const;
-  // Inverse distances of a station at a map's size: those of the given map's nearest pixels. None
-  // where the station has no map.
+  // Inverse distances of a station, 1/m, [theta][phi] at `size`, by nearest-pixel sampling. None if
+  // the station has no given map.
   std::optional<std::vector<float>> omega_of(StationIndex station, PanoramaSize size) const;
 
  private:
@@ -31,7 +31,8 @@ class GivenDistances {
   bool in_use_ = false;
 };
 
-// Compares every finished map whose station has a given one. Throws Error if there is none.
+// Compares every finished map with the given map of its station, if any. Throws Error if no station
+// has both.
 TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan& plan,
                                    const PartialMaps& partial);
 

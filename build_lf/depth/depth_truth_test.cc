@@ -24,7 +24,7 @@ class DepthTruthTest : public ::testing::Test {
     small.width = kSize.width;
     return small;
   }
-  // Maps of the room at every eighth station: the truth, changed by `change(pixel, map)`.
+  // Maps at every eighth station: the truth, modified by `change(pixel, map)`.
   template <typename Change>
   TruthComparison compare(const Change& change) {
     PartialMaps partial(room_.room().directory(), "inputs");
@@ -77,7 +77,7 @@ TEST_F(DepthTruthTest, MedianErrorIsRelativeToTheDistance) {
   }
 }
 
-TEST_F(DepthTruthTest, CalibrationTellsErrorsByConfidence) {
+TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
   room_.give_distances(spec().scene, kSize);
   const TruthComparison comparison = compare([&](size_t pixel, InverseDistanceMap* map) {
     const bool sure = pixel % 2 == 0;
@@ -131,7 +131,7 @@ TEST_F(DepthTruthTest, NothingToCompareIsAnError) {
               ThrowsMessage<Error>(HasSubstr("--every")));
 }
 
-TEST_F(DepthTruthTest, GivenDistancesAreFoundWhereTheyWereMoved) {
+TEST_F(DepthTruthTest, GivenDistancesAreFoundAfterBeingMoved) {
   EXPECT_TRUE(GivenDistances(room_.room()).empty());
   room_.give_distances(spec().scene, kSize);
   const GivenDistances in_use(room_.room());

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <span>
 
 #include "build_lf/depth/depth_page.h"
 #include "build_lf/depth/depth_truth.h"
@@ -31,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Changes whenever the estimation does: maps of another version are not resumed.
+// Increment when the estimation changes: maps of another version are not resumed.
 constexpr int kEstimatorVersion = 1;
 
 double peak_memory_mb() {
@@ -49,12 +48,12 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
   for (const Line& line : room.grid().lines) {
     text += checksum_of_line(line_volume_path(room.directory(), line.id)) + "\n";
   }
-  text += manifest_to_json(room.manifest());  // where the stations are
+  text += manifest_to_json(room.manifest());  // station positions
   if (options.valid_mask) text += read_file(*options.valid_mask);
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
-// The room, or the part of it that distances are to be told from.
+// The room, or without its held-out stations.
 Room room_to_estimate(const DepthOptions& options) {
   Room room = Room::open(options.room);
   if (options.hold_out == 0) return room;
@@ -63,10 +62,11 @@ Room room_to_estimate(const DepthOptions& options) {
   if (options.compare_truth) {
     throw UsageError("--truth compares the distances of all stations; give it without --hold-out");
   }
-  return room.subset(all_but(room.grid(), held_out_stations(room.grid(), options.hold_out)));
+  return room.subset(
+      stations_except(room.grid(), held_out_stations(room.grid(), options.hold_out)));
 }
 
-// Where the maps go, and what is told of them.
+// The output directory for maps and summary.
 fs::path output_of(const DepthOptions& options) {
   if (options.hold_out == 0) return options.room;
   fs::path output = held_out_directory(options.room);
@@ -74,11 +74,11 @@ fs::path output_of(const DepthOptions& options) {
   return output;
 }
 
-// Throws UsageError where the method cannot do what is asked for.
+// Throws UsageError if the method does not support the options or the room.
 void require_method(const Room& room, const DepthOptions& options) {
   if (options.method == DepthMethod::kFlow && room.masked()) {
     throw UsageError(fmt::format(
-        "{}: its frames have masks, and optical flow cannot leave pixels out; use --method sweep",
+        "{}: its frames have masks, which optical flow does not support; use --method sweep",
         options.room.string()));
   }
 }
@@ -86,7 +86,7 @@ void require_method(const Room& room, const DepthOptions& options) {
 cv::Mat read_valid_mask(const DepthOptions& options, PanoramaSize size) {
   if (!options.valid_mask) return {};
   if (options.method == DepthMethod::kFlow) {
-    throw UsageError("--valid-mask: optical flow cannot leave pixels out; use --method sweep");
+    throw UsageError("--valid-mask: optical flow does not support masks; use --method sweep");
   }
   return read_mask(*options.valid_mask, size);
 }
@@ -107,7 +107,7 @@ MapSummary summary_of(const Room& room, const DepthPlan& plan, const InverseDist
     const double confidence = map.confidence[p] / 255.0;
     total += weight;
     summary.mean_confidence += weight * confidence;
-    if (map.confidence[p] < kLeastConfidence) summary.low_share += weight;
+    if (map.confidence[p] < kMinConfidence) summary.low_share += weight;
     if (map.omega[p] * plan.pixels_per_omega_m() >= 1.0) summary.parallax_share += weight;
   }
   summary.mean_confidence /= total;
@@ -131,8 +131,8 @@ std::vector<InverseDistanceMap> maps_to_show(const Room& room, const DepthPlan& 
   return shown;
 }
 
-// Frames that would mislead: a wrong position or something that stood elsewhere.
-std::vector<StationIndex> misleading(const FrameChecks& checks) {
+// Outlier frames: at a wrong position, or showing something that moved.
+std::vector<StationIndex> outlier_frames(const FrameChecks& checks) {
   std::vector<StationIndex> stations;
   for (const FrameFinding& finding : checks.frames) {
     if (finding.fault != FrameFault::kExposureStep) stations.push_back(finding.station);
@@ -153,7 +153,7 @@ double spread_of(const StationGains& gains) {
   return std::sqrt(square / std::max(1, count));
 }
 
-// As a factor.
+// The largest exposure step between neighbours on a line, as a factor.
 double largest_step_of(const StationGains& gains) {
   double largest = 0.0;
   for (const auto& line : gains.gain) {
@@ -183,7 +183,7 @@ void flow_maps(const Room& room, const DepthPlan& plan, const StationGains& gain
   }
 }
 
-// Makes the final maps and notes how.
+// Makes the final maps and records statistics in `summary`.
 void make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
                const StationGains& gains, const cv::Mat& valid, PartialMaps* partial,
                DepthSummary* summary) {
@@ -191,15 +191,15 @@ void make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
     flow_maps(room, plan, gains, partial);
     return;
   }
-  const double most_per_m = find_nearest_surfaces(room, plan, gains.gain, valid, partial);
-  summary->nearest_m = 1.0 / most_per_m;
-  summary->layers = sweep_layers(most_per_m, plan.reach_m, plan.size).count;
-  sweep_maps(room, plan, most_per_m, gains.gain, valid, partial);
+  const double max_per_m = find_nearest_surfaces(room, plan, gains.gain, valid, partial);
+  summary->nearest_m = 1.0 / max_per_m;
+  summary->layers = sweep_layers(max_per_m, plan.reach_m, plan.size).count;
+  sweep_maps(room, plan, max_per_m, gains.gain, valid, partial);
   fuse_swept_maps(plan, room.masked(), partial);
 }
 
-// Compares the stations' frames, warns of those that mislead and leaves them out of the plan;
-// returns what the others' colours have to be multiplied by.
+// Checks the frames, warns about outliers and removes them from the plan. Returns the gains of the
+// stations.
 StationGains examine_frames(const Room& room, DepthPlan* plan, DepthSummary* summary) {
   const std::vector<StationLink> links = measure_links(room, pairs_to_compare(room.grid()));
   StationGains gains = solve_gains(room.grid(), links);
@@ -208,7 +208,7 @@ StationGains examine_frames(const Room& room, DepthPlan* plan, DepthSummary* sum
   summary->largest_exposure_step = largest_step_of(gains);
   summary->frame_findings = checks.frames;
   warn(warnings_of(room, checks), summary);
-  leave_out(misleading(checks), plan);
+  exclude_stations(outlier_frames(checks), plan);
   return gains;
 }
 
@@ -218,11 +218,12 @@ int stations_of(const Grid& grid) {
   return static_cast<int>(count);
 }
 
-// Throws Error where there is nothing to compare with.
+// Throws Error if there are no given distances.
 void require_truth(const GivenDistances& given, const fs::path& room) {
   if (!given.empty()) return;
-  throw Error(fmt::format("{}: --truth: no distances were packed with it; pack it with --distance",
-                          room.string()));
+  throw Error(
+      fmt::format("{}: --truth: no distances were packed with the room; pack it with --distance",
+                  room.string()));
 }
 
 }  // namespace
@@ -260,7 +261,7 @@ DepthSummary estimate_depth(const DepthOptions& options) {
     partial.complete("");
   } else {
     partial.complete(given.in_use() ? kGivenDistances : "");
-    // What was measured on the distances that were there no longer holds.
+    // Measurements made with the previous distances are no longer valid.
     std::error_code ignored;
     fs::remove(connection_errors_path(options.room), ignored);
   }

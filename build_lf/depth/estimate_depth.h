@@ -1,4 +1,4 @@
-// Distances from what was captured: `raywalk-build-lf depth`.
+// Estimates distances from the panoramas: `raywalk-build-lf depth`.
 #pragma once
 
 #include "build_lf/depth/depth_plan.h"
@@ -6,13 +6,12 @@
 
 namespace raywalk::build_lf {
 
-// Estimates distance maps and stores them in ROOM/distances, with ROOM/depth.json and a page beside
-// it. Distances that were packed with the room are kept in ROOM/distances-given. With
-// options.hold_out all of this is made in ROOM/held-out instead. A run that was
-// stopped (Interrupted, disk full) keeps its finished maps in ROOM/distances.partial; the same
-// command resumes there. Throws UsageError for options that contradict each other; Error: what
-// plan_depth and PartialMaps refuse, a mask or truth that does not fit, output that cannot be
-// written.
+// Estimates distance maps and stores them in ROOM/distances, with ROOM/depth.json and a report
+// beside it. Distances packed with the room are moved to ROOM/distances-given. With
+// options.hold_out all output goes to ROOM/held-out instead. A stopped run (Interrupted, disk full)
+// keeps its finished maps in ROOM/distances.partial, and the same command resumes it. Throws
+// UsageError for contradictory options; Error as plan_depth and PartialMaps do, for a mask or truth
+// that does not match the room, and for output that cannot be written.
 DepthSummary estimate_depth(const DepthOptions& options);
 
 }  // namespace raywalk::build_lf

@@ -16,7 +16,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Grey levels at the exposure that all stations are brought to, with a border for what moves in.
+// Grey images with equalised exposure and a border for content that moves in.
 class FlowImages {
  public:
   FlowImages(const Room& room, PanoramaSize size, const std::vector<std::vector<ColourGain>>& gains)
@@ -31,8 +31,8 @@ class FlowImages {
     return with_border(image, border_px_);
   }
 
-  // Where what is seen in `from` lies in `to`, as a displacement in pixels, CV_32FC2: x along phi,
-  // y along theta. With the border, for a displaced pixel may be looked up there.
+  // The optical flow from `from` to `to`, in pixels, CV_32FC2: x along phi, y along theta. Includes
+  // the border, where displaced pixels may be looked up.
   static cv::Mat flow(const cv::Mat& from, const cv::Mat& to) {
     cv::Mat displacement;
     cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM)->calc(from, to, displacement);
@@ -41,7 +41,8 @@ class FlowImages {
   int border_px() const { return border_px_; }
 
  private:
-  // At a quarter of half a cell's side, a surface at a twelfth of the side moves by less than that.
+  // With a baseline of a quarter of the reach (half a cell's side), a surface at a twelfth of the
+  // side moves by less than the border.
   static constexpr int kBorderShare = 4;
   const Room& room_;
   PanoramaSize size_;
@@ -49,30 +50,30 @@ class FlowImages {
   int border_px_;
 };
 
-// What one neighbour says about one pixel.
+// The estimate for one pixel from one neighbour.
 struct Sighting {
   float omega = 0.0f;   // 1/m
-  float weight = 0.0f;  // inverse variance of omega, per pixel^2 that the flow errs by; 0: no trust
-  float agrees = 0.0f;  // agreement() of the flow there and back
+  float weight = 0.0f;  // inverse variance of omega per pixel^2 of flow error; 0: invalid
+  float agrees = 0.0f;  // agreement() of forward and backward flow
   friend bool operator==(const Sighting&, const Sighting&) = default;
 };
 
-// A pixel is trusted if a pixel's error in the flow changes omega by less than a quarter of
-// 1/reach, and if the flow comes back to within so many pixels.
-constexpr double kMostErrorShare = 0.25;
-constexpr double kMostReturn_px = 2.0;
+// A pixel is valid if an error of one pixel in the flow changes omega by less than kMaxErrorShare /
+// reach, and if forward and backward flow agree within kMaxReturn_px.
+constexpr double kMaxErrorShare = 0.25;
+constexpr double kMaxReturn_px = 2.0;
 
-// 1 where two flows agree, 1/2 where they are half a pixel apart.
+// 1 for no difference, 1/2 at half a pixel (Cauchy weight).
 double agreement(double apart_px) {
   constexpr double kHalf_px = 0.5;
   return 1.0 / (1.0 + (apart_px / kHalf_px) * (apart_px / kHalf_px));
 }
 
-// The point P = u / omega (u: the direction in which the reference sees it, t: the way to the other
-// station) is seen from there along P - t, that is along u - omega t. If it is seen in w, then
-// w x (u - omega t) = 0, and the omega that comes nearest in the least-squares sense is
+// The point P = u / omega (u: its direction from the reference, t: the vector to the other station)
+// is seen from there along P - t, that is along u - omega t. If it is seen in direction w, then w x
+// (u - omega t) = 0, whose least-squares solution is
 //   omega = (w x u).(w x t) / |w x t|^2,
-// at least 0, for nothing lies beyond infinity.
+// clamped to 0, as nothing lies beyond infinity.
 double triangulate(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const Eigen::Vector3d& t) {
   const Eigen::Vector3d wt = w.cross(t);
   const double squared = wt.squaredNorm();
@@ -80,12 +81,12 @@ double triangulate(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const Eig
   return std::max(0.0, w.cross(u).dot(wt) / squared);
 }
 
-// What the flow to one neighbour and back says about all pixels.
+// Forward and backward flow between the reference and a neighbour.
 class Neighbour {
  public:
-  Neighbour(const cv::Mat& there, const cv::Mat& back, int border_px, const Eigen::Vector3d& way_m,
-            PanoramaSize size)
-      : there_(there), back_(back), border_px_(border_px), way_m_(way_m), size_(size) {}
+  Neighbour(const cv::Mat& there, const cv::Mat& back, int border_px,
+            const Eigen::Vector3d& baseline_m, PanoramaSize size)
+      : there_(there), back_(back), border_px_(border_px), baseline_m_(baseline_m), size_(size) {}
 
   Sighting at(int theta, int phi, const Eigen::Vector3d& u) const {
     const auto moved = there_.at<cv::Vec2f>(border_px_ + theta, border_px_ + phi);
@@ -93,17 +94,17 @@ class Neighbour {
     const double to_theta = theta + moved[1];
     const Eigen::Vector3d w = direction_from_angles(angles_from_pixel({to_theta, to_phi}, size_));
     const double pixel_rad = kTwoPi / size_.width;
-    const double parallax_m = u.cross(way_m_).norm();  // parallax in radians per 1/m
+    const double parallax_m = u.cross(baseline_m_).norm();  // radians per 1/m
     const double return_px = return_error(to_theta, to_phi, moved, std::hypot(u.x(), u.z()));
     const double agrees = agreement(return_px);
-    const bool trusted = return_px < kMostReturn_px;
-    return {static_cast<float>(triangulate(u, w, way_m_)),
+    const bool trusted = return_px < kMaxReturn_px;
+    return {static_cast<float>(triangulate(u, w, baseline_m_)),
             trusted ? static_cast<float>(agrees * std::pow(parallax_m / pixel_rad, 2)) : 0.0f,
             static_cast<float>(agrees)};
   }
 
  private:
-  // How far from where it began the flow there and back ends, in pixels of the equator.
+  // Forward-backward error of the flow, in pixels at the equator.
   double return_error(double to_theta, double to_phi, const cv::Vec2f& moved,
                       double cos_phi) const {
     const int row = static_cast<int>(std::lround(to_theta)) + border_px_;
@@ -118,21 +119,20 @@ class Neighbour {
   cv::Mat there_;
   cv::Mat back_;
   int border_px_;
-  Eigen::Vector3d way_m_;
+  Eigen::Vector3d baseline_m_;
   PanoramaSize size_;
 };
 
-// The station of the line on one side (+1 or -1) whose distance is nearest to the baseline wished,
-// in proportion.
+// The station on one side (+1 or -1) whose distance has the ratio closest to 1 to `baseline_m`.
 std::optional<int> neighbour_on(const Line& line, int station, int side, double baseline_m) {
   std::optional<int> best;
   double least = std::numeric_limits<double>::infinity();
   const double here_m = line.stations[static_cast<size_t>(station)].along_m;
   for (int i = station + side; i >= 0 && i < static_cast<int>(line.stations.size()); i += side) {
-    const double way_m = std::fabs(line.stations[static_cast<size_t>(i)].along_m - here_m);
-    const double misfit = std::fabs(std::log(way_m / baseline_m));
-    if (misfit < least) {
-      least = misfit;
+    const double distance_m = std::fabs(line.stations[static_cast<size_t>(i)].along_m - here_m);
+    const double error = std::fabs(std::log(distance_m / baseline_m));
+    if (error < least) {
+      least = error;
       best = i;
     }
   }
@@ -152,16 +152,17 @@ std::vector<Neighbour> follow(const FlowImages& images, const Line& line, Statio
   std::vector<Neighbour> neighbours;
   for (const int other : others) {
     const cv::Mat seen = images.grey({station.line, other});
-    const Eigen::Vector3d way_m = line.stations[static_cast<size_t>(other)].position_m - here_m;
+    const Eigen::Vector3d baseline_m =
+        line.stations[static_cast<size_t>(other)].position_m - here_m;
     neighbours.emplace_back(FlowImages::flow(reference, seen), FlowImages::flow(seen, reference),
-                            images.border_px(), way_m, size);
+                            images.border_px(), baseline_m, size);
   }
   return neighbours;
 }
 
-// The mean of what trusted sightings say if they agree within a pixel or two, or else the best of
-// them: what one side cannot see, the other can. Both sides seldom err alike, so how well they
-// agree says most about an error; half of that is granted where there is one side only.
+// The weighted mean of the valid sightings if they agree within kMaxReturn_px, otherwise the best
+// one (the point may be occluded on one side). Both sides rarely have the same error, so their
+// agreement is the best measure of confidence; with one side only it counts as 0.5.
 Sighting combine(const std::vector<Sighting>& sightings) {
   Sighting best;
   for (const Sighting& sighting : sightings) {
@@ -174,7 +175,7 @@ Sighting combine(const std::vector<Sighting>& sightings) {
     if (sighting.weight <= 0.0f || sighting == best) continue;
     const double apart_px = std::fabs(sighting.omega - best.omega) * std::sqrt(sighting.weight);
     sides_agree = agreement(apart_px);
-    if (apart_px > kMostReturn_px) continue;
+    if (apart_px > kMaxReturn_px) continue;
     mean.omega += sighting.weight * sighting.omega;
     mean.weight += sighting.weight;
   }
@@ -183,8 +184,8 @@ Sighting combine(const std::vector<Sighting>& sightings) {
   return mean;
 }
 
-// Gives unknown pixels of a row (all columns at one phi) the farther of the nearest known ones on
-// either side, around the seam if need be. False if nothing in the row is known.
+// Fills unknown pixels of a row (all columns at one phi) with the farther of the nearest known ones
+// on either side, across the seam. False if the row has no known pixel.
 bool fill_row(int phi, InverseDistanceMap* map) {
   const int width = map->size.width;
   const auto index = [&](int theta) {
@@ -204,8 +205,8 @@ bool fill_row(int phi, InverseDistanceMap* map) {
   return true;
 }
 
-// Fills every row, and those of which nothing is known from the nearest row that is filled; a map
-// of which nothing is known stays infinitely far.
+// Fills every row; rows without known pixels are copied from the nearest filled row. A map without
+// any known pixel stays infinitely far.
 void fill_unknown(InverseDistanceMap* map) {
   std::vector<int> filled;
   std::vector<int> empty;
@@ -236,7 +237,7 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
   InverseDistanceMap map{station, line.stations[static_cast<size_t>(station.station)].position_m,
                          map_size, std::vector<float>(pixels, 0.0f),
                          std::vector<std::uint8_t>(pixels, 0)};
-  const double least_weight = std::pow(reach_m / kMostErrorShare, 2);
+  const double least_weight = std::pow(reach_m / kMaxErrorShare, 2);
   parallel_for(0, map_size.width, 16, [&](int begin, int end) {
     std::vector<Sighting> sightings(neighbours.size());
     for (int theta = begin; theta < end; ++theta) {
@@ -249,7 +250,7 @@ InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach
         if (seen.weight < least_weight) continue;
         const size_t pixel = pixel_index(theta, phi, map_size);
         map.omega[pixel] = seen.omega;
-        // The error of omega against the largest that is trusted.
+        // 1 minus the error of omega relative to the largest valid one.
         const double precise = 1.0 - std::sqrt(least_weight / seen.weight);
         map.confidence[pixel] =
             static_cast<std::uint8_t>(std::clamp(255.0 * seen.agrees * precise, 1.0, 255.0));

@@ -1,5 +1,5 @@
-// Distances from dense optical flow along the line, the paper's way (V-F-2), to compare the plane
-// sweep with.
+// Distances from dense optical flow along the line, the paper's method (V-F-2); a baseline for the
+// plane sweep.
 #pragma once
 
 #include <vector>
@@ -10,13 +10,13 @@
 
 namespace raywalk::build_lf {
 
-// Follows every pixel from the station to the stations of its line that are about a quarter of
-// `reach_m` away on either side (the nearest to that; at the ends of the line one side only) and
-// triangulates. `gains` is [line][station].
+// Triangulates every pixel from the optical flow to the two stations of its line closest to a
+// quarter of `reach_m` away, one on either side (at the ends of the line one side only). `gains` is
+// [line][station].
 //
-// Confidence grows with the parallax of the direction and with how well the flow there and back
-// agree; it is 0 along the rail, where a line has no parallax, and where neither side can be
-// trusted. Such pixels take the farther of the nearest trusted surfaces of their row.
+// Confidence grows with parallax and with forward-backward consistency of the flow. It is 0 along
+// the rail, where a line has no parallax, and where both sides fail the consistency check. Such
+// pixels take the farther of the nearest valid surfaces in their row.
 InverseDistanceMap flow_map(const Room& room, StationIndex station, double reach_m,
                             PanoramaSize map_size,
                             const std::vector<std::vector<ColourGain>>& gains);

@@ -8,14 +8,13 @@
 #include "build_lf/depth/matching_views.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {
 namespace {
 
-// Median of the values and how far from it is no longer usual: 3.5 robust standard deviations
-// (Iglewicz and Hoaglin 1993); 1.4826 makes the median absolute deviation the standard deviation of
-// normal values.
+// Median and outlier threshold: 3.5 robust standard deviations (Iglewicz and Hoaglin 1993).
 struct Usual {
   double median = 0.0;
   double margin = 0.0;
@@ -23,13 +22,12 @@ struct Usual {
 
 Usual usual_of(const std::vector<double>& values) {
   constexpr double kDeviations = 3.5;
-  constexpr double kNormalPerMad = 1.4826;
   if (values.empty()) return {};
   const double middle = median(values);
   std::vector<double> deviations;
   deviations.reserve(values.size());
   for (const double value : values) deviations.push_back(std::fabs(value - middle));
-  return {middle, kDeviations * kNormalPerMad * median(std::move(deviations))};
+  return {middle, kDeviations * robust_sigma(std::move(deviations))};
 }
 
 // The checks of one line.
@@ -64,25 +62,25 @@ class LineChecks {
       const auto [earlier, is_new] =
           first.emplace(checksums[static_cast<size_t>(volume_.index_in_file(i))], i);
       if (is_new) continue;
-      report(i, FrameFault::kSameFile, earlier->second, way_m(earlier->second, i));
+      report(i, FrameFault::kSameFile, earlier->second, distance_m(earlier->second, i));
       copies_.push_back(i);
     }
   }
 
-  // A change grows with the way at most in proportion: twice the way moves everything twice as far,
-  // and colours differ no more than in proportion to that. So a pair changes at least by the share
-  // of its way in the usual way times what is usual, and half of that is suspicious whatever the
-  // line's spread is.
+  // The change grows at most in proportion to the distance between two stations, as twice the
+  // distance at most doubles every displacement. So a moved pair changes at least by the typical
+  // change scaled by its relative distance; less than half of that is suspicious regardless of the
+  // line's spread.
   void find_unmoved() {
     std::vector<std::optional<double>> log_share(line_.stations.size());
     std::vector<double> known;
     for (int i = 1; i < stations(); ++i) {
-      const auto share = share_of_usual_change(i);
+      const auto share = relative_change(i);
       if (!share) continue;
       log_share[static_cast<size_t>(i)] = std::log(std::max(*share, 1e-6));
       known.push_back(*log_share[static_cast<size_t>(i)]);
     }
-    constexpr size_t kFewest = 4;  // fewer pairs do not say what is usual
+    constexpr size_t kFewest = 4;  // minimum number of pairs for statistics
     if (known.size() < kFewest) return;
     const double limit = std::min(std::log(0.5), -usual_of(known).margin);
     for (int i = 1; i < stations(); ++i) {
@@ -92,9 +90,9 @@ class LineChecks {
     }
   }
 
-  // Two neighbours of a frame lie farther apart than each from the frame, so as a rule they differ
-  // more. Where what is new in the frame outweighs all that the way between its neighbours
-  // explains, squares added up, it differs from both by more than sqrt 2 times as much.
+  // The two neighbours of a frame are farther apart than each is from the frame, so usually they
+  // differ more. If the foreign content of a frame outweighs the change between its neighbours
+  // (adding squares), it differs from both by more than sqrt 2 times that change.
   void find_unlike_neighbours() {
     std::vector<double> log_excess;
     std::vector<Excess> excesses;
@@ -113,12 +111,12 @@ class LineChecks {
     }
   }
 
-  // The exposure of a frame that shows something else cannot be told.
+  // The exposure of an outlier frame cannot be measured, so those are skipped.
   void find_exposure_steps() {
     std::vector<double> log_steps;
     for (int i = 1; i < stations(); ++i)
       log_steps.push_back(std::fabs(log_exposure_step(gains_, i)));
-    constexpr double kVisible = 0.02;  // Weber's fraction: a smaller step is not seen
+    constexpr double kVisible = 0.02;  // Weber fraction: smaller steps are invisible
     const Usual usual = usual_of(log_steps);
     const double limit = std::max(kVisible, usual.median + usual.margin);
     for (int i = 1; i < stations(); ++i) {
@@ -129,7 +127,7 @@ class LineChecks {
   }
 
  private:
-  // How many times more a frame differs from its neighbours than these do from one another.
+  // Ratio of a frame's difference from its neighbours to their difference from each other.
   struct Excess {
     int station = 0;
     int neighbour = 0;
@@ -138,7 +136,7 @@ class LineChecks {
 
   int stations() const { return static_cast<int>(line_.stations.size()); }
 
-  double way_m(int a, int b) const {
+  double distance_m(int a, int b) const {
     return std::fabs(line_.stations[static_cast<size_t>(b)].along_m -
                      line_.stations[static_cast<size_t>(a)].along_m);
   }
@@ -152,22 +150,22 @@ class LineChecks {
     return std::find(stations.begin(), stations.end(), station) != stations.end();
   }
 
-  // The change from station i - 1 to i, as a share of what pairs within half of the line around
-  // change: fewer than half of those may be at fault, too.
-  std::optional<double> share_of_usual_change(int i) const {
+  // The change from station i - 1 to i relative to the median of the pairs around it, within half
+  // of the line; robust as long as fewer than half of these are faulty.
+  std::optional<double> relative_change(int i) const {
     const StationLink* pair = link(i - 1, i);
     if (pair == nullptr) return std::nullopt;
     const int around = std::max(2, stations() / 4);
     std::vector<double> changes;
-    std::vector<double> ways_m;
+    std::vector<double> distances_m;
     for (int j = std::max(1, i - around); j <= std::min(stations() - 1, i + around); ++j) {
       const StationLink* other = link(j - 1, j);
       if (other == nullptr) continue;
       changes.push_back(other->change);
-      ways_m.push_back(way_m(j - 1, j));
+      distances_m.push_back(distance_m(j - 1, j));
     }
-    const double expected =
-        median(std::move(changes)) * std::min(1.0, way_m(i - 1, i) / median(std::move(ways_m)));
+    const double expected = median(std::move(changes)) *
+                            std::min(1.0, distance_m(i - 1, i) / median(std::move(distances_m)));
     if (expected <= 0.0) return std::nullopt;
     return pair->change / expected;
   }
@@ -183,7 +181,7 @@ class LineChecks {
     const bool before_is_nearer = to_before->unexplained_change < to_after->unexplained_change;
     const double difference = std::min(to_before->unexplained_change, to_after->unexplained_change);
     if (difference <= 0.0) return std::nullopt;
-    // Levels are whole numbers: a rounding error is left where nothing differs.
+    // Levels are integers, so identical views still differ by rounding errors.
     constexpr double kRounding = 0.3;
     return Excess{i, before_is_nearer ? before : after,
                   difference / std::max(across->unexplained_change, kRounding)};

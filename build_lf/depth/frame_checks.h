@@ -1,7 +1,7 @@
-// Faults of a capture that show in its frames: a camera that did not move, a frame unlike its
-// neighbours, an exposure that jumps, a line too short to tell distances from.
+// Detects capture faults from the frames: a camera that did not move, a frame unlike its
+// neighbours, an exposure step, a line too short for estimating distances.
 //
-// What is usual is taken from each line itself: its median and its median absolute deviation.
+// Outliers are judged per line, by its median and median absolute deviation.
 #pragma once
 
 #include <span>
@@ -18,13 +18,13 @@ namespace raywalk::build_lf {
 enum class FrameFault {
   // The file is a copy of an earlier station's. Measure: metres between the two stations.
   kSameFile,
-  // Nothing but noise changes since the station before. Measure: the change, as a share of what
-  // stations around change over such a way; at most 1/2.
+  // Only noise changes since the previous station. Measure: the change relative to that of nearby
+  // stations over the same distance; at most 1/2.
   kNotMoved,
-  // Differs from its neighbours on the line far more than these do from one another: something
-  // moved, or the frame belongs elsewhere. Measure: how many times more; at least sqrt 2.
+  // Differs from its neighbours on the line far more than they do from each other: something moved,
+  // or the frame is misplaced. Measure: the ratio; at least sqrt 2.
   kUnlikeNeighbours,
-  // The exposure jumps. Measure: factor of the levels against the station before.
+  // The exposure jumps. Measure: factor of the levels relative to the previous station.
   kExposureStep,
 };
 
@@ -35,7 +35,7 @@ struct FrameFinding {
   StationIndex station;
   std::string file;  // as named in the frame list
   FrameFault fault = FrameFault::kSameFile;
-  StationIndex other;  // the station it is compared with: the earlier one, or a neighbour
+  StationIndex other;  // compared with: the earlier station, or a neighbour
   double measure = 0.0;
 };
 
@@ -50,7 +50,7 @@ struct LineFinding {
   int line = 0;
   LineFault fault = LineFault::kTooShort;
   double measure_m = 0.0;
-  double needed_m = 0.0;  // at least (too short) or at most (too sparse)
+  double needed_m = 0.0;  // minimum (too short) or maximum (too sparse)
 };
 
 struct FrameChecks {
@@ -58,9 +58,9 @@ struct FrameChecks {
   std::vector<LineFinding> lines;
 };
 
-// `links` must hold those of pairs_to_compare(); `reach_m` is the longest baseline at which
-// stations are compared. Throws Error if a volume's checksums cannot be read; volumes without
-// checksums are judged by what they show.
+// `links` must contain those of pairs_to_compare(); `reach_m` is the longest baseline used for
+// matching. Throws Error if a volume's checksums cannot be read; volumes without checksums skip the
+// kSameFile check.
 FrameChecks check_frames(const Room& room, std::span<const StationLink> links,
                          const StationGains& gains, double reach_m);
 

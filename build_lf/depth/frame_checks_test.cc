@@ -72,7 +72,7 @@ TEST(FrameChecksTest, FindACopiedFile) {
 TEST(FrameChecksTest, FindACameraThatDidNotMove) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   const Grid grid = synthetic_grid(spec);
-  // It stood still for three stations, and noise makes the files differ.
+  // The camera does not move for three stations; noise makes the files differ.
   const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
     if (station.station >= 9 && station.station < 12) {
       *frame = render_scene(spec.scene, grid.lines[0].stations[8].position_m, spec.width);
@@ -87,7 +87,7 @@ TEST(FrameChecksTest, FindACameraThatDidNotMove) {
   EXPECT_LT(checks.frames[0].measure, 0.5);
 }
 
-// Stations that lie close together see almost the same; that is no fault.
+// Stations close together see almost the same, which is not a fault.
 TEST(FrameChecksTest, AcceptStationsCloseTogether) {
   const SyntheticRoomSpec spec = line_of_scale(1.0);
   Grid grid = synthetic_grid(spec);
@@ -101,7 +101,7 @@ TEST(FrameChecksTest, AcceptStationsCloseTogether) {
   EXPECT_THAT(described(checks_of(room.room())), IsEmpty());
 }
 
-TEST(FrameChecksTest, FindSomethingThatStoodInTheWay) {
+TEST(FrameChecksTest, FindAnObstructedFrame) {
   const DepthTestRoom room(line_of_scale(1.0), [](StationIndex station, cv::Mat* frame) {
     if (station == StationIndex{0, 11}) {
       cv::rectangle(*frame, {30, 20}, {45, 40}, cv::Scalar(20, 40, 30), cv::FILLED);
@@ -114,7 +114,7 @@ TEST(FrameChecksTest, FindSomethingThatStoodInTheWay) {
   EXPECT_GT(checks.frames[0].measure, std::sqrt(2.0));
 }
 
-TEST(FrameChecksTest, FindAFrameOfAnotherLineAlsoAtTheEnds) {
+TEST(FrameChecksTest, FindAMisplacedFrameAlsoAtTheEnds) {
   for (const int wrong : {0, 7, 16}) {
     const SyntheticRoomSpec spec = line_of_scale(1.0);
     ASSERT_EQ(synthetic_grid(spec).lines[0].stations.size(), 17);
@@ -130,7 +130,7 @@ TEST(FrameChecksTest, FindAFrameOfAnotherLineAlsoAtTheEnds) {
   }
 }
 
-TEST(FrameChecksTest, FindAnExposureThatJumps) {
+TEST(FrameChecksTest, FindAnExposureStep) {
   const DepthTestRoom room(line_of_scale(1.0), [](StationIndex station, cv::Mat* frame) {
     if (station.station >= 10) *frame *= 0.8;
   });
@@ -140,7 +140,7 @@ TEST(FrameChecksTest, FindAnExposureThatJumps) {
   EXPECT_NEAR(checks.frames[0].measure, 0.8, 0.01);
 }
 
-TEST(FrameChecksTest, SayWhichLinesCannotTellDistances) {
+TEST(FrameChecksTest, FindLinesTooShortForDistances) {
   SyntheticRoomSpec spec = line_of_scale(1.0);
   spec.width = 64;
   spec.spacing_m = 1.0;  // a line of 1 m with its two ends only
@@ -158,7 +158,7 @@ TEST(FrameChecksTest, SayWhichLinesCannotTellDistances) {
   EXPECT_DOUBLE_EQ(sparse_line.lines[0].needed_m, 0.5);
 }
 
-TEST(FrameChecksTest, DoWithoutChecksumsAndWithoutContrast) {
+TEST(FrameChecksTest, WorkWithoutChecksumsAndContrast) {
   SyntheticRoomSpec spec = line_of_scale(1.0);
   spec.width = 64;
   spec.scene.contrast = 0.0;
@@ -168,7 +168,7 @@ TEST(FrameChecksTest, DoWithoutChecksumsAndWithoutContrast) {
   EXPECT_THAT(described(checks_of(Room::open(directory / "room"))), IsEmpty());
 }
 
-TEST(FrameChecksTest, RefuseChecksumsOfOtherStations) {
+TEST(FrameChecksTest, RejectChecksumsOfOtherStations) {
   SyntheticRoomSpec spec = line_of_scale(1.0);
   spec.width = 32;
   const DepthTestRoom room(spec);

@@ -1,4 +1,4 @@
-// What is wrong with frames and lines, in words for the person who captured them.
+// Findings about frames and lines as sentences for the user.
 #pragma once
 
 #include <span>
@@ -11,12 +11,12 @@
 
 namespace raywalk::build_lf {
 
-// One sentence for each finding: what it is, which files, and what is done about it.
+// One sentence per finding: the fault, the files, and how the run handles it.
 std::vector<std::string> warnings_of(const Room& room, const FrameChecks& checks);
 
-// One sentence for each line whose maps show next to no parallax, which a camera that stands still
-// sees as well: its frames differ by noise only, and all of them alike. `maps` follow one another
-// by line; what is nearer than `far_m` moves by a pixel or more over the reach.
+// One sentence per line whose maps show almost no parallax, as when the camera did not move at all:
+// then all frames differ by noise only, which kNotMoved, relative to the line, cannot detect.
+// `maps` are ordered by line; surfaces nearer than `far_m` move by a pixel or more over the reach.
 std::vector<std::string> parallax_warnings(std::span<const MapSummary> maps, double far_m);
 
 }  // namespace raywalk::build_lf

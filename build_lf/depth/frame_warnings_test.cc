@@ -12,8 +12,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Every warning names what it is about, what was measured, and what becomes of it.
-TEST(FrameWarningsTest, SayWhatIsWrongWhereAndWhatIsDoneAboutIt) {
+// Every warning names the files, the measurement and the consequence.
+TEST(FrameWarningsTest, NameFaultFilesAndConsequence) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   spec.width = 32;
   const DepthTestRoom room(spec);
@@ -30,14 +30,14 @@ TEST(FrameWarningsTest, SayWhatIsWrongWhereAndWhatIsDoneAboutIt) {
                                 HasSubstr("not to have moved"), HasSubstr("not used")),
                           AllOf(HasSubstr("z0_003.png differs from z0_004.png"),
                                 HasSubstr("3.2 times"), HasSubstr("not used")),
-                          AllOf(HasSubstr("z1_001.png"), HasSubstr("1.30 times as z1_000.png"),
+                          AllOf(HasSubstr("z1_001.png"), HasSubstr("1.30 times that of z1_000.png"),
                                 HasSubstr("scaled")),
                           AllOf(HasSubstr("line x0"), HasSubstr("0.050 m"), HasSubstr("0.125 m")),
                           AllOf(HasSubstr("line z1"), HasSubstr("0.750 m"), HasSubstr("0.500 m"))));
   EXPECT_THAT(warnings_of(room.room(), {}), IsEmpty());
 }
 
-TEST(ParallaxWarningsTest, NameTheLinesNoneOfWhoseMapsShowsAny) {
+TEST(ParallaxWarningsTest, NameTheLinesWithoutParallax) {
   const std::vector<MapSummary> maps{
       {.line = "x0", .parallax_share = 0.005}, {.line = "x0", .parallax_share = 0.5},
       {.line = "x1", .parallax_share = 0.9},   {.line = "z0", .parallax_share = 0.0},

@@ -1,4 +1,4 @@
-// A distance map in the making: inverse distances of one station, in world axes.
+// The inverse distances of one station, in world axes.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,14 +21,14 @@ struct StationIndex {
   }
 };
 
-// Where a pixel's value stands in the vectors of a map.
+// Index of a pixel in the vectors of a map.
 inline std::size_t pixel_index(int theta, int phi, PanoramaSize size) {
   return static_cast<std::size_t>(theta) * static_cast<std::size_t>(size.height) +
          static_cast<std::size_t>(phi);
 }
 
-// Omega is the inverse distance along the ray, 1/m: 0 is infinitely far. Parallax is proportional
-// to it, so errors in it are what a rendered view shows.
+// Omega is the inverse distance along the ray, 1/m; 0 is infinitely far. Parallax is proportional
+// to omega, so its errors are those visible in a rendered view.
 struct InverseDistanceMap {
   StationIndex station;
   Eigen::Vector3d position_m{0, 0, 0};

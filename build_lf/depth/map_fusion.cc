@@ -11,11 +11,11 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr float kUnproposed = -1.0f;
-// A map is looked up at its nearest pixel, up to half a pixel off. On a surface seen at 80 degrees
-// of incidence, the inverse distance then differs by this share for each radian.
+// Nearest-pixel lookup is off by up to half a pixel. On a surface at 80 degrees incidence the
+// inverse distance changes by this share per radian.
 const float kSlant = static_cast<float>(std::tan(radians_from_degrees(80.0)));
 
-// Directions of a panorama's pixels.
+// Unit directions of a panorama's pixels.
 class PixelDirections {
  public:
   explicit PixelDirections(PanoramaSize size) {
@@ -40,7 +40,7 @@ class PixelDirections {
   std::vector<float> sin_theta_, cos_theta_, sin_phi_, cos_phi_;
 };
 
-// The pixel that a direction, of any length, falls into.
+// The pixel of a direction vector of any length.
 size_t pixel_of(const Eigen::Vector3f& direction, PanoramaSize size) {
   const float plan = std::sqrt(direction.x() * direction.x() + direction.z() * direction.z());
   const float u = (fast_atan2(direction.x(), direction.z()) / float(kTwoPi) + 0.5f) *
@@ -57,18 +57,17 @@ class Fusion {
       : maps_(maps),
         map_(maps[static_cast<size_t>(which)]),
         which_(static_cast<size_t>(which)),
-        nearby_(maps.size() - static_cast<size_t>(options.asked_in_need)),
-        fewest_voters_(static_cast<size_t>(options.fewest_voters)),
+        nearby_(maps.size() - static_cast<size_t>(options.fallback_maps)),
+        min_voters_(static_cast<size_t>(options.min_voters)),
         directions_(map_.size),
         tolerance_(static_cast<float>(options.tolerance_per_m)),
         slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(map_.size.width)) {
     for (const InverseDistanceMap& map : maps) {
-      ways_.push_back((map_.position_m - map.position_m).cast<float>());
+      offsets_.push_back((map_.position_m - map.position_m).cast<float>());
     }
   }
 
-  // What each map proposes: its surfaces as this map's station sees them, the nearest where several
-  // fall into one pixel.
+  // The proposals of each map: its surfaces projected into this map, the nearest one per pixel.
   void propose() {
     proposals_.resize(maps_.size());
     parallel_for(0, static_cast<int>(maps_.size()), 1, [&](int begin, int end) {
@@ -104,19 +103,19 @@ class Fusion {
     float score() const { return votes - against; }
   };
 
-  // Whether enough maps agree on a surface, and hardly any sees through it.
+  // Whether enough maps agree on a surface and few see through it.
   bool established(const Ballot& ballot) const {
-    constexpr float kEnough = 0.3f;
-    constexpr float kSeesThrough = 0.15f;
-    return ballot.score() >= kEnough * ballot.voters &&
-           ballot.against <= kSeesThrough * (ballot.votes + ballot.against);
+    constexpr float kMinSupport = 0.3f;
+    constexpr float kMaxSeenThrough = 0.15f;
+    return ballot.score() >= kMinSupport * ballot.voters &&
+           ballot.against <= kMaxSeenThrough * (ballot.votes + ballot.against);
   }
 
-  // Of two established surfaces the nearer one is shown: that other stations see the farther one,
-  // past the edge of the nearer, does not speak against it. Otherwise the votes decide.
+  // Of two established surfaces the nearer one wins: votes for the farther one come from stations
+  // that see it past the edge of the nearer one. Otherwise the votes decide.
   bool wins(const Ballot& ballot, const Ballot& over) const {
-    constexpr float kApart = 2.0f;
-    if (std::fabs(ballot.omega - over.omega) > kApart * tolerance_ && established(ballot) &&
+    constexpr float kMinSeparation = 2.0f;
+    if (std::fabs(ballot.omega - over.omega) > kMinSeparation * tolerance_ && established(ballot) &&
         established(over)) {
       return ballot.omega > over.omega;
     }
@@ -130,8 +129,8 @@ class Fusion {
         const size_t pixel = pixel_index(theta, phi, map_.size);
         if (maps_[i].confidence[pixel] == 0) continue;
         const float omega = maps_[i].omega[pixel];
-        // The point at 1/omega along the ray, from here, times omega.
-        const Eigen::Vector3f point = directions_.of(theta, phi) - omega * ways_[i];
+        // The point at 1/omega along the ray, relative to this map's station, times omega.
+        const Eigen::Vector3f point = directions_.of(theta, phi) - omega * offsets_[i];
         float& nearest = seen[pixel_of(point, map_.size)];
         nearest = std::max(nearest, omega / point.norm());
       }
@@ -140,9 +139,9 @@ class Fusion {
     return seen;
   }
 
-  // Points of another map fall into few of the many pixels around a pole. Where this map knows
-  // nothing itself and has to go by proposals, those of the nearest column within the space of
-  // about a pixel at the horizon are taken.
+  // Around a pole, points of another map hit only few of the many pixels. Where this map has no
+  // value of its own, pixels take the proposal of the nearest column within about the width of a
+  // pixel at the horizon.
   void close_gaps(std::vector<float>* seen) const {
     const std::vector<float> drawn = *seen;
     for (int phi = 0; phi < map_.size.height; ++phi) {
@@ -167,42 +166,42 @@ class Fusion {
   Ballot elect(const Eigen::Vector3f& direction, size_t pixel) const {
     constexpr float kNoVotes = -1e30f;
     Ballot best{map_.omega[pixel], kNoVotes, 0.0f, 0.0f, 0};
-    const size_t asked = map_.confidence[pixel] == 0 ? maps_.size() : nearby_;
-    // A proposal close to one that was voted on would get the same votes.
+    const size_t voter_count = map_.confidence[pixel] == 0 ? maps_.size() : nearby_;
+    // Skips proposals close to one already voted on, which would get the same votes.
     std::vector<float> voted;
-    voted.reserve(asked);
-    for (size_t i = 0; i < asked; ++i) {
-      const float proposed = proposals_[(which_ + i) % asked][pixel];
+    voted.reserve(voter_count);
+    for (size_t i = 0; i < voter_count; ++i) {
+      const float proposed = proposals_[(which_ + i) % voter_count][pixel];
       const bool known = std::any_of(voted.begin(), voted.end(), [&](float other) {
         return std::fabs(other - proposed) < 0.25f * tolerance_;
       });
       if (proposed < 0.0f || known) continue;
       voted.push_back(proposed);
-      const Ballot ballot = count(direction, proposed, asked);
+      const Ballot ballot = count(direction, proposed, voter_count);
       if (wins(ballot, best)) best = ballot;
     }
     return best;
   }
 
-  // Counts the votes of the first `asked` maps on a surface at inverse distance `proposed`.
-  Ballot count(const Eigen::Vector3f& direction, float proposed, size_t asked) const {
-    size_t know = 0;
+  // Counts the votes of the first `voter_count` maps on a surface at inverse distance `proposed`.
+  Ballot count(const Eigen::Vector3f& direction, float proposed, size_t voter_count) const {
+    size_t known = 0;
     float votes = 0.0f;
     float against = 0.0f;
     float weights = 0.0f;
     float weighted = 0.0f;
-    for (size_t i = 0; i < asked; ++i) {
-      const Eigen::Vector3f point = direction + proposed * ways_[i];
+    for (size_t i = 0; i < voter_count; ++i) {
+      const Eigen::Vector3f point = direction + proposed * offsets_[i];
       const float distance = point.norm();
       const size_t there = pixel_of(i == which_ ? direction : point, map_.size);
       if (maps_[i].confidence[there] == 0) continue;
-      ++know;
+      ++known;
       const float expected = proposed / distance;
       const float difference = maps_[i].omega[there] - expected;
       const float tolerance = tolerance_ + slant_ * expected;
       if (std::fabs(difference) < tolerance) {
         votes += 1.0f - 0.5f * std::fabs(difference) / tolerance;
-        // Only what agrees closely is averaged.
+        // Only close agreement contributes to the mean.
         const float weight = static_cast<float>(maps_[i].confidence[there]) *
                              std::max(0.0f, 1.0f - 0.5f * std::fabs(difference) / tolerance_);
         weights += weight;
@@ -215,9 +214,10 @@ class Fusion {
     ballot.votes = votes;
     ballot.against = against;
     ballot.omega = std::max(0.0f, weights > 0.0f ? weighted / weights : proposed);
-    ballot.voters = static_cast<float>(fewest_voters_ > 0 ? std::max(know, fewest_voters_) : asked);
+    ballot.voters =
+        static_cast<float>(min_voters_ > 0 ? std::max(known, min_voters_) : voter_count);
     const float share = votes / ballot.voters;
-    // Without a vote the surface stays unknown.
+    // Confidence 0 (unknown) only without a vote.
     const float least = votes > 0.0f ? 1.0f : 0.0f;
     ballot.confidence = static_cast<std::uint8_t>(std::clamp(share * 255.0f, least, 255.0f));
     return ballot;
@@ -226,12 +226,12 @@ class Fusion {
   std::span<const InverseDistanceMap> maps_;
   const InverseDistanceMap& map_;
   size_t which_;
-  size_t nearby_;         // maps that are always asked
-  size_t fewest_voters_;  // FusionOptions
+  size_t nearby_;      // maps that always vote; the others are fallbacks
+  size_t min_voters_;  // FusionOptions
   PixelDirections directions_;
-  float tolerance_;                    // 1/m
-  float slant_;                        // share of the inverse distance
-  std::vector<Eigen::Vector3f> ways_;  // from each map's station to this one's, metres
+  float tolerance_;                       // 1/m
+  float slant_;                           // share of the inverse distance
+  std::vector<Eigen::Vector3f> offsets_;  // from each map's station to this one's, metres
   std::vector<std::vector<float>> proposals_;
 };
 

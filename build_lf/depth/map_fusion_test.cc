@@ -15,7 +15,7 @@ constexpr double kTolerance_per_m = 0.05;
 
 const auto kAllPixels = [](size_t) { return true; };
 
-// True maps from five places on two crossing lines.
+// True maps at five positions on two crossing lines.
 std::vector<InverseDistanceMap> true_maps(const SyntheticScene& scene) {
   std::vector<InverseDistanceMap> maps;
   for (const Eigen::Vector3d& position_m :
@@ -35,7 +35,7 @@ SyntheticScene room_with_post() {
 
 size_t pixel_at(int theta, int phi) { return static_cast<size_t>(theta * kSize.height + phi); }
 
-TEST(MapFusionTest, LeavesTrueMapsAsTheyAre) {
+TEST(MapFusionTest, KeepsTrueMapsUnchanged) {
   const auto maps = true_maps({});
   for (int which = 0; which < 5; ++which) {
     const auto fused = fuse_maps(maps, which, {kTolerance_per_m});
@@ -47,7 +47,7 @@ TEST(MapFusionTest, LeavesTrueMapsAsTheyAre) {
   }
 }
 
-TEST(MapFusionTest, VotesAnErrorOfOneMapDown) {
+TEST(MapFusionTest, OutvotesAnErrorOfOneMap) {
   const auto truth = true_maps({});
   for (const float factor : {0.3f, 2.5f}) {
     auto maps = truth;
@@ -57,7 +57,7 @@ TEST(MapFusionTest, VotesAnErrorOfOneMapDown) {
     }
     const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
     EXPECT_GT(share_within(fused, truth[0], 0.5 * kTolerance_per_m, kAllPixels), 0.97) << factor;
-    // Nor does it mislead the others.
+    // Nor does it affect the other maps.
     const auto other = fuse_maps(maps, 1, {kTolerance_per_m});
     EXPECT_GT(share_within(other, truth[1], 0.5 * kTolerance_per_m, kAllPixels), 0.97) << factor;
     // The winner had fewer votes there.
@@ -65,7 +65,7 @@ TEST(MapFusionTest, VotesAnErrorOfOneMapDown) {
   }
 }
 
-TEST(MapFusionTest, FillsWhatAMapDoesNotKnow) {
+TEST(MapFusionTest, FillsUnknownPixels) {
   const auto truth = true_maps({});
   auto maps = truth;
   const auto unknown = [](size_t pixel) { return pixel / kSize.height % 16 < 8; };
@@ -78,12 +78,12 @@ TEST(MapFusionTest, FillsWhatAMapDoesNotKnow) {
   EXPECT_GT(share_within(fused, truth[2], 0.5 * kTolerance_per_m, unknown), 0.95);
 }
 
-TEST(MapFusionTest, DoesNotCountWhatHidesASurfaceAgainstIt) {
+TEST(MapFusionTest, OcclusionIsNoEvidenceAgainstASurface) {
   const SyntheticScene scene = room_with_post();
   const auto maps = true_maps(scene);
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, kAllPixels), 0.96);
-  // The wall beside the post, which other stations see the post in front of, is still there.
+  // The wall beside the post is kept, although the post occludes it for other stations.
   const auto wall_behind = [&](size_t pixel) {
     const int theta = static_cast<int>(pixel) / kSize.height;
     return std::abs(theta - kSize.width / 2) < 16 && maps[0].omega[pixel] < 0.6f;
@@ -91,8 +91,7 @@ TEST(MapFusionTest, DoesNotCountWhatHidesASurfaceAgainstIt) {
   EXPECT_GT(share_within(fused, maps[0], 0.5 * kTolerance_per_m, wall_behind), 0.9);
 }
 
-// One map lost a post, six see it and seven know nothing of it; but all of them see the wall that
-// it stands before, past it.
+// One map lost a post, six see it and seven do not; but all of them see the wall behind it.
 TEST(MapFusionTest, ShowsTheNearestSurfaceThatEnoughMapsSee) {
   const SyntheticScene with_post = room_with_post();
   std::vector<InverseDistanceMap> maps = {true_map({}, {0, 0, 0}, kSize)};
@@ -149,7 +148,7 @@ TEST(MapFusionTest, ScalesWithTheRoom) {
   EXPECT_EQ(larger.confidence, fused.confidence);
 }
 
-TEST(MapFusionTest, StaysUnknownWhereNoMapKnowsAnything) {
+TEST(MapFusionTest, StaysUnknownWhereAllMapsAreUnknown) {
   auto maps = true_maps({});
   for (auto& map : maps) std::fill(map.confidence.begin(), map.confidence.end(), std::uint8_t{0});
   const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
@@ -173,7 +172,7 @@ void forget_below(InverseDistanceMap* map) {
   }
 }
 
-TEST(MapFusionTest, MapsThatKnowNothingSayNothingAgainstASurface) {
+TEST(MapFusionTest, UnknownMapsDoNotVoteAgainstASurface) {
   const auto truth = true_maps({});
   auto maps = truth;
   for (size_t i = 0; i < 3; ++i) forget_below(&maps[i]);
@@ -187,29 +186,29 @@ TEST(MapFusionTest, MapsThatKnowNothingSayNothingAgainstASurface) {
     std::sort(confidence.begin(), confidence.end());
     return confidence[confidence.size() / 2];
   };
-  // Two of five know, and agree.
+  // Two of five have a value, and agree.
   EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m}), 255 * 2 / 5, 12);
-  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .fewest_voters = 2}), 255, 30);
-  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .fewest_voters = 4}), 255 / 2, 15);
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .min_voters = 2}), 255, 30);
+  EXPECT_NEAR(median_below({.tolerance_per_m = kTolerance_per_m, .min_voters = 4}), 255 / 2, 15);
 }
 
-TEST(MapFusionTest, FartherMapsAreAskedOnlyInNeed) {
+TEST(MapFusionTest, FallbackMapsVoteOnlyForUnknownPixels) {
   const auto truth = true_maps({});
   auto maps = truth;
   for (size_t i = 0; i < 4; ++i) forget_below(&maps[i]);
-  // The last one knows the floor and is wrong about all else.
+  // The last map is right about the floor and wrong elsewhere.
   for (size_t pixel = 0; pixel < maps[4].omega.size(); ++pixel) {
     if (!is_below(pixel)) maps[4].omega[pixel] *= 3.0f;
   }
   const FusionOptions options{
-      .tolerance_per_m = kTolerance_per_m, .fewest_voters = 1, .asked_in_need = 1};
+      .tolerance_per_m = kTolerance_per_m, .min_voters = 1, .fallback_maps = 1};
   const auto fused = fuse_maps(maps, 0, options);
   EXPECT_GT(share_within(fused, truth[0], kTolerance_per_m, is_below), 0.9);
   const std::span without_last(maps.data(), 4);
   const auto without =
-      fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .fewest_voters = 1});
+      fuse_maps(without_last, 0, {.tolerance_per_m = kTolerance_per_m, .min_voters = 1});
   for (size_t pixel = 0; pixel < fused.omega.size(); ++pixel) {
-    // The median at the end looks one row farther.
+    // The final median reads one row farther.
     if (pixel % kSize.height >= kSize.height * 2 / 3 - 1) continue;
     ASSERT_EQ(fused.omega[pixel], without.omega[pixel]);
   }

@@ -8,7 +8,7 @@
 #include "build_lf/depth/matching_kernels.h"
 #include "build_lf/depth/matching_kernels_table.h"
 #include "core/geometry/fast_math.h"
-// The kernels use what is above.
+// Must follow the includes above.
 #include "build_lf/depth/matching_kernels_body.inc"
 
 namespace raywalk::build_lf {

@@ -1,4 +1,4 @@
-// The compiled sets of matching kernels; matching_kernels.cc picks one.
+// The compiled sets of matching kernels; matching_kernels.cc selects one.
 #pragma once
 
 #include "build_lf/depth/matching_kernels.h"
@@ -6,7 +6,7 @@
 namespace raywalk::build_lf {
 
 extern const MatchingKernels kGenericMatching;
-// Defined where RAYWALK_HAVE_X86_MATCHING is.
+// Defined only if RAYWALK_HAVE_X86_MATCHING is.
 extern const MatchingKernels kAvx2Matching;
 extern const MatchingKernels kAvx512Matching;
 

@@ -17,7 +17,7 @@ namespace {
 constexpr int kWidth = 128;
 constexpr int kHeight = 64;
 
-// A station's picture in which neighbouring samples are alike, or with `noise` each is another.
+// A station's picture with smooth samples, or with `noise` random ones.
 std::vector<MatchingSample> picture(bool noise, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<MatchingSample> samples;
@@ -77,7 +77,7 @@ ViewSamples view_of(const std::vector<MatchingSample>& samples, const Eigen::Vec
           .offset_z = static_cast<float>(offset.z())};
 }
 
-TEST(MatchingKernelsTest, CompareTheSampleThatTheGeometrySays) {
+TEST(MatchingKernelsTest, CompareTheProjectedSample) {
   const auto samples = picture(true, 1);
   const MatchingKernels& kernels = *matching_kernels_named("generic");
   std::mt19937 random(2);
@@ -93,8 +93,8 @@ TEST(MatchingKernelsTest, CompareTheSampleThatTheGeometrySays) {
           angles_from_direction(direction_from_angles({theta_rad, phi_rad}) + offset);
       const double u = (seen.theta_rad + kPi) / kTwoPi * kWidth;
       const double v = (kHalfPi - seen.phi_rad) / kPi * kHeight;
-      // Single precision may round to the other sample where the place is between two; theta means
-      // nothing at a pole.
+      // Single precision may round to the other sample half way between two; theta is undefined at
+      // a pole.
       constexpr double kRounding = 2e-4;
       const auto between = [&](double place) {
         return std::fabs(place - std::round(place)) < kRounding;
@@ -108,7 +108,7 @@ TEST(MatchingKernelsTest, CompareTheSampleThatTheGeometrySays) {
   }
 }
 
-TEST(MatchingKernelsTest, StayInThePictureForExtremeOffsets) {
+TEST(MatchingKernelsTest, StayInBoundsForExtremeOffsets) {
   const auto samples = picture(false, 1);
   const MatchingKernels& kernels = matching_kernels();
   for (const double length : {0.0, 1e-30, 1.0, 1e10, 1e30}) {
@@ -126,7 +126,7 @@ TEST(MatchingKernelsTest, StayInThePictureForExtremeOffsets) {
   }
 }
 
-TEST(MatchingKernelsTest, ChargeTheMostForInvalidSamples) {
+TEST(MatchingKernelsTest, FlagInvalidSamples) {
   const std::vector<MatchingSample> samples(kWidth * kHeight,
                                             matching_sample(9, 9, 9, kInvalidDetail));
   const Column column(0.3, 20, 1);
@@ -135,7 +135,7 @@ TEST(MatchingKernelsTest, ChargeTheMostForInvalidSamples) {
   for (const auto value : difference) EXPECT_EQ(value, kInvalidDifference);
 }
 
-// What semi-global matching says, without any cleverness.
+// A straightforward reference implementation of semi-global matching.
 std::vector<int> extended(const std::vector<std::uint8_t>& cost,
                           const std::vector<std::uint16_t>& previous, int small_step,
                           int large_step) {
@@ -154,7 +154,7 @@ std::vector<int> extended(const std::vector<std::uint8_t>& cost,
 
 class PathKernels : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(PathKernels, ExtendAPathAsSemiGlobalMatchingSays) {
+TEST_P(PathKernels, ExtendAPathAsTheReferenceDoes) {
   const MatchingKernels* kernels = matching_kernels_named(GetParam());
   if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
   std::mt19937 random(7);
@@ -208,9 +208,9 @@ TEST_P(DifferenceKernels, AverageTheBetterHalfOfTheViews) {
   const MatchingKernels* kernels = matching_kernels_named(GetParam());
   if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
   std::mt19937 random(6);
-  std::array<ViewDifferences, kMostViews> differences{};
+  std::array<ViewDifferences, kMaxViews> differences{};
   for (int trial = 0; trial < 200; ++trial) {
-    const int views = 1 + trial % kMostViews;
+    const int views = 1 + trial % kMaxViews;
     const int count = 1 + static_cast<int>(random() % kTilePixels);
     for (auto& of_view : differences) {
       for (auto& value : of_view) value = static_cast<std::int32_t>(random() % 265);
@@ -232,7 +232,7 @@ TEST_P(DifferenceKernels, AverageTheBetterHalfOfTheViews) {
   }
 }
 
-TEST(MatchingKernelsTest, AreKnownByTheirNames) {
+TEST(MatchingKernelsTest, AreFoundByName) {
   EXPECT_EQ(matching_kernels_named("sse9"), nullptr);
   EXPECT_STREQ(matching_kernels_named("generic")->name, "generic");
   EXPECT_NE(matching_kernels_named(matching_kernels().name), nullptr);

@@ -22,11 +22,11 @@ std::vector<Eigen::Vector3d> positions_of(const Grid& grid) {
   return positions_m;
 }
 
-// Length of the part of the way to a station that makes parallax.
+// Length of the component of the vector to a station that causes parallax.
 double baseline_m(const MatchingGeometry& geometry, const Eigen::Vector3d& direction,
                   const Eigen::Vector3d& station_m) {
-  const Eigen::Vector3d way = station_m - geometry.reference_m;
-  return (way - way.dot(direction) * direction).norm();
+  const Eigen::Vector3d offset = station_m - geometry.reference_m;
+  return (offset - offset.dot(direction) * direction).norm();
 }
 
 const std::vector<Eigen::Vector3d>& directions_around() {
@@ -74,10 +74,10 @@ TEST_P(MatchingViewsOfScale, HaveParallaxInEveryDirection) {
     double longest_m = 0.0;
     for (const auto& side : views.side) {
       for (const int station : side) {
-        const Eigen::Vector3d way =
+        const Eigen::Vector3d offset =
             stations_m_[static_cast<size_t>(station)] - geometry_.reference_m;
-        longest_m = std::max(longest_m, (way - way.dot(direction) * direction).norm());
-        EXPECT_LE(way.dot(direction), geometry_.reach_m) << "may lie behind what is seen";
+        longest_m = std::max(longest_m, (offset - offset.dot(direction) * direction).norm());
+        EXPECT_LE(offset.dot(direction), geometry_.reach_m) << "may lie behind the surface";
       }
     }
     EXPECT_GT(longest_m, 0.5 * geometry_.reach_m) << direction.transpose();
@@ -127,7 +127,7 @@ TEST(MatchingViewsTest, AreNoneAlongTheRailOfASingleLine) {
   }
 }
 
-TEST(MatchingViewsTest, AreOfOneSideAtTheEndOfALine) {
+TEST(MatchingViewsTest, AreOnOneSideAtTheEndOfALine) {
   const Grid grid = synthetic_grid(line_of_scale(1.0));
   const MatchingGeometry geometry{grid.lines[0].stations[0].position_m, {1, 0, 0}, 0.5};
   const MatchingViews views = choose_matching_views(geometry, {0, 0, 1}, positions_of(grid));

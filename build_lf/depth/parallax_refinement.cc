@@ -96,25 +96,25 @@ class Refiner {
 
   NormalSums sums_of(const MatchingViews& views, const Eigen::Vector3f& direction, float luminance,
                      float omega) const {
-    // Differences of twelve levels are as likely something else as the same thing.
-    constexpr float kUnlike = 12.0f;
+    // Differences of twelve levels are as likely to be another surface as the same one.
+    constexpr float kOutlierLevels = 12.0f;
     const float half = 0.5f * pixel_per_m_;
     NormalSums sums;
     for (const auto& side : views.side) {
       for (const int i : side) {
         const TileView& view = views_.view(i);
-        const Eigen::Vector3f way = view.to_reference_m.cast<float>();
+        const Eigen::Vector3f offset = view.to_reference_m.cast<float>();
         const auto shown = [&](float at_omega) {
-          return luminance_at(*view.picture, direction.x() + at_omega * way.x(),
-                              direction.y() + at_omega * way.y(),
-                              direction.z() + at_omega * way.z());
+          return luminance_at(*view.picture, direction.x() + at_omega * offset.x(),
+                              direction.y() + at_omega * offset.y(),
+                              direction.z() + at_omega * offset.z());
         };
         const std::optional<float> nearer = shown(omega + half);
         const std::optional<float> farther = shown(omega - half);
         if (!nearer || !farther) continue;
         const float gradient = *nearer - *farther;
         const float error = luminance - 0.5f * (*nearer + *farther);
-        const float weight = 1.0f / (1.0f + error * error / (kUnlike * kUnlike));
+        const float weight = 1.0f / (1.0f + error * error / (kOutlierLevels * kOutlierLevels));
         sums.gradient_error += weight * gradient * error;
         sums.gradient_square += weight * gradient * gradient;
         sums.weight += weight;
@@ -124,9 +124,9 @@ class Refiner {
   }
 
   void move_pixel(const std::vector<float>& before, int theta, int phi) {
-    // A gradient of two levels a pixel cannot be told from noise.
-    constexpr float kFlat = 2.0f;
-    constexpr float kMostPx = 0.5f;
+    // A gradient of two levels per pixel is indistinguishable from noise.
+    constexpr float kNoiseGradient = 2.0f;
+    constexpr float kMaxPx = 0.5f;
     const size_t pixel = pixel_index(theta, phi, map_->size);
     NormalSums sums;
     for (int du = -kWindow; du <= kWindow; ++du) {
@@ -140,15 +140,15 @@ class Refiner {
         sums.weight += sums_[other].weight;
       }
     }
-    const float damped = sums.gradient_square + kFlat * kFlat * sums.weight;
+    const float damped = sums.gradient_square + kNoiseGradient * kNoiseGradient * sums.weight;
     if (damped <= 0.0f) return;
-    const float step_px = std::clamp(sums.gradient_error / damped, -kMostPx, kMostPx);
+    const float step_px = std::clamp(sums.gradient_error / damped, -kMaxPx, kMaxPx);
     map_->omega[pixel] = std::max(0.0f, before[pixel] + step_px * pixel_per_m_);
   }
 
   const TileViews& views_;
   InverseDistanceMap* map_;
-  float pixel_per_m_;  // inverse distance of a pixel of parallax at the reach, 1/m
+  float pixel_per_m_;  // inverse distance with one pixel of parallax at the reach, 1/m
   std::vector<NormalSums> sums_;
 };
 

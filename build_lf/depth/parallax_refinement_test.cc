@@ -13,14 +13,14 @@ namespace {
 
 constexpr PanoramaSize kSize{128, 64};
 
-// A room whose walls are known, and one of its stations beside those it is compared with.
+// A room with known walls, a reference station and the stations compared with it.
 class RefinementCase {
  public:
   explicit RefinementCase(const SyntheticRoomSpec& spec, const cv::Mat& valid = {},
                           const DepthTestRoom::Edit& edit = nullptr)
       : room_(spec, edit),
         plan_(plan_depth(room_.room(), {.every = 8})),
-        gains_(no_gains(room_.grid())),
+        gains_(unit_gains(room_.grid())),
         pictures_(room_.room(), kSize, gains_, valid, 100),
         truth_(true_map(spec.scene, reference().position_m, kSize)) {}
 
@@ -28,7 +28,7 @@ class RefinementCase {
   // Inverse distance of a pixel of parallax at the reach.
   double pixel_per_m() const { return kTwoPi / kSize.width / plan_.reach_m; }
 
-  // The truth, off by up to `most_px` to either side, smoothly as the sweep's steps make it.
+  // The truth with a smooth error of up to `most_px`, similar to that of the sweep's steps.
   InverseDistanceMap disturbed(double most_px) const {
     InverseDistanceMap map = truth_;
     for (size_t pixel = 0; pixel < map.omega.size(); ++pixel) {
@@ -76,7 +76,7 @@ SyntheticRoomSpec textured_room(double scale) {
 
 class RefinementOfScale : public ::testing::TestWithParam<double> {};
 
-TEST_P(RefinementOfScale, BringsBackWhatIsOffByLessThanALayer) {
+TEST_P(RefinementOfScale, CorrectsErrorsBelowALayer) {
   RefinementCase room(textured_room(GetParam()));
   const InverseDistanceMap before = room.disturbed(0.4);
   EXPECT_GT(room.error_px(before, 0.5), 0.25);
@@ -85,15 +85,15 @@ TEST_P(RefinementOfScale, BringsBackWhatIsOffByLessThanALayer) {
   EXPECT_LT(room.error_px(after, 0.9), 0.15);
 }
 
-TEST_P(RefinementOfScale, LeavesWhatIsRightWhereItIs) {
+TEST_P(RefinementOfScale, KeepsCorrectDistances) {
   RefinementCase room(textured_room(GetParam()));
   EXPECT_LT(room.error_px(room.refined(room.truth()), 0.9), 0.15);
 }
 
 INSTANTIATE_TEST_SUITE_P(CellSides, RefinementOfScale, ::testing::Values(0.2, 1.0, 5.0));
 
-// What the sensor adds to a plain wall is no texture to go by.
-TEST(ParallaxRefinementTest, PlainSurfacesStayPut) {
+// Sensor noise on a plain wall is not texture.
+TEST(ParallaxRefinementTest, TexturelessSurfacesAreUnchanged) {
   SyntheticRoomSpec spec = textured_room(1.0);
   spec.scene.contrast = 0.0;
   RefinementCase plain(spec);
@@ -104,14 +104,14 @@ TEST(ParallaxRefinementTest, PlainSurfacesStayPut) {
   EXPECT_LT(noisy.error_px(noisy.refined(noisy.truth()), 0.9), 0.05);
 }
 
-TEST(ParallaxRefinementTest, PixelsMarkedInvalidStayPut) {
+TEST(ParallaxRefinementTest, InvalidPixelsAreUnchanged) {
   RefinementCase none(textured_room(1.0), cv::Mat::zeros(kSize.height, kSize.width, CV_8UC1));
   const InverseDistanceMap before = none.disturbed(0.4);
   EXPECT_EQ(none.refined(before).omega, before.omega);
 }
 
-// A mask blackens parts of the other stations too; these must not pull at what is seen beside it.
-TEST(ParallaxRefinementTest, AMaskDoesNoHarmBesideIt) {
+// A mask also blackens parts of the other stations, which must not affect the pixels beside it.
+TEST(ParallaxRefinementTest, MasksDoNotAffectNeighbouringPixels) {
   constexpr int kMaskedFrom = 40;
   cv::Mat valid(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
   valid.rowRange(kMaskedFrom, kSize.height).setTo(0);

@@ -35,12 +35,12 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
   }
 }
 
-// Swaps two directories in one step: false where the kernel or file system cannot.
+// Swaps two directories atomically; false if the kernel or file system does not support it.
 bool exchange(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
-// The files of a directory under another name, copied only where a file system has no hard links.
+// Duplicates a directory by hard links, or copies on file systems without them.
 void copy_by_links(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::remove_all(to, error);
@@ -80,11 +80,11 @@ fs::path PartialMaps::file_of(const std::string& stage, StationIndex station) co
   return directory_ / fmt::format("{}-{}-{}.map", stage, station.line, station.station);
 }
 
-// The bytes of omega, those of confidence, and the checksum of both.
+// File content: the bytes of omega, those of confidence, and the checksum of both.
 void PartialMaps::store(const std::string& stage, const InverseDistanceMap& map) {
   std::string text(reinterpret_cast<const char*>(bytes_of(map).data()), bytes_of(map).size());
   text.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
-  text += sha256_hex(std::as_bytes(std::span(text)));
+  text += sha256_hex(text);
   write_file_atomically(file_of(stage, map.station), text);
 }
 
@@ -123,7 +123,8 @@ void PartialMaps::complete(const std::string& keep_as) {
   if (!fs::exists(distances, error)) {
     rename_or_throw(volumes_, distances);
   } else {
-    // What is kept has its second name before it loses the first, so that no crash can lose it.
+    // The kept directory gets its new name before it loses the old one, so that a crash cannot lose
+    // it.
     if (!keep_as.empty()) {
       const fs::path kept = directory_ / "kept";
       copy_by_links(distances, kept);

@@ -1,6 +1,5 @@
-// The directory `<room>/distances.partial` in which distance maps are made, until they are complete
-// and take the place of `<room>/distances`. A run that was stopped leaves its finished maps there
-// for the next one.
+// The working directory `<room>/distances.partial` of a depth run, which replaces
+// `<room>/distances` when complete. A stopped run leaves its finished maps there, to be resumed.
 #pragma once
 
 #include <filesystem>
@@ -12,33 +11,34 @@
 
 namespace raywalk::build_lf {
 
-// The stage of maps that are finished.
+// The stage of finished maps.
 inline constexpr const char* kFinalStage = "final";
 
 class PartialMaps {
  public:
-  // Makes or takes over the directory and locks it; maps of another fingerprint (room, settings)
-  // are removed. Throws Error: another run is at work, or the room cannot be written.
+  // Creates or reuses the directory and locks it; maps with another fingerprint (room, settings)
+  // are removed. Throws Error if another run holds the lock or the room cannot be written.
   PartialMaps(const std::filesystem::path& room, const std::string& fingerprint);
   PartialMaps(const PartialMaps&) = delete;
   PartialMaps& operator=(const PartialMaps&) = delete;
 
-  // Keeps a map of a stage (kFinalStage, or a step on the way). It appears only when complete.
+  // Stores a map of a stage (kFinalStage or an intermediate one), atomically. Throws Error if it
+  // cannot be written.
   void store(const std::string& stage, const InverseDistanceMap& map);
-  // The map as it was stored; none if there is none or it is damaged.
+  // A stored map; none if it is missing or damaged.
   std::optional<InverseDistanceMap> load(const std::string& stage, StationIndex station,
                                          const Eigen::Vector3d& position_m,
                                          PanoramaSize size) const;
 
-  // The same for a map that has been stored. Throws Error if it is damaged or not there.
+  // The same for a map known to be stored. Throws Error if it is missing or damaged.
   InverseDistanceMap load_stored(const std::string& stage, StationIndex station,
                                  const Eigen::Vector3d& position_m, PanoramaSize size) const;
 
-  // Where the volumes are to be written: a directory that exists.
+  // The existing directory to write the volumes to.
   const std::filesystem::path& volumes() const { return volumes_; }
-  // Moves the volumes to `<room>/distances`, in one step where the file system can exchange
-  // directories, and removes everything else. What was there is removed, or, where `keep_as` is not
-  // empty, kept as `<room>/<keep_as>` in place of what is there. Throws Error.
+  // Moves the volumes to `<room>/distances`, atomically if the file system can exchange
+  // directories, and removes everything else. The previous `distances` are removed or, if `keep_as`
+  // is not empty, kept as `<room>/<keep_as>`, replacing what is there. Throws Error on failure.
   void complete(const std::string& keep_as);
 
  private:

@@ -70,7 +70,7 @@ TEST_F(PartialMapsTest, ReturnsWhatWasStored) {
   EXPECT_EQ(loaded->size, kSize);
   EXPECT_EQ(loaded->omega, stored.omega);
   EXPECT_EQ(loaded->confidence, stored.confidence);
-  // Stages and stations are kept apart.
+  // Stages and stations are separate.
   EXPECT_FALSE(load(maps, "final").has_value());
   EXPECT_FALSE(maps.load("swept", {5, 1}, kPosition_m, kSize).has_value());
 }
@@ -82,12 +82,12 @@ TEST_F(PartialMapsTest, ANewMapReplacesTheOld) {
   EXPECT_EQ(load(maps)->omega.front(), 3.0f);
 }
 
-TEST_F(PartialMapsTest, TheSameRunGoesOnWhereItWasStopped) {
+TEST_F(PartialMapsTest, TheSameRunResumes) {
   { PartialMaps(room(), "inputs").store("swept", map_of(0.0f)); }
   EXPECT_TRUE(load(PartialMaps(room(), "inputs")).has_value());
 }
 
-TEST_F(PartialMapsTest, OtherInputsStartAnew) {
+TEST_F(PartialMapsTest, OtherInputsStartOver) {
   {
     PartialMaps maps(room(), "inputs");
     maps.store("swept", map_of(0.0f));
@@ -98,7 +98,7 @@ TEST_F(PartialMapsTest, OtherInputsStartAnew) {
   EXPECT_TRUE(fs::is_empty(other.volumes()));
 }
 
-// A run that was killed before it noted its inputs may have left anything.
+// A run killed before it recorded its inputs may have left anything.
 TEST_F(PartialMapsTest, MapsOfUnknownInputsAreNotTrusted) {
   { PartialMaps(room(), "inputs").store("swept", map_of(0.0f)); }
   fs::remove(partial() / "inputs.sha256");
@@ -124,12 +124,12 @@ TEST_F(PartialMapsTest, DamagedMapsCountAsMissing) {
   EXPECT_FALSE(load(maps).has_value());
   write_file_atomically(file, whole);
   EXPECT_TRUE(load(maps).has_value());
-  // A map of another size is not this one.
+  // A map of another size does not match.
   EXPECT_FALSE(maps.load("swept", kStation, kPosition_m, {16, 8}).has_value());
 }
 
-// The lock is one between processes.
-TEST_F(PartialMapsTest, TwoRunsDoNotMix) {
+// The lock works between processes.
+TEST_F(PartialMapsTest, ConcurrentRunsAreRejected) {
   const PartialMaps maps(room(), "inputs");
   const pid_t child = fork();
   if (child == 0) {
@@ -147,13 +147,13 @@ TEST_F(PartialMapsTest, TwoRunsDoNotMix) {
 }
 
 TEST_F(PartialMapsTest, ARoomThatCannotBeWrittenIsNamed) {
-  // A file where the directory should be cannot be written by root either.
+  // A file in place of the directory is unwritable even for root.
   std::ofstream(partial()) << "in the way";
   EXPECT_THAT([&] { PartialMaps(room(), "inputs"); },
               ThrowsMessage<Error>(HasSubstr("distances.partial")));
 }
 
-TEST_F(PartialMapsTest, CompletingGivesTheRoomItsDistancesAndTidiesUp) {
+TEST_F(PartialMapsTest, CompletingMovesTheDistancesAndCleansUp) {
   PartialMaps maps(room(), "inputs");
   maps.store("swept", map_of(0.0f));
   write_file_atomically(maps.volumes() / "x0.h5", "estimated");
@@ -162,7 +162,7 @@ TEST_F(PartialMapsTest, CompletingGivesTheRoomItsDistancesAndTidiesUp) {
   EXPECT_EQ(directory_.entries(), 1U);
 }
 
-TEST_F(PartialMapsTest, UntilThenTheOldDistancesStay) {
+TEST_F(PartialMapsTest, OldDistancesStayUntilCompletion) {
   give_distances("old");
   {
     PartialMaps maps(room(), "inputs");
@@ -193,8 +193,8 @@ TEST_F(PartialMapsTest, GivenDistancesAreKept) {
   EXPECT_EQ(directory_.entries(), 2U);
 }
 
-// Somebody has copied the given distances back to where they were.
-TEST_F(PartialMapsTest, GivenDistancesThatWerePutBackAreKeptAgain) {
+// The user has copied the given distances back.
+TEST_F(PartialMapsTest, RestoredGivenDistancesAreKeptAgain) {
   give_distances("given");
   fs::copy(distances(), directory_ / "distances-given");
   PartialMaps maps(room(), "inputs");

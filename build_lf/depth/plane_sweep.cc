@@ -11,18 +11,17 @@
 namespace raywalk::build_lf {
 namespace {
 
-// What average_better_half does, of those differences only whose samples are valid: a station whose
-// view of a surface is masked does not speak against it. What only one station can tell counts as
-// half unknown.
-void average_better_half_of_valid(const std::array<ViewDifferences, kMostViews>& differences,
+// As average_better_half, but over valid samples only: a masked view of a surface is no evidence
+// against it. A pixel with a single valid sample gets one maximum difference in addition.
+void average_better_half_of_valid(const std::array<ViewDifferences, kMaxViews>& differences,
                                   int views, int count, float* mean) {
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
-    std::array<std::int32_t, kMostViews> valid{};
+    std::array<std::int32_t, kMaxViews> valid{};
     size_t known = 0;
     for (size_t v = 0; v < static_cast<size_t>(views); ++v) {
       if (differences[v][i] != kInvalidDifference) valid[known++] = differences[v][i];
     }
-    for (; known < 2; ++known) valid[known] = kMostDifference;
+    for (; known < 2; ++known) valid[known] = kMaxDifference;
     const size_t kept = std::max<size_t>(2, (known + 1) / 2);
     const auto end = valid.begin() + static_cast<std::ptrdiff_t>(kept);
     std::partial_sort(valid.begin(), end, valid.begin() + static_cast<std::ptrdiff_t>(known));
@@ -30,8 +29,8 @@ void average_better_half_of_valid(const std::array<ViewDifferences, kMostViews>&
   }
 }
 
-// The sweep of one reference, tile by tile: from one layer to the next a tile's pixels are found
-// close to where they were, in samples that are still at hand.
+// Sweeps one reference tile by tile: from one layer to the next a tile's pixels move little, so
+// their samples are still in cache.
 class Sweeper {
  public:
   Sweeper(const TileViews& views, CostVolume* volume) : views_(views), volume_(volume) {}
@@ -59,7 +58,7 @@ class Sweeper {
     const auto layers = static_cast<size_t>(volume_->layers.count);
     const auto count = static_cast<size_t>(reference.count);
     std::vector<std::uint8_t> costs(layers * count);
-    std::array<ViewDifferences, kMostViews> differences;
+    std::array<ViewDifferences, kMaxViews> differences;
     std::array<float, kTilePixels> mean;
     for (size_t k = 0; k < layers; ++k) {
       const double omega = static_cast<double>(k) * volume_->layers.step_per_m;
@@ -77,7 +76,8 @@ class Sweeper {
     return costs;
   }
 
-  // Pixel i of the tile; without costs, or where the reference is invalid, as not comparable.
+  // Stores pixel i of the tile; without costs, or where the reference is invalid, as not
+  // comparable.
   void store(size_t pixel, size_t i, const ReferenceTile& reference,
              const std::vector<std::uint8_t>& costs) const {
     const MatchingSample sample = reference.samples[i];
@@ -91,10 +91,10 @@ class Sweeper {
     }
   }
 
-  // The differences of every station on either side; returns how many there are.
+  // Computes the differences of every station on either side; returns their number.
   int compare_with(const MatchingViews& views, double omega, const ReferenceTile& reference,
-                   std::array<ViewDifferences, kMostViews>* differences) const {
-    static_assert(kMostViews == 2 * kViewsPerSide);
+                   std::array<ViewDifferences, kMaxViews>* differences) const {
+    static_assert(kMaxViews == 2 * kViewsPerSide);
     size_t compared = 0;
     for (const auto& side : views.side) {
       for (const int i : side) {
@@ -109,7 +109,7 @@ class Sweeper {
     return static_cast<int>(compared);
   }
 
-  bool some_invalid(const std::array<ViewDifferences, kMostViews>& differences, int compared,
+  bool some_invalid(const std::array<ViewDifferences, kMaxViews>& differences, int compared,
                     int count) const {
     if (views_.all_valid()) return false;
     return std::any_of(differences.begin(), differences.begin() + compared,
@@ -126,14 +126,14 @@ class Sweeper {
 
 }  // namespace
 
-SweepLayers sweep_layers(double most_per_m, double reach_m, PanoramaSize size) {
+SweepLayers sweep_layers(double max_per_m, double reach_m, PanoramaSize size) {
   constexpr int kMultiple = 16;
   constexpr double kStepPx = 1.5;
   const double step_rad = kStepPx * kTwoPi / size.width;
-  const double wanted = most_per_m * reach_m / step_rad + 1.0;
+  const double wanted = max_per_m * reach_m / step_rad + 1.0;
   const int count =
       std::max(kMultiple, static_cast<int>(std::ceil(wanted / kMultiple)) * kMultiple);
-  return {count, most_per_m / (count - 1)};
+  return {count, max_per_m / (count - 1)};
 }
 
 void sweep(const TileViews& views, const SweepLayers& layers, CostVolume* volume) {

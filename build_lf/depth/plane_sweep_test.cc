@@ -16,27 +16,27 @@ TEST(SweepLayersTest, ReachTheNearestSurfaceInStepsOfAPixelAndAHalf) {
   std::uniform_real_distribution<double> exponent(-3.0, 3.0);
   for (int trial = 0; trial < 2000; ++trial) {
     const double reach_m = std::pow(10.0, exponent(random));
-    // Nearer than a tenth of the reach nothing is looked for.
-    const double most_per_m = std::pow(10.0, 0.5 * exponent(random) - 0.5) / reach_m;
+    // Down to a tenth of the reach.
+    const double max_per_m = std::pow(10.0, 0.5 * exponent(random) - 0.5) / reach_m;
     const PanoramaSize size{64 << (trial % 5), 32 << (trial % 5)};
-    const SweepLayers layers = sweep_layers(most_per_m, reach_m, size);
-    EXPECT_GE(layers.last_per_m(), most_per_m * (1.0 - 1e-12));
+    const SweepLayers layers = sweep_layers(max_per_m, reach_m, size);
+    EXPECT_GE(layers.last_per_m(), max_per_m * (1.0 - 1e-12));
     EXPECT_LE(layers.step_per_m * reach_m, 1.5 * kTwoPi / size.width * (1.0 + 1e-12));
     EXPECT_EQ(layers.count % 16, 0);
     EXPECT_GE(layers.count, 16);
-    // No more layers than that takes.
-    EXPECT_LE(layers.count, most_per_m * reach_m * size.width / (1.5 * kTwoPi) + 17.0);
+    // No more layers than needed.
+    EXPECT_LE(layers.count, max_per_m * reach_m * size.width / (1.5 * kTwoPi) + 17.0);
   }
 }
 
 constexpr PanoramaSize kSize{128, 64};
 
-// All stations of a room, ready to be compared.
+// Sweeps one station against all others of a room.
 class Sweeper {
  public:
   explicit Sweeper(const Room& room, const cv::Mat& valid = {})
       : room_(room),
-        gains_(no_gains(room.grid())),
+        gains_(unit_gains(room.grid())),
         valid_(valid),
         pictures_(room, kSize, gains_, valid_, 100) {
     for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
@@ -54,14 +54,14 @@ class Sweeper {
             {line.direction.x_m, 0.0, line.direction.z_m}};
   }
 
-  void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double most_per_m) {
+  void sweep_into(CostVolume* volume, StationIndex station, double reach_m, double max_per_m) {
     const TileViews views(reference(station), candidates_, reach_m, &pictures_);
-    sweep(views, sweep_layers(most_per_m, reach_m, kSize), volume);
+    sweep(views, sweep_layers(max_per_m, reach_m, kSize), volume);
   }
 
-  InverseDistanceMap map(StationIndex station, double reach_m, double most_per_m) {
+  InverseDistanceMap map(StationIndex station, double reach_m, double max_per_m) {
     CostVolume volume;
-    sweep_into(&volume, station, reach_m, most_per_m);
+    sweep_into(&volume, station, reach_m, max_per_m);
     SemiGlobalScratch scratch;
     return regularise(volume, reference(station), &scratch);
   }
@@ -97,7 +97,7 @@ TEST_P(SweepOfScale, FindsTheWallsOfABox) {
   }
 }
 
-TEST_P(SweepOfScale, FindsWhatStandsInTheRoom) {
+TEST_P(SweepOfScale, FindsObjectsInTheRoom) {
   const double scale = GetParam();
   SyntheticRoomSpec spec = room_of_scale(scale);
   spec.scene.texture_wavelength_m = 0.5 * scale;
@@ -120,9 +120,9 @@ TEST(PlaneSweepTest, FindsInfinityFarAway) {
   for (const float omega : map.omega) ASSERT_LT(omega, tolerance_per_m(0.5));
 }
 
-TEST(PlaneSweepTest, KnowsNothingWithoutOtherStations) {
+TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
   const DepthTestRoom room(line_of_scale(1.0));
-  const auto gains = no_gains(room.grid());
+  const auto gains = unit_gains(room.grid());
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kSize, gains, all_valid, 4);
   const SweepReference reference{{0, 8}, {0, 0, 0}, {1, 0, 0}};
@@ -148,7 +148,7 @@ TEST(PlaneSweepTest, LeavesMaskedPixelsUnknown) {
   }
 }
 
-TEST(PlaneSweepTest, OverwritesWhatTheVolumeHeld) {
+TEST(PlaneSweepTest, OverwritesTheVolume) {
   const DepthTestRoom room(room_of_scale(1.0));
   Sweeper sweeper(room.room());
   CostVolume reused;

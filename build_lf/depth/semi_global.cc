@@ -10,15 +10,16 @@
 namespace raywalk::build_lf {
 namespace {
 
-// What it costs to change by one layer, and by more, in units of CostVolume::cost. A cost of 176 is
-// the most a layer can differ by, so one clear difference outweighs a jump. Across an edge of g
-// levels the second is divided by 1 + g / 5, for distances jump where colours do.
+// The penalties P1 for a change of one layer and P2 for larger ones, in units of CostVolume::cost.
+// The maximum cost is 176, so one clear difference outweighs a jump. Across an edge of g levels P2
+// is divided by 1 + g / 5, as distances jump where colours do.
 constexpr int kSmallStep = 12;
 constexpr int kLargeStep = 96;
 constexpr double kEdgeLevels = 5.0;
 constexpr int kPaths = 8;
 
-// A walk over the sphere's pixels by constant steps; over a pole it goes down the opposite column.
+// A walk over the sphere's pixels by constant steps; over a pole it continues in the opposite
+// column.
 struct Walk {
   int theta = 0, phi = 0;
   int step_theta = 0, step_phi = 0;
@@ -45,13 +46,13 @@ class PathCosts {
     }
   }
 
-  // Adds the path costs along a walk of `steps` pixels, after `run_up` pixels before it that are
-  // only walked.
+  // Adds the path costs along a walk of `steps` pixels, after a run-up of `run_up` pixels that are
+  // not added.
   void add(Walk walk, int run_up, int steps) const {
-    // One layer more at either end, too dear to be taken.
-    constexpr std::uint16_t kTooDear = 30000;
-    std::vector<std::uint16_t> previous(layers_ + 2, kTooDear);
-    std::vector<std::uint16_t> path(layers_ + 2, kTooDear);
+    // One layer more at either end, too expensive to be chosen.
+    constexpr std::uint16_t kTooExpensive = 30000;
+    std::vector<std::uint16_t> previous(layers_ + 2, kTooExpensive);
+    std::vector<std::uint16_t> path(layers_ + 2, kTooExpensive);
     std::vector<std::uint16_t> dropped(layers_);
     std::fill(previous.begin() + 1, previous.end() - 1, std::uint16_t{0});
     std::uint16_t least = 0;
@@ -94,7 +95,7 @@ void add_paths(const CostVolume& volume, std::vector<std::uint16_t>* sum) {
     for_each(height, [&, w = width](int phi) {
       paths.add({(first - step * run_up + w) % w, phi, step, 0}, run_up, w);
     });
-    // Down one column and up the opposite one, begun a little before the zenith.
+    // Down one column and up the opposite one, starting shortly before the zenith.
     for_each(width / 2, [&, w = width, h = height](int theta) {
       const int before = std::min(run_up, h);
       if (step > 0) {
@@ -111,7 +112,7 @@ void add_paths(const CostVolume& volume, std::vector<std::uint16_t>* sum) {
   }
 }
 
-// The best layer of one pixel between whole layers, and how clearly it wins.
+// The best layer of a pixel with subpixel interpolation, and its confidence.
 struct LayerChoice {
   double layer = 0.0;
   std::uint8_t confidence = 0;
@@ -131,10 +132,10 @@ LayerChoice choose_layer(const std::uint16_t* sum, int layers) {
   for (int k = 0; k < layers; ++k) {
     if (std::abs(k - best) > kSameMinimum) elsewhere = std::min<int>(elsewhere, sum[k]);
   }
-  // Seven levels of each colour along every path are as clear as it needs to be.
-  constexpr double kClear = kPaths * 40.0;
-  choice.confidence =
-      static_cast<std::uint8_t>(std::clamp((elsewhere - sum[best]) / kClear * 255.0, 1.0, 255.0));
+  // A margin of about seven levels of each colour along every path gives full confidence.
+  constexpr double kFullConfidence = kPaths * 40.0;
+  choice.confidence = static_cast<std::uint8_t>(
+      std::clamp((elsewhere - sum[best]) / kFullConfidence * 255.0, 1.0, 255.0));
   return choice;
 }
 

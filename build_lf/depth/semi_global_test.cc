@@ -15,7 +15,7 @@ constexpr double kStep_per_m = 0.1;
 
 size_t pixel_at(int theta, int phi) { return static_cast<size_t>(theta * kSize.height + phi); }
 
-// A volume without any information, all of one colour.
+// A volume without information, in a single colour.
 CostVolume blank_volume() {
   const size_t pixels = static_cast<size_t>(kSize.width * kSize.height);
   return {kSize,
@@ -42,7 +42,7 @@ InverseDistanceMap regularised(const CostVolume& volume) {
   return regularise(volume, {}, &scratch);
 }
 
-// Two halves of the sphere, each at a distance and of a colour of its own.
+// Two halves of the sphere with different distances and colours.
 double step_layer(int theta) { return theta < kSize.width / 2 ? 5.3 : 20.7; }
 
 CostVolume step_volume() {
@@ -66,7 +66,7 @@ TEST(SemiGlobalTest, KeepsStepsAndInterpolatesBetweenLayers) {
   }
 }
 
-TEST(SemiGlobalTest, OutvotesPixelsThatFaintlySayOtherwise) {
+TEST(SemiGlobalTest, SmoothsOutWeakOutliers) {
   CostVolume volume = step_volume();
   std::mt19937 random(1);
   for (size_t pixel = 0; pixel < volume.valid.size(); ++pixel) {
@@ -85,7 +85,7 @@ TEST(SemiGlobalTest, OutvotesPixelsThatFaintlySayOtherwise) {
 }
 
 TEST(SemiGlobalTest, CarriesDistancesThroughTheSeam) {
-  // What is blank is of one colour with what lies beyond the seam and not with what is beside it.
+  // The blank pixels have the colour of those beyond the seam, not of those beside them.
   CostVolume volume = blank_volume();
   for (int theta = 0; theta < kSize.width; ++theta) {
     for (int phi = 0; phi < kSize.height; ++phi) {
@@ -121,7 +121,7 @@ TEST(SemiGlobalTest, CarriesDistancesOverThePoles) {
   }
 }
 
-TEST(SemiGlobalTest, LooksTheSameFromEveryHeading) {
+TEST(SemiGlobalTest, IsInvariantToRotation) {
   // The room turned by a third of a circle gives the map turned by as much.
   std::mt19937 random(3);
   std::vector<double> layers;
@@ -146,7 +146,7 @@ TEST(SemiGlobalTest, LooksTheSameFromEveryHeading) {
   }
 }
 
-TEST(SemiGlobalTest, KnowsNothingWhereNothingWasCompared) {
+TEST(SemiGlobalTest, IsUnknownWhereNothingWasCompared) {
   CostVolume volume = step_volume();
   volume.valid[pixel_at(7, 9)] = 0;
   const auto map = regularised(volume);
@@ -154,7 +154,7 @@ TEST(SemiGlobalTest, KnowsNothingWhereNothingWasCompared) {
   EXPECT_GT(map.confidence[pixel_at(8, 9)], 0);
 }
 
-TEST(SemiGlobalTest, TrustsAClearMinimumMoreThanABlurredOne) {
+TEST(SemiGlobalTest, SharpMinimaAreMoreConfident) {
   CostVolume vague = step_volume();
   for (auto& cost : vague.cost) cost = static_cast<std::uint8_t>(cost / 20);
   const auto sure = regularised(step_volume());

@@ -54,7 +54,7 @@ StationGains solve_gains(const Grid& grid, std::span<const StationLink> links) {
   return result;
 }
 
-// Levels times gain agree, so levels change as gains do the other way round.
+// Levels times gains agree, so levels are inversely proportional to gains.
 double log_exposure_step(std::span<const ColourGain> gains, int station) {
   const ColourGain& before = gains[static_cast<size_t>(station) - 1];
   const ColourGain& after = gains[static_cast<size_t>(station)];

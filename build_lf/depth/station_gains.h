@@ -1,7 +1,7 @@
-// The gains that make the stations' colours agree.
+// Colour gains of the stations (exposure and white balance compensation).
 //
-// A camera's exposure and white balance wander while it travels, and may jump. Stations are matched
-// by their colours, so these are brought together first.
+// A camera's exposure and white balance drift along a line and may jump. Matching compares colours,
+// so these are equalised first.
 #pragma once
 
 #include <span>
@@ -14,18 +14,17 @@
 namespace raywalk::build_lf {
 
 struct StationGains {
-  // [line][station]. The levels of a station times its gain agree with those of the others; the
-  // mean over all stations of each channel's logarithm is 0. Stations that no link reaches (all
-  // clipped or black) have a gain of 1.
+  // [line][station], factors of the 8-bit levels. The mean logarithm over all stations is 0 in each
+  // channel. Stations without a link (all clipped or black) have a gain of 1.
   std::vector<std::vector<ColourGain>> gain;
 };
 
-// Solves for the gains from what the links measured. Links that contradict the others, as those of
-// a frame with something moving in it do, count little.
+// Solves for the gains from the links' log ratios. Robust to outliers, such as links of a frame
+// with moving objects.
 StationGains solve_gains(const Grid& grid, std::span<const StationLink> links);
 
-// How the exposure changes from station - 1 of a line to `station`, from the gains of the line: the
-// natural logarithm of the factor of the levels, in the channel that changes most.
+// The change of exposure from station - 1 of a line to `station`: the natural logarithm of the
+// factor of the levels, in the channel that changes most. `gains` are those of the line.
 double log_exposure_step(std::span<const ColourGain> gains, int station);
 
 }  // namespace raywalk::build_lf

@@ -38,8 +38,8 @@ DepthTestRoom::Edit expose(const Exposures& exposures) {
   };
 }
 
-// The largest deviation of gain * exposure from its mean, both as logarithms; `counts` chooses the
-// stations that are looked at.
+// The largest deviation of log(gain * exposure) from its mean, over the stations selected by
+// `counts`.
 double largest_error(const StationGains& gains, const Exposures& exposures,
                      const std::function<bool(StationIndex)>& counts = nullptr) {
   double largest = 0.0;
@@ -81,7 +81,7 @@ TEST_P(StationGainsOfScale, AreOneWhereTheExposureIsConstant) {
   for (const auto& line : gains.gain) EXPECT_NEAR(largest_step(line).factor, 1.0, 0.005);
 }
 
-TEST_P(StationGainsOfScale, FollowAnExposureThatWanders) {
+TEST_P(StationGainsOfScale, FollowADriftingExposure) {
   const SyntheticRoomSpec spec = room_of_scale(GetParam(), 7);
   Exposures exposures = equal_exposures(synthetic_grid(spec));
   std::mt19937 random(3);
@@ -113,7 +113,7 @@ TEST(StationGainsTest, FollowAJumpInNoise) {
   EXPECT_NEAR(largest_step(gains.gain[0]).factor, 1.0, 0.005);
 }
 
-TEST(StationGainsTest, AreNotPulledByAFrameOfAnotherPlace) {
+TEST(StationGainsTest, AreRobustToAMisplacedFrame) {
   const SyntheticRoomSpec spec = room_of_scale(1.0);
   const DepthTestRoom room(spec, [](StationIndex station, cv::Mat* frame) {
     if (station == StationIndex{1, 9}) {
@@ -142,7 +142,7 @@ TEST(StationGainsTest, OfBlackFramesAreOne) {
   EXPECT_LT(largest_error(gains, equal_exposures(room.grid())), 0.005);
 }
 
-// ---- From links made up
+// ---- From synthetic links
 
 Grid grid_of_lines(const std::vector<int>& stations) {
   Grid grid;
@@ -172,7 +172,7 @@ TEST(SolveGainsTest, SplitsOneStepEvenlyOverItsTwoSides) {
   EXPECT_NEAR(log_exposure_step(gains.gain[0], 1), 0.2, 1e-6);
 }
 
-TEST(SolveGainsTest, GivesEachPartThatNothingConnectsTheMeanOne) {
+TEST(SolveGainsTest, EachConnectedPartHasAMeanOfOne) {
   const StationGains gains =
       solve_gains(grid_of_lines({3, 2, 1}),
                   std::vector{link_between({0, 0}, {0, 1}, 0.3), link_between({0, 1}, {0, 2}, 0.3),
@@ -183,7 +183,7 @@ TEST(SolveGainsTest, GivesEachPartThatNothingConnectsTheMeanOne) {
   EXPECT_EQ(gains.gain[2][0], ColourGain(1, 1, 1));
 }
 
-TEST(SolveGainsTest, OutvotesOneWrongLinkHoweverWrongItIs) {
+TEST(SolveGainsTest, IsRobustToAGrossOutlier) {
   const int stations = 30;
   for (const double wrong : {0.1, 1.0, 3.0}) {
     std::vector<StationLink> links;
@@ -197,7 +197,7 @@ TEST(SolveGainsTest, OutvotesOneWrongLinkHoweverWrongItIs) {
   }
 }
 
-TEST(SolveGainsTest, HoldsOverAThousandStations) {
+TEST(SolveGainsTest, IsStableOverAThousandStations) {
   const int stations = 1000;
   std::vector<StationLink> links;
   for (int i = 0; i + 1 < stations; ++i) {

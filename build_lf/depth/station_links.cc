@@ -23,7 +23,7 @@ StationLink compare(const StationPair& pair, const ComparedPicture& from,
           .unexplained_change = compared.unexplained_change};
 }
 
-// The images asked for last; consecutive pairs share stations.
+// A small cache of images, as consecutive pairs share stations.
 class RecentImages {
  public:
   explicit RecentImages(const Room& room) : room_(room) {
@@ -34,11 +34,11 @@ class RecentImages {
     const auto found = std::find_if(images_.begin(), images_.end(),
                                     [&](const auto& held) { return held.first == station; });
     if (found != images_.end()) return found->second;
-    constexpr size_t kKept = 4;
-    if (images_.size() == kKept) images_.pop_front();
-    images_.emplace_back(
-        station, ComparedPicture{station_image(room_, station, size_),
-                                 station_validity(room_, station, size_, kFlowMaskMarginPx)});
+    constexpr size_t kCapacity = 4;
+    if (images_.size() == kCapacity) images_.pop_front();
+    images_.emplace_back(station,
+                         ComparedPicture{station_image(room_, station, size_),
+                                         station_validity(room_, station, size_, kFlowMaskMarginPx)});
     return images_.back().second;
   }
 

@@ -1,5 +1,5 @@
-// What pairs of stations show of one another: how their colours differ, and how far what they see
-// does. Exposures (station_gains.h) and faulty frames (frame_checks.h) are told from these.
+// Colour comparisons between pairs of stations, from which gains (station_gains.h) and faulty
+// frames (frame_checks.h) are determined.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 
 namespace raywalk::build_lf {
 
-// Every comparison is made on panoramas reduced to this width (or the room's, if that is smaller).
+// Panoramas are compared at this width (or the room's, if that is smaller).
 inline constexpr int kLinkWidth = kComparisonWidth;
 
-// Two stations compared; the values are those of ColourComparison, of 8-bit levels.
+// The comparison of two stations; values as in ColourComparison, of 8-bit levels.
 struct StationLink {
   StationPair pair;
   bool comparable = false;
@@ -25,9 +25,9 @@ struct StationLink {
   double unexplained_change = 0.0;
 };
 
-// Compares them. Reads a few reduced panoramas at a time on each thread, so memory does not grow
-// with the number of stations but for the result. The result does not depend on the number of
-// threads.
+// Compares the pairs. Each thread holds only a few reduced panoramas at a time, so memory does not
+// grow with the number of stations, except for the result. The result does not depend on the number
+// of threads.
 std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs);
 
 }  // namespace raywalk::build_lf

@@ -22,7 +22,8 @@ int nearest_station(const Line& line, PlanPoint point) {
                           line.stations.begin());
 }
 
-// The nearest stations at the crossing of two lines, if they are neighbours as those of a line are.
+// The nearest stations at the crossing of two lines, if they are about as close as neighbours on a
+// line.
 std::optional<StationPair> pair_at_crossing(const Grid& grid, int a, int b) {
   const Line& line_a = grid.lines[static_cast<size_t>(a)];
   const Line& line_b = grid.lines[static_cast<size_t>(b)];
@@ -53,7 +54,7 @@ StationPair nearest_pair(const Grid& grid, int a, int b) {
   return nearest;
 }
 
-// Lines in groups that are connected through pairs.
+// Connected groups of lines (union-find).
 class LineGroups {
  public:
   explicit LineGroups(size_t lines) : group_(lines) { std::iota(group_.begin(), group_.end(), 0); }
@@ -70,7 +71,7 @@ class LineGroups {
   std::vector<int> group_;
 };
 
-// Connects groups of lines that no crossing connects, the nearest first (Kruskal's spanning tree).
+// Connects groups of lines without a common crossing, nearest first (Kruskal's spanning tree).
 void connect_groups(const Grid& grid, LineGroups* groups, std::vector<StationPair>* pairs) {
   std::vector<std::pair<double, StationPair>> offers;
   const int lines = static_cast<int>(grid.lines.size());

@@ -1,4 +1,4 @@
-// Which pairs of stations are compared to tell exposures and faulty frames.
+// Selects the pairs of stations to compare for exposure gains and frame checks.
 #pragma once
 
 #include <vector>
@@ -15,9 +15,9 @@ struct StationPair {
   friend bool operator==(const StationPair&, const StationPair&) = default;
 };
 
-// The pairs worth comparing: each station with the next and the one after it on its line; of lines
-// that cross near stations of both, the nearest stations; and the nearest stations of lines that
-// nothing else connects. Ordered: those of a line first, by station.
+// The pairs to compare: each station with the next two on its line; at a crossing with stations of
+// both lines nearby, the nearest stations; and the nearest stations of lines not connected
+// otherwise. Pairs within lines come first, ordered by station.
 std::vector<StationPair> pairs_to_compare(const Grid& grid);
 
 }  // namespace raywalk::build_lf

@@ -12,7 +12,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 
-// Stations that pairs connect with the first one.
+// Stations connected with the first one by pairs.
 std::set<StationIndex> reached(const std::vector<StationPair>& pairs) {
   std::set<StationIndex> stations{{0, 0}};
   for (size_t before = 0; before != stations.size();) {

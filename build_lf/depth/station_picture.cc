@@ -11,13 +11,12 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Filters and enlargements look so many pixels beyond the edges. Images are transposed here
-// (station_image.h).
+// Border for filters and upsampling, pixels. Images are transposed here (station_image.h).
 constexpr int kBorder = 16;
 
-// (luminance - local mean) / (local deviation + noise floor), over as little around a pixel as
-// tells a mean, or what is near would seem to reach beyond its edges; scaled to 8 bits around 128.
-// What a sensor adds is a few levels, so a contrast below that is damped and not blown up.
+// (luminance - local mean) / (local deviation + noise floor), scaled to 8 bits around 128. The
+// window is as small as a mean allows, so that near objects do not spread beyond their edges. The
+// noise floor, a few levels, keeps sensor noise from being amplified.
 cv::Mat detail_of(const cv::Mat& colours) {
   constexpr double kNeighbourhoodPx = 1.0;
   constexpr double kNoiseFloor = 4.0;
@@ -36,7 +35,7 @@ cv::Mat detail_of(const cv::Mat& colours) {
   return cv::max(detail, static_cast<double>(kInvalidDetail + 1));
 }
 
-// Detail is a high-pass, which what is masked must not reach.
+// Margin that keeps masked pixels out of the high-pass filter of the detail.
 constexpr int kMaskMarginPx = 3;
 
 // `valid` has the orientation of station images.

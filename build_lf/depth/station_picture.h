@@ -1,4 +1,4 @@
-// A station's panorama made ready for matching, and a cache of such pictures.
+// A station's panorama prepared for matching, and a cache of such pictures.
 #pragma once
 
 #include <list>
@@ -14,27 +14,26 @@
 
 namespace raywalk::build_lf {
 
-// A picture has so many samples per map pixel in each direction: the nearest sample then lies
-// within a quarter of a pixel of where a point is seen, and no interpolation is needed while
-// matching.
+// Samples of a picture per map pixel, in each direction: the nearest sample is then within a
+// quarter of a pixel, so matching needs no interpolation.
 inline constexpr int kSamplesPerPixel = 2;
 
 struct StationPicture {
   PanoramaSize size;                    // in samples
   std::vector<MatchingSample> samples;  // [theta][phi]
-  bool all_valid = true;                // whether no sample is invalid
+  bool all_valid = true;                // no sample is invalid
 };
 
-// What a station's colours are multiplied by before they are compared: red, green, blue.
+// Factors applied to a station's colours before comparison: red, green, blue.
 using ColourGain = cv::Vec3f;
 
-// The picture of a station for maps of `map_size`. `invalid` is empty or a mask of map_size rows
-// and columns, CV_8UC1: what is 0 there is marked invalid, as is what the station's own mask hides.
+// The picture of a station for maps of `map_size`. `valid` is empty or a mask of map_size, CV_8UC1:
+// pixels that are 0 there, or masked in the station's own mask, become invalid.
 StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
                                     const ColourGain& gain, const cv::Mat& valid);
 
-// Makes pictures when asked and keeps those used last, so that memory does not grow with the number
-// of stations. Thread-safe; a picture stays alive while somebody holds it.
+// A least-recently-used cache of `capacity` pictures, made on demand, so that memory does not grow
+// with the number of stations. Thread-safe; a picture lives as long as a caller holds it.
 class PictureCache {
  public:
   // `gains` is [line][station]. The room and the gains must outlive the cache.
@@ -52,7 +51,7 @@ class PictureCache {
   std::size_t capacity_;
   std::mutex mutex_;
   std::map<StationIndex, std::shared_ptr<const StationPicture>> pictures_;
-  std::list<StationIndex> order_;  // the last used first
+  std::list<StationIndex> order_;  // most recently used first
 };
 
 }  // namespace raywalk::build_lf

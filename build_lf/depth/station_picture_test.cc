@@ -66,7 +66,7 @@ TEST(StationImageTest, IsReducedByTheMean) {
   }
 }
 
-TEST(StationImageTest, GoesOnAroundTheSphere) {
+TEST(StationImageTest, WrapsAroundTheSphere) {
   const DepthTestRoom room(small_line());
   const cv::Mat image = station_image(room.room(), {0, 0}, kSize);
   const cv::Mat bordered = with_border(image, 5);
@@ -84,7 +84,7 @@ TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
   const auto picture = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, {});
   ASSERT_EQ(picture.size, (PanoramaSize{256, 128}));
   ASSERT_EQ(picture.samples.size(), size_t{256 * 128});
-  // Mean difference of each pixel's samples from the pixel so many columns and rows on.
+  // Mean difference of each pixel's samples from those of the pixel at the given offset.
   const auto mean_difference = [&](int columns_on, int rows_on) {
     double sum = 0.0;
     for (int su = 4; su < 252; ++su) {
@@ -104,7 +104,7 @@ TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
   }
 }
 
-TEST(StationPictureTest, UndoesTheExposureItIsToldOf) {
+TEST(StationPictureTest, AppliesTheGain) {
   const DepthTestRoom room(small_line());
   const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.7; });
   const auto expected = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, {});
@@ -115,7 +115,7 @@ TEST(StationPictureTest, UndoesTheExposureItIsToldOf) {
   }
 }
 
-TEST(StationPictureTest, HasADetailThatHardlyDependsOnExposure) {
+TEST(StationPictureTest, DetailIsNearlyIndependentOfExposure) {
   const DepthTestRoom room(small_line());
   const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.6; });
   const auto bright = make_station_picture(room.room(), {0, 2}, kSize, {1, 1, 1}, {});
@@ -141,9 +141,9 @@ TEST(StationPictureTest, MarksInvalidPixels) {
   }
 }
 
-TEST(PictureCacheTest, GivesEachStationItsPictureHoweverFewItKeeps) {
+TEST(PictureCacheTest, ReturnsTheRightPictureAtAnyCapacity) {
   const DepthTestRoom room(small_line());
-  auto gains = no_gains(room.grid());
+  auto gains = unit_gains(room.grid());
   gains[0][3] = {0.5f, 1.0f, 1.0f};
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kSize, gains, all_valid, 2);

@@ -1,4 +1,4 @@
-// Finished maps, written as the volumes of a room.
+// Writes finished maps as distance volumes.
 #pragma once
 
 #include "build_lf/depth/depth_plan.h"
@@ -6,8 +6,8 @@
 
 namespace raywalk::build_lf {
 
-// Writes the finished maps of every line that has some to partial.volumes(). Throws Error and
-// Interrupted.
+// Writes the finished maps of every line that has any to partial.volumes(). Throws Error if a map
+// is damaged or cannot be written, and Interrupted.
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial);
 

@@ -67,7 +67,7 @@ TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   EXPECT_EQ(distances.confidence_column(1, 0)[6], 255);
 }
 
-TEST_F(StoredMapsTest, ADamagedMapIsNamedAndNothingOfItsLineWritten) {
+TEST_F(StoredMapsTest, DamagedMapIsNamedAndItsLineNotWritten) {
   PartialMaps partial(room_.room().directory(), "inputs");
   store_maps(&partial);
   for (const auto& entry : fs::directory_iterator(partial.volumes().parent_path())) {

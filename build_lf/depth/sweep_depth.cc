@@ -12,7 +12,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Pictures kept between references: neighbours share most of theirs.
+// Cache size: neighbouring references share most pictures.
 constexpr std::size_t kPicturesKept = 48;
 
 constexpr const char* kSweptStage = "swept";
@@ -20,16 +20,15 @@ constexpr const char* kSweptStage = "swept";
 struct SweepRun {
   const char* progress;
   const char* stage;
-  double most_per_m;
+  double max_per_m;
   bool refine;
 };
 
-// Sweeps the stations whose map of the stage is not there yet. `see` is called with every map, in
-// order.
+// Sweeps the stations without a stored map of the stage. `see` is called with every map, in order.
 template <typename See>
 void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* pictures,
                PartialMaps* partial, const See& see) {
-  const SweepLayers layers = sweep_layers(run.most_per_m, plan.reach_m, pictures->map_size());
+  const SweepLayers layers = sweep_layers(run.max_per_m, plan.reach_m, pictures->map_size());
   CostVolume volume;
   SemiGlobalScratch scratch;
   Progress progress(run.progress, static_cast<std::int64_t>(plan.maps.size()), "stations");
@@ -56,9 +55,9 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
                              const cv::Mat& valid, PartialMaps* partial) {
   constexpr int kReduction = 4;
   constexpr double kNearestPerReach = 0.25;
-  // Confidence of a pixel that is believed, and the share of believed pixels that may be nearer
-  // than what the maps look for: false matches are spread over all layers.
-  constexpr int kBelieved = 64;
+  // Minimum confidence of the pixels counted, and the share of them that may lie nearer than the
+  // sweep's near limit: false matches are spread over all layers.
+  constexpr int kConfident = 64;
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
   constexpr int kBins = 1024;
@@ -71,7 +70,7 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
       plan, {"looking for the nearest surfaces", "coarse", limit, false}, &pictures, partial,
       [&](const InverseDistanceMap& map) {
         for (size_t p = 0; p < map.omega.size(); ++p) {
-          if (map.confidence[p] < kBelieved) continue;
+          if (map.confidence[p] < kConfident) continue;
           const double phi_rad =
               angles_from_pixel({0.0, double(p % static_cast<size_t>(size.height))}, size).phi_rad;
           const auto bin =
@@ -88,22 +87,22 @@ double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
   return std::min(limit, kMargin * limit * (bin + 1) / kBins);
 }
 
-void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
+void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
                 PartialMaps* partial) {
   PictureCache pictures(room, plan.size, gains, valid, kPicturesKept);
-  sweep_all(plan, {"sweeping", kSweptStage, most_per_m, true}, &pictures, partial,
+  sweep_all(plan, {"sweeping", kSweptStage, max_per_m, true}, &pictures, partial,
             [](const InverseDistanceMap&) {});
 }
 
 void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
-  // A pixel and a half of parallax at the reach: both maps are off by up to half a layer, and their
-  // pixels do not meet.
+  // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
+  // do not coincide.
   constexpr double kAgreePx = 1.5;
-  // Two maps that agree are believed by views (kLeastConfidence) if six at most could tell.
-  constexpr int kFewestVoters = 6;
+  // With six voters, two maps that agree are enough for kMinConfidence.
+  constexpr int kMinVoters = 6;
   FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
-  if (masked) options.fewest_voters = kFewestVoters;
+  if (masked) options.min_voters = kMinVoters;
   const int count = static_cast<int>(plan.maps.size());
   Progress progress("fusing", count, "maps");
   for (int i = 0; i < count; ++i) {
@@ -113,9 +112,9 @@ void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
       std::vector<InverseDistanceMap> maps;
       std::vector<int> voters = voters_of(plan, i);
       if (masked) {
-        const std::vector<int> farther = farther_voters_of(plan, voters);
+        const std::vector<int> farther = fallback_voters_of(plan, voters);
         voters.insert(voters.end(), farther.begin(), farther.end());
-        options.asked_in_need = static_cast<int>(farther.size());
+        options.fallback_maps = static_cast<int>(farther.size());
       }
       for (const int voter : voters) {
         const SweepReference& reference = plan.maps[static_cast<size_t>(voter)];

@@ -1,4 +1,5 @@
-// Distances by plane sweep and fusion: the stages of a run, each map kept as soon as it is made.
+// The stages of distance estimation by plane sweep and fusion. Each map is stored as soon as it is
+// finished.
 #pragma once
 
 #include <vector>
@@ -8,21 +9,21 @@
 
 namespace raywalk::build_lf {
 
-// The inverse distance, 1/m, up to which maps have to look: a sweep at a quarter of the maps' width
-// looks as near as a quarter of the reach, where the parallax at the longest baseline is four times
-// the distance, and finds where nearly all of the scene begins. Stations are looked at one by one;
-// memory is that of one.
+// The largest inverse distance, 1/m, to sweep: a coarse sweep at a quarter of the maps' width, down
+// to a distance of a quarter of the reach (where the longest baseline is four times the distance),
+// finds the distance beyond which nearly all of the scene lies. Processes one station at a time,
+// with the memory of one.
 double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
                              const std::vector<std::vector<ColourGain>>& gains,
                              const cv::Mat& valid, PartialMaps* partial);
 
-// Sweeps every map's station, refines what was found and keeps the maps as "swept".
-void sweep_maps(const Room& room, const DepthPlan& plan, double most_per_m,
+// Sweeps the station of every map, refines the maps and stores them as stage "swept".
+void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
                 PartialMaps* partial);
 
-// Fuses every swept map with those around it and keeps the results as "final". `masked`: whether
-// frames have masks, so that what is below some stations is to be learned from others.
+// Fuses every swept map with its neighbours and stores the results as kFinalStage. `masked`: frames
+// have masks, so masked pixels are filled in from other stations.
 void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial);
 
 }  // namespace raywalk::build_lf

@@ -8,7 +8,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Of a map's pixel.
+// The mean over the samples of a map pixel.
 MatchingSample mean_sample(const StationPicture& picture, int theta, int phi) {
   std::array<unsigned, 4> sum{};
   bool valid = true;

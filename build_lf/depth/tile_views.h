@@ -1,4 +1,4 @@
-// The stations that a reference is compared with, tile by tile of its map, with their pictures.
+// The stations that a reference is compared with, per tile of its map, and their pictures.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct SweepCandidate {
   Eigen::Vector3d position_m{0, 0, 0};
 };
 
-// A station's picture beside the way from it to the reference.
+// A station's picture and the vector from it to the reference.
 struct TileView {
   std::shared_ptr<const StationPicture> picture;
   Eigen::Vector3d to_reference_m{0, 0, 0};
@@ -34,7 +34,7 @@ struct TileView {
 
 class TileViews {
  public:
-  // Chooses the stations of every tile (choose_matching_views) and fetches their pictures.
+  // Chooses the stations of every tile (choose_matching_views) and gets their pictures.
   TileViews(const SweepReference& reference, std::span<const SweepCandidate> candidates,
             double reach_m, PictureCache* pictures);
 
@@ -46,10 +46,10 @@ class TileViews {
   int first_row(int tile) const { return tile / across_ * kTileRows; }
   int columns(int tile) const { return std::min(kTileColumns, size_.width - first_column(tile)); }
   int rows(int tile) const { return std::min(kTileRows, size_.height - first_row(tile)); }
-  // Indices for view(), by side of the reference.
+  // Indices for view(), per side of the reference.
   const MatchingViews& of_tile(int tile) const { return tiles_[static_cast<size_t>(tile)]; }
   const TileView& view(int index) const { return views_[static_cast<size_t>(index)]; }
-  // Whether no sample of any of their pictures is invalid.
+  // Whether no picture has an invalid sample.
   bool all_valid() const { return all_valid_; }
 
  private:
@@ -58,11 +58,11 @@ class TileViews {
   int across_ = 0;
   int down_ = 0;
   std::vector<MatchingViews> tiles_;
-  std::vector<TileView> views_;  // without picture where no tile uses it
+  std::vector<TileView> views_;  // null picture if no tile uses it
   bool all_valid_ = true;
 };
 
-// The reference's own part of a tile, [theta][phi].
+// The reference's pixels of a tile, [theta][phi].
 struct ReferenceTile {
   // Unit vectors in world axes.
   std::array<float, kTilePixels> x, y, z;

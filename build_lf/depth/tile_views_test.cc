@@ -10,13 +10,13 @@ namespace {
 
 class TilesOfSize : public ::testing::TestWithParam<int> {};
 
-// Whatever the size, also one that tiles do not divide.
+// Also for sizes that are not a multiple of the tile's.
 TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   const PanoramaSize size{GetParam(), GetParam() / 2};
   const DepthTestRoom room(spec);
   const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
-  const auto gains = no_gains(room.grid());
+  const auto gains = unit_gains(room.grid());
   PictureCache pictures(room.room(), size, gains, {}, 100);
   const SweepReference& reference = plan.maps[1];
   const std::vector<SweepCandidate> candidates = candidates_near(plan, reference);
@@ -45,13 +45,13 @@ TEST_P(TilesOfSize, CoverEveryPixelOnceAndHaveStationsToCompare) {
 
 INSTANTIATE_TEST_SUITE_P(Widths, TilesOfSize, ::testing::Values(32, 36, 100, 128));
 
-TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndKnowsInvalidOnes) {
+TEST(ReferenceTileTest, IsTheMeanOfAPixelsSamplesAndMarksInvalidOnes) {
   const DepthTestRoom room(room_of_scale(1.0));
   const PanoramaSize size{100, 50};
   cv::Mat valid(size.height, size.width, CV_8UC1, cv::Scalar(255));
   valid.at<uchar>(40, 21) = 0;
   const DepthPlan plan = plan_depth(room.room(), {.width = size.width});
-  const auto gains = no_gains(room.grid());
+  const auto gains = unit_gains(room.grid());
   PictureCache pictures(room.room(), size, gains, valid, 100);
   const TileViews views(plan.maps[1], candidates_near(plan, plan.maps[1]), plan.reach_m, &pictures);
   for (int tile = 0; tile < views.tiles(); ++tile) {

@@ -10,7 +10,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kMostComparedMaps = 24;
+constexpr int kMaxComparedMaps = 24;
 constexpr int kPixelsPerMap = 16384;
 
 struct MapPlace {
@@ -89,7 +89,7 @@ std::optional<double> quantile(std::vector<Difference> values, double share) {
 std::optional<double> omega_error(const Room& room) {
   const std::vector<MapPlace> places = all_maps(room);
   if (places.size() < 2) return std::nullopt;
-  const int count = std::min(kMostComparedMaps, static_cast<int>(places.size()));
+  const int count = std::min(kMaxComparedMaps, static_cast<int>(places.size()));
   std::vector<std::vector<Difference>> found(static_cast<size_t>(count));
   parallel_for(0, count, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {

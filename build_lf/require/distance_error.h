@@ -1,5 +1,4 @@
-// How far the distances of a room can be trusted, told from how much its maps contradict each
-// other.
+// Estimates the error of a room's distances from the disagreement between its maps.
 #pragma once
 
 #include <optional>
@@ -8,15 +7,16 @@
 
 namespace raywalk::build_lf {
 
-// The share of the pixels that errors and tolerances are stated for; the rest are silhouettes,
-// reflections and thin things, which no number of this kind describes.
+// The quantile at which errors are stated; the remaining pixels are outliers (silhouettes,
+// reflections, thin objects).
 inline constexpr double kTrustedShare = 0.95;
 
-// Each of some maps is looked up in the map captured nearest to it. Where both see the same
-// surface, kTrustedShare of the solid angle differ by less than sqrt(2) times the result, in 1/m:
-// both maps err, and independently. Differences that belong to occlusion, where one map sees
-// something else, do not count. Errors that all maps share (a scale that is wrong) do not show.
-// None where the room has fewer than two maps or they see nothing in common.
+// The error of an inverse distance, 1/m. Each map of a sample is compared with the map captured
+// nearest to it: over the pixels where both see the same surface, the result is the kTrustedShare
+// quantile (by solid angle) of the difference, divided by sqrt(2) because both maps have
+// independent errors. Pixels occluded in one of the maps do not count. Errors common to all maps
+// (such as a wrong scale) are not detected. None if the room has fewer than two maps or they have
+// no surface in common.
 std::optional<double> omega_error(const Room& room);
 
 }  // namespace raywalk::build_lf

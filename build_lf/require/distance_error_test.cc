@@ -12,13 +12,13 @@ namespace {
 
 class OmegaErrorTest : public RequireTest {};
 
-TEST_F(OmegaErrorTest, ExactMapsHardlyContradictEachOther) {
+TEST_F(OmegaErrorTest, ExactMapsHaveNearlyNoError) {
   const auto error = omega_error(room_of({.width = 256}));
   ASSERT_TRUE(error);
   EXPECT_LT(*error, 2e-3);
 }
 
-TEST_F(OmegaErrorTest, NoiseIsFound) {
+TEST_F(OmegaErrorTest, NoiseIsMeasured) {
   room_of({.width = 256});
   std::mt19937_64 random(11);
   std::normal_distribution<double> noise(0.0, 0.005);  // 1/m; 95 % are within 1.96 of it
@@ -26,7 +26,7 @@ TEST_F(OmegaErrorTest, NoiseIsFound) {
       [&](float metres) { return static_cast<float>(1.0 / (1.0 / metres + noise(random))); });
   const auto error = omega_error(Room::open(path_));
   ASSERT_TRUE(error);
-  // Interpolation averages the noise of one of the two maps.
+  // Interpolation reduces the noise of one of the two maps.
   EXPECT_NEAR(*error, 1.96 * 0.005, 0.35 * 1.96 * 0.005);
 }
 
@@ -38,7 +38,7 @@ TEST_F(OmegaErrorTest, OneMapHasNothingToCompareWith) {
 TEST_F(OmegaErrorTest, SkyIsAgreement) {
   SyntheticRoomSpec spec{.width = 64};
   spec.scene.infinitely_far = true;
-  // Written as infinity: nothing is known to be nearer.
+  // Sky is stored as infinity.
   EXPECT_EQ(omega_error(room_of(spec)), 0.0);
 }
 

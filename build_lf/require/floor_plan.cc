@@ -13,11 +13,11 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr double kEyeLevelDeg = 20.0;
-constexpr int kMostDrawnMaps = 24;
+constexpr int kMaxDrawnMaps = 24;
 constexpr int kColumnsPerMap = 360;
 constexpr double kBorder_px = 26.0;
-// Far surfaces seen through a door or a window would shrink the room to a dot.
-constexpr double kMostExtents = 4.0;
+// Limits the plot, as surfaces far away behind a door or window would shrink the room to a dot.
+constexpr double kMaxExtents = 4.0;
 
 constexpr std::string_view kRules = R"(.raywalk-plan .surface { fill: #828e9b; fill-opacity: .55; }
 .raywalk-plan .needed { fill: var(--accent); }
@@ -30,7 +30,7 @@ std::vector<PlanPoint> surface_points(const Room& room) {
     for (int map = 0; map < room.distances(line).maps(); ++map) maps.emplace_back(line, map);
   }
   std::vector<PlanPoint> points;
-  const size_t count = std::min<size_t>(kMostDrawnMaps, maps.size());
+  const size_t count = std::min<size_t>(kMaxDrawnMaps, maps.size());
   for (size_t i = 0; i < count; ++i) {
     const auto [line, map] = maps[i * maps.size() / count];
     const DistanceVolume& volume = room.distances(line);
@@ -64,7 +64,7 @@ PlanBounds station_bounds(const Grid& grid) {
   return bounds;
 }
 
-// Around the stations and the surfaces near them.
+// Bounds of the stations and the surfaces near them.
 PlanBounds plan_bounds(const Grid& grid, std::vector<PlanPoint>* surfaces) {
   PlanBounds bounds = station_bounds(grid);
   const double extent_m = std::max(bounds.width_m(), bounds.depth_m());
@@ -72,7 +72,7 @@ PlanBounds plan_bounds(const Grid& grid, std::vector<PlanPoint>* surfaces) {
   const double middle_z = 0.5 * (bounds.min.z_m + bounds.max.z_m);
   std::erase_if(*surfaces, [&](PlanPoint p) {
     const double off_m = std::max(std::abs(p.x_m - middle_x), std::abs(p.z_m - middle_z));
-    return off_m > kMostExtents * extent_m;
+    return off_m > kMaxExtents * extent_m;
   });
   for (const PlanPoint& point : *surfaces) bounds.add(point);
   return bounds;
@@ -83,7 +83,7 @@ PlanBounds plan_bounds(const Grid& grid, std::vector<PlanPoint>* surfaces) {
 std::string floor_plan_svg(const Room& room, const KeptStations& kept) {
   std::vector<PlanPoint> surfaces = surface_points(room);
   PlanDrawing drawing(plan_bounds(room.grid(), &surfaces), kBorder_px);
-  // Neighbouring maps place the same surfaces: a point per pixel of the drawing is enough.
+  // Neighbouring maps place the same surfaces: one point per pixel of the drawing is enough.
   const double pixel_m = drawing.metres_of(1.0);
   std::set<std::pair<int, int>> drawn;
   for (const PlanPoint& point : surfaces) {

@@ -1,5 +1,4 @@
-// The room seen from above: where its surfaces are, where it was captured, and which stations are
-// needed.
+// A floor plan of the room: surfaces, stations, and which stations are needed.
 #pragma once
 
 #include <string>
@@ -9,8 +8,8 @@
 
 namespace raywalk::build_lf {
 
-// An <svg> element: points of surfaces within 20 degrees of eye level as the distance maps place
-// them, stations that are needed (filled) and those that may be left out (rings).
+// An <svg> element: surface points of the distance maps within 20 degrees of the horizon, stations
+// that are needed (filled) and stations that can be left out (rings).
 std::string floor_plan_svg(const Room& room, const KeptStations& kept);
 
 }  // namespace raywalk::build_lf

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMapsPerStation = 2;
 constexpr int kViewsPerStride = 12;
-// Of the pixels compared and of the distances: fine enough to see what a station adds.
+// Width of the compared pixels and of the distances: enough to measure the effect of a station.
 constexpr int kWidth = 512;
 
 struct MapIndex {
@@ -29,7 +29,7 @@ Eigen::Vector3d position_of(const Room& room, int line, int station) {
       .position_m;
 }
 
-// The maps of a room nearest to a place, without those captured at `left_out_m`.
+// The maps of a room nearest to a position, without those captured at `left_out_m`.
 std::vector<MapIndex> nearest_maps(const Room& room, const Eigen::Vector3d& position_m,
                                    const Eigen::Vector3d& left_out_m) {
   std::vector<MapIndex> maps;
@@ -48,7 +48,7 @@ std::vector<MapIndex> nearest_maps(const Room& room, const Eigen::Vector3d& posi
   return maps;
 }
 
-// What is seen from a place, by the maps of a room around it.
+// The inverse distances seen from a position, projected from the maps around it.
 OmegaMap omega_at(const Room& room, const Eigen::Vector3d& position_m,
                   const Eigen::Vector3d& left_out_m, int width) {
   std::vector<OmegaMap> maps;
@@ -134,7 +134,7 @@ std::vector<RecreationScore> recreate_stations(const Room& room, const Room& dis
   return scores;
 }
 
-std::vector<HeldOutStation> spread_over(std::span<const HeldOutStation> stations, int count) {
+std::vector<HeldOutStation> pick_evenly(std::span<const HeldOutStation> stations, int count) {
   if (std::ssize(stations) <= count) return {stations.begin(), stations.end()};
   std::vector<HeldOutStation> chosen;
   chosen.reserve(static_cast<size_t>(count));
@@ -155,7 +155,7 @@ std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px)
   std::vector<double> step_m;
   for (const int stride : strides) {
     std::vector<double> steps_m;
-    const auto views = spread_over(middles(room.grid(), stride, &steps_m), kViewsPerStride);
+    const auto views = pick_evenly(middles(room.grid(), stride, &steps_m), kViewsPerStride);
     first.push_back(all.size());
     step_m.push_back(median(steps_m));
     all.insert(all.end(), views.begin(), views.end());

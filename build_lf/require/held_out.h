@@ -1,4 +1,4 @@
-// Stations left out and made again from those kept.
+// Hold-out measurement: re-creates stations from the stations kept around them.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace raywalk::build_lf {
 
-// A station of a line and the stations kept on either side.
+// A station of a line and its kept neighbours, as indices.
 struct HeldOutStation {
   int line = 0;
   int station = 0;
@@ -18,24 +18,24 @@ struct HeldOutStation {
   int right = 0;
 };
 
-// Makes each station of `room` again, with the nearest maps of `distances`: the room itself, or
-// another of the same place. A map captured where the station stands is not used; where no other is
-// there, everything counts as infinitely far. `tolerance_px` is for psnr_of_tolerance_db. In
+// Re-creates each station of `room`, using the nearest maps of `distances` (the room itself or
+// another one of the same place). The station's own map is not used; without any other map
+// everything is taken to be infinitely far. `tolerance_px` is for psnr_of_tolerance_db. Runs in
 // parallel; memory does not grow with the number of stations. Throws Interrupted.
 std::vector<RecreationScore> recreate_stations(const Room& room, const Room& distances,
                                                std::span<const HeldOutStation> stations,
                                                double tolerance_px);
 
-// At most `count` of them, spread evenly.
-std::vector<HeldOutStation> spread_over(std::span<const HeldOutStation> stations, int count);
+// At most `count` of the stations, spread evenly.
+std::vector<HeldOutStation> pick_evenly(std::span<const HeldOutStation> stations, int count);
 
-// Keeps every second, third, fourth, sixth, eighth, ... station of every line that is long enough
-// and makes the middle one of each gap again, the hardest; of a stride a dozen spread over the
-// room. Empty where no line has three stations.
+// For strides 2, 3, 4, 6, 8, ...: keeps every stride-th station of every line that is long enough
+// and re-creates the middle one of each gap, which is the hardest; a dozen per stride, spread over
+// the room. Empty if no line has three stations.
 std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px);
 
-// The largest step at which, as at all smaller ones, stations made again with distances are no
-// farther from the captured ones than the tolerance is. 0 where none is.
+// The largest step, metres, such that for it and all smaller ones the PSNR of stations re-created
+// with distances is at least that of the tolerance. 0 if there is none.
 double measured_up_to_m(std::span<const HeldOutFacts> strides);
 
 }  // namespace raywalk::build_lf

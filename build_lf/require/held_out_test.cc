@@ -21,7 +21,7 @@ class HeldOutTest : public RequireTest {
   }
 };
 
-TEST_F(HeldOutTest, DistancesBringBackWhatPlainBlendingGhosts) {
+TEST_F(HeldOutTest, DistancesRemoveGhosts) {
   const Room room = room_of(long_line());
   const RecreationScore score = recreate(room, {0, 8, 6, 10});
   EXPECT_GT(score.psnr_with_distances_db, 38.0);
@@ -48,7 +48,7 @@ TEST_F(HeldOutTest, WrongDistancesAreFound) {
 TEST_F(HeldOutTest, OwnMapOfAStationLeftOutIsNotUsed) {
   SyntheticRoomSpec spec = long_line();
   const double with_all = recreate(room_of(spec), {0, 8, 6, 10}).psnr_with_distances_db;
-  // Only the station left out has a distance map that is wrong.
+  // Only the map of the station left out is wrong.
   room_of(spec);
   replace_distances([pixel = 0](float metres) mutable {
     const int map = pixel++ / (256 * 128);
@@ -58,7 +58,7 @@ TEST_F(HeldOutTest, OwnMapOfAStationLeftOutIsNotUsed) {
   EXPECT_NEAR(with_own_wrong, with_all, 1e-9);
 }
 
-TEST_F(HeldOutTest, WhatANeighbourCannotSeeIsReadFromTheOther) {
+TEST_F(HeldOutTest, OccludedPointsAreReadFromTheOtherNeighbour) {
   SyntheticRoomSpec spec = long_line();
   spec.scene.obstacle = SceneBox{{-0.15, -0.5, 0.5}, {0.15, 0.5, 0.8}};
   spec.scene.texture_wavelength_m = 0.7;
@@ -67,7 +67,7 @@ TEST_F(HeldOutTest, WhatANeighbourCannotSeeIsReadFromTheOther) {
   EXPECT_GT(score.psnr_with_distances_db, score.psnr_without_depth_db + 7.0);
 }
 
-TEST_F(HeldOutTest, ToleranceIsWhatADisplacedPictureIsOff) {
+TEST_F(HeldOutTest, TolerancePsnrIsThatOfADisplacedPicture) {
   SyntheticRoomSpec flat = long_line();
   flat.scene.contrast = 0.0;
   EXPECT_EQ(recreate(room_of(flat), {0, 8, 6, 10}).psnr_of_tolerance_db, 100.0)
@@ -98,12 +98,12 @@ TEST_F(HeldOutTest, LineOfTwoStationsHasNothingToLeaveOut) {
   EXPECT_TRUE(measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 0.5).empty());
 }
 
-TEST(SpreadOver, TakesAllWhereTheyAreFewAndElseEvenly) {
+TEST(PickEvenly, TakesAllIfFewOtherwiseEvenly) {
   std::vector<HeldOutStation> stations;
   for (int i = 0; i < 100; ++i) stations.push_back({.line = i / 50, .station = i % 50});
   const auto places = [&](int count) {
     std::vector<int> found;
-    for (const HeldOutStation& each : spread_over(stations, count)) {
+    for (const HeldOutStation& each : pick_evenly(stations, count)) {
       found.push_back(50 * each.line + each.station);
     }
     return found;
@@ -113,7 +113,7 @@ TEST(SpreadOver, TakesAllWhereTheyAreFewAndElseEvenly) {
   EXPECT_THAT(places(1), ::testing::ElementsAre(50));
   EXPECT_EQ(places(100).size(), 100U);
   EXPECT_EQ(places(101).size(), 100U);
-  EXPECT_TRUE(spread_over({}, 12).empty());
+  EXPECT_TRUE(pick_evenly({}, 12).empty());
 }
 
 TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {
@@ -128,7 +128,7 @@ TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {
   EXPECT_EQ(measured_up_to_m({}), 0.0);
 }
 
-TEST_F(HeldOutTest, WhatMasksHideIsNotCompared) {
+TEST_F(HeldOutTest, MaskedPixelsAreNotCompared) {
   SyntheticRoomSpec spec = long_line();
   const RecreationScore clean = recreate(room_of(spec), {0, 8, 6, 10});
   spec.companion =
@@ -148,7 +148,7 @@ TEST_F(HeldOutTest, WhatMasksHideIsNotCompared) {
             masked.psnr_with_distances_db - 5.0);
 }
 
-TEST_F(HeldOutTest, ARoomOfWhichNothingMayBeUsedIsNotCompared) {
+TEST_F(HeldOutTest, FullyMaskedRoomIsNotCompared) {
   SyntheticRoomSpec spec = long_line();
   spec.companion = CameraCompanion{
       .hides = [](const std::string&, int, const Eigen::Vector3d&) { return true; }};

@@ -7,7 +7,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-// Positions are sums of steps: equal ones differ in their last digits.
+// Positions are sums of steps, so equal spacings differ by rounding.
 constexpr double kRounding = 1e-9;
 
 int nearest_station(const Line& line, double along_m) {
@@ -43,14 +43,14 @@ std::vector<int> needed_stations(const Grid& grid, int index, double spacing_m,
   while (needed.back() != last) {
     const int here = needed.back();
     const int stop = *fixed.upper_bound(here);
-    int farthest = here + 1;  // even where the gap to it is too wide already
+    int farthest = here + 1;  // even if the gap to it is already too wide
     int farthest_preferred = -1;
     for (int i = here + 1; i <= stop; ++i) {
       if (i > here + 1 && along_m(i) - along_m(here) > spacing_m * (1.0 + kRounding)) break;
       farthest = i;
       if (std::ranges::binary_search(preferred, i)) farthest_preferred = i;
     }
-    // A fixed station ends the step in any case, and the next one starts from there.
+    // A fixed station is always kept, and the next step starts from it.
     const bool at_stop = farthest == stop;
     needed.push_back(farthest_preferred >= 0 && !at_stop ? farthest_preferred : farthest);
   }

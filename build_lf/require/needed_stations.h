@@ -1,4 +1,4 @@
-// Which stations of a line suffice for a spacing.
+// Selects the stations of a line needed for a spacing.
 #pragma once
 
 #include <span>
@@ -8,11 +8,11 @@
 
 namespace raywalk::build_lf {
 
-// Indices, increasing, of stations of `line` that leave no gap wider than `spacing_m`, except where
-// the line itself has none between. The first, the last and the station nearest to each crossing
-// with another line are always kept: the views of a cell connect there. From each the farthest
-// within reach comes next, of those in `preferred` (increasing; stations with a distance map) if
-// any is within reach. An infinite spacing keeps the fixed stations alone.
+// Increasing indices of stations of `line` with no gap wider than `spacing_m`, except where the
+// captured gap is wider. The first, the last and the station nearest to each crossing with another
+// line are always kept, because the views of a cell connect there. In between, selection is greedy:
+// the next station is the farthest one within `spacing_m`, if possible one of `preferred`
+// (increasing; stations with a distance map). An infinite spacing keeps only the fixed stations.
 std::vector<int> needed_stations(const Grid& grid, int line, double spacing_m,
                                  std::span<const int> preferred);
 

@@ -15,7 +15,7 @@ using ::testing::IsSupersetOf;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A single line with stations at the given places.
+// A single line with stations at the given positions.
 Grid line_of(const std::vector<double>& along_m) {
   Grid grid = synthetic_grid({.cells_z = 0});
   grid.lines[0].stations.clear();
@@ -34,20 +34,20 @@ TEST(NeededStations, LeaveNoGapWiderThanTheSpacing) {
   EXPECT_THAT(needed_stations(grid, 0, kInfinity, {}), ElementsAre(0, 7));
 }
 
-TEST(NeededStations, RoundingOfPositionsDoesNotCostStations) {
+TEST(NeededStations, AreRobustToRounding) {
   std::vector<double> along;
   for (int i = 0; i < 31; ++i) along.push_back(0.1 * i);
   EXPECT_EQ(needed_stations(line_of(along), 0, 0.3, {}).size(), 11U);
 }
 
-TEST(NeededStations, WidthOfTheGapsDecidesNotTheirNumber) {
+TEST(NeededStations, DependOnTheWidthOfGapsNotTheirNumber) {
   const Grid grid = line_of({0, 0.1, 0.2, 1.0, 3.0, 3.1, 3.2});
   EXPECT_THAT(needed_stations(grid, 0, 1.0, {}), ElementsAre(0, 3, 4, 6));
   EXPECT_THAT(needed_stations(grid, 0, 0.05, {}), ElementsAre(0, 1, 2, 3, 4, 5, 6))
       << "nothing is left out where the line is too coarse already";
 }
 
-TEST(NeededStations, StationsWithDistancesAreKeptWhereSeveralWouldDo) {
+TEST(NeededStations, StationsWithDistancesArePreferred) {
   const Grid grid = line_of({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
   EXPECT_THAT(needed_stations(grid, 0, 3.0, std::array{0, 2, 4, 6, 8}), ElementsAre(0, 2, 4, 6, 9));
   EXPECT_THAT(needed_stations(grid, 0, 3.0, std::array{4}), ElementsAre(0, 3, 4, 7, 9));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk::build_lf {
 namespace {
 
@@ -10,20 +12,18 @@ bool same_surface(float a, float b, float tolerance) {
   return std::abs(a - b) <= tolerance * std::max(a, b);
 }
 
-int wrapped(int theta, int width) { return (theta % width + width) % width; }
-
-// Writes a point of a map into the pixels it covers from here, where nothing nearer is.
+// Splats a point of a map into the pixels it covers in the target, with a depth test.
 class Splat {
  public:
   Splat(OmegaMap* target, PanoramaSize source)
       : target_(target), scale_(static_cast<double>(target->size().width) / source.width) {}
 
-  // A source pixel at latitude `phi_rad` spans cos(phi) of a pixel's angle along its row; seen from
-  // here it is larger by the ratio of the distances.
+  // A source pixel at latitude `phi_rad` spans cos(phi) of a pixel's angle along its row; in the
+  // target it is larger by the ratio of the distances.
   void write(const SeenPoint& seen, double phi_rad, double magnification) {
     const PanoramaSize size = target_->size();
     const PixelPosition at = pixel_from_angles(seen.angles, size);
-    const double half_rows = 0.5 * scale_ * std::min(magnification, kLargest);
+    const double half_rows = 0.5 * scale_ * std::min(magnification, kMaxMagnification);
     const double widening =
         std::cos(phi_rad) / std::max(std::cos(seen.angles.phi_rad), 1.0 / size.width);
     const double half_columns = std::min(half_rows * widening, 0.5 * size.width - 1.0);
@@ -33,7 +33,7 @@ class Splat {
     const int first_column = static_cast<int>(std::floor(at.u - half_columns + 0.5));
     const int last_column = static_cast<int>(std::ceil(at.u + half_columns - 0.5));
     for (int column = first_column; column <= last_column; ++column) {
-      const int theta = wrapped(column, size.width);
+      const int theta = wrapped_column(column, size.width);
       for (int row = first_row; row <= last_row; ++row) {
         float& omega = target_->at(theta, row);
         omega = std::max(omega, seen.omega);
@@ -42,9 +42,8 @@ class Splat {
   }
 
  private:
-  // A surface that the other place sees from far and this one from close by is seen too coarsely to
-  // be of use.
-  static constexpr double kLargest = 4.0;
+  // A surface far from the source but close to the target is too coarse to be useful.
+  static constexpr double kMaxMagnification = 4.0;
 
   OmegaMap* target_;
   double scale_;  // target pixels per source pixel
@@ -70,32 +69,32 @@ void project(const PlacedMap& from, const Eigen::Vector3d& position_m, OmegaMap*
   }
 }
 
-// The inverse distance in `direction` that the map has for a point that is about at `omega`: of the
-// surface point the map sees there. None where the map sees another surface.
+// The inverse distance, seen from the target, of the map's surface point closest to the point at
+// `direction` and approximately `omega`. None if the map sees another surface there.
 std::optional<float> looked_up(const PlacedMap& in, const Eigen::Vector3d& direction, float omega,
                                const Eigen::Vector3d& position_m) {
   const Eigen::Vector3d offset_m = position_m - in.position_m;
   const SeenPoint there = seen_from(direction, omega, offset_m);
   const float known = in.map->sample(pixel_from_angles(there.angles, in.map->size()));
-  // Projected values are off by a pixel's change themselves.
+  // Projected values are themselves off by up to the change across one pixel.
   if (known < 0.0f || !same_surface(known, there.omega, 2.0f * in.map->surface_tolerance())) {
     return std::nullopt;
   }
   return seen_from(direction_from_angles(there.angles), known, -offset_m).omega;
 }
 
-// Where the ray in `direction` meets the surface that the map sees about there: the map's surface
-// point lies beside the ray by as much as `omega` is wrong, times the parallax between the two
-// places; so each look brings it nearer.
+// Intersects the ray in `direction` with the map's surface by fixed-point iteration: the map's
+// surface point is off the ray by the error of `omega` times the parallax between the two
+// positions, so each lookup reduces the error.
 std::optional<float> intersected(const PlacedMap& in, const Eigen::Vector3d& direction, float omega,
                                  const Eigen::Vector3d& position_m) {
-  constexpr int kMostLooks = 4;
-  constexpr float kNearEnough = 1e-4f;
+  constexpr int kMaxIterations = 4;
+  constexpr float kConverged = 1e-4f;
   std::optional<float> found = looked_up(in, direction, omega, position_m);
-  for (int look = 1; look < kMostLooks && found; ++look) {
+  for (int iteration = 1; iteration < kMaxIterations && found; ++iteration) {
     const float before = *found;
     found = looked_up(in, direction, before, position_m);
-    if (found && same_surface(*found, before, kNearEnough)) break;
+    if (found && same_surface(*found, before, kConverged)) break;
   }
   return found;
 }
@@ -117,19 +116,19 @@ void refine(std::span<const PlacedMap> maps, const Eigen::Vector3d& position_m, 
   }
 }
 
-// Fills each run of unknown pixels of a row, which goes round, with the farther of its ends.
+// Fills each run of unknown pixels of a row (cyclic) with the farther of its ends.
 void fill_row(int row, OmegaMap* map) {
   const int width = map->size().width;
   int known = 0;
   while (known < width && map->at(known, row) < 0.0f) ++known;
   if (known == width) return;
-  int last = known;  // known, and everything from `known` to here is
+  int last = known;  // last known pixel; no gap from `known` up to it
   for (int step = 1; step <= width; ++step) {
     const int here = known + step;
-    const float omega = map->at(wrapped(here, width), row);
+    const float omega = map->at(wrapped_column(here, width), row);
     if (omega < 0.0f) continue;
-    const float farther = std::min(omega, map->at(wrapped(last, width), row));
-    for (int gap = last + 1; gap < here; ++gap) map->at(wrapped(gap, width), row) = farther;
+    const float farther = std::min(omega, map->at(wrapped_column(last, width), row));
+    for (int gap = last + 1; gap < here; ++gap) map->at(wrapped_column(gap, width), row) = farther;
     last = here;
   }
 }
@@ -142,23 +141,17 @@ float OmegaMap::surface_tolerance() const {
 }
 
 float OmegaMap::sample(PixelPosition pixel) const {
-  const double u = std::floor(pixel.u), v = std::floor(pixel.v);
-  const double du = pixel.u - u, dv = pixel.v - v;
-  const auto column = [&](int step) { return wrapped(static_cast<int>(u) + step, size_.width); };
-  const auto row = [&](int step) {
-    return std::clamp(static_cast<int>(v) + step, 0, size_.height - 1);
-  };
-  const float nearest = at(column(du < 0.5 ? 0 : 1), row(dv < 0.5 ? 0 : 1));
+  const PixelsAround around = pixels_around(pixel, size_);
+  const float nearest = at(around.nearest_column(), around.nearest_row());
   if (nearest < 0.0f) return nearest;
   const float tolerance = surface_tolerance();
   double sum = 0.0, weight = 0.0;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) {
-      const float omega = at(column(i), row(j));
+  for (size_t i = 0; i < 2; ++i) {
+    for (size_t j = 0; j < 2; ++j) {
+      const float omega = at(around.column[i], around.row[j]);
       if (omega < 0.0f || !same_surface(omega, nearest, tolerance)) continue;
-      const double part = (i == 0 ? 1.0 - du : du) * (j == 0 ? 1.0 - dv : dv);
-      sum += part * omega;
-      weight += part;
+      sum += around.weight(i, j) * omega;
+      weight += around.weight(i, j);
     }
   }
   return static_cast<float>(sum / weight);
@@ -190,8 +183,8 @@ OmegaMap resized(const OmegaMap& map, int width) {
   return result;
 }
 
-// The point lies at offset + direction / omega; divided by its length this needs no distance:
-// omega offset + direction, and 1 / |offset + direction / omega| = omega / |omega offset +
+// The point is at offset + direction / omega. Multiplied by omega this also holds for infinite
+// distances: direction omega offset + direction, inverse distance omega / |omega offset +
 // direction|.
 SeenPoint seen_from(const Eigen::Vector3d& direction, float omega,
                     const Eigen::Vector3d& offset_m) {

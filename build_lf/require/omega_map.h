@@ -1,6 +1,6 @@
-// Inverse distances in every direction from one place, and how they are carried to another place.
-// The inverse omega = 1 / d is what pictures move by: it is 0 for the sky, and on a plane it is
-// linear in the direction's components, so that it can be interpolated.
+// Maps of inverse distances, and their projection to another position. Parallax is proportional to
+// omega = 1 / d. It is 0 for the sky, and on a plane it is linear in the direction's components, so
+// that it can be interpolated.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,23 +14,22 @@ namespace raywalk::build_lf {
 
 class OmegaMap {
  public:
-  // Nothing is known.
+  // All pixels unknown.
   explicit OmegaMap(PanoramaSize size)
       : size_(size),
         omega_(static_cast<size_t>(size.width) * static_cast<size_t>(size.height), -1.0f) {}
 
   PanoramaSize size() const { return size_; }
-  // 1/m, at least 0; negative where it is not known. Column theta in [0, width), row in
-  // [0, height).
+  // 1/m, at least 0; negative if unknown. Column theta in [0, width), row in [0, height).
   float at(int theta, int row) const { return omega_[index(theta, row)]; }
   float& at(int theta, int row) { return omega_[index(theta, row)]; }
 
-  // Interpolated over the neighbours that show the same surface as the nearest pixel; negative
-  // where that one is unknown.
+  // Bilinear interpolation over the neighbours on the same surface as the nearest pixel; negative
+  // if that pixel is unknown.
   float sample(PixelPosition pixel) const;
 
-  // Two inverse distances of neighbouring pixels that differ by no more than this, relative to the
-  // larger, count as one surface: the change across one pixel of a plane seen at 80 deg incidence.
+  // Neighbouring pixels are on the same surface if their inverse distances differ by at most this,
+  // relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
   float surface_tolerance() const;
 
  private:
@@ -46,29 +45,29 @@ class OmegaMap {
 // A distance map of a room as inverse distances. Pixels of confidence 0 are unknown.
 OmegaMap omega_map_of(const DistanceVolume& volume, int map);
 
-// The same map sampled at another width.
+// The map resampled at another width.
 OmegaMap resized(const OmegaMap& map, int width);
 
-// A map and where it was captured.
+// A map and its position.
 struct PlacedMap {
   const OmegaMap* map = nullptr;
   Eigen::Vector3d position_m{0, 0, 0};
 };
 
-// How a point looks from another place: its direction there and its inverse distance. The point is
-// in the unit direction `direction` at inverse distance `omega` from a place that lies at
-// `offset_m` from the other one.
+// The direction and inverse distance, 1/m, of a point seen from another position. The point lies in
+// the unit direction `direction` at inverse distance `omega` from a position that is at `offset_m`
+// relative to the other one.
 struct SeenPoint {
   SphereAngles angles{};
   float omega = 0.0f;
 };
 SeenPoint seen_from(const Eigen::Vector3d& direction, float omega, const Eigen::Vector3d& offset_m);
 
-// What `position_m` sees, by the maps around it: all points of the maps are projected there, the
-// nearest surface wins, and each pixel is then looked up again in the first map that agrees, so
-// that the result is not rounded to pixels. Directions no map sees take the farther of the
-// surfaces beside them along the row, as what a near object hides is background. Rows of which no
-// map sees anything stay unknown: all of them where there are no maps.
+// The map seen from `position_m`, forward-projected from the maps around it. The nearest surface
+// wins (z-buffer); each pixel is then looked up again in the first map that agrees, to avoid
+// rounding to pixels. Holes take the farther of the neighbouring surfaces in their row, as occluded
+// surfaces are background. Rows seen by no map stay unknown, which is all rows if there are no
+// maps.
 OmegaMap projected(std::span<const PlacedMap> maps, const Eigen::Vector3d& position_m, int width);
 
 }  // namespace raywalk::build_lf

@@ -39,7 +39,7 @@ double share_right(const OmegaMap& map, const OmegaMap& truth, double tolerance)
   return right / all;
 }
 
-TEST(OmegaMap, PointIsSeenWhereGeometrySaysAtAnyScale) {
+TEST(OmegaMap, SeenPointMatchesGeometryAtAnyScale) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto vector = [&] { return Eigen::Vector3d(unit(random), unit(random), unit(random)); };
@@ -57,14 +57,14 @@ TEST(OmegaMap, PointIsSeenWhereGeometrySaysAtAnyScale) {
   }
 }
 
-TEST(OmegaMap, SkyStaysWhereItIs) {
+TEST(OmegaMap, SkyDoesNotMove) {
   const Eigen::Vector3d direction = Eigen::Vector3d(1, 2, -3).normalized();
   const SeenPoint seen = seen_from(direction, 0.0f, {1e6, 5, 1});
   EXPECT_EQ(seen.omega, 0.0f);
   EXPECT_LT((direction_from_angles(seen.angles) - direction).norm(), 1e-12);
 }
 
-TEST(OmegaMap, ProjectionSeesWhatIsThere) {
+TEST(OmegaMap, ProjectionMatchesTheTruth) {
   SyntheticScene scene;
   const Eigen::Vector3d here(0.1, 0.0, 0.0);
   const OmegaMap left = true_map(scene, {-0.4, 0, 0}, 256),
@@ -76,7 +76,7 @@ TEST(OmegaMap, ProjectionSeesWhatIsThere) {
   EXPECT_GT(share_right(seen, truth, 0.1), 0.999);
 }
 
-TEST(OmegaMap, ObstacleHidesWhatIsBehindItFromHereToo) {
+TEST(OmegaMap, ObstacleOccludesTheBackground) {
   SyntheticScene scene;
   scene.obstacle = SceneBox{{-0.3, -0.6, 1.0}, {0.4, 0.5, 1.4}};
   const Eigen::Vector3d here(0.0, 0.0, 0.0);
@@ -85,7 +85,7 @@ TEST(OmegaMap, ObstacleHidesWhatIsBehindItFromHereToo) {
   const std::array maps{PlacedMap{&left, {-0.3, 0, 0}}, PlacedMap{&right, {0.3, 0, 0}}};
   const OmegaMap truth = true_map(scene, here, 256);
   EXPECT_GT(share_right(projected(maps, here, 256), truth, 0.02), 0.98);
-  // Without looking for hidden surfaces, the background beside the obstacle would be wrong.
+  // One map alone is wrong about the background beside the obstacle.
   EXPECT_LT(share_right(left, truth, 0.02), 0.8);
 }
 

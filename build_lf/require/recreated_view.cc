@@ -3,39 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
+
 namespace raywalk::build_lf {
 namespace {
 
-constexpr double kMostDb = 100.0;
+constexpr double kMaxDb = 100.0;
 
-// Red, green and blue between pixels, bilinearly.
+// Bilinearly interpolated red, green and blue.
 Eigen::Vector3d color_at(const StationView& view, PixelPosition pixel) {
-  const PanoramaSize size = view.rays->panorama();
-  const double u = std::floor(pixel.u), v = std::floor(pixel.v);
-  const double du = pixel.u - u, dv = pixel.v - v;
+  const PixelsAround around = pixels_around(pixel, view.rays->panorama());
   Eigen::Vector3d color(0, 0, 0);
-  for (int i = 0; i < 2; ++i) {
-    const int theta = ((static_cast<int>(u) + i) % size.width + size.width) % size.width;
-    const auto column = view.rays->column(view.station, theta);
-    for (int j = 0; j < 2; ++j) {
-      const int row = std::clamp(static_cast<int>(v) + j, 0, size.height - 1);
-      const std::uint8_t* rgb = column.data() + 3 * static_cast<size_t>(row);
-      const double weight = (i == 0 ? 1.0 - du : du) * (j == 0 ? 1.0 - dv : dv);
-      color += weight * Eigen::Vector3d(rgb[0], rgb[1], rgb[2]);
+  for (size_t i = 0; i < 2; ++i) {
+    const auto column = view.rays->column(view.station, around.column[i]);
+    for (size_t j = 0; j < 2; ++j) {
+      const std::uint8_t* rgb = column.data() + 3 * static_cast<size_t>(around.row[j]);
+      color += around.weight(i, j) * Eigen::Vector3d(rgb[0], rgb[1], rgb[2]);
     }
   }
   return color;
 }
 
-// Whether all four pixels around may be used.
+// Whether all four surrounding pixels are valid.
 bool is_valid(const StationView& view, PixelPosition pixel) {
-  const PanoramaSize size = view.rays->panorama();
-  const int u = static_cast<int>(std::floor(pixel.u));
-  const int v = static_cast<int>(std::floor(pixel.v));
-  for (int i = 0; i < 2; ++i) {
-    const int theta = ((u + i) % size.width + size.width) % size.width;
+  const PixelsAround around = pixels_around(pixel, view.rays->panorama());
+  for (const int theta : around.column) {
     const RowRun rows = view.rays->valid_rows(view.station, theta);
-    if (std::max(v, 0) < rows.begin || std::min(v + 1, size.height - 1) >= rows.end) return false;
+    if (around.row[0] < rows.begin || around.row[1] >= rows.end) return false;
   }
   return true;
 }
@@ -46,20 +40,20 @@ struct Sighting {
   bool visible = false;  // and not masked
 };
 
-// The point of `truth` in `direction` as another station saw it.
-Sighting look(const StationView& from, const StationView& truth, const Eigen::Vector3d& direction,
-              float omega) {
+// The point of `truth` in `direction`, seen from another station.
+Sighting sight(const StationView& from, const StationView& truth, const Eigen::Vector3d& direction,
+               float omega) {
   const SeenPoint seen = seen_from(direction, omega, truth.position_m - from.position_m);
   const float nearest = from.omega->sample(pixel_from_angles(seen.angles, from.omega->size()));
-  // A pixel of the map, and one of the map it was made from.
+  // One pixel of this map, and one of the map it was projected from.
   const float tolerance = 2.0f * from.omega->surface_tolerance();
   const PixelPosition pixel = pixel_from_angles(seen.angles, from.rays->panorama());
   const bool masked = !is_valid(from, pixel);
   return {color_at(from, pixel), masked, !masked && nearest <= seen.omega * (1.0f + tolerance)};
 }
 
-// How much the second counts: alone what is visible, then what is not masked, counts; else both, by
-// nearness.
+// Weight of the second sighting: if only one is visible (or else only one unmasked) it is used
+// alone; otherwise both are blended by nearness.
 double share_of_second(const Sighting& first, const Sighting& second, double fraction) {
   if (first.visible != second.visible) return second.visible ? 1.0 : 0.0;
   if (first.masked != second.masked) return first.masked ? 1.0 : 0.0;
@@ -67,13 +61,13 @@ double share_of_second(const Sighting& first, const Sighting& second, double fra
 }
 
 double squared_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  // Colours are compared as the 8-bit values a picture would hold.
+  // Colours are compared as rounded 8-bit values.
   const auto rounded = [](double level) { return std::round(level); };
   return (a.unaryExpr(rounded) - b.unaryExpr(rounded)).squaredNorm();
 }
 
-// The squared differences between a pixel and those an angle of `tolerance_px` rows beside it,
-// added up; towards a pole that angle spans more columns.
+// Sum of squared differences between a pixel and those displaced by the angle of `tolerance_px`
+// rows; towards a pole that angle spans more columns.
 double displacement_error(const StationView& view, PixelPosition pixel, double tolerance_px,
                           double cos_phi) {
   const Eigen::Vector3d color = color_at(view, pixel);
@@ -86,7 +80,7 @@ double displacement_error(const StationView& view, PixelPosition pixel, double t
 }  // namespace
 
 double psnr_db(double mean_squared_error) {
-  return std::min(kMostDb, 10.0 * std::log10(255.0 * 255.0 / mean_squared_error));
+  return std::min(kMaxDb, 10.0 * std::log10(255.0 * 255.0 / mean_squared_error));
 }
 
 RecreationScore score_recreation(const StationView& truth, const StationView& left,
@@ -106,12 +100,12 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
       const Eigen::Vector3d direction = direction_from_angles(angles);
       const float omega =
           std::max(0.0f, truth.omega->sample(pixel_from_angles(angles, truth.omega->size())));
-      const Sighting a = look(left, truth, direction, omega);
-      const Sighting b = look(right, truth, direction, omega);
+      const Sighting a = sight(left, truth, direction, omega);
+      const Sighting b = sight(right, truth, direction, omega);
       const double part = std::cos(angles.phi_rad);
       solid_angle += part;
       if (!a.visible && !b.visible) hidden += part;
-      // Nothing that could be compared is left; a view would show it from another line.
+      // Masked in both stations, so not comparable; a view would show it from another line.
       if (a.masked && b.masked) continue;
       const double share_of_b = share_of_second(a, b, fraction);
       const Eigen::Vector3d captured = color_at(truth, pixel);
@@ -122,7 +116,7 @@ RecreationScore score_recreation(const StationView& truth, const StationView& le
       ++pixels;
     }
   }
-  if (pixels == 0) return {kMostDb, kMostDb, kMostDb, 1.0};
+  if (pixels == 0) return {kMaxDb, kMaxDb, kMaxDb, 1.0};
   const double samples = 3.0 * static_cast<double>(pixels);
   return {psnr_db(with / samples), psnr_db(without / samples), psnr_db(displaced / samples),
           hidden / solid_angle};

@@ -1,5 +1,5 @@
-// A station's panorama made again from its two neighbours on the line, to see what leaving it out
-// costs.
+// Re-creates a station's panorama from its two neighbours on the line, to measure the loss from
+// leaving it out.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace raywalk::build_lf {
 
-// A station's rays, its place, and the inverse distances it sees.
+// A station's rays, its position, and the inverse distances seen from it.
 struct StationView {
   const LineVolume* rays = nullptr;
   int station = 0;
@@ -20,21 +20,20 @@ struct StationView {
 struct RecreationScore {
   double psnr_with_distances_db = 0.0;  // over RGB, at most 100
   double psnr_without_depth_db = 0.0;
-  double psnr_of_tolerance_db = 0.0;  // of the captured view, displaced by the tolerance
+  double psnr_of_tolerance_db = 0.0;  // captured view against itself, displaced by the tolerance
   double hidden_share = 0.0;          // of the solid angle: seen by neither neighbour
 };
 
-// Makes the view of `truth` from `left` and `right` and compares it with what was captured, over
-// the pixels of a grid about `width` wide.
-// - With distances each ray's point, by truth.omega, is looked up where the two stations saw it
-//   and blended by nearness; a station from which, by its own omega, something nearer hides the
-//   point is left out unless both are.
-//   What is masked in a station is not seen from it; pixels masked in `truth` or in both others are
+// Re-creates the view of `truth` from `left` and `right` and compares it with the captured one, on
+// a grid of pixels about `width` wide.
+// - With distances: each ray's point, by truth.omega, is projected into both stations and the two
+//   colours are blended by nearness. A station in which the point is occluded (by its own omega) or
+//   masked is left out, unless both occlude it. Pixels masked in `truth` or in both stations are
 //   not compared.
-// - Without depth the same pixel of both stations is blended: the vertical cut.
-// What the tolerance stands for in this view is told by the view itself, each pixel displaced by
-// `tolerance_px` of its own once along its row and once along its column: fine texture makes much
-// of it, a blank wall nothing.
+// - Without depth: the same pixel of both stations is blended (the vertical cut).
+// The PSNR of the tolerance is that of the captured view against itself, displaced by
+// `tolerance_px` of its pixels once along rows and once along columns. It depends on the scene's
+// texture.
 RecreationScore score_recreation(const StationView& truth, const StationView& left,
                                  const StationView& right, double tolerance_px, int width);
 

@@ -65,10 +65,10 @@ void add_facts(const RoomRequirements& r, HtmlPage* page) {
 
 void add_scene(const Room& room, const RoomRequirements& r, const KeptStations& needed,
                HtmlPage* page) {
-  page->add_section("How far the scene is");
+  page->add_section("Distances of the scene");
   page->add_paragraph(fmt::format(
-      "Distances as the stations see them, weighted by solid angle and confidence: 1 % are nearer "
-      "than {}, half nearer than {}, 99 % nearer than {}. Sky is {} of the directions, {} of them "
+      "Distances from the stations, weighted by solid angle and confidence: 1 % are nearer than "
+      "{}, half nearer than {}, 99 % nearer than {}. Sky covers {} of the directions; {} of them "
       "are known.",
       metres(r.distance.near_m), metres(r.distance.median_m), metres(r.distance.far_m),
       percent(r.distance.sky_share), percent(r.distance.known_share)));
@@ -107,17 +107,16 @@ void add_layers(const RoomRequirements& r, HtmlPage* page) {
   page->add_section("Depth layers");
   page->add_paragraph(fmt::format(
       "A view a distance d_p from the line moves each ray's latitude by up to d_p times the "
-      "inverse "
-      "distance of what it shows. Layers spread equally in inverse distance, from {} to {} per "
-      "metre, leave half a layer of it. This many keep it within {:g} px at {} px, except for rays "
-      "that graze a surface at more than 80 degrees.",
+      "inverse distance of its source. With layers equally spaced in inverse distance, from {} to "
+      "{} per metre, an error of half a layer remains. These counts keep it within {:g} px at {} "
+      "px, except for rays that graze a surface at more than 80 degrees.",
       fixed_number(r.layers.omega_min_per_m, 3), fixed_number(r.layers.omega_max_per_m, 3),
       r.tolerance_px, r.storage.panorama_width_px));
   page->add_table(layers_table(r));
 }
 
 HtmlTable spacing_table(const RoomRequirements& r) {
-  HtmlTable table{.caption = "Spacing needed, by what is known of the distances",
+  HtmlTable table{.caption = "Spacing needed, by knowledge of the distances",
                   .header = {"known", "spacing needed", "captured spacing"},
                   .rows = {}};
   const auto add = [&](const std::string& known, double needed_m) {
@@ -125,18 +124,18 @@ HtmlTable spacing_table(const RoomRequirements& r) {
                           {spacing(needed_m), needed_m >= r.spacing.captured_median_m},
                           {spacing(r.spacing.captured_median_m)}});
   };
-  add("nothing: blended in place", r.spacing.needed_without_depth_m);
+  add("nothing (blended in place)", r.spacing.needed_without_depth_m);
   for (const SpacingWithLayers& each : r.spacing.needed_with_layers) {
     add(each.layers == 1 ? "one depth (Chai's optimum)" : fmt::format("{} layers", each.layers),
         each.needed_m);
   }
-  add("distances, by their error alone", r.spacing.needed_by_error_m);
+  add("distances, from their error alone", r.spacing.needed_by_error_m);
   add("distances, by re-created stations", r.spacing.measured_up_to_m);
   return table;
 }
 
 HtmlTable held_out_table(const RoomRequirements& r) {
-  HtmlTable table{.caption = "The middle station of each gap, made again from its two neighbours",
+  HtmlTable table{.caption = "The middle station of each gap, re-created from its two neighbours",
                   .header = {"every", "step", "views", "with distances", "without depth",
                              "tolerance", "hidden from both"},
                   .rows = {}};
@@ -156,49 +155,49 @@ HtmlTable held_out_table(const RoomRequirements& r) {
 void add_spacing(const RoomRequirements& r, HtmlPage* page) {
   page->add_section("Spacing of the stations");
   page->add_paragraph(fmt::format(
-      "Plenoptic sampling along a rail: a source at inverse distance w appears in two stations, "
-      "a step s apart, under directions s w apart. Blended without moving them, it is seen twice; "
-      "moved by an assumed distance, the copies come as near as that distance is right. Chai's "
-      "critical sampling is a tolerance of 1 px about the optimal single depth; here it is {:g} "
-      "px, {} degrees.",
+      "Plenoptic sampling along a rail: a source at inverse distance w appears in two stations, a "
+      "step s apart, in directions s w apart. A blend without correction shows it twice; corrected "
+      "by an assumed distance, the copies are apart by the error of that distance. Chai's critical "
+      "sampling is a tolerance of 1 px about the optimal single depth; here it is {:g} px, {} "
+      "degrees.",
       r.tolerance_px, plain_number(360.0 * r.tolerance_px / r.storage.panorama_width_px, 4)));
   page->add_figures(
-      {svg_figure(ghost_plot(r), "How far apart the nearest source's copies lie."),
+      {svg_figure(ghost_plot(r), "Distance between the two copies of the nearest source."),
        svg_figure(held_out_plot(r),
-                  "Measured: PSNR of stations left out and made again; the captured station "
+                  "Measured: PSNR of stations left out and re-created; the captured station "
                   "displaced by the tolerance for comparison.")});
   page->add_table(spacing_table(r));
   page->add_table(held_out_table(r));
   page->add_paragraph(fmt::format(
-      "With distances {} of {} stations suffice, those at corners and ends included. Without depth "
-      "they may stand {} apart at most, and the capture is {}. What the rule for distances does "
-      "not know, occlusion, reflections and resampling, the re-created stations measure: the "
-      "smaller of both counts.",
+      "With distances {} of {} stations suffice, including those at corners and ends. Without "
+      "depth they may be at most {} apart, and the capture is {}. The rule for distances ignores "
+      "occlusion, reflections and resampling, which the re-created stations measure: the smaller "
+      "of the two spacings is used.",
       r.spacing.stations_needed_with_distances, r.spacing.stations,
       spacing(r.spacing.needed_without_depth_m),
       r.spacing.captured_max_m <= r.spacing.needed_without_depth_m ? "dense enough"
-                                                                   : "not that dense"));
+                                                                   : "not dense enough"));
 }
 
 void add_connection(const Room& room, const RoomRequirements& r, HtmlPage* page) {
-  page->add_section("Where lines connect");
+  page->add_section("Connection between lines");
   if (!r.connection.model_k_deg) {
-    page->add_paragraph("The room has no cell: nothing connects.");
+    page->add_paragraph("The room has no cell, so no lines connect.");
     return;
   }
   std::vector<HtmlFigure> figures{
       svg_figure(model_plot(room, r), "The model E_t over the room's distances.")};
   if (r.connection.measured.empty()) {
-    page->add_paragraph(
-        fmt::format("E_connect is not measured yet: raywalk-render connect-error {} --generation "
-                    "initial,hlf-vd,two-sided does that; measurement goes before model.",
-                    room.directory().string()));
+    page->add_paragraph(fmt::format(
+        "E_connect is not measured yet: raywalk-render connect-error {} --generation "
+        "initial,hlf-vd,two-sided measures it; a measurement takes precedence over the model.",
+        room.directory().string()));
   } else {
     figures.push_back(svg_figure(measured_connection_plot(room), "Measured E_connect."));
   }
   page->add_figures(figures);
   HtmlTable table{
-      .caption = "k of the least error",
+      .caption = "k with the least error",
       .header = {"by", "k", "E_connect"},
       .rows = {{{"model E_t"}, {fmt::format("{:g}", *r.connection.model_k_deg)}, {"-"}}}};
   for (const MeasuredConnection& each : r.connection.measured) {
@@ -211,12 +210,12 @@ void add_connection(const Room& room, const RoomRequirements& r, HtmlPage* page)
 
 void add_storage(const RoomRequirements& r, HtmlPage* page) {
   const StorageFacts& s = r.storage;
-  page->add_section("What is worth storing");
+  page->add_section("Storage");
   page->add_paragraph(fmt::format(
-      "Width: with the distances' error, half a cell ({}) and half a step away, the parallax left "
-      "equals {:g} px of a panorama {} wide; a wider one stores detail that views displace by "
-      "more. Distances: maps {} px wide keep {} of the directions within the tolerance at that "
-      "distance, and {} steps of inverse distance, {} bits, are as fine as it can tell.",
+      "Width: with the error of the distances, at half a cell ({}) and half a step, the residual "
+      "parallax equals {:g} px of a panorama {} wide; a wider one stores detail that views "
+      "displace by more. Distances: maps {} px wide keep {} of the directions within the tolerance "
+      "at this reach, which needs {} steps of inverse distance, {} bits.",
       metres(s.reach_m), r.tolerance_px, pixels(s.worth_width_px), s.needed_distance_width_px,
       percent(s.share_within_tolerance), s.omega_steps, s.omega_bits));
   page->add_table({.caption = "Bytes",

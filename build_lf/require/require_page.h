@@ -1,4 +1,4 @@
-// The report of `raywalk-build-lf require` as a page to look at.
+// The HTML report of `raywalk-build-lf require`.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace raywalk::build_lf {
 
-// A self-contained HTML page with plots of everything measured. `needed` are the stations needed
-// with distances.
+// A self-contained HTML page with plots of all measurements. `needed` are the stations needed with
+// distances.
 std::string requirements_page(const Room& room, const RoomRequirements& requirements,
                               const KeptStations& needed);
 

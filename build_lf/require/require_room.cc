@@ -41,8 +41,7 @@ void set_captured_spacing(const Grid& grid, SpacingFacts* facts) {
   facts->captured_median_m = median(std::move(steps_m));
 }
 
-// Stations for a spacing; with distances those that have a map are preferred, without they are of
-// no use.
+// The stations needed for a spacing; with distances, stations with a map are preferred.
 KeptStations stations_for(const Room& room, double spacing_m, bool with_distances) {
   KeptStations kept;
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
@@ -91,8 +90,8 @@ ConnectionFacts connection_facts(const Room& room) {
   return facts;
 }
 
-// The report's directory comes first: where --thin names the same directory, or one above it, that
-// is told now and not when the thinned room is to take its name.
+// Creates the report's directory first, so that a --thin that names it or a parent directory fails
+// now, not when the finished room is renamed.
 void prepare_outputs(const RequireOptions& options) {
   const AtomicFile probe(requirements_path(options.room));
   if (options.report) {
@@ -106,7 +105,7 @@ void prepare_outputs(const RequireOptions& options) {
   const AtomicFile thin_probe(out);
 }
 
-// Without any distance the thinned room could neither be rendered with correction nor compared.
+// Without any distance map the thinned room could be neither rendered with correction nor compared.
 void require_kept_maps(const Room& room, const KeptStations& kept) {
   for (size_t line = 0; line < kept.size(); ++line) {
     const auto mapped = room.distances(static_cast<int>(line)).stations();
@@ -114,10 +113,10 @@ void require_kept_maps(const Room& room, const KeptStations& kept) {
         kept[line], [&](int station) { return std::ranges::binary_search(mapped, station); });
     if (any) return;
   }
-  throw Error(fmt::format(
-      "{}: no station that --thin would keep has a distance map; give more stations one with "
-      "raywalk-build-lf depth or pack --distance",
-      room.directory().string()));
+  throw Error(
+      fmt::format("{}: no station that --thin would keep has a distance map; add maps with "
+                  "raywalk-build-lf depth or pack --distance",
+                  room.directory().string()));
 }
 
 std::string summary_of(const RoomRequirements& r, const RequireOptions& options) {

@@ -1,4 +1,4 @@
-// What a room's scene requires: `raywalk-build-lf require`.
+// Measures the requirements of a room's scene: `raywalk-build-lf require`.
 #pragma once
 
 #include <filesystem>
@@ -13,19 +13,20 @@ namespace raywalk::build_lf {
 struct RequireOptions {
   std::filesystem::path room{};
   double tolerance_px = 0.5;                      // at the panorama's width, 0.01..100
-  std::optional<std::filesystem::path> thin{};    // room to make of the stations needed
-  std::optional<std::filesystem::path> report{};  // directory of index.html and require.json
+  std::optional<std::filesystem::path> thin{};    // room to write with the needed stations only
+  std::optional<std::filesystem::path> report{};  // directory for index.html and require.json
 };
 
-// Measures the room. Takes memory for a few maps per thread, whatever the room's size. Throws Error
-// where the room has no distances.
+// Measures the room. Uses memory for a few maps per thread, independent of the room's size. Throws
+// Error if the room has no distances.
 RoomRequirements measure_requirements(const Room& room, double tolerance_px);
 
-// Measures and writes ROOM/require.json; thins if asked and writes it again with what that lost;
-// writes the report. Each is complete when it appears. Returns what to tell the user. Throws
-// UsageError for a tolerance out of range; Error before any work where the room has no distances,
-// where `thin` exists (as the report's directory, too) and where an output cannot be written, and
-// before anything is written where no station that `thin` would keep has a distance map.
+// Measures the room and writes ROOM/require.json; with `thin` also writes the thinned room and adds
+// its quality to ROOM/require.json; with `report` writes the report. Every output is written
+// atomically. Returns a summary for the terminal. Throws UsageError for a tolerance out of range.
+// Throws Error before any work if the room has no distances, if `thin` exists, equals or contains
+// `report`, or if an output cannot be written; and before writing anything if no station that
+// `thin` would keep has a distance map.
 std::string require_room(const RequireOptions& options);
 
 }  // namespace raywalk::build_lf

@@ -29,7 +29,7 @@ class RequireRoomTest : public RequireTest {
   static SyntheticRoomSpec spec() {
     return {.side_m = 1.0, .spacing_m = 0.125, .overhang_m = 0.25, .width = 128};
   }
-  // A single line of 17 stations, which takes a tenth of the time.
+  // A single line of 17 stations, for speed.
   static SyntheticRoomSpec line_spec() {
     return {.cells_z = 0, .side_m = 2.0, .spacing_m = 0.125, .width = 128};
   }
@@ -46,7 +46,7 @@ class RequireRoomTest : public RequireTest {
     }
     return "no error";
   }
-  // The first map of the room's only line, as that of one station alone.
+  // Leaves only one distance map in a room of one line, at `station`.
   static void give_distances_to(int station, const Room& room) {
     const Line& line = room.grid().lines[0];
     const DistanceVolume& volume = room.distances(0);
@@ -66,7 +66,7 @@ class RequireRoomTest : public RequireTest {
   fs::path report_ = directory_ / "report";
 };
 
-TEST_F(RequireRoomTest, KeepsWhatItMeasuresInTheRoomAndTheReport) {
+TEST_F(RequireRoomTest, StoresTheResultInRoomAndReport) {
   const Room room = room_of(spec());
   const std::string told = require_room({.room = path_, .report = report_});
   EXPECT_THAT(told, AllOf(HasSubstr("52"), HasSubstr("index.html"), HasSubstr("connect-error")));
@@ -78,7 +78,7 @@ TEST_F(RequireRoomTest, KeepsWhatItMeasuresInTheRoomAndTheReport) {
   EXPECT_NEAR(r.spacing.captured_median_m, 0.125, 1e-9);
   EXPECT_EQ(r.storage.reach_m, 0.5);
   EXPECT_NEAR(r.layers.omega_max_per_m * r.distance.near_m, 1.0, 1e-12);
-  // The rule itself, for the distances found.
+  // The formula, for the measured distances.
   const double tolerance_rad = angle_of_pixels(0.5, 128);
   EXPECT_DOUBLE_EQ(r.spacing.needed_without_depth_m,
                    spacing_needed_without_depth(r.layers.range(), tolerance_rad));
@@ -93,7 +93,7 @@ TEST_F(RequireRoomTest, KeepsWhatItMeasuresInTheRoomAndTheReport) {
   EXPECT_FALSE(r.thinned);
 }
 
-TEST_F(RequireRoomTest, MeasuredConnectionIsTakenOver) {
+TEST_F(RequireRoomTest, UsesTheMeasuredConnection) {
   room_of(spec());
   store_connection_errors(path_, {.generation = "initial",
                                   .viewpoints = 5,
@@ -195,7 +195,7 @@ TEST_F(RequireRoomTest, ThinnedRoomStoresDistancesAsFineAsNeeded) {
   EXPECT_GT(right, 0.99 * all);
 }
 
-TEST_F(RequireRoomTest, LossIsThatOfTheStationsDropped) {
+TEST_F(RequireRoomTest, LossIsMeasuredOnDroppedStations) {
   room_of(line_spec());
   replace_distances([](float metres) { return 1.1f * metres; });
   require_room({.room = path_, .tolerance_px = 4.0, .thin = thin_});
@@ -208,7 +208,7 @@ TEST_F(RequireRoomTest, LossIsThatOfTheStationsDropped) {
   EXPECT_LT(loose.thinned->bytes, strict.thinned->bytes);
 }
 
-TEST_F(RequireRoomTest, ThinnedRoomTellsWhereItsDistancesComeFrom) {
+TEST_F(RequireRoomTest, ThinnedRoomKeepsTheOriginOfItsDistances) {
   room_of(line_spec());
   replace_distances([](float metres) { return metres; });  // of origin "changed"
   require_room({.room = path_, .thin = thin_});
@@ -237,7 +237,7 @@ TEST_F(RequireRoomTest, SingleLineHasNoConnection) {
   room_of(line_spec());
   require_room({.room = path_, .report = report_});
   EXPECT_FALSE(kept().connection.model_k_deg);
-  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("nothing connects"));
+  EXPECT_THAT(read_file(report_ / "index.html"), HasSubstr("no lines connect"));
 }
 
 TEST_F(RequireRoomTest, OpenSkyRequiresNothing) {
@@ -261,7 +261,7 @@ TEST_F(RequireRoomTest, MapsOnSomeStationsSuffice) {
 }
 
 // The line's ends suffice for an open sky; the one map lies between them.
-TEST_F(RequireRoomTest, ThinnedRoomWithoutAnyDistanceIsRefused) {
+TEST_F(RequireRoomTest, ThinningWithoutAnyDistanceMapIsRejected) {
   SyntheticRoomSpec sky = line_spec();
   sky.scene.infinitely_far = true;
   give_distances_to(8, room_of(sky));
@@ -272,8 +272,8 @@ TEST_F(RequireRoomTest, ThinnedRoomWithoutAnyDistanceIsRefused) {
   EXPECT_EQ(error_of({.room = path_}), "no error");
 }
 
-// What a failure to thin leaves: the measurement.
-TEST_F(RequireRoomTest, MeasurementIsKeptWhereThinningFails) {
+// If thinning fails, the measurement is still stored.
+TEST_F(RequireRoomTest, MeasurementIsKeptIfThinningFails) {
   room_of(line_spec());
   fs::create_directory(thin_.string() + ".partial");
   std::ofstream(thin_.string() + ".partial/lines") << "a file in the way";
@@ -281,7 +281,7 @@ TEST_F(RequireRoomTest, MeasurementIsKeptWhereThinningFails) {
   EXPECT_FALSE(kept().thinned);
 }
 
-TEST_F(RequireRoomTest, RoomWithoutDistancesNamesBothCommands) {
+TEST_F(RequireRoomTest, RoomWithoutDistancesIsAnErrorWithBothCommands) {
   SyntheticRoomSpec none = line_spec();
   none.distances = false;
   room_of(none);
@@ -317,7 +317,7 @@ TEST_F(RequireRoomTest, ReportAndThinnedRoomAreNotTheSameDirectory) {
   EXPECT_FALSE(fs::exists(requirements_path(path_))) << "told before any work";
 }
 
-TEST_F(RequireRoomTest, UnwritableOutputsAreToldBeforeAnyWork) {
+TEST_F(RequireRoomTest, UnwritableOutputsFailBeforeAnyWork) {
   room_of({.width = 32});
   std::ofstream(report_) << "a file in the way";
   EXPECT_THAT(error_of({.room = path_, .report = report_}), HasSubstr(report_.string()));
@@ -332,7 +332,7 @@ TEST_F(RequireRoomTest, UnwritableOutputsAreToldBeforeAnyWork) {
   EXPECT_THAT(error_of({.room = path_}), HasSubstr("require.json"));
 }
 
-TEST_F(RequireRoomTest, DamagedMeasurementIsNotPassedOver) {
+TEST_F(RequireRoomTest, DamagedMeasurementIsAnError) {
   room_of(spec());
   write_file_atomically(connection_errors_path(path_), "damaged");
   EXPECT_THAT(error_of({.room = path_}), HasSubstr("connect-error"));

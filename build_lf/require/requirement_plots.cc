@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/counted.h"
 #include "core/geometry/spacing.h"
 #include "core/report/svg_plot.h"
 #include "core/room/connection_errors.h"
@@ -36,7 +37,7 @@ double tolerance_rad(const RoomRequirements& r) {
 std::string layers_plot(const RoomRequirements& r) {
   LinePlot plot = plot_of("distance from the line / m", "depth layers");
   PlotSeries curve{.name = fmt::format("for {:g} px", r.tolerance_px)};
-  // Up to the far side of a cell; beyond, where rays graze near surfaces, the count explodes.
+  // Up to the far side of a cell; beyond it rays graze near surfaces and the count diverges.
   const double farthest_m = 2.0 * r.storage.reach_m;
   int most = 1;
   for (int i = 1; i <= kPoints; ++i) {
@@ -53,7 +54,7 @@ std::string layers_plot(const RoomRequirements& r) {
 }
 
 std::string ghost_plot(const RoomRequirements& r) {
-  LinePlot plot = plot_of("spacing of the stations / cm", "copies apart / px");
+  LinePlot plot = plot_of("spacing of the stations / cm", "ghost / px");
   const OmegaRange scene = r.layers.range();
   const double widest_m = 2.0 * r.spacing.captured_median_m;
   const double pixel_rad = angle_of_pixels(1.0, r.storage.panorama_width_px);
@@ -65,15 +66,14 @@ std::string ghost_plot(const RoomRequirements& r) {
     }
     plot.series.push_back(std::move(series));
   };
-  add("no depth", [&](double s) { return tolerance_reached_without_depth(scene, s); });
+  add("no depth", [&](double s) { return largest_ghost_without_depth(scene, s); });
   for (const int layers : kGhostLayers) {
-    add(fmt::format("{} layer{}", layers, layers == 1 ? "" : "s"), [&](double s) {
-      return tolerance_reached(scene, omega_error_of_layers(scene, layers), s);
-    });
+    add(counted(static_cast<size_t>(layers), "layer"),
+        [&](double s) { return largest_ghost(scene, omega_error_of_layers(scene, layers), s); });
   }
   if (r.distance.omega_error_per_m) {
     add("distances",
-        [&](double s) { return tolerance_reached(scene, *r.distance.omega_error_per_m, s); });
+        [&](double s) { return largest_ghost(scene, *r.distance.omega_error_per_m, s); });
   }
   const double widest_cm = kCentimetres * widest_m;
   plot.series.push_back({.name = fmt::format("tolerance {:g} px", r.tolerance_px),

@@ -18,8 +18,8 @@ namespace {
 
 constexpr int kColumns = static_cast<int>(360.0 / kFieldDeg);
 constexpr int kRows = static_cast<int>(180.0 / kFieldDeg);
-constexpr int kMostSamples = 2'000'000;  // 32 MB
-constexpr int kMostSamplesPerMap = 16384;
+constexpr int kMaxSamples = 2'000'000;  // 32 MB
+constexpr int kMaxSamplesPerMap = 16384;
 constexpr std::array kShares{0.01, 0.5, 0.99};
 // In units of the reach N/2: from close to the line to the diagonal of a cell.
 constexpr std::array kReaches{0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 2.8284271247461903};
@@ -77,13 +77,13 @@ double inverse(double distance_m) { return 1.0 / distance_m; }  // 0 for the sky
 
 DistanceFacts distance_facts(const Room& room) {
   const int per_map =
-      std::clamp(kMostSamples / std::max(1, map_count(room)), 256, kMostSamplesPerMap);
+      std::clamp(kMaxSamples / std::max(1, map_count(room)), 256, kMaxSamplesPerMap);
   DistanceSamples known = sample_distances(room, per_map);
   if (known.samples.empty()) {
-    throw Error(fmt::format(
-        "{}: the room knows no distances, which tell what it requires; run raywalk-build-lf depth "
-        "on it, or pack it with raywalk-build-lf pack --distance DIR",
-        room.directory().string()));
+    throw Error(
+        fmt::format("{}: the room has no known distances to measure; run raywalk-build-lf depth "
+                    "on it, or pack it with raywalk-build-lf pack --distance DIR",
+                    room.directory().string()));
   }
   DistanceFacts facts;
   facts.directions = directions(known.samples);

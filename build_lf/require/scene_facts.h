@@ -1,4 +1,4 @@
-// What the distances of a room say of its scene.
+// Facts about a room's scene, from its distances.
 #pragma once
 
 #include "core/room/requirements.h"
@@ -6,20 +6,20 @@
 
 namespace raywalk::build_lf {
 
-// Fields of 15 x 15 degrees, from the nadir up and from -180 degrees on; those without a known
-// distance are left out.
+// Side of the fields of directions, ordered from the nadir up and from -180 degrees on; fields
+// without a known distance are omitted.
 inline constexpr double kFieldDeg = 15.0;
 
-// Ranges over all directions and per field, and how trustworthy they are. Throws Error where the
-// room knows no distance.
+// Distance ranges over all directions and per field, and their reliability. Throws Error if the
+// room has no known distance.
 DistanceFacts distance_facts(const Room& room);
 
-// d_p at which a room's layers are counted and its storage is chosen: half the smallest cell's
-// shorter side; without cells, half of what the longest line could close.
+// The typical d_p, metres, for which layers and storage are computed: half the shorter side of the
+// smallest cell; without cells, half the side of the cell that the longest line could close.
 double typical_reach_m(const Grid& grid);
 
-// The layers for `tolerance_rad` from a tenth of the typical reach up to the farthest point of a
-// cell, its diagonal.
+// The layers needed for `tolerance_rad` at d_p from a tenth of `reach_m` up to the diagonal of a
+// cell.
 LayerFacts layer_facts(const DistanceFacts& distance, double reach_m, double tolerance_rad);
 
 }  // namespace raywalk::build_lf

@@ -57,13 +57,13 @@ TEST_F(SceneFactsTest, SkyIsInfinitelyFar) {
   for (const LayersAtDistance& each : layers.by_d_p) EXPECT_EQ(each.layers, 1);
 }
 
-TEST_F(SceneFactsTest, LittleTrustedPixelsCountLess) {
+TEST_F(SceneFactsTest, PixelsAreWeightedByConfidence) {
   room_of({.width = 64});
   replace_distances([](float metres) { return metres; }, 51);
   EXPECT_NEAR(distance_facts(Room::open(path_)).known_share, 0.2, 1e-3);
 }
 
-TEST_F(SceneFactsTest, RoomThatKnowsNothingNamesBothCommands) {
+TEST_F(SceneFactsTest, RoomWithoutKnownDistancesIsAnError) {
   const auto message_of = [](const Room& room) -> std::string {
     try {
       distance_facts(room);

@@ -48,7 +48,7 @@ struct Colour {
   double red, green, blue;
 };
 
-// Viridis at nine places, which is even in lightness and reads the same to colour-blind readers.
+// Nine samples of Viridis, which is perceptually uniform and safe for colour-blind readers.
 constexpr std::array<Colour, 9> kScale{{{253, 231, 37},
                                         {170, 220, 50},
                                         {94, 201, 98},
@@ -59,7 +59,7 @@ constexpr std::array<Colour, 9> kScale{{{253, 231, 37},
                                         {71, 44, 122},
                                         {68, 1, 84}}};
 
-// `place` from 0, near and bright, to 1, far and dark.
+// `place` in [0, 1]: 0 is near and bright, 1 far and dark.
 Colour colour_at(double place) {
   const double at = std::clamp(place, 0.0, 1.0) * (kScale.size() - 1);
   const auto first = std::min(static_cast<size_t>(at), kScale.size() - 2);
@@ -73,10 +73,10 @@ std::string css_of(Colour colour) {
   return fmt::format("rgb({:.0f},{:.0f},{:.0f})", colour.red, colour.green, colour.blue);
 }
 
-// The nearest and farthest of the fields' near distances, as the colours' range.
+// The range of the fields' near distances, for the colour scale.
 struct NearRange {
   double min_m = 1.0, max_m = 1.0;
-  // Logarithmic: what matters is by which factor a surface is nearer.
+  // Logarithmic, as ratios of distances matter.
   double place(double metres) const {
     return max_m > min_m ? std::log(metres / min_m) / std::log(max_m / min_m) : 0.0;
   }
@@ -112,7 +112,7 @@ std::string field_rect(const DirectionRange& field, const NearRange& range, doub
                     fixed_number(field.near_m, field.near_m < 9.95 ? 1 : 0));
 }
 
-// The fields that touch the horizon, averaged over the two sides of it; by longitude.
+// The fields adjacent to the horizon, averaged above and below it, by longitude.
 struct HorizonPoint {
   double longitude_deg;
   double near_m, median_m, far_m;
@@ -138,7 +138,7 @@ std::vector<HorizonPoint> horizon_of(const DistanceFacts& distance, double large
   return horizon;
 }
 
-// The step between rings: 1, 2 or 5 times a power of ten, some four of them up to `largest_m`.
+// The step between rings: 1, 2 or 5 times a power of ten, about four rings up to `largest_m`.
 double ring_step(double largest_m) {
   const double power = std::pow(10.0, std::floor(std::log10(largest_m / 4.0)));
   for (const double factor : {1.0, 2.0, 5.0}) {

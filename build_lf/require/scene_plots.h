@@ -1,5 +1,5 @@
-// Pictures of how far a scene is in every direction, as <svg> elements for a page; they follow the
-// reader's light or dark mode.
+// Plots of a scene's distances by direction, as <svg> elements that follow the reader's light or
+// dark mode.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace raywalk::build_lf {
 
-// The nearest surface of every field of directions, laid out as a panorama: colour and number, in
-// metres. Fields of sky say so.
+// The nearest surface of every field of directions as a panorama: colour and number, metres. Fields
+// of sky are labelled.
 std::string direction_map_svg(const DistanceFacts& distance);
 
-// Near, median and far distances around the horizon, seen from above, front upwards.
+// Near, median and far distances around the horizon, seen from above, front (+z) up.
 std::string horizon_svg(const DistanceFacts& distance);
 
 }  // namespace raywalk::build_lf

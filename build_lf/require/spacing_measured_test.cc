@@ -1,5 +1,5 @@
-// The spacing rule (core/geometry/spacing.h) against pictures: stations are moved apart until the
-// picture blended from them is as wrong as one whose copies are the tolerance apart.
+// Checks the spacing rule (core/geometry/spacing.h) on rendered pictures: stations are moved apart
+// until the blended picture has the error of one displaced by the tolerance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,19 +14,19 @@ namespace {
 constexpr int kWidth = 1024;
 constexpr double kHalfPatchDeg = 3.0;
 
-// A wall in front of the rail, which runs along x: everything in the patch around theta = 0 is
-// `distance_m` away to within 0.2 %.
+// A wall in front of a rail along x: the distance within the patch around theta = 0 is `distance_m`
+// to 0.2 %.
 SyntheticScene wall_at(double distance_m) {
   SyntheticScene scene;
   const double far_m = 20.0 * distance_m;
   scene.walls = {{-far_m, -far_m, -far_m}, {far_m, far_m, distance_m}};
-  // About 12 pixels long: an error in the place of half a pixel shows.
+  // About 12 pixels, so that a displacement of half a pixel is measurable.
   scene.texture_wavelength_m = distance_m * angle_of_pixels(12.0, kWidth);
   return scene;
 }
 
-// Mean squared difference, over the patch in front, of the view and the mean of two others, each
-// read `shift_px` columns to either side.
+// Mean squared difference, over the patch in front, between the view and the mean of two others,
+// shifted by `shift_px` columns to either side.
 double blend_error(const cv::Mat& view, const cv::Mat& left, const cv::Mat& right,
                    double shift_px) {
   const auto level = [](const cv::Mat& image, double u, int v, int channel) {
@@ -35,7 +35,8 @@ double blend_error(const cv::Mat& view, const cv::Mat& left, const cv::Mat& righ
     const auto at = [&](int column) {
       return static_cast<double>(image.at<cv::Vec3b>(v, column)[channel]);
     };
-    // Catmull and Rom's cubic: a linear one would blur fine texture more than it is displaced.
+    // Catmull-Rom cubic: the blur of linear interpolation would exceed the effect of the
+    // displacement.
     const double a = at(whole - 1), b = at(whole), c = at(whole + 1), d = at(whole + 2);
     return b +
            0.5 * part * (c - a + part * (2 * a - 5 * b + 4 * c - d + part * (3 * (b - c) + d - a)));
@@ -65,7 +66,7 @@ struct Case {
 
 class MeasuredSpacing : public testing::TestWithParam<Case> {};
 
-TEST_P(MeasuredSpacing, ErrorReachesTheToleranceWhereTheRuleSays) {
+TEST_P(MeasuredSpacing, ErrorReachesTheToleranceAtThePredictedSpacing) {
   const Case& c = GetParam();
   const SyntheticScene scene = wall_at(c.distance_m);
   const cv::Mat view = render_scene(scene, {0, 0, 0}, kWidth);
@@ -76,12 +77,12 @@ TEST_P(MeasuredSpacing, ErrorReachesTheToleranceWhereTheRuleSays) {
     const double half_m = 0.5 * step_m;
     const cv::Mat left = render_scene(scene, {-half_m, 0, 0}, kWidth);
     const cv::Mat right = render_scene(scene, {half_m, 0, 0}, kWidth);
-    // The station on the left saw what is straight ahead further to the right: + columns.
+    // The left station sees the point straight ahead further to the right: + columns.
     const double moved_px =
         -parallax_angle(1.0 / c.assumed_omega, kHalfPi, half_m) / angle_of_pixels(1.0, kWidth);
     return blend_error(view, left, right, c.assumed_omega > 0.0 ? moved_px : 0.0);
   };
-  // The error grows as the square of the gap: 10 % of the step are 20 % of it.
+  // The error grows with the square of the gap: 10 % of the step changes it by 20 %.
   EXPECT_LT(error_at(0.9 * rule_m), of_tolerance);
   EXPECT_GT(error_at(1.1 * rule_m), of_tolerance);
 }

@@ -13,12 +13,12 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kMostResampledMaps = 12;
+constexpr int kMaxResampledMaps = 12;
 constexpr int kSmallestWidth = 32;
 constexpr std::uint64_t kColourBytes = 3;
 constexpr std::uint64_t kConfidenceBytes = 1;
 constexpr std::uint64_t kFloatBytes = 4;
-constexpr std::uint64_t kCodesBesideSteps = 2;  // unknown, and no surface
+constexpr std::uint64_t kSpecialCodes = 2;  // "unknown" and "no surface"
 
 std::uint64_t pixels_of(double width) { return static_cast<std::uint64_t>(width * width / 2.0); }
 
@@ -32,13 +32,13 @@ std::vector<LineMap> some_maps(const Room& room) {
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     for (int map = 0; map < room.distances(line).maps(); ++map) all.push_back({line, map});
   }
-  const size_t count = std::min<size_t>(kMostResampledMaps, all.size());
+  const size_t count = std::min<size_t>(kMaxResampledMaps, all.size());
   std::vector<LineMap> some;
   for (size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
   return some;
 }
 
-// Solid angle of a map's known pixels, and of those that a coarser map keeps near enough.
+// Solid angle of a map's known pixels, and of those that a coarser map keeps within the tolerance.
 struct KeptShare {
   double known = 0.0;
   double kept = 0.0;
@@ -62,7 +62,7 @@ KeptShare kept_share(const OmegaMap& map, int width, double most_omega_error) {
   return share;
 }
 
-// kept_share of some maps, at each of `widths`.
+// kept_share over a sample of maps, for each of `widths`.
 std::vector<KeptShare> kept_shares(const Room& room, const std::vector<int>& widths,
                                    double most_omega_error) {
   const std::vector<LineMap> maps = some_maps(room);
@@ -96,7 +96,7 @@ int largest_map_width(const Room& room) {
 
 }  // namespace
 
-double width_worth_storing(const StorageNeed& need) {
+double useful_width(const StorageNeed& need) {
   const double residual_rad = need.omega_error * std::hypot(need.reach_m, 0.5 * need.spacing_m);
   return residual_rad > 0.0 ? need.tolerance_px * kTwoPi / residual_rad
                             : std::numeric_limits<double>::infinity();
@@ -123,7 +123,7 @@ StorageFacts storage_facts(const Room& room, const StorageNeed& need, int statio
   const int width = room.panorama().width;
   StorageFacts facts{.reach_m = need.reach_m,
                      .panorama_width_px = width,
-                     .worth_width_px = width_worth_storing(need),
+                     .worth_width_px = useful_width(need),
                      .distance_width_px = largest_map_width(room)};
   const DistanceWidth distances = distance_width_needed(room, need);
   facts.needed_distance_width_px = distances.width_px;
@@ -131,7 +131,7 @@ StorageFacts storage_facts(const Room& room, const StorageNeed& need, int statio
   facts.omega_steps =
       layers_for_tolerance(need.scene, need.reach_m, angle_of_pixels(need.tolerance_px, width));
   facts.omega_bits = static_cast<int>(
-      std::bit_width(static_cast<std::uint64_t>(facts.omega_steps) + kCodesBesideSteps - 1));
+      std::bit_width(static_cast<std::uint64_t>(facts.omega_steps) + kSpecialCodes - 1));
   const auto needed = static_cast<std::uint64_t>(stations_needed);
   const std::uint64_t code_bytes = (static_cast<std::uint64_t>(facts.omega_bits) + 7) / 8;
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {

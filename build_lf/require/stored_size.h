@@ -1,4 +1,4 @@
-// How wide and how precise a room's pictures and distances have to be stored.
+// The resolution and precision needed for a room's panoramas and distances.
 #pragma once
 
 #include "core/geometry/layer_count.h"
@@ -7,7 +7,7 @@
 
 namespace raywalk::build_lf {
 
-// What the sizes are chosen for.
+// The conditions that the sizes have to satisfy.
 struct StorageNeed {
   double reach_m = 0.0;       // from viewpoint to line
   double spacing_m = 0.0;     // of the stations in use
@@ -16,16 +16,17 @@ struct StorageNeed {
   OmegaRange scene{};         // inverse distances
 };
 
-// The panorama width at which the parallax that is left equals `tolerance_px` of its own pixels;
-// infinity without any. What is left of a distance whose inverse is wrong by e: up to reach * e in
-// latitude (the slope of (5), see layer_count.h) and spacing / 2 * e along the rail (half of the
-// ghost, see spacing.h), at right angles. A wider panorama would store detail that a view displaces
-// by more than the tolerance.
-double width_worth_storing(const StorageNeed& need);
+// The panorama width, pixels, at which the residual parallax equals `tolerance_px` of its own
+// pixels; infinity if there is none. An error e of an inverse distance leaves up to reach * e in
+// latitude (the slope of (5), see layer_count.h) and, at right angles, spacing / 2 * e along the
+// rail (half the ghost, see spacing.h). A wider panorama would store detail that views displace by
+// more than the tolerance.
+double useful_width(const StorageNeed& need);
 
-// More than kTrustedShare of distance_error.h: what a coarse map loses is silhouettes, where views
-// tear. In white-room maps that kept 97.6 and 99.1 % cost hlf-vd views 3.2 and 1.4 dB, two-sided
-// ones 1.2 and 0.4: in proportion to what is wrong, so that 0.2 % cost about 0.3 dB.
+// Higher than kTrustedShare (distance_error.h), because coarse maps lose silhouettes, where views
+// tear. In white-room, maps that kept 97.6 % and 99.1 % cost hlf-vd views 3.2 dB and 1.4 dB,
+// two-sided views 1.2 dB and 0.4 dB. The loss is proportional to the wrong share, so 0.2 % cost
+// about 0.3 dB.
 inline constexpr double kKeptShare = 0.998;
 
 struct DistanceWidth {
@@ -33,12 +34,12 @@ struct DistanceWidth {
   double share_within_tolerance = 1.0;  // of the solid angle
 };
 
-// The coarsest of the maps' own width and its halves at which, as at all finer ones, kKeptShare
-// of the solid angle of some maps keep a distance that displaces a pixel by no more than the
-// tolerance: reach * |error of omega|. Coarse maps are read as omega_map.h interpolates them.
+// The smallest width, halving from that of the maps, at which (as at all larger ones) the
+// displacement reach * |error of omega| is within the tolerance for kKeptShare of the solid angle
+// of a sample of maps. Coarse maps are interpolated as in omega_map.h.
 DistanceWidth distance_width_needed(const Room& room, const StorageNeed& need);
 
-// Widths, precision and bytes; `stations_needed` of them kept.
+// Widths, precision and bytes; `stations_needed` is the number of stations to keep.
 StorageFacts storage_facts(const Room& room, const StorageNeed& need, int stations_needed);
 
 }  // namespace raywalk::build_lf

@@ -13,12 +13,11 @@ namespace {
 
 class StoredSizeTest : public RequireTest {};
 
-TEST(WidthWorthStoring, IsWhereTheParallaxLeftEqualsTheTolerance) {
+TEST(UsefulWidth, IsWhereResidualParallaxEqualsTheTolerance) {
   const StorageNeed need{
       .reach_m = 0.5, .spacing_m = 0.0, .tolerance_px = 0.5, .omega_error = 0.01};
-  const double width_px = width_worth_storing(need);
-  // Independently: how far the worst latitude is off where a source at 4 m is taken to be at the
-  // wrong distance.
+  const double width_px = useful_width(need);
+  // Independent computation: the largest latitude error for a source at 4 m with a wrong distance.
   double worst_rad = 0.0;
   for (int degree = 0; degree <= 90; ++degree) {
     const double alpha_rad = radians_from_degrees(degree);
@@ -29,14 +28,14 @@ TEST(WidthWorthStoring, IsWhereTheParallaxLeftEqualsTheTolerance) {
   EXPECT_NEAR(worst_rad, angle_of_pixels(0.5, static_cast<int>(width_px)), 0.05 * worst_rad);
 }
 
-TEST(WidthWorthStoring, FallsWithErrorReachAndSpacing) {
+TEST(UsefulWidth, FallsWithErrorReachAndSpacing) {
   const StorageNeed need{
       .reach_m = 0.5, .spacing_m = 0.2, .tolerance_px = 0.5, .omega_error = 0.01};
-  const double width_px = width_worth_storing(need);
+  const double width_px = useful_width(need);
   const auto with = [&](double StorageNeed::*member, double factor) {
     StorageNeed other = need;
     other.*member *= factor;
-    return width_worth_storing(other);
+    return useful_width(other);
   };
   EXPECT_LT(with(&StorageNeed::reach_m, 2.0), 0.6 * width_px);
   EXPECT_LT(with(&StorageNeed::spacing_m, 10.0), 0.6 * width_px);

@@ -1,4 +1,4 @@
-// For tests: synthetic rooms whose distances can be changed.
+// For tests: synthetic rooms with replaceable distances.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ class RequireTest : public ::testing::Test {
     return Room::open(path_);
   }
 
-  // Writes every distance of the room anew, as change(metres), with this confidence.
+  // Replaces every distance of the room by change(metres), with the given confidence.
   void replace_distances(const std::function<float(float)>& change,
                          std::uint8_t confidence = 255) const {
     const Room room = Room::open(path_);

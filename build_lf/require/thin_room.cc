@@ -23,9 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostViews = 48;
+constexpr int kMaxViews = 48;
 
-// All columns of a station or map, which follow each other in memory.
+// All columns of a station or map, which are contiguous in memory.
 template <typename T>
 std::vector<T> all_columns(std::span<const T> first_column, int columns) {
   return {first_column.data(), first_column.data() + first_column.size() * size_t(columns)};
@@ -37,8 +37,8 @@ StationRays rays_of(const LineVolume& volume, int station) {
           {valid_rows.begin(), valid_rows.end()}};
 }
 
-// A map at another width: inverse distances as OmegaMap interpolates them, the confidence of the
-// nearest pixel.
+// A map at another width: inverse distances interpolated as in OmegaMap, confidence of the nearest
+// pixel.
 StationDistances resized_distances(const DistanceVolume& volume, int map, int width) {
   const OmegaMap omega = resized(omega_map_of(volume, map), width);
   const double scale = static_cast<double>(volume.size().width) / width;
@@ -66,7 +66,7 @@ StationDistances distances_of(const DistanceVolume& volume, int map, int width) 
   return distances;
 }
 
-// `part` is the room of the kept stations alone.
+// `part` is the room with only the kept stations.
 void write_line(const Room& part, int index, int distance_width, const fs::path& out,
                 Progress* progress) {
   const Line& line = part.grid().lines[static_cast<size_t>(index)];
@@ -93,11 +93,11 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
       progress);
 }
 
-// Of all that determines the result.
+// Over everything that determines the result.
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
   const std::string text = fmt::format("{}{}{} {}", manifest_to_json(room.manifest()),
                                        distances_sha256(room), kept, distance_width);
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 std::int64_t images_of(const Room& room) {
@@ -108,7 +108,7 @@ std::int64_t images_of(const Room& room) {
   return images;
 }
 
-// Every station dropped, between the kept ones around it.
+// Every dropped station with its kept neighbours.
 std::vector<HeldOutStation> dropped_stations(const KeptStations& kept) {
   std::vector<HeldOutStation> dropped;
   for (size_t line = 0; line < kept.size(); ++line) {
@@ -146,7 +146,7 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
         line_volume_path(partial.directory(), manifest.grid.lines[static_cast<size_t>(i)].id)));
   }
   write_file_atomically(manifest_path(partial.directory()), manifest_to_json(manifest));
-  Room::open(partial.directory());  // what was written can be read
+  Room::open(partial.directory());  // checks that the result can be opened
   partial.complete();
 }
 
@@ -158,7 +158,7 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
     facts.stations += static_cast<int>(kept[line].size());
     facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
   }
-  const auto views = spread_over(dropped_stations(kept), kMostViews);
+  const auto views = pick_evenly(dropped_stations(kept), kMaxViews);
   facts.views = static_cast<int>(views.size());
   facts.psnr_db = facts.worst_psnr_db = psnr_db(0.0);
   if (views.empty()) return facts;

@@ -1,4 +1,4 @@
-// Writes the part of a room that its scene requires: `raywalk-build-lf require --thin`.
+// Writes a room with only the data its scene requires: `raywalk-build-lf require --thin`.
 #pragma once
 
 #include <filesystem>
@@ -8,17 +8,15 @@
 
 namespace raywalk::build_lf {
 
-// Writes the room `out` that holds `kept` alone: the same lines, cells, rays, and the distances of
-// those stations, sampled at `distance_width` where their maps are wider. It appears only when
-// complete; until then a run that was stopped is resumed by the same call, from the last volume it
-// finished. Panoramas are copied one per thread at a time. Throws Error where `out` exists or
-// cannot be written, Interrupted.
+// Writes the room `out` with the stations `kept`: same lines and cells, unchanged rays, and the
+// distance maps of these stations, reduced to `distance_width` if wider. `out` appears only when
+// complete; the same call resumes a stopped run after its last finished volume. Each thread holds
+// one panorama at a time. Throws Error if `out` exists or cannot be written, and Interrupted.
 void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
                         const std::filesystem::path& out);
 
-// Compares it with the room it was made from: stations that were dropped are made again from what
-// it holds, at most some dozens spread over the room. 100 dB where none was dropped. `kept` must
-// hold a station with a distance map.
+// Compares the thinned room with its source: re-creates dropped stations from it, at most 48 spread
+// over the room. 100 dB if none was dropped. `kept` must include a station with a distance map.
 ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept,
                            const std::filesystem::path& out, double tolerance_px);
 

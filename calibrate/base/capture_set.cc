@@ -30,7 +30,7 @@ CaptureSet read_frames(const CaptureInput& input) {
               ": holds neither a capture session (session.db) nor a frame list (poses.csv)");
 }
 
-// Frames stand line by line in the set; a line without any is not there.
+// Orders the frames line by line and drops lines without frames.
 void number_frames(CaptureSet* set) {
   for (std::size_t i = 0; i < set->frames.size(); ++i) {
     set->lines[static_cast<std::size_t>(set->frames[i].line)].frames.push_back(static_cast<int>(i));
@@ -57,8 +57,8 @@ void require_one_size(CaptureSet* set) {
     const PanoramaSize size = size_of(file, set->layout);
     if (size == set->frame) return;
     throw Error(
-        fmt::format("{}: {}x{}, but {} is {}x{}; all frames have to be of one camera and "
-                    "one setting: leave out what is of another",
+        fmt::format("{}: {}x{}, but {} is {}x{}; all frames must be of one camera and one "
+                    "setting: remove the others",
                     file.string(), size.width, size.height, first.string(), set->frame.width,
                     set->frame.height));
   };
@@ -68,7 +68,7 @@ void require_one_size(CaptureSet* set) {
   }
 }
 
-// The nominal line through its stations, and how far apart they are.
+// The nominal line through its stations, and their spacing.
 struct NominalLine {
   PlanLine line{};
   double spacing_m = 0.0;
@@ -98,7 +98,7 @@ Eigen::Vector2d intersection(const PlanLine& a, const PlanLine& b) {
   return a.origin + (directions.inverse() * (b.origin - a.origin))[0] * a.direction;
 }
 
-bool comes_near(const NominalLine& line, const Eigen::Vector2d& point) {
+bool is_near(const NominalLine& line, const Eigen::Vector2d& point) {
   const double along_m = line.line.along(point);
   return std::any_of(line.along_m.begin(), line.along_m.end(), [&](double station_m) {
     return std::abs(station_m - along_m) <= line.spacing_m;
@@ -120,6 +120,13 @@ std::optional<int> CaptureSet::find(const std::string& name) const {
   return static_cast<int>(found - frames.begin());
 }
 
+std::optional<int> CaptureSet::find_line(const std::string& id) const {
+  const auto found =
+      std::find_if(lines.begin(), lines.end(), [&](const CaptureLine& of) { return of.id == id; });
+  if (found == lines.end()) return std::nullopt;
+  return static_cast<int>(found - lines.begin());
+}
+
 CaptureSet read_capture_set(const CaptureInput& input) {
   CaptureSet set = read_frames(input);
   number_frames(&set);
@@ -136,7 +143,7 @@ std::vector<LineCrossing> crossings_of(const CaptureSet& set) {
       if (set.lines[z].axis != LineAxis::kZ || set.lines[z].frames.size() < 2) continue;
       const NominalLine along_z = nominal_line(set, set.lines[z]);
       const Eigen::Vector2d at = intersection(along_x.line, along_z.line);
-      if (!comes_near(along_x, at) || !comes_near(along_z, at)) continue;
+      if (!is_near(along_x, at) || !is_near(along_z, at)) continue;
       crossings.push_back(
           {.along_x = static_cast<int>(x), .along_z = static_cast<int>(z), .at = {at.x(), at.y()}});
     }

@@ -1,5 +1,5 @@
-// What there is to calibrate: the frames of a capture session, or of a folder with poses.csv, in
-// the lines that they were taken on.
+// The input of a calibration: the frames of a capture session, or of a folder with poses.csv,
+// grouped into lines.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,18 +22,18 @@ enum class FrameLayout {
 struct CaptureFrame {
   std::string name{};                           // of the station, unique in the set: "x0_007"
   int line = 0;                                 // index into CaptureSet::lines
-  std::filesystem::path file{};                 // the picture, or its front half
-  std::optional<std::filesystem::path> back{};  // the back half of cameras that give two files
-  Eigen::Vector3d nominal_m{0, 0, 0};           // where the slider's feedback and the plan have it
-  std::optional<Attitude> nominal_attitude{};   // none: looks along +z, upright
+  std::filesystem::path file{};                 // the picture, or the front lens's
+  std::optional<std::filesystem::path> back{};  // the back lens's, for cameras with two files
+  Eigen::Vector3d nominal_m{0, 0, 0};           // position by the slider's feedback and the plan
+  std::optional<Attitude> nominal_attitude{};   // nullopt: looks along +z, upright
   std::string sha256{};                         // of file and back, as the session recorded them;
                                                 // empty: not recorded
 };
 
-// One placing of the rail.
+// One placement of the rail.
 struct CaptureLine {
   std::string id{};              // "x0", "z1", "v0"
-  LineAxis axis = LineAxis::kX;  // what the slider runs along, in its direction
+  LineAxis axis = LineAxis::kX;  // the slider's positions increase along it
   double across_m = 0.0;         // nominal z of a line along x, x of a line along z
   bool validation = false;       // kept out of the volumes
   std::vector<int> frames{};     // indices into CaptureSet::frames, by rail position
@@ -47,10 +47,12 @@ struct CaptureSet {
   std::vector<CaptureFrame> frames{};  // line by line, by rail position
 
   const std::string& line_id(int line) const { return lines[static_cast<std::size_t>(line)].id; }
-  // The position on the rail that the feedback tells, metres, along the line's axis.
+  // The slider's position at a frame by its feedback, metres along the line's axis.
   double rail_m(int frame_index) const;
-  // Index of the frame of that name; none if there is no such.
+  // Index of the frame of that name; nullopt if there is none.
   std::optional<int> find(const std::string& name) const;
+  // Index of the line of that id; nullopt if there is none.
+  std::optional<int> find_line(const std::string& id) const;
 };
 
 // Two lines of different axes that cross.
@@ -63,10 +65,10 @@ struct LineCrossing {
 struct CaptureInput {
   std::filesystem::path directory{};
   int exposure = 0;           // of a session's bracket
-  bool partial = false;       // what there is of an unfinished session
-  bool dual_fisheye = false;  // the frames of a frame list are; sessions know theirs
+  bool partial = false;       // accept a session with stations not captured yet
+  bool dual_fisheye = false;  // layout of a frame list; a session stores its own
   std::optional<double>
-      line_tolerance_mm{};  // of a frame list, as GridTolerance; none: its default
+      line_tolerance_mm{};  // of a frame list, as GridTolerance; nullopt: its default
 };
 
 // Reads a directory: a session (session.db; docs/session.md), else a frame list poses.csv, whose

@@ -33,7 +33,7 @@ class CaptureSetTest : public ::testing::Test {
   TestCaptureFolder folder_;
 };
 
-TEST_F(CaptureSetTest, FrameListIsLinesOfStationsInRailOrder) {
+TEST_F(CaptureSetTest, FrameListIsGroupedIntoLinesInRailOrder) {
   for (const char* file : {"c.png", "b.png", "a.png"}) folder_.add_picture(file);
   folder_.write_list("c.png,0.2,1,2,0,0,0\na.png,0,1,2,5,0,0\nb.png,0.1,1,2,0,0,0\n",
                      "file,x,y,z,yaw,pitch,roll");
@@ -54,7 +54,7 @@ TEST_F(CaptureSetTest, FrameListIsLinesOfStationsInRailOrder) {
   EXPECT_FALSE(set.find("d"));
 }
 
-TEST_F(CaptureSetTest, FramesOfOneNameInSeveralFoldersAreNamedByTheirPaths) {
+TEST_F(CaptureSetTest, FramesWithRepeatedStemsAreNamedByTheirPaths) {
   std::string rows;
   for (const char* line : {"front", "left"}) {
     for (int i = 0; i < 3; ++i) {
@@ -69,7 +69,7 @@ TEST_F(CaptureSetTest, FramesOfOneNameInSeveralFoldersAreNamedByTheirPaths) {
               ElementsAre("front_0", "front_1", "front_2", "left_0", "left_1", "left_2"));
 }
 
-TEST_F(CaptureSetTest, CrossingsAreWhereStationsComeNear) {
+TEST_F(CaptureSetTest, LinesCrossOnlyNearTheirStations) {
   folder_.write_cross();
   CaptureSet set = folder_.read();
   const std::vector<LineCrossing> crossings = crossings_of(set);
@@ -106,7 +106,7 @@ TEST_F(CaptureSetTest, CrossingOfObliqueLinesLiesOnBoth) {
   EXPECT_NEAR(at.x_m, 0.01 - 0.03 * at.z_m, 1e-12);
 }
 
-TEST_F(CaptureSetTest, WhatIsMissingIsNamed) {
+TEST_F(CaptureSetTest, ErrorsNameWhatIsMissing) {
   EXPECT_THAT(error(), AllOf(HasSubstr(folder_.path().string()), HasSubstr("poses.csv"),
                              HasSubstr("session.db")));
   folder_.write_cross();

@@ -12,13 +12,13 @@
 #include "calibrate/base/listed_frames.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/csv.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
@@ -31,11 +31,11 @@ constexpr std::array kOrigins{
     NamedOrigin{PoseOrigin::kNominal, "nominal"}, NamedOrigin{PoseOrigin::kSolved, "solved"},
     NamedOrigin{PoseOrigin::kRail, "rail"}, NamedOrigin{PoseOrigin::kGiven, "given"}};
 
-PoseOrigin origin_of(const std::string& name) {
+PoseOrigin origin_of(const CheckedJson& name) {
   for (const NamedOrigin& known : kOrigins) {
-    if (known.name == name) return known.origin;
+    if (known.name == name.text()) return known.origin;
   }
-  throw Error("unknown origin " + excerpt(name));
+  name.fail("unknown origin " + excerpt(name.text()));
 }
 
 ordered_json json_of(const std::string& name, const FramePose& pose) {
@@ -52,49 +52,19 @@ ordered_json json_of(const std::string& name, const FramePose& pose) {
           {"residual_px", pose.residual_px}};
 }
 
-double finite_number(const json& frame, const char* key) {
-  const double value = frame.at(key).get<double>();
-  if (!std::isfinite(value)) throw Error(fmt::format("{} is not a finite number", key));
-  return value;
-}
-
-FramePose pose_of(const json& frame) {
-  FramePose pose;
-  const json& position = frame.at("position_m");
-  if (position.size() != 3) throw Error("position_m has not three numbers");
-  pose.position_m = {position.at(0).get<double>(), position.at(1).get<double>(),
-                     position.at(2).get<double>()};
-  if (!pose.position_m.allFinite()) throw Error("position_m is not finite");
-  pose.world_from_camera =
-      world_from_camera({radians_from_degrees(finite_number(frame, "yaw_deg")),
-                         radians_from_degrees(finite_number(frame, "pitch_deg")),
-                         radians_from_degrees(finite_number(frame, "roll_deg"))});
-  pose.origin = origin_of(frame.at("origin").get<std::string>());
-  pose.position_sigma_mm = finite_number(frame, "position_sigma_mm");
-  pose.rotation_sigma_deg = finite_number(frame, "rotation_sigma_deg");
-  pose.observations = frame.at("observations").get<int>();
-  pose.residual_px = finite_number(frame, "residual_px");
-  return pose;
-}
-
-int frame_named(const CaptureSet& set, const std::string& name) {
-  const std::optional<int> index = set.find(name);
-  if (!index) throw Error("the capture has no frame " + excerpt(name));
-  return *index;
-}
-
-FramePoses poses_of(const json& document, const CaptureSet& set) {
-  if (document.at("format_version").get<int>() > kFormatVersion) {
-    throw Error("written by a newer version of this program");
-  }
-  FramePoses poses(set.frames.size());
-  for (const json& frame : document.at("frames")) {
-    const int index = frame_named(set, frame.at("name").get<std::string>());
-    auto& pose = poses[static_cast<std::size_t>(index)];
-    if (pose) throw Error("names a frame twice");
-    pose = pose_of(frame);
-  }
-  return poses;
+FramePose pose_of(const CheckedJson& frame) {
+  const auto radians = [&](const char* key) {
+    return radians_from_degrees(frame.at(key).number());
+  };
+  const std::vector<CheckedJson> position = frame.at("position_m").items(3);
+  return {.position_m = {position[0].number(), position[1].number(), position[2].number()},
+          .world_from_camera =
+              world_from_camera({radians("yaw_deg"), radians("pitch_deg"), radians("roll_deg")}),
+          .origin = origin_of(frame.at("origin")),
+          .position_sigma_mm = frame.at("position_sigma_mm").number(),
+          .rotation_sigma_deg = frame.at("rotation_sigma_deg").number(),
+          .observations = frame.at("observations").integer(),
+          .residual_px = frame.at("residual_px").number()};
 }
 
 std::vector<std::string> column_of(const CsvTable& table, const std::string& column) {
@@ -132,7 +102,7 @@ FramePoses nominal_poses(const CaptureSet& set) {
   return poses;
 }
 
-// Through the quaternion, whose vector part keeps the digits of small angles that the trace loses.
+// By the quaternion, whose vector part is accurate for small angles, unlike the trace.
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   const Eigen::Quaterniond turn(Eigen::Matrix3d(a.transpose() * b));
   return 2.0 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
@@ -146,6 +116,19 @@ ordered_json frame_poses_json(const CaptureSet& set, const FramePoses& poses) {
   return frames;
 }
 
+FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
+  FramePoses poses(set.frames.size());
+  for (const CheckedJson& frame : frames.items()) {
+    const CheckedJson name = frame.at("name");
+    const std::optional<int> index = set.find(name.text());
+    if (!index) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
+    auto& pose = poses[static_cast<std::size_t>(*index)];
+    if (pose) name.fail("lists a frame twice");
+    pose = pose_of(frame);
+  }
+  return poses;
+}
+
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
   const ordered_json document{{"format_version", kFormatVersion},
                               {"frames", frame_poses_json(set, poses)}};
@@ -153,15 +136,9 @@ void write_frame_poses(const fs::path& file, const CaptureSet& set, const FrameP
 }
 
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set) {
-  const std::string text = read_file(file);
-  try {
-    return poses_of(json::parse(text), set);
-  } catch (const json::exception& e) {
-    throw Error(
-        one_line(fmt::format("{}: damaged ({}); solve the poses again", file.string(), e.what())));
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: {}; solve the poses again", file.string(), e.what()));
-  }
+  const auto root = CheckedJson::read(file, "solve the poses again");
+  root.require_version(kFormatVersion);
+  return frame_poses_in(root.at("frames"), set);
 }
 
 FramePoses read_pose_table(const fs::path& table_file, const CaptureSet& set) {
@@ -177,7 +154,7 @@ FramePoses read_pose_table(const fs::path& table_file, const CaptureSet& set) {
     any = true;
   }
   if (!any) {
-    throw Error(fmt::format("{}: names none of the capture's frames, as {} is one",
+    throw Error(fmt::format("{}: lists none of the capture's frames, such as {}",
                             table_file.string(), set.frames.front().name));
   }
   return poses;

@@ -1,4 +1,4 @@
-// Where every panorama was taken, as far as a step of the calibration knows, and its file.
+// Poses of the panoramas, as known at some step of the calibration, and their file.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +11,12 @@
 
 namespace raywalk::calibrate {
 
-// How a pose was come by.
+// The source of a pose.
 enum class PoseOrigin {
   kNominal,  // the plan and the slider's feedback
   kSolved,   // from the frame's own picture
   kRail,     // from the neighbours on its rail
-  kGiven,    // told by the user
+  kGiven,    // given by the user
 };
 // "nominal", "solved", "rail", "given".
 const char* pose_origin_name(PoseOrigin origin);
@@ -26,34 +26,35 @@ struct FramePose {
   Eigen::Vector3d position_m{0, 0, 0};
   Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();
   PoseOrigin origin = PoseOrigin::kNominal;
-  // Standard deviations of position (per axis) and rotation (per axis), against the other frames;
-  // 0: not known.
+  // Standard deviations of position (per axis) and rotation (per axis), relative to the other
+  // frames; 0: unknown.
   double position_sigma_mm = 0.0;
   double rotation_sigma_deg = 0.0;
-  int observations = 0;      // of scene points that the pose rests on
+  int observations = 0;      // of scene points, used for the pose
   double residual_px = 0.0;  // their root mean square, in pixels of a panorama 4096 wide
 };
 
-// By the index of CaptureSet::frames; none: not known.
+// By the index of CaptureSet::frames; nullopt: unknown.
 using FramePoses = std::vector<std::optional<FramePose>>;
 
 // Every frame at its nominal position and attitude.
 FramePoses nominal_poses(const CaptureSet& set);
 
-// The angle between two rotations, in [0, pi].
+// The angle between two rotations, radians in [0, pi].
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 
 // JSON: {"format_version": 1, "frames": [{"name", "position_m": [x, y, z], "yaw_deg", "pitch_deg",
 // "roll_deg", "origin", "position_sigma_mm", "rotation_sigma_deg", "observations",
 // "residual_px"}]}, only frames with a pose. Written atomically. Reading throws Error naming the
-// file: missing, no JSON, newer, a frame that the set does not have, a number that is none.
+// file if it is missing, not JSON or of a newer format version, has a frame that is not in the set,
+// or a value that is not a finite number.
 void write_frame_poses(const std::filesystem::path& file, const CaptureSet& set,
                        const FramePoses& poses);
 FramePoses read_frame_poses(const std::filesystem::path& file, const CaptureSet& set);
 
-// The same from a table file,x,y,z,yaw,pitch,roll (metres, degrees), rows matched by the stem of
-// `file` with the frames' names (read_capture_set); other rows are left out. For truth from
-// elsewhere. Throws Error naming table and line, and where it names none of the frames.
+// Reads poses from a table file,x,y,z,yaw,pitch,roll (metres, degrees), such as ground truth. Rows
+// are matched with the frames' names (read_capture_set) by the stem of `file`; other rows are
+// ignored. Throws Error naming table and line, and if no row matches a frame.
 FramePoses read_pose_table(const std::filesystem::path& table, const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

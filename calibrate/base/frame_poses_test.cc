@@ -43,7 +43,7 @@ class FramePosesTest : public ::testing::Test {
   CaptureSet set_;
 };
 
-TEST_F(FramePosesTest, NominalPosesFollowThePlanAndTheListedAttitude) {
+TEST_F(FramePosesTest, NominalPosesHaveThePlannedPositionAndAttitude) {
   set_.frames[2].nominal_attitude = Attitude{0.1, -0.2, 0.3};
   const FramePoses poses = nominal_poses(set_);
   ASSERT_EQ(poses.size(), set_.frames.size());
@@ -53,7 +53,7 @@ TEST_F(FramePosesTest, NominalPosesFollowThePlanAndTheListedAttitude) {
   EXPECT_EQ(poses[2]->origin, PoseOrigin::kNominal);
 }
 
-TEST_F(FramePosesTest, WhatIsWrittenIsRead) {
+TEST_F(FramePosesTest, ReadsWhatItWrote) {
   FramePoses poses(set_.frames.size());
   poses[1] = FramePose{.position_m = {1.0 / 3.0, -2e-9, 1e5},
                        .world_from_camera = world_from_camera({3.0, -1.2, -2.9}),
@@ -90,14 +90,15 @@ TEST_F(FramePosesTest, DamagedFilesAreNamed) {
   EXPECT_THAT(read_error(good.substr(0, good.size() / 2)),
               AllOf(HasSubstr("poses.json"), HasSubstr("damaged")));
   EXPECT_THAT(replaced("\"format_version\": 1", "\"format_version\": 2"), HasSubstr("newer"));
-  EXPECT_THAT(replaced("\"a0\"", "\"zz\""), HasSubstr("no frame 'zz'"));
+  EXPECT_THAT(replaced("\"a0\"", "\"zz\""), HasSubstr("frame 'zz' is not in the capture"));
   EXPECT_THAT(replaced("\"a0\"", "\"a1\""), HasSubstr("twice"));
   EXPECT_THAT(replaced("\"nominal\"", "\"guessed\""), HasSubstr("'guessed'"));
-  EXPECT_THAT(replaced("\"yaw_deg\": ", "\"yaw_deg\": null, \"y\": "), HasSubstr("damaged"));
+  EXPECT_THAT(replaced("\"yaw_deg\": ", "\"yaw_deg\": null, \"y\": "),
+              HasSubstr("frames[0]: yaw_deg: is not a number; solve the poses again"));
   EXPECT_THROW(read_frame_poses(folder_ / "none.json", set_), Error);
 }
 
-TEST_F(FramePosesTest, TableRowsAreMatchedByTheNameOfTheFile) {
+TEST_F(FramePosesTest, TableRowsAreMatchedByFileStem) {
   EXPECT_EQ(table_error("file,x,y,z,yaw,pitch,roll\n"
                         "true/b1.jpg,1,2,3,10,20,30\nother.jpg,0,0,0,0,0,0\n"),
             "no error");
@@ -119,8 +120,8 @@ TEST_F(FramePosesTest, TableRowsAreMatchedByTheNameOfTheFile) {
               HasSubstr("true.csv:2"));
 }
 
-// Truth: the angle that the rotation was made with, however small or near to a half turn.
-TEST(AngleBetweenTest, IsTheAngleOfTheTurn) {
+// Exact for very small angles and near half a turn.
+TEST(AngleBetweenTest, IsTheAngleOfTheRotation) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
   const Eigen::Matrix3d start = world_from_camera({0.4, 1.1, -2.0});
   for (const double angle_rad : {0.0, 1e-14, 1e-9, 1e-4, 0.5, 2.0, kPi - 1e-9, kPi}) {

@@ -60,7 +60,7 @@ std::vector<std::string> frame_names(std::span<const std::string> files, const f
   if (!are_unique(names)) names = names_by(files, joined_path_of);
   if (!are_unique(names)) {
     throw Error(list.string() +
-                ": two of its files differ by their extension only; list one of them");
+                ": two of its files differ only in their extension; list one of them");
   }
   return names;
 }

@@ -13,12 +13,12 @@ namespace raywalk::calibrate {
 // "<directory>/poses.csv".
 std::filesystem::path frame_list_of(const std::filesystem::path& directory);
 
-// The names of listed files, in their order: their stems, or where those repeat their paths without
-// extension, '/' written '_'. Throws Error naming `list` where two are the same even so.
+// Frame names of the listed files, in order: their stems, or, where stems repeat, their paths
+// without extension, with '_' for '/'. Throws Error naming `list` if two names are still the same.
 std::vector<std::string> frame_names(std::span<const std::string> files,
                                      const std::filesystem::path& list);
 
-// Lines, stations and files; sizes of the pictures are not looked at. Throws as read_capture_set.
+// Lines, stations and files; picture sizes are not checked. Throws as read_capture_set.
 CaptureSet read_listed_frames(const CaptureInput& input);
 
 }  // namespace raywalk::calibrate

@@ -15,21 +15,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// docs/session.md: PRAGMA application_id, "RWLK", and the format that this program knows.
+// docs/session.md: PRAGMA application_id, "RWLK", and the newest supported format.
 constexpr std::int64_t kApplicationId = 0x52574c4b;
 constexpr std::int64_t kNewestFormat = 1;
 
 SqliteConnection open_session(const fs::path& directory) {
   const fs::path file = session_database_of(directory);
-  SqliteConnection database = open_sqlite_to_look(file);
+  SqliteConnection database = open_sqlite_read_only(file);
   if (database.integer("PRAGMA application_id") != kApplicationId) {
     throw Error(file.string() + ": not a session of raywalk-capture; give another directory");
   }
   const std::int64_t format = database.integer("PRAGMA user_version");
   if (format > kNewestFormat) {
     throw Error(fmt::format(
-        "{}: written by a newer raywalk-capture (format {}, this program knows up to {}); use the "
-        "raywalk-calibrate of that version",
+        "{}: written by a newer raywalk-capture (format {}, this program supports up to {}); use "
+        "the raywalk-calibrate of that version",
         file.string(), format, kNewestFormat));
   }
   return database;
@@ -39,23 +39,23 @@ FrameLayout layout_of(SqliteConnection* database, const CaptureInput& input) {
   SqliteStatement row(database, "SELECT frames, exposures FROM session");
   if (!row.step()) {
     throw Error(session_database_of(input.directory).string() +
-                ": damaged: it has no row in the table session; restore it from a copy");
+                ": damaged: the table session is empty; restore it from a copy");
   }
   if (input.exposure < 0 || input.exposure >= row.integer(1)) {
     throw UsageError(
-        fmt::format("{}: has {} exposure(s) of every station; --exposure takes 0 to {}",
+        fmt::format("{}: has {} exposure(s) of every station; --exposure must be 0 to {}",
                     input.directory.string(), row.integer(1), row.integer(1) - 1));
   }
   return row.text(0) == "panorama" ? FrameLayout::kPanorama : FrameLayout::kDualFisheye;
 }
 
-// Names that a session writes stay within its directory; another one may be a trap.
+// File names of a session are within its directory; others may be a path traversal attack.
 fs::path path_inside(const fs::path& directory, const std::string& file) {
   const fs::path path(file);
   bool inside = path.is_relative();
   for (const fs::path& part : path) inside = inside && part != "..";
   if (!inside) {
-    throw Error(fmt::format("{}: names the frame {}, which is not in its directory",
+    throw Error(fmt::format("{}: lists the frame {}, which is not in its directory",
                             session_database_of(directory).string(), excerpt(file)));
   }
   return directory / path;
@@ -73,7 +73,7 @@ std::vector<CaptureLine> read_lines(SqliteConnection* database) {
   return lines;
 }
 
-// Adds a picture, which may be the second half of the last frame.
+// Adds a picture, which may be the back lens's picture of the last frame.
 void add_picture(SqliteStatement& row, const fs::path& directory, CaptureSet* set) {
   const fs::path path = path_inside(directory, row.text(0));
   const std::string name = row.text(3), lens = row.text(4);
@@ -84,8 +84,8 @@ void add_picture(SqliteStatement& row, const fs::path& directory, CaptureSet* se
   }
   if (lens == "back") {
     throw Error(
-        fmt::format("{}: of station {} only the back lens's picture is there; import the "
-                    "front one, or leave the station out",
+        fmt::format("{}: station {} has only the back lens's picture; import the front one, "
+                    "or remove the station",
                     directory.string(), name));
   }
   const std::string line = row.text(2);
@@ -99,7 +99,7 @@ void add_picture(SqliteStatement& row, const fs::path& directory, CaptureSet* se
 }
 
 void read_frames(SqliteConnection* database, const CaptureInput& input, CaptureSet* set) {
-  // Along a line by where the feedback says each station was captured; the front half first.
+  // Along each line by the feedback's position of the station; the front picture first.
   SqliteStatement row(
       database,
       "SELECT captured_frame.file, sha256, line.name, station, lens, x_m, z_m FROM captured_frame "
@@ -120,17 +120,18 @@ void require_every_station(SqliteConnection* database, const CaptureInput& input
       fmt::format("{}: {} of {} stations are captured{}; finish with raywalk-capture run or "
                   "import{}",
                   input.directory.string(), captured, stations, of_what,
-                  captured > 0 ? ", or use what there is with --partial" : ""));
+                  captured > 0 ? ", or calibrate the captured ones with --partial" : ""));
 }
 
-// With two files per station, each frame has both or none has.
+// Either all frames have two files or none has.
 void require_both_halves(const CaptureSet& set) {
   const auto has_back = [](const CaptureFrame& frame) { return frame.back.has_value(); };
   const auto halves = std::count_if(set.frames.begin(), set.frames.end(), has_back);
   if (halves == 0 || halves == static_cast<std::ptrdiff_t>(set.frames.size())) return;
   const auto lone = std::find_if_not(set.frames.begin(), set.frames.end(), has_back);
-  throw Error(fmt::format("{}: station {} has no picture of the back lens, others have; import it",
-                          set.source.string(), lone->name));
+  throw Error(
+      fmt::format("{}: station {} has no picture of the back lens, but others have; import it",
+                  set.source.string(), lone->name));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace raywalk::calibrate {
 // "<directory>/session.db".
 std::filesystem::path session_database_of(const std::filesystem::path& directory);
 
-// Lines, stations and files; sizes of the pictures are not looked at. Throws as read_capture_set.
+// Lines, stations and files; picture sizes are not checked. Throws as read_capture_set.
 CaptureSet read_session_frames(const CaptureInput& input);
 
 }  // namespace raywalk::calibrate

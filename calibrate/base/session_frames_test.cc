@@ -45,7 +45,7 @@ class SessionFramesTest : public ::testing::Test {
   std::optional<TestSession> session_;
 };
 
-TEST_F(SessionFramesTest, StationsAreInRailOrderWhereTheFeedbackHasThem) {
+TEST_F(SessionFramesTest, StationsAreInOrderOfTheFeedback) {
   write_session();
   const CaptureSet set = folder_.read();
   EXPECT_EQ(set.layout, FrameLayout::kPanorama);

@@ -1,4 +1,4 @@
-// For tests: a folder of small pictures to calibrate, as a frame list or as a session.
+// For tests: a folder of small pictures, as a frame list or as a session.
 #pragma once
 
 #include <fmt/format.h>
@@ -44,8 +44,8 @@ class TestCaptureFolder {
   TestDirectory directory_;
 };
 
-// A session's database with the tables and columns of docs/session.md that are read here; the view
-// captured_frame is a plain table.
+// A session's database with the tables and columns of docs/session.md that are read here. The view
+// captured_frame is a table in it.
 class TestSession {
  public:
   explicit TestSession(const TestCaptureFolder* folder)

@@ -2,21 +2,23 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/lens_file.h"
+#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Part of every fingerprint: a change of what the steps make of the same inputs counts it up.
+// Part of every fingerprint; incremented when a step gives other outputs for the same inputs.
 constexpr int kStepsVersion = 1;
 
 CalibrationOptions with_directories(CalibrationOptions options) {
@@ -34,11 +36,10 @@ fs::path panorama_file(const CaptureFrame& frame) {
 }
 
 std::string file_line(const fs::path& file) {
-  return fmt::format("{} {} {}\n", fs::absolute(file).string(), fs::file_size(file),
-                     fs::last_write_time(file).time_since_epoch().count());
+  return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";
 }
 
-// The content of a file, or that there is none.
+// The hash of a file's content, or a text for a missing file.
 std::string content_line(const fs::path& file) {
   return fs::exists(file) ? sha256_of_file(file) + "\n" : "none\n";
 }
@@ -70,7 +71,6 @@ std::string poses_options_text(const PosesOptions& poses) {
   return fmt::format("{} {}\n", poses.keyframes_mm, poses.face_px);
 }
 
-// The steps of a frame's file: those of the poses, whichever gives them.
 std::string rectify_options_text(const CalibrationOptions& options) {
   return fmt::format("{} {}\n", options.rectify.equalise_gain, options.rectify.measure_connection);
 }
@@ -78,24 +78,24 @@ std::string rectify_options_text(const CalibrationOptions& options) {
 void require_lens(const CalibrationOptions& options) {
   if (options.lens_file || !options.lens.start.empty()) return;
   throw UsageError(fmt::format(
-      "{}: its frames are dual-fisheye; give a file with starting values for the lenses with "
-      "--lens-start (configs/lenses holds some), or calibrated ones with --lens",
+      "{}: its frames are dual-fisheye; give starting values of the lenses with --lens-start "
+      "(examples in configs/lenses), or a calibrated lens file with --lens",
       options.input.directory.string()));
 }
 
-std::string hint_of_rotation(const std::string& message) {
+std::string with_rotation_hint(const std::string& message) {
   constexpr const char* kOther = "--method rotation";
   if (message.find(kOther) != std::string::npos) return message;
   return fmt::format("{}; raywalk-calibrate all {} aligns the lines without COLMAP", message,
                      kOther);
 }
 
-// Makes the directory and keeps other programs from working in it.
+// Creates the directory and locks it against other processes.
 std::unique_ptr<FileLock> locked(const fs::path& directory) {
   make_directories(directory);
   return std::make_unique<FileLock>(
       directory / "calibration.lock",
-      "another raywalk-calibrate works in this directory; wait for it to end");
+      "another raywalk-calibrate is running in this directory; wait for it to end");
 }
 
 }  // namespace
@@ -149,10 +149,8 @@ double Calibration::seconds(CalibrationStep step) const {
 void Calibration::run(CalibrationStep step) {
   const std::string inputs = fingerprint(step);
   records_.forget(step_name(step));
-  const auto begin = std::chrono::steady_clock::now();
-  do_step(step);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  records_.note(step_name(step), inputs, taken.count(), outputs_of(step));
+  const double seconds = times_of([&] { do_step(step); }).wall_s;
+  records_.note(step_name(step), inputs, seconds, outputs_of(step));
 }
 
 void Calibration::do_step(CalibrationStep step) {
@@ -183,7 +181,7 @@ void Calibration::run_lens() {
   }
   write_lens_file(in_out("lens.yaml"),
                   scaled_to(read_lens_file(*options_.lens_file), captured_.frame));
-  // Pages of an earlier fit would tell of other lenses.
+  // Reports of an earlier fit would describe other lenses.
   for (const char* file : {"lens.json", "lens.html"}) fs::remove(in_out(file));
 }
 
@@ -200,7 +198,7 @@ void Calibration::run_poses() {
   } catch (const UsageError&) {
     throw;
   } catch (const Error& e) {
-    throw Error(hint_of_rotation(e.what()));
+    throw Error(with_rotation_hint(e.what()));
   }
 }
 
@@ -226,7 +224,7 @@ void Calibration::run_rectify() {
 
 void Calibration::require_file(const std::string& file, CalibrationStep made_by) const {
   if (fs::is_regular_file(in_out(file))) return;
-  throw Error(fmt::format("{} is not there; run raywalk-calibrate {} first (or all)",
+  throw Error(fmt::format("{} does not exist; run raywalk-calibrate {} first (or all)",
                           in_out(file).string(), step_name(made_by)));
 }
 
@@ -295,7 +293,7 @@ GridOptions Calibration::grid_options() const {
           .out = options_.out};
 }
 
-// What the session recorded of a frame, else its size and time.
+// The hash that the session recorded of a frame, else its size and time.
 std::string Calibration::frames_fingerprint() const {
   std::string text = fmt::format("{}x{} {}\n", captured_.frame.width, captured_.frame.height,
                                  static_cast<int>(captured_.layout));
@@ -312,7 +310,7 @@ std::string Calibration::frames_fingerprint() const {
     text += file_line(frame.file);
     if (frame.back) text += file_line(*frame.back);
   }
-  return sha256_of_text(text);
+  return sha256_hex(text);
 }
 
 std::string Calibration::panoramas_fingerprint() const {
@@ -353,7 +351,7 @@ std::string Calibration::inputs_of(CalibrationStep step) const {
 }
 
 std::string Calibration::fingerprint(CalibrationStep step) const {
-  return sha256_of_text(fmt::format("{} {}\n{}", step_name(step), kStepsVersion, inputs_of(step)));
+  return sha256_hex(fmt::format("{} {}\n{}", step_name(step), kStepsVersion, inputs_of(step)));
 }
 
 std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {

@@ -1,5 +1,5 @@
-// The steps of a calibration in its directory: what each is made from, running one, and what
-// earlier ones left for later ones.
+// The steps of a calibration in its directory: their inputs, running them, and reading their
+// results.
 #pragma once
 
 #include <array>
@@ -30,49 +30,49 @@ inline constexpr std::array kCalibrationSteps{CalibrationStep::kLens, Calibratio
 // "lens", "stitch", ...; also the name of the step's page, NAME.html.
 std::string step_name(CalibrationStep step);
 
-// What the user chose. What one step takes from another (masks, lenses, poses, OUT) is filled in
-// when it runs.
+// The user's options. The inputs that a step takes from another (masks, lenses, poses, OUT) are
+// filled in when it runs.
 struct CalibrationOptions {
   CaptureInput input{};
   std::filesystem::path out{};  // empty: INPUT/calibration
   LensOptions lens{};
-  std::optional<std::filesystem::path> lens_file{};  // takes the place of the fit
+  std::optional<std::filesystem::path> lens_file{};  // replaces the fit
   StitchOptions stitch{};
   MaskOptions mask{};
   PosesOptions poses{};
   GridMethod method = GridMethod::kPoses;
   RectifyOptions rectify{};
-  // Poses from elsewhere (read_pose_table) take the place of the grid's.
+  // A table of poses (read_pose_table) that replaces the grid's.
   std::optional<std::filesystem::path> pose_table{};
 };
 
 class Calibration {
  public:
-  // Reads the capture, makes OUT and locks it. Throws Error as read_capture_set does, for a
-  // directory that cannot be written, and for one that another program calibrates into.
+  // Reads the capture, creates OUT and locks it. Throws Error as read_capture_set does, for a
+  // directory that cannot be written, and for one that another process has locked.
   explicit Calibration(CalibrationOptions options);
 
   const CalibrationOptions& options() const { return options_; }
   const std::filesystem::path& out() const { return options_.out; }
   const CaptureSet& captured() const { return captured_; }
 
-  // Whether the capture and the method have this step: panoramas need neither lens nor stitch,
+  // Whether the capture and the method need this step: panoramas need neither lens nor stitch,
   // GridMethod::kRotation no poses.
   bool has(CalibrationStep step) const;
-  // Whether the step is done, of these very inputs and options.
+  // Whether the step was run with the current inputs and options and its outputs are unchanged.
   bool is_done(CalibrationStep step) const;
-  // Does the step, whether or not it was done, and notes it. Throws Error where an earlier step's
-  // result is missing (naming that step) and as the step itself does.
+  // Runs the step, even if it is done, and records it. Throws Error where an earlier step's result
+  // is missing (naming that step) and as the step itself does.
   void run(CalibrationStep step);
-  // Seconds that the step took when it was last done.
+  // Duration of the step's last run, seconds.
   double seconds(CalibrationStep step) const;
   void forget(CalibrationStep step) { records_.forget(step_name(step)); }
   StepRecords& records() { return records_; }
 
-  // What steps have left. Throw Error naming the step to run where it is not there, or is damaged.
-  std::optional<DualFisheyeCamera> camera() const;  // none for panoramas
+  // Results of the steps. Throw Error naming the step to run if the result is missing or damaged.
+  std::optional<DualFisheyeCamera> camera() const;  // nullopt for panoramas
   CaptureSet panoramas() const;
-  std::optional<cv::Mat> mask() const;  // none where none was made
+  std::optional<cv::Mat> mask() const;  // nullopt without a mask
   FramePoses solved_poses() const;
   GridResult grid() const;
   FramePoses final_poses() const;  // the grid's, or the table's
@@ -80,11 +80,11 @@ class Calibration {
 
   PosesOptions poses_options() const;
   GridOptions grid_options() const;
-  // Of all that the poses depend on, but for the spacing of keyframes.
+  // Hash of everything that the poses depend on, except the spacing of keyframes.
   std::string fingerprint_without_keyframes() const;
 
  private:
-  // The name of a file in OUT as messages have it.
+  // OUT/file.
   std::filesystem::path in_out(const std::string& file) const { return options_.out / file; }
   void require_file(const std::string& file, CalibrationStep made_by) const;
   std::optional<DualFisheyeLayout> lenses() const;

@@ -17,22 +17,22 @@ namespace fs = std::filesystem;
 const char* purpose_of(CalibrationStep step) {
   switch (step) {
     case CalibrationStep::kLens:
-      return "the lenses, and what is left of the features they were fitted to";
+      return "the lenses and the residuals of their fit";
     case CalibrationStep::kStitch:
-      return "two fisheye pictures into one panorama";
+      return "two fisheye pictures stitched to a panorama";
     case CalibrationStep::kMask:
-      return "what moves with the camera and is not used";
+      return "masks what moves with the camera";
     case CalibrationStep::kPoses:
-      return "where every panorama was taken, from what it shows";
+      return "poses of the panoramas, solved from their features";
     case CalibrationStep::kGrid:
-      return "what the rail did: lines, models kept, crossings";
+      return "lines of the rail, their models and crossings";
     case CalibrationStep::kRectify:
-      return "frames in the world's axes, exposure, how the lines connect";
+      return "frames in world axes, exposure gains, connection error";
   }
   return "";
 }
 
-// The largest of a figure over the crossings.
+// The maximum of a figure over the crossings.
 template <typename Figure>
 double worst(const std::vector<CrossingFigures>& crossings, const Figure& figure) {
   double largest = 0.0;
@@ -48,16 +48,16 @@ std::string before_after(double before, double after, int decimals, const std::s
 
 void add_verdict(const CalibrationSummary& summary, const GridResult& grid, HtmlPage* page) {
   const auto& crossings = grid.crossings;
-  std::vector<HtmlFact> facts{{"verdict", summary.trustworthy ? "good" : "not to be trusted"},
+  std::vector<HtmlFact> facts{{"trustworthy", summary.trustworthy ? "yes" : "no"},
                               {"crossings", std::to_string(crossings.size())}};
   if (!crossings.empty()) {
     facts.push_back(
-        {"rotation at the worst, W = 4096",
+        {"largest rotation at a crossing, W = 4096",
          before_after(worst(crossings, [](const auto& c) { return c.before.rotation_px; }),
                       worst(crossings, [](const auto& c) { return c.after.rotation_px; }), 2,
                       "px")});
     facts.push_back(
-        {"position at the worst",
+        {"largest displacement at a crossing",
          before_after(worst(crossings, [](const auto& c) { return c.before.position_mm; }),
                       worst(crossings, [](const auto& c) { return c.after.position_mm; }), 2,
                       "mm")});
@@ -80,8 +80,8 @@ void add_lines(const GridResult& grid, HtmlPage* page) {
   };
   HtmlTable table{
       .caption =
-          "Corrections to the plan with one standard deviation, and the models of "
-          "the rail that the data speak for (grid.html says why)",
+          "Corrections to the plan with one standard deviation, and the selected "
+          "models of the rail (details in grid.html)",
       .header = {"line", "stations", "solved", "across / mm", "height / mm", "heading / deg",
                  "tilt / deg", "roll / deg", "positions", "attitudes"}};
   for (const LineFit& line : grid.lines) {
@@ -102,21 +102,21 @@ void add_lines(const GridResult& grid, HtmlPage* page) {
 void add_steps(const Calibration& calibration, const CalibrationSummary& summary, HtmlPage* page) {
   page->add_section("The steps");
   std::vector<HtmlLink> links;
-  for (const StepTaken& taken : summary.steps) {
-    const std::string name = step_name(taken.step);
+  for (const StepRun& run : summary.steps) {
+    const std::string name = step_name(run.step);
     const std::string file = name + ".html";
     if (!fs::exists(calibration.out() / file)) continue;
     links.push_back({.file = file,
                      .text = name,
-                     .note = fmt::format("{} ({:.1f} s{})", purpose_of(taken.step), taken.seconds,
-                                         taken.reused ? ", done earlier" : "")});
+                     .note = fmt::format("{} ({:.1f} s{})", purpose_of(run.step), run.seconds,
+                                         run.reused ? ", done earlier" : "")});
   }
   page->add_links(links);
 }
 
 void add_trade(const CalibrationSummary& summary, HtmlPage* page) {
   if (summary.trade.empty()) return;
-  page->add_section("What fewer keyframes cost");
+  page->add_section("Accuracy and time of fewer keyframes");
   page->add_table(keyframe_table(summary.trade));
 }
 
@@ -129,8 +129,8 @@ void write_calibration_page(const Calibration& calibration, const CalibrationSum
   HtmlPage page("Calibration of " + set.source.string(),
                 fmt::format("{} stations on {} lines, {}", set.frames.size(), set.lines.size(),
                             grid.method == GridMethod::kPoses
-                                ? "poses from COLMAP and slider"
-                                : "lines aligned at their crossings by rotation alone"));
+                                ? "poses from COLMAP and the slider"
+                                : "lines aligned at their crossings without solved poses"));
   add_verdict(summary, grid, &page);
   if (!grid.crossings.empty()) {
     page.add_section("At the crossings");

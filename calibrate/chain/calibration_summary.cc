@@ -23,7 +23,7 @@ ordered_json read_json(const fs::path& file) {
   }
 }
 
-// The texts that a step's JSON lists; none where the step has left none.
+// The texts listed under a key of a step's JSON; empty if the step has no file.
 std::vector<std::string> listed_in(const fs::path& file, const char* key) {
   if (!fs::exists(file)) return {};
   const ordered_json document = read_json(file);
@@ -33,7 +33,7 @@ std::vector<std::string> listed_in(const fs::path& file, const char* key) {
 }
 
 fs::path report_of(const Calibration& calibration, CalibrationStep step) {
-  // poses.json holds the poses alone.
+  // poses.json has no warnings.
   const std::string name = step == CalibrationStep::kPoses ? "poses-report" : step_name(step);
   return calibration.out() / (name + ".json");
 }
@@ -66,11 +66,11 @@ ordered_json camera_json(const std::optional<DualFisheyeCamera>& camera) {
           {"back", back}};
 }
 
-ordered_json steps_json(const std::vector<StepTaken>& steps) {
+ordered_json steps_json(const std::vector<StepRun>& steps) {
   ordered_json list = ordered_json::array();
-  for (const StepTaken& taken : steps) {
+  for (const StepRun& run : steps) {
     list.push_back(
-        {{"step", step_name(taken.step)}, {"seconds", taken.seconds}, {"reused", taken.reused}});
+        {{"step", step_name(run.step)}, {"seconds", run.seconds}, {"reused", run.reused}});
   }
   return list;
 }

@@ -1,4 +1,4 @@
-// What a calibration came to: calibration.json for programs, index.html for people.
+// The summary of a calibration: calibration.json and index.html.
 #pragma once
 
 #include <filesystem>
@@ -10,26 +10,26 @@
 
 namespace raywalk::calibrate {
 
-// A step as it was gone through.
-struct StepTaken {
+// A step of the current run.
+struct StepRun {
   CalibrationStep step = CalibrationStep::kLens;
-  double seconds = 0.0;  // when it was last done
-  bool reused = false;   // done earlier, of the same inputs
+  double seconds = 0.0;  // duration of its last run
+  bool reused = false;   // done by an earlier run with the same inputs
 };
 
 struct CalibrationSummary {
   bool trustworthy = false;
-  std::vector<std::string> warnings{};  // of all steps, each with the step it is from
+  std::vector<std::string> warnings{};  // of all steps, each prefixed with the step's name
   std::vector<std::string> notes{};
-  std::vector<StepTaken> steps{};
+  std::vector<StepRun> steps{};
   std::vector<KeyframeTrial> trade{};
 };
 
-// What the step warned of when it was last done, as its JSON in OUT has it.
+// The warnings of the step's last run, read from its JSON in OUT.
 std::vector<std::string> step_warnings(const Calibration& calibration, CalibrationStep step);
 
-// Gathers the warnings from what the steps left in OUT. A calibration is trustworthy where its grid
-// is, and nothing was wrong with its lenses.
+// Collects the warnings from the steps' results in OUT. A calibration is trustworthy if its grid is
+// and the fit of its lenses has no warnings.
 CalibrationSummary summary_of(const Calibration& calibration);
 
 // Writes OUT/calibration.json:
@@ -40,7 +40,7 @@ CalibrationSummary summary_of(const Calibration& calibration);
 //    "seconds", "reused"}]}
 void write_calibration_json(const Calibration& calibration, const CalibrationSummary& summary);
 
-// Writes OUT/index.html.
+// Writes OUT/index.html. Both throw Error if the file cannot be written.
 void write_calibration_page(const Calibration& calibration, const CalibrationSummary& summary);
 
 }  // namespace raywalk::calibrate

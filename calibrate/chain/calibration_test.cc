@@ -1,4 +1,4 @@
-// Which steps a capture has, when a step counts as done, and what is said where one is missing.
+// The steps of a capture, when a step counts as done, and errors for missing steps.
 #include "calibrate/chain/calibration.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ class CalibrationTest : public ::testing::Test {
     options_.input.directory = folder_.path();
     options_.mask.cone_deg = 20.0;
   }
-  // What an error of the calibration says.
+  // The message of the Error that `work` throws.
   template <typename Work>
   std::string error_of(const Work& work) const {
     try {
@@ -37,7 +37,7 @@ class CalibrationTest : public ::testing::Test {
   CalibrationOptions options_;
 };
 
-TEST_F(CalibrationTest, StepsFollowFromCaptureAndMethod) {
+TEST_F(CalibrationTest, StepsDependOnCaptureAndMethod) {
   const Calibration panoramas(options_);
   EXPECT_FALSE(panoramas.has(CalibrationStep::kLens));
   EXPECT_FALSE(panoramas.has(CalibrationStep::kStitch));
@@ -71,7 +71,7 @@ TEST_F(CalibrationTest, StepIsDoneUntilItsInputsOrOptionsChange) {
   EXPECT_FALSE(mask_is_done());
 }
 
-TEST_F(CalibrationTest, StepWhoseResultIsGoneOrForgottenIsNotDone) {
+TEST_F(CalibrationTest, StepWithoutOutputsOrRecordIsNotDone) {
   Calibration(options_).run(CalibrationStep::kMask);
   std::filesystem::remove(folder_ / "calibration/mask.png");
   EXPECT_FALSE(mask_is_done());
@@ -80,7 +80,7 @@ TEST_F(CalibrationTest, StepWhoseResultIsGoneOrForgottenIsNotDone) {
   EXPECT_FALSE(mask_is_done());
 }
 
-TEST_F(CalibrationTest, MaskOfAnEarlierRunDoesNotStay) {
+TEST_F(CalibrationTest, MaskOfAnEarlierRunIsRemoved) {
   Calibration(options_).run(CalibrationStep::kMask);
   options_.mask.cone_deg = 0.0;
   Calibration(options_).run(CalibrationStep::kMask);
@@ -90,7 +90,7 @@ TEST_F(CalibrationTest, MaskOfAnEarlierRunDoesNotStay) {
 
 TEST_F(CalibrationTest, MissingStepsAreNamed) {
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kGrid); }),
-              AllOf(HasSubstr("poses.json is not there"), HasSubstr("raywalk-calibrate poses")));
+              AllOf(HasSubstr("poses.json does not exist"), HasSubstr("raywalk-calibrate poses")));
   EXPECT_THAT(error_of([](Calibration* c) { c->run(CalibrationStep::kRectify); }),
               AllOf(HasSubstr("grid.json"), HasSubstr("raywalk-calibrate grid")));
   options_.input.dual_fisheye = true;
@@ -101,7 +101,7 @@ TEST_F(CalibrationTest, MissingStepsAreNamed) {
   EXPECT_THROW(Calibration(options_).run(CalibrationStep::kLens), UsageError);
 }
 
-TEST_F(CalibrationTest, GivenLensesTakeThePlaceOfTheFit) {
+TEST_F(CalibrationTest, GivenLensesReplaceTheFit) {
   options_.input.dual_fisheye = true;
   const DualFisheyeCamera camera{{64, 32}, false, simple_dual_fisheye({64, 32})};
   write_lens_file(folder_ / "given.yaml", camera);
@@ -118,12 +118,12 @@ TEST_F(CalibrationTest, GivenLensesTakeThePlaceOfTheFit) {
   EXPECT_FALSE(Calibration(options_).is_done(CalibrationStep::kLens));
 }
 
-TEST_F(CalibrationTest, TwoProgramsDoNotWorkInOneDirectory) {
+TEST_F(CalibrationTest, DirectoryIsLockedAgainstASecondProcess) {
   const Calibration first(options_);
   EXPECT_THAT(error_of([](Calibration*) {}), HasSubstr("another raywalk-calibrate"));
 }
 
-TEST_F(CalibrationTest, UnreadableCaptureLeavesNothing) {
+TEST_F(CalibrationTest, UnreadableCaptureCreatesNoDirectory) {
   std::filesystem::remove(folder_ / "b1.png");
   EXPECT_NE(error_of([](Calibration*) {}), "no error");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "calibration"));

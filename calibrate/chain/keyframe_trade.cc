@@ -3,18 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "core/base/median.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
+#include "core/files/sha256.h"
 #include "core/report/markup.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr const char* kStep = "trade";
@@ -34,13 +35,15 @@ SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
   poses.out = directory;
   GridOptions grid = calibration.grid_options();
   grid.out = directory;
-  const auto begin = std::chrono::steady_clock::now();
-  const PosesResult solved = solve_poses(set, poses);
-  GridResult estimated = estimate_grid(set, solved.poses, grid);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  PosesResult solved;
+  GridResult estimated;
+  const Times times = times_of([&] {
+    solved = solve_poses(set, poses);
+    estimated = estimate_grid(set, solved.poses, grid);
+  });
   return {{.keyframes_mm = spacing_mm,
            .keyframes = static_cast<int>(solved.keyframes.size()),
-           .seconds = taken.count(),
+           .seconds = times.wall_s,
            .trustworthy = estimated.trustworthy},
           std::move(estimated.poses)};
 }
@@ -68,15 +71,16 @@ void compare(const FramePoses& densest, SolvedTrial* solved) {
 
 std::vector<KeyframeTrial> read_trials(const fs::path& file) {
   std::vector<KeyframeTrial> trials;
-  for (const json& trial : json::parse(read_file(file))) {
-    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").get<double>(),
-                      .keyframes = trial.at("keyframes").get<int>(),
-                      .seconds = trial.at("seconds").get<double>(),
-                      .median_mm = trial.at("median_mm").get<double>(),
-                      .largest_mm = trial.at("largest_mm").get<double>(),
-                      .median_deg = trial.at("median_deg").get<double>(),
-                      .largest_deg = trial.at("largest_deg").get<double>(),
-                      .trustworthy = trial.at("trustworthy").get<bool>()});
+  for (const CheckedJson& trial :
+       CheckedJson::read(file, "remove it and run the trade again").items()) {
+    trials.push_back({.keyframes_mm = trial.at("keyframes_mm").number(),
+                      .keyframes = trial.at("keyframes").integer(),
+                      .seconds = trial.at("seconds").number(),
+                      .median_mm = trial.at("median_mm").number(),
+                      .largest_mm = trial.at("largest_mm").number(),
+                      .median_deg = trial.at("median_deg").number(),
+                      .largest_deg = trial.at("largest_deg").number(),
+                      .trustworthy = trial.at("trustworthy").boolean()});
   }
   return trials;
 }
@@ -89,7 +93,7 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
   spacings_mm.erase(std::unique(spacings_mm.begin(), spacings_mm.end()), spacings_mm.end());
   std::string inputs = calibration->fingerprint_without_keyframes();
   for (const double spacing_mm : spacings_mm) inputs += fmt::format(" {}", spacing_mm);
-  const std::string fingerprint = sha256_of_text(inputs);
+  const std::string fingerprint = sha256_hex(inputs);
   if (calibration->records().done(kStep, fingerprint)) {
     return read_trials(calibration->out() / kFile);
   }
@@ -110,10 +114,10 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
 
 HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials) {
   HtmlTable table{.caption =
-                      "Differences from the densest, over all stations: those without a pose "
-                      "of their own follow from their rail",
+                      "Differences from the densest spacing, over all stations; those without "
+                      "a solved pose are predicted from their rail",
                   .header = {"keyframes every", "keyframes", "time / s", "median / mm",
-                             "largest / mm", "median / deg", "largest / deg", "verdict"}};
+                             "largest / mm", "median / deg", "largest / deg", "trustworthy"}};
   for (const KeyframeTrial& trial : trials) {
     table.rows.push_back(
         {{trial.keyframes_mm > 0.0 ? fmt::format("{:g} mm", trial.keyframes_mm) : "station"},
@@ -123,7 +127,7 @@ HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials) {
          {fixed_number(trial.largest_mm, 3)},
          {fixed_number(trial.median_deg, 4)},
          {fixed_number(trial.largest_deg, 4)},
-         {trial.trustworthy ? "good" : "not to be trusted"}});
+         {trial.trustworthy ? "yes" : "no"}});
   }
   return table;
 }

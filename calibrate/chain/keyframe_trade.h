@@ -1,5 +1,5 @@
-// What fewer keyframes cost in accuracy and save in time: the poses solved again with several
-// spacings.
+// The trade-off between accuracy and time of fewer keyframes: the poses solved again with several
+// keyframe spacings.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,8 +10,8 @@
 
 namespace raywalk::calibrate {
 
-// One spacing; differences are against the densest, over all stations, once the common mean
-// displacement is taken off (which no picture tells).
+// One spacing. Differences are to the densest spacing, over all stations, after removing the mean
+// displacement, which is unobservable.
 struct KeyframeTrial {
   double keyframes_mm = 0.0;  // 0: every station
   int keyframes = 0;
@@ -23,8 +23,8 @@ struct KeyframeTrial {
   bool trustworthy = false;
 };
 
-// Densest first; runs the steps poses and grid for each in OUT/trade/ and keeps OUT/trade.json,
-// which is read instead where it is of the same inputs.
+// Runs the steps poses and grid for each spacing in OUT/trade/, densest first, and writes
+// OUT/trade.json, which is read instead if it has the same inputs.
 std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
                                              std::vector<double> spacings_mm);
 

@@ -10,24 +10,24 @@
 namespace raywalk::calibrate {
 namespace {
 
-StepTaken take(Calibration* calibration, CalibrationStep step, std::ostream& out) {
+StepRun run_if_needed(Calibration* calibration, CalibrationStep step, std::ostream& out) {
   throw_if_interrupted();
   const bool reused = calibration->is_done(step);
   if (!reused) calibration->run(step);
   const double seconds = calibration->seconds(step);
   out << fmt::format("{:<8}{:>7.1f} s{}", step_name(step), seconds,
-                     reused ? "  (done earlier, of the same inputs)" : "")
+                     reused ? "  (done earlier)" : "")
       << std::endl;
   return {.step = step, .seconds = seconds, .reused = reused};
 }
 
-void require_trust(const Calibration& calibration, const CalibrationSummary& summary) {
+void require_trustworthy(const Calibration& calibration, const CalibrationSummary& summary) {
   if (summary.trustworthy) return;
   const std::string first =
       summary.warnings.empty() ? "its own checks contradict it" : summary.warnings.front();
   throw Error(fmt::format(
-      "the result is not to be trusted ({} warnings, the first: {}); outputs are kept in {}, "
-      "index.html and calibration.json there tell all",
+      "the result is not trustworthy ({} warnings, the first: {}); outputs are kept in {}, see "
+      "index.html and calibration.json there",
       summary.warnings.size(), first, calibration.out().string()));
 }
 
@@ -35,9 +35,9 @@ void require_trust(const Calibration& calibration, const CalibrationSummary& sum
 
 void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out) {
   if (options.redo) calibration->forget(*options.redo);
-  std::vector<StepTaken> steps;
+  std::vector<StepRun> steps;
   for (const CalibrationStep step : kCalibrationSteps) {
-    if (calibration->has(step)) steps.push_back(take(calibration, step, out));
+    if (calibration->has(step)) steps.push_back(run_if_needed(calibration, step, out));
   }
   CalibrationSummary summary = summary_of(*calibration);
   summary.steps = std::move(steps);
@@ -47,9 +47,9 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   write_calibration_json(*calibration, summary);
   write_calibration_page(*calibration, summary);
   out << fmt::format("{}: {}\n{}\n", (calibration->out() / "index.html").string(),
-                     summary.trustworthy ? "good" : "not to be trusted",
+                     summary.trustworthy ? "trustworthy" : "not trustworthy",
                      pack_command(calibration->rectified(), calibration->out()));
-  require_trust(*calibration, summary);
+  require_trustworthy(*calibration, summary);
 }
 
 }  // namespace raywalk::calibrate

@@ -1,4 +1,4 @@
-// The whole chain: every step that is not done yet, and the summary.
+// The whole chain: runs every step that is not done yet, and writes the summary.
 #pragma once
 
 #include <optional>
@@ -10,16 +10,16 @@
 namespace raywalk::calibrate {
 
 struct ChainOptions {
-  // Counts as not done; none: nothing.
+  // A step to run again even if it is done.
   std::optional<CalibrationStep> redo{};
-  // Spacings to compare (keyframe_trade.h); empty: none.
+  // Keyframe spacings to compare (keyframe_trade.h); empty: no comparison.
   std::vector<double> compare_keyframes_mm{};
 };
 
-// Does the steps in order, leaves out those that are done of the same inputs and options, writes
-// calibration.json and index.html and tells on `out` what was done. Throws Error as the steps do
-// (what was done is kept, and gone on from by the next call), and, last of all, where the result is
-// not to be trusted.
+// Runs the steps in order, skips those that are done with the same inputs and options, writes
+// calibration.json and index.html and prints progress to `out`. Throws Error as the steps do
+// (finished steps are kept, and the next call resumes after them), and at the end if the result is
+// not trustworthy.
 void run_all(Calibration* calibration, const ChainOptions& options, std::ostream& out);
 
 }  // namespace raywalk::calibrate

@@ -4,13 +4,12 @@
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
-#include <span>
 #include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
-#include "core/files/sha256.h"
+#include "core/files/fingerprint.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -20,15 +19,15 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr int kRecordsFormatVersion = 1;
-// Larger outputs, pictures, are told by size and time: reading them all again takes long.
+// Larger outputs are compared by size and time, as hashing all pictures takes long.
 constexpr std::uintmax_t kLargestHashed_bytes = std::uintmax_t{1} << 20;
 
 fs::path records_file(const fs::path& out) { return out / "steps.json"; }
 
 std::string state_of(const fs::path& file) {
-  const std::uintmax_t bytes = fs::file_size(file);
-  if (bytes <= kLargestHashed_bytes) return sha256_of_file(file);
-  return fmt::format("{} bytes at {}", bytes, fs::last_write_time(file).time_since_epoch().count());
+  const FileStamp stamp = stamp_of(file);
+  if (stamp.bytes <= kLargestHashed_bytes) return sha256_of_file(file);
+  return fmt::format("{} bytes at {}", stamp.bytes, stamp.time);
 }
 
 bool is_unchanged(const fs::path& file, const std::string& state) {
@@ -58,7 +57,7 @@ StepRecords::StepRecords(fs::path out) : out_(std::move(out)) {
   try {
     records_ = read_records(file);
   } catch (const std::exception& e) {
-    spdlog::warn("{}: cannot be read ({}); every step is done anew", file.string(),
+    spdlog::warn("{}: cannot be read ({}); every step is run again", file.string(),
                  one_line(e.what()));
   }
 }
@@ -102,11 +101,5 @@ void StepRecords::write() const {
   const ordered_json document{{"format_version", kRecordsFormatVersion}, {"steps", steps}};
   write_file_atomically(records_file(out_), document.dump(1) + "\n");
 }
-
-std::string sha256_of_text(const std::string& text) {
-  return sha256_hex(std::as_bytes(std::span(text)));
-}
-
-std::string sha256_of_file(const fs::path& file) { return sha256_of_text(read_file(file)); }
 
 }  // namespace raywalk::calibrate

@@ -1,5 +1,5 @@
-// What the steps of a calibration were made from: OUT/steps.json, so that a step whose inputs have
-// not changed is not done again.
+// Records of the inputs and outputs of the steps of a calibration, OUT/steps.json, so that a step
+// whose inputs have not changed is not run again.
 #pragma once
 
 #include <filesystem>
@@ -11,29 +11,28 @@
 namespace raywalk::calibrate {
 
 struct StepRecord {
-  std::string fingerprint{};  // of everything that the step depends on
-  double seconds = 0.0;       // that it took
-  // Files made, relative to OUT, with what tells whether they are still the same.
+  std::string fingerprint{};  // hash of everything that the step depends on
+  double seconds = 0.0;       // duration
+  // Output files, relative to OUT, with their SHA-256, or size and time of files above 1 MiB.
   std::map<std::string, std::string> outputs{};
 };
 
 class StepRecords {
  public:
-  // Reads OUT/steps.json where it is there; one that cannot be read counts as empty, with a
-  // warning, since all that is lost is time.
+  // Reads OUT/steps.json if it exists. One that cannot be read counts as empty, with a warning:
+  // the steps are then run again.
   explicit StepRecords(std::filesystem::path out);
 
-  // The record of a step that is done: its fingerprint is this one and its outputs are as they
-  // were.
+  // The record of a step if it has this fingerprint and its outputs are unchanged.
   std::optional<StepRecord> done(const std::string& step, const std::string& fingerprint) const;
-  // The last record of a step, whatever it was made from.
+  // The last record of a step, whatever its inputs.
   std::optional<StepRecord> last(const std::string& step) const;
 
-  // Notes a step as done, with its outputs as they are now, and writes steps.json. Throws Error
-  // where it cannot be written, or an output is not there.
+  // Records a step as done, with the current state of its outputs, and writes steps.json. Throws
+  // Error if it cannot be written or an output is missing.
   void note(const std::string& step, const std::string& fingerprint, double seconds,
             const std::vector<std::filesystem::path>& outputs);
-  // The step counts as never done; written at once.
+  // Removes the record of a step and writes steps.json.
   void forget(const std::string& step);
 
  private:
@@ -42,9 +41,5 @@ class StepRecords {
   std::filesystem::path out_;
   std::map<std::string, StepRecord> records_{};
 };
-
-// SHA-256 of a file's bytes. Throws Error naming it.
-std::string sha256_of_file(const std::filesystem::path& file);
-std::string sha256_of_text(const std::string& text);
 
 }  // namespace raywalk::calibrate

@@ -26,7 +26,7 @@ class StepRecordsTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(StepRecordsTest, StepIsDoneWithTheSameInputsOnly) {
+TEST_F(StepRecordsTest, StepIsDoneOnlyWithTheSameInputs) {
   EXPECT_FALSE(is_done());
   note();
   EXPECT_TRUE(is_done());
@@ -42,7 +42,7 @@ TEST_F(StepRecordsTest, StepWhoseOutputsChangedIsNotDone) {
   write("mask.png", "b picture");
   EXPECT_FALSE(is_done());
   write("mask.png", "a picture");
-  EXPECT_TRUE(is_done());  // told by its content
+  EXPECT_TRUE(is_done());  // compared by content
   write("big.bin", std::string((std::size_t{1} << 20) + 2, 'x'));
   EXPECT_FALSE(is_done());
   note();
@@ -67,7 +67,7 @@ TEST_F(StepRecordsTest, DamagedRecordsCountAsNone) {
   EXPECT_TRUE(is_done());
 }
 
-TEST_F(StepRecordsTest, OutputThatIsNotThereIsAnError) {
+TEST_F(StepRecordsTest, MissingOutputIsAnError) {
   StepRecords records(directory_.path());
   EXPECT_ANY_THROW(records.note("mask", "abc", 1.0, {"nothing.png"}));
   EXPECT_FALSE(is_done());

@@ -1,4 +1,5 @@
 // all: the whole chain.
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -43,8 +44,7 @@ void run(const ChainArguments& arguments) {
 }  // namespace
 
 void add_all(CLI::App* app) {
-  CLI::App* command = app->add_subcommand(
-      "all", "From captured frames to frames on a true grid: every step that is not done yet");
+  CLI::App* command = app->add_subcommand("all", "Run all calibration steps that are not done yet");
   auto arguments = std::make_shared<ChainArguments>();
   StepArguments* steps = &arguments->steps;
   add_input(command, steps);
@@ -54,20 +54,21 @@ void add_all(CLI::App* app) {
   add_poses_options(command, steps);
   add_method_option(command, steps);
   add_rectify_options(command, steps);
-  command->add_option("--redo", arguments->redo, "Do this step again, and what follows from it")
+  command
+      ->add_option("--redo", arguments->redo,
+                   "Run this step again, and the steps that depend on it")
       ->check(CLI::IsMember(step_names()));
   command
       ->add_option("--compare-keyframes", arguments->chain.compare_keyframes_mm,
-                   "Solve with these spacings too, mm, and report time against accuracy")
+                   "Also solve with these keyframe spacings, mm, and report time and accuracy")
       ->delimiter(',')
       ->check(CLI::Range(0.0, 1e6));
   command->footer(
       "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
       "--cone-deg 25\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"
-      "A run that was stopped is gone on with by the same command; steps whose inputs and options "
-      "have not\nchanged are not done again. Exit code 1 also tells of a result that is not to be "
-      "trusted.");
+      "An interrupted run is resumed by the same command; steps whose inputs and options have not\n"
+      "changed are skipped. The exit code is 1 on an error or if the result is not trustworthy.");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -1,19 +1,21 @@
-// The commands of raywalk-calibrate. Each function adds one to the program's command line, with its
-// options, an example and the call that does the work.
+// The commands of raywalk-calibrate. Each function adds one command with its options, an example
+// and the callback that runs it.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace raywalk::calibrate {
 
-// One step each, from what the steps before it have left.
+// One step each, from the results of the steps before it.
 void add_lens(CLI::App* app);
 void add_stitch(CLI::App* app);
 void add_mask(CLI::App* app);
 void add_poses(CLI::App* app);
 void add_grid(CLI::App* app);
 void add_rectify(CLI::App* app);
-// All of them.
+// All steps.
 void add_all(CLI::App* app);
 
 }  // namespace raywalk::calibrate

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 
@@ -25,7 +26,7 @@ Arguments add_step(CLI::App* command) {
   return arguments;
 }
 
-void tell_result(const Calibration& calibration, CalibrationStep step) {
+void print_result(const Calibration& calibration, CalibrationStep step) {
   for (const std::string& warning : step_warnings(calibration, step)) spdlog::warn("{}", warning);
   const fs::path page = calibration.out() / (step_name(step) + ".html");
   const fs::path shown = fs::exists(page) ? page : calibration.out();
@@ -37,7 +38,7 @@ Calibration run_step(const StepArguments& arguments, CalibrationStep step) {
   set_thread_count(arguments.threads);
   Calibration calibration(options_of(arguments));
   calibration.run(step);
-  tell_result(calibration, step);
+  print_result(calibration, step);
   return calibration;
 }
 
@@ -45,19 +46,19 @@ void run_stitch(const StepArguments& arguments) {
   set_thread_count(arguments.threads);
   Calibration calibration(options_of(arguments));
   if (!calibration.has(CalibrationStep::kStitch)) {
-    fmt::print("stitch: the frames are panoramas already; there is nothing to do\n");
+    fmt::print("stitch: the frames are panoramas already; nothing to do\n");
     return;
   }
-  // A lens file on the command line is as good as the step that makes one.
+  // A lens file on the command line replaces the step lens.
   if (calibration.options().lens_file) calibration.run(CalibrationStep::kLens);
   calibration.run(CalibrationStep::kStitch);
-  tell_result(calibration, CalibrationStep::kStitch);
+  print_result(calibration, CalibrationStep::kStitch);
 }
 
 void run_mask(const StepArguments& arguments) {
   const MaskOptions& mask = arguments.options.mask;
   if (mask.cone_deg == 0.0 && arguments.mask_picture.empty() && !mask.automatic) {
-    throw UsageError("nothing says what to mask; give --cone-deg, --mask-picture or --auto-mask");
+    throw UsageError("no mask is defined; give --cone-deg, --mask-picture or --auto-mask");
   }
   run_step(arguments, CalibrationStep::kMask);
 }
@@ -66,10 +67,10 @@ void run_grid(const StepArguments& arguments) {
   const Calibration calibration = run_step(arguments, CalibrationStep::kGrid);
   const GridResult grid = calibration.grid();
   if (grid.trustworthy) return;
-  throw Error(fmt::format(
-      "the grid is not to be trusted: {}; grid.html and grid.json in {} are kept and say so",
-      grid.warnings.empty() ? "its own checks contradict it" : grid.warnings.front(),
-      calibration.out().string()));
+  throw Error(
+      fmt::format("the grid is not trustworthy: {}; grid.html and grid.json are kept in {}",
+                  grid.warnings.empty() ? "its own checks contradict it" : grid.warnings.front(),
+                  calibration.out().string()));
 }
 
 void run_rectify(const StepArguments& arguments) {
@@ -80,13 +81,12 @@ void run_rectify(const StepArguments& arguments) {
 }  // namespace
 
 void add_lens(CLI::App* app) {
-  CLI::App* command =
-      app->add_subcommand("lens", "Fit the lenses of a dual-fisheye camera to what it saw");
+  CLI::App* command = app->add_subcommand("lens", "Calibrate the lenses of a dual-fisheye camera");
   const Arguments arguments = add_step(command);
   add_lens_options(command, arguments.get());
   command
       ->add_option("--ignore-below-deg", arguments->options.lens.ignore_below_deg,
-                   "Half angle below the camera that is not looked at, degrees")
+                   "Half angle of an ignored cone below the camera, degrees")
       ->check(CLI::Range(0.0, 89.0));
   command->footer(
       "Example:\n  raywalk-calibrate lens hall --lens-start configs/lenses/theta-like.yaml\n"
@@ -96,20 +96,19 @@ void add_lens(CLI::App* app) {
 }
 
 void add_stitch(CLI::App* app) {
-  CLI::App* command = app->add_subcommand("stitch", "Make panoramas of dual-fisheye frames");
+  CLI::App* command = app->add_subcommand("stitch", "Stitch dual-fisheye frames to panoramas");
   const Arguments arguments = add_step(command);
   command->add_option("--lens", arguments->lens_file,
-                      "Lens file to use (default: what the step lens has left)");
+                      "Lens file to use (default: result of the step lens)");
   add_stitch_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate stitch hall\n"
-      "A run that was stopped is gone on with by the same command.");
+      "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run_stitch(*arguments); });
 }
 
 void add_mask(CLI::App* app) {
-  CLI::App* command =
-      app->add_subcommand("mask", "Mark what stands below the camera in every frame");
+  CLI::App* command = app->add_subcommand("mask", "Mask the dolly or operator below the camera");
   const Arguments arguments = add_step(command);
   add_mask_options(command, arguments.get());
   command->footer(
@@ -120,18 +119,18 @@ void add_mask(CLI::App* app) {
 
 void add_poses(CLI::App* app) {
   CLI::App* command =
-      app->add_subcommand("poses", "Solve where every panorama was taken, with COLMAP 3.8");
+      app->add_subcommand("poses", "Solve the poses of the panoramas with COLMAP 3.8");
   const Arguments arguments = add_step(command);
   add_poses_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
-      "A run that was stopped is gone on with by the same command.");
+      "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run_step(*arguments, CalibrationStep::kPoses); });
 }
 
 void add_grid(CLI::App* app) {
-  CLI::App* command =
-      app->add_subcommand("grid", "Estimate what the rail did, and how the lines cross");
+  CLI::App* command = app->add_subcommand(
+      "grid", "Estimate the lines of the rail and align them at their crossings");
   const Arguments arguments = add_step(command);
   add_method_option(command, arguments.get());
   command->footer(
@@ -141,12 +140,12 @@ void add_grid(CLI::App* app) {
 }
 
 void add_rectify(CLI::App* app) {
-  CLI::App* command =
-      app->add_subcommand("rectify", "Turn the frames onto the grid's axes, equally bright");
+  CLI::App* command = app->add_subcommand(
+      "rectify", "Rotate the frames to the grid's axes and equalise their brightness");
   const Arguments arguments = add_step(command);
   command->add_option("--poses", arguments->pose_table,
-                      "Poses from elsewhere: a table file,x,y,z,yaw,pitch,roll in metres and "
-                      "degrees (default: what the step grid has left)");
+                      "Poses to use: a table file,x,y,z,yaw,pitch,roll in metres and degrees "
+                      "(default: result of the step grid)");
   add_rectify_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate rectify hall\n"

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/program.h"
 #include "core/files/number.h"
 
 namespace raywalk::calibrate {
@@ -35,19 +37,19 @@ void add_input(CLI::App* command, StepArguments* arguments) {
                       "Directory of the calibration (default: INPUT/calibration)");
   command
       ->add_option("--exposure", arguments->options.input.exposure,
-                   "Which one of a session's bracketed exposures, from 0")
+                   "Number of the exposure of a session's bracket, from 0")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--partial", arguments->options.input.partial,
-                    "What there is of a session that is not finished");
+                    "Accept a session with stations not captured yet");
   command->add_flag("--dual-fisheye", arguments->options.input.dual_fisheye,
                     "The frames of poses.csv are dual-fisheye pictures");
   command
-      ->add_option("--line-tolerance-mm", arguments->line_tolerance_mm,
-                   "How far a station of poses.csv may lie off its line (default: a tenth of the "
-                   "spacing)")
+      ->add_option(
+          "--line-tolerance-mm", arguments->line_tolerance_mm,
+          "Largest distance of a station of poses.csv from its line (default: a tenth of the "
+          "spacing)")
       ->check(CLI::Range(1e-6, 1e6));
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
 }
 
 void add_lens_options(CLI::App* command, StepArguments* arguments) {
@@ -55,14 +57,14 @@ void add_lens_options(CLI::App* command, StepArguments* arguments) {
   command->add_option("--lens-start", arguments->lens_start,
                       "Lens file with starting values, as in configs/lenses");
   command
-      ->add_option("--lens", arguments->lens_file,
-                   "Lens file that is calibrated already; takes the place of the fit")
+      ->add_option("--lens", arguments->lens_file, "Calibrated lens file, used instead of the fit")
       ->excludes("--lens-start");
   command->add_option("--pairs", lens->pairs, "Stations to fit the lenses to")
       ->check(CLI::Range(6, 10000))
       ->capture_default_str();
-  CLI::Option* board = command->add_option("--board", arguments->board,
-                                           "Squares of a ChArUco board, 11x8, to fit to instead");
+  CLI::Option* board =
+      command->add_option("--board", arguments->board,
+                          "Squares of a ChArUco board, as 11x8, to calibrate with instead");
   command->add_option("--board-pictures", lens->board_pictures, "Pictures of the board")
       ->needs(board);
   command->add_option("--square-mm", arguments->charuco.square_mm, "Side of a square of the board")
@@ -73,7 +75,7 @@ void add_lens_options(CLI::App* command, StepArguments* arguments) {
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--dictionary", arguments->charuco.dictionary,
-                   "Markers of the board, by OpenCV's name")
+                   "Dictionary of the board's markers, by OpenCV's name")
       ->needs(board)
       ->capture_default_str();
 }
@@ -82,9 +84,9 @@ void add_stitch_options(CLI::App* command, StepArguments* arguments) {
   StitchOptions* stitch = &arguments->options.stitch;
   command
       ->add_option("--width", stitch->width,
-                   "Width of the panoramas in pixels (default: as the lenses resolve)")
+                   "Width of the panoramas in pixels (default: by the lenses' resolution)")
       ->check(CLI::Range(32, 32768));
-  command->add_option("--blend", arguments->blend, "How the lenses are blended")
+  command->add_option("--blend", arguments->blend, "Blending of the lenses at the seam")
       ->check(CLI::IsMember({"multi-band", "feather"}))
       ->capture_default_str();
   command->add_option("--blend-deg", stitch->blend_deg, "Width of the blend, degrees")
@@ -92,34 +94,34 @@ void add_stitch_options(CLI::App* command, StepArguments* arguments) {
       ->capture_default_str();
   command
       ->add_option("--seam-distance-m", stitch->seam_distance_m,
-                   "Distance at which the lenses agree at the seam (default: infinitely far)")
+                   "Distance at which the lenses agree at the seam (default: infinity)")
       ->check(CLI::PositiveNumber);
   command->add_flag("--no-balance", arguments->no_balance,
-                    "Leave exposure and vignetting of the lenses as they are");
+                    "Do not correct exposure and vignetting of the lenses");
 }
 
 void add_mask_options(CLI::App* command, StepArguments* arguments) {
   MaskOptions* mask = &arguments->options.mask;
   command
       ->add_option("--cone-deg", mask->cone_deg,
-                   "Half angle of the cone below the camera that is not used, degrees")
+                   "Half angle of a masked cone below the camera, degrees")
       ->check(CLI::Range(0.0, 89.0));
   command->add_option("--mask-picture", arguments->mask_picture,
-                      "Grey panorama, black where frames are not used");
-  command->add_flag("--auto-mask", mask->automatic, "Find what moves along with the camera");
+                      "Grey panorama, black where frames are masked");
+  command->add_flag("--auto-mask", mask->automatic, "Detect and mask what moves with the camera");
 }
 
 void add_poses_options(CLI::App* command, StepArguments* arguments) {
   PosesOptions* poses = &arguments->options.poses;
   command
       ->add_option("--keyframes-mm", poses->keyframes_mm,
-                   "Largest distance between the stations that are solved; 0 = every station")
+                   "Largest distance between solved stations; 0 solves every station")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--face-px", poses->face_px,
-                   "Side of the flat pictures that features are found in (default: as the "
-                   "panoramas resolve)")
+                   "Side of the flat faces that features are found in (default: by the "
+                   "panoramas' resolution)")
       ->check(CLI::Range(64, 8192));
 }
 
@@ -133,12 +135,12 @@ void add_method_option(CLI::App* command, StepArguments* arguments) {
 }
 
 void add_rectify_options(CLI::App* command, StepArguments* arguments) {
-  command->add_flag("--no-gain", arguments->no_gain, "Leave the frames' exposures as they are");
+  command->add_flag("--no-gain", arguments->no_gain, "Do not equalise the frames' exposures");
   command->add_flag("--no-connection", arguments->no_connection,
-                    "Do not measure how the lines connect before and after");
+                    "Do not measure the connection error before and after");
   command->add_option("--programs", arguments->programs,
-                      "Directory of raywalk-build-lf and raywalk-render, which measure that "
-                      "(default: this program's)");
+                      "Directory of raywalk-build-lf and raywalk-render, which measure the "
+                      "connection error (default: this program's)");
 }
 
 CalibrationOptions options_of(const StepArguments& arguments) {

@@ -1,14 +1,17 @@
-// The options of the steps, which the commands of single steps and `all` share.
+// The options of the steps, shared by the commands of single steps and `all`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "calibrate/chain/calibration.h"
 
+namespace CLI {
+class App;
+}
+
 namespace raywalk::calibrate {
 
-// What the command line says; it has to outlive the command.
+// The values of the command line; must outlive the command.
 struct StepArguments {
   CalibrationOptions options{};
   std::string input{};
@@ -37,7 +40,7 @@ void add_poses_options(CLI::App* command, StepArguments* arguments);
 void add_method_option(CLI::App* command, StepArguments* arguments);
 void add_rectify_options(CLI::App* command, StepArguments* arguments);
 
-// The options that were given. Throws UsageError for a board that is none.
+// The parsed options. Throws UsageError for an invalid board.
 CalibrationOptions options_of(const StepArguments& arguments);
 
 }  // namespace raywalk::calibrate

@@ -12,16 +12,16 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Fewer than these tell a wrong result from a right one by luck only.
+// With fewer held-out matches the check is not significant.
 constexpr int kFewestHeldOut = 15;
-// What is left at a crossing is at fault beyond this and beyond what the matches' own scatter
-// explains: half a pixel at W = 4096, and a fiftieth of the stations' spacing (0.5 mm of 25 mm).
+// Limits of the remaining disagreement at a crossing, beyond kSigmas of its uncertainty: half a
+// pixel at W = 4096, and a fiftieth of the stations' spacing (0.5 mm of 25 mm).
 constexpr double kRotationLimit_px = 0.5;
 constexpr double kPositionLimit_spacings = 0.02;
 constexpr double kSigmas = 4.5;
-// A check whose own sigma is so many limits would let everything pass.
+// A check whose own sigma exceeds this many limits would pass everything.
 constexpr double kCoarsestCheck = 4.0;
-// Matches that scatter so many times more about the estimate than about their own best fit.
+// Largest ratio of the matches' scatter about the estimate to that about their own best fit.
 constexpr double kMedianRatio = 1.5;
 constexpr double kSplitSigmas = 4.0;
 
@@ -56,13 +56,13 @@ double axis_sigma(const PoseCovariance& covariance, int first) {
   return std::sqrt(covariance.diagonal().segment<3>(first).mean());
 }
 
-// In the direction that is known worst.
+// In the least certain direction.
 double worst_sigma(const PoseCovariance& covariance, int first) {
   const Eigen::Matrix3d block = covariance.block<3, 3>(first, first);
   return std::sqrt(std::max(0.0, block.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()));
 }
 
-// How many standard deviations a difference is from none (Mahalanobis's distance).
+// The Mahalanobis distance of a difference from zero.
 double sigmas_from_zero(const Eigen::Vector3d& difference, const PoseCovariance& covariance,
                         int first) {
   const Eigen::Matrix3d block = covariance.block<3, 3>(first, first);
@@ -96,8 +96,7 @@ Measured measure(const std::vector<CrossingMatch>& matches, const FramePoses& po
   return result;
 }
 
-// By how much the stations of the line along x nearest to the crossing were moved against those of
-// the other.
+// The change of the relative pose of the two lines' stations nearest to the crossing.
 void add_correction(const CrossingMatches& matches, const FramePoses& before,
                     const FramePoses& after, CrossingFigures* figures) {
   const auto x = static_cast<size_t>(matches.frames_x.front());
@@ -120,7 +119,7 @@ class Judgement {
                           set.lines[static_cast<size_t>(figures->along_z)].id)),
         figures_(figures) {}
 
-  void fault(const std::string& what) { figures_->warnings.push_back(name_ + ": " + what); }
+  void warn(const std::string& problem) { figures_->warnings.push_back(name_ + ": " + problem); }
 
  private:
   std::string name_;
@@ -133,30 +132,30 @@ void judge_disagreement(const CrossingFigures& figures, const Measured& after,
   const double sigma_px = pixels_at_4096(radians_from_degrees(figures.after.rotation_sigma_deg));
   const double sigma_mm = figures.after.position_sigma_mm;
   if (sigma_px > kCoarsestCheck * kRotationLimit_px || sigma_mm > kCoarsestCheck * limit_mm) {
-    judgement->fault(fmt::format(
-        "the held-out matches tell their difference only to {:.2g} px and {:.2g} mm, too coarsely "
-        "to judge it by; use larger panoramas, or light and texture the scene better",
+    judgement->warn(fmt::format(
+        "the held-out matches measure their difference only to {:.2g} px and {:.2g} mm, too "
+        "coarsely for a check; use larger panoramas, or light and texture the scene better",
         sigma_px, sigma_mm));
   }
   const PoseCovariance& covariance = after.fit.covariance;
   if (figures.after.rotation_px > kRotationLimit_px &&
       sigmas_from_zero(after.fit.rotation_rad, covariance, 3) > kSigmas) {
-    judgement->fault(fmt::format(
-        "held-out matches still see them turned by {:.2f} px ({:.3f} +- {:.3f} degrees) against "
-        "each other; look at the overlays, then solve the poses with more keyframes",
+    judgement->warn(fmt::format(
+        "held-out matches still show a relative rotation of {:.2f} px ({:.3f} +- {:.3f} degrees); "
+        "look at the overlays, then solve the poses with more keyframes",
         figures.after.rotation_px, figures.after.rotation_deg, figures.after.rotation_sigma_deg));
   }
   if (figures.after.position_mm > limit_mm &&
       sigmas_from_zero(after.fit.motion_m, covariance, 0) > kSigmas) {
-    judgement->fault(fmt::format(
-        "held-out matches still see them {:.2f} +- {:.2f} mm apart from where the estimate has "
-        "them; look at the overlays, then solve the poses with more keyframes",
+    judgement->warn(fmt::format(
+        "held-out matches still show a relative displacement of {:.2f} +- {:.2f} mm; look at the "
+        "overlays, then solve the poses with more keyframes",
         figures.after.position_mm, figures.after.position_sigma_mm));
   }
   if (figures.after.median_px > kMedianRatio * after.own_median_px) {
-    judgement->fault(fmt::format(
-        "held-out matches miss their epipolar lines by {:.2f} px, {:.2f} px when fitted freely; "
-        "solve the poses with more keyframes",
+    judgement->warn(fmt::format(
+        "held-out matches are off their epipolar lines by {:.2f} px, by {:.2f} px when fitted "
+        "freely; solve the poses with more keyframes",
         figures.after.median_px, after.own_median_px));
   }
 }
@@ -169,10 +168,10 @@ void judge_split(const CrossingFigures& figures, const GridScale& scale, Judgeme
   const bool turned =
       figures.split_half_deg > std::max(limit_deg, kSplitSigmas * figures.split_half_expected_deg);
   if (!apart && !turned) return;
-  judgement->fault(fmt::format(
+  judgement->warn(fmt::format(
       "two estimates from half of the data each differ by {:.2f} mm and {:.3f} degrees, where "
-      "{:.2f} mm and {:.3f} degrees are to be expected; part of the data is wrong: look at the "
-      "stations' residuals",
+      "{:.2f} mm and {:.3f} degrees are expected; part of the data is wrong: look at the stations' "
+      "residuals",
       figures.split_half_mm, figures.split_half_deg, figures.split_half_expected_mm,
       figures.split_half_expected_deg));
 }
@@ -181,22 +180,23 @@ void judge(const CaptureSet& set, const Measured& after, const GridScale& scale,
            CrossingFigures* figures) {
   Judgement judgement(set, figures);
   if (figures->held_out_matches < kFewestHeldOut) {
-    judgement.fault(fmt::format(
-        "{} matches to judge by where they cross, {} are needed; check that both lines were "
+    judgement.warn(fmt::format(
+        "only {} held-out matches where they cross, {} are needed; check that both lines were "
         "captured in this room, that pictures are sharp and lit alike, and that each line lies "
-        "where the plan has it",
+        "where it was planned",
         figures->held_out_matches, kFewestHeldOut));
   } else {
     judge_disagreement(*figures, after, scale, &judgement);
   }
   judge_split(*figures, scale, &judgement);
-  // Matches were looked for around the start: a correction near the edge may be cut off by it.
+  // Matches were searched around the start: a correction near the limit of the search is not
+  // reliable.
   constexpr double kLargestTurn_deg = 0.8 * kMatchGate_deg;
   const double largest_mm = 3e3 * fit_scale(scale).motion_m;
   if (figures->correction_deg > kLargestTurn_deg || figures->correction_mm > largest_mm) {
-    judgement.fault(fmt::format(
-        "moved by {:.0f} mm and {:.1f} degrees against each other, more than the search allows "
-        "({:.0f} mm, {:.0f} degrees); put the lines nearer to where they were in the plan",
+    judgement.warn(fmt::format(
+        "moved by {:.0f} mm and {:.1f} degrees relative to each other, more than the search allows "
+        "({:.0f} mm, {:.0f} degrees); correct the positions of the lines in the plan",
         figures->correction_mm, figures->correction_deg, largest_mm, kLargestTurn_deg));
   }
   figures->trustworthy = figures->warnings.empty();

@@ -1,4 +1,4 @@
-// The figures of each crossing, and whether they let the estimate be trusted.
+// The figures of each crossing, and whether the estimate is trustworthy there.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace raywalk::calibrate {
 
-// What lengths of a grid are measured by, so that a grid of any size is judged alike.
+// Reference lengths of a grid, which make all thresholds independent of its size.
 struct GridScale {
   double spacing_m = 0.025;  // median distance between neighbouring stations
   double length_m = 1.0;     // median length of the lines
@@ -19,8 +19,8 @@ struct GridScale {
 GridScale grid_scale(const CaptureSet& set);
 CrossingFitScale fit_scale(const GridScale& scale);
 
-// A difference of two estimates of the lines' relative pose at a crossing, and what scatter alone
-// would make of it.
+// The difference of two estimates of the lines' relative pose at a crossing, and the difference
+// expected from scatter alone.
 struct SplitDifference {
   double position_m = 0.0;
   double position_expected_m = 0.0;
@@ -30,18 +30,19 @@ struct SplitDifference {
 
 struct CrossingEvidence {
   const CrossingMatches* matches = nullptr;
-  int used_matches = 0;  // that the estimate kept
+  int used_matches = 0;  // inliers of the estimate
   double noise_rad = 0.0;
   PoseCovariance covariance = PoseCovariance::Zero();  // of the nearest stations' relative pose
   SplitDifference split{};
 };
 
-// Measures a crossing at the poses before and after, by the held-out matches alone, and judges it.
+// Measures a crossing at the poses before and after, by the held-out matches alone, and adds its
+// warnings.
 CrossingFigures crossing_figures(const CaptureSet& set, const CrossingEvidence& evidence,
                                  const FramePoses& before, const FramePoses& after,
                                  const GridScale& scale);
 
-// Pixels of a panorama 4096 wide that an angle spans.
+// An angle in pixels of a panorama 4096 wide.
 double pixels_at_4096(double angle_rad);
 
 }  // namespace raywalk::calibrate

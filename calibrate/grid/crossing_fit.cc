@@ -7,14 +7,12 @@
 #include <random>
 
 #include "calibrate/grid/rail_model.h"
-#include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 constexpr int kFewestMatches = 8;
-// The median of the absolute values of normal errors is 0.6745 standard deviations.
-constexpr double kSigmaPerMad = 1.4826;
 
 struct RayPair {
   WorldRay x{};
@@ -37,8 +35,8 @@ WorldRay moved(const WorldRay& ray, const CrossingFit& fit) {
           rotation * ray.direction};
 }
 
-// The rotation that takes the unit vectors `from` nearest to `to`, weighted (Wahba's problem by the
-// singular value decomposition; Markley 1988).
+// The least-squares rotation between two sets of unit vectors (Wahba's problem by the singular
+// value decomposition; Markley 1988).
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum_to_from) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum_to_from,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -46,8 +44,8 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum_to_from) {
   return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
-// The rotation of the x rays that most matches agree on within what parallax may be: RANSAC over
-// pairs of matches (Fischler and Bolles 1981), then the mean over those that agree.
+// The rotation of the x rays that most matches agree on, with a tolerance for parallax: RANSAC over
+// pairs of matches (Fischler and Bolles 1981), then the mean over the inliers.
 Eigen::Vector3d rotation_of_most(std::span<const RayPair> pairs) {
   constexpr int kTrials = 400;
   const double tolerance_cos = std::cos(radians_from_degrees(3.0));
@@ -83,8 +81,7 @@ Eigen::Vector3d rotation_of_most(std::span<const RayPair> pairs) {
   })));
 }
 
-// The unknowns in their order: motion, a small turn on top of the rotation so far, mean inverse
-// distance.
+// Order of the unknowns: motion, a small rotation on top of the current one, mean inverse distance.
 using Unknowns = Eigen::Matrix<double, 7, 1>;
 using NormalMatrix = Eigen::Matrix<double, 7, 7>;
 
@@ -92,7 +89,7 @@ struct NormalEquations {
   NormalMatrix matrix = NormalMatrix::Zero();
   Unknowns right = Unknowns::Zero();
 
-  // `value` is a difference in standard deviations that changes by `gradient`.
+  // `value` is a whitened residual, `gradient` its derivative.
   void add(const Unknowns& gradient, double value, double weight) {
     matrix.selfadjointView<Eigen::Lower>().rankUpdate(gradient, weight);
     right -= weight * value * gradient;
@@ -106,7 +103,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return matrix;
 }
 
-// Cauchy's loss, which bounds the pull of what is wrong, as a weight of least squares.
+// The weight of the Cauchy loss in iteratively reweighted least squares.
 double cauchy_weight(double square) {
   constexpr double kScale = 2.0;
   return 1.0 / (1.0 + square / (kScale * kScale));
@@ -154,8 +151,8 @@ NormalEquations equations_at(std::span<const RayPair> pairs, std::span<const Whi
   return equations;
 }
 
-// Gauss-Newton steps of iteratively reweighted least squares, with the whitening held at the
-// present motion. Sets the covariance too.
+// Gauss-Newton steps of iteratively reweighted least squares, with the whitening fixed at the
+// current motion. Also sets the covariance.
 void improve(std::span<const RayPair> pairs, const CrossingFitScale& scale, double noise_rad,
              CrossingFit* fit) {
   std::vector<Whitening> whitenings;
@@ -173,8 +170,8 @@ void improve(std::span<const RayPair> pairs, const CrossingFitScale& scale, doub
     fit->motion_m += change.head<3>();
     fit->rotation_rad = vector_of(matrix_of(change.segment<3>(3)) * matrix_of(fit->rotation_rad));
     fit->depth.mean += change[6];
-    // A feature takes part in as many matches as the other line has stations; its error is the same
-    // in all of them, so they tell no more than one does.
+    // A feature has a match with each station of the other line. Its error is the same in all of
+    // them, so together they count as one.
     fit->covariance =
         kCrossingStations * factors.solve(NormalMatrix::Identity()).topLeftCorner<6, 6>();
     if (change.dot(normal * change) < kConverged * kConverged) break;
@@ -184,8 +181,9 @@ void improve(std::span<const RayPair> pairs, const CrossingFitScale& scale, doub
 // The residuals of one direction along (in inverse distances) and across the epipolar line.
 struct Split {
   double across_rad = 0.0;
-  double along_rad = 0.0;             // beyond the mean depth
-  double per_inverse_distance = 0.0;  // by how much depth moves it along, radians per 1/m
+  double along_rad = 0.0;  // beyond the mean depth
+  double per_inverse_distance =
+      0.0;  // derivative of along_rad by inverse distance, radians per 1/m
 };
 
 Split split_of(const RayPair& pair, const CrossingFit& fit) {
@@ -198,25 +196,25 @@ Split split_of(const RayPair& pair, const CrossingFit& fit) {
   return {difference[1], difference[0], pair.z.direction.cross(baseline).norm()};
 }
 
-// From the matches' distances across their epipolar lines, without those that are wrong.
+// From the inliers' distances across their epipolar lines.
 double noise_of(std::span<const RayPair> pairs, const CrossingFit& fit, double least_rad) {
   std::vector<double> across;
   across.reserve(pairs.size());
   for (const RayPair& pair : pairs) across.push_back(std::fabs(split_of(pair, fit).across_rad));
   constexpr int kRounds = 3;
   constexpr double kInlierSigmas = 4.0;
-  double sigma = std::max(std::sqrt(2.0) * least_rad, kSigmaPerMad * median(across));
+  double sigma = std::max(std::sqrt(2.0) * least_rad, robust_sigma(across));
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> good;
     std::copy_if(across.begin(), across.end(), std::back_inserter(good),
                  [&](double value) { return value <= kInlierSigmas * sigma; });
-    sigma = std::max(std::sqrt(2.0) * least_rad, kSigmaPerMad * median(std::move(good)));
+    sigma = std::max(std::sqrt(2.0) * least_rad, robust_sigma(std::move(good)));
   }
   return sigma / std::sqrt(2.0);
 }
 
-// How the scene's inverse distances scatter about their mean, from the matches whose baseline tells
-// them; left as assumed where hardly any does.
+// The standard deviation of the scene's inverse distances, from matches with a sufficient baseline;
+// unchanged if there are too few.
 double depth_sigma_of(std::span<const RayPair> pairs, const CrossingFit& fit) {
   std::vector<double> off;
   for (const RayPair& pair : pairs) {
@@ -226,8 +224,8 @@ double depth_sigma_of(std::span<const RayPair> pairs, const CrossingFit& fit) {
     off.push_back(std::fabs(split.along_rad / split.per_inverse_distance));
   }
   if (off.size() < kFewestMatches) return fit.depth.sigma;
-  // Distances are spread with longer tails than a normal distribution's.
-  return std::max(1.5 * kSigmaPerMad * median(std::move(off)), 0.1 * std::fabs(fit.depth.mean));
+  // Distances have longer tails than a normal distribution.
+  return std::max(1.5 * robust_sigma(std::move(off)), 0.1 * std::fabs(fit.depth.mean));
 }
 
 void mark_inliers(std::span<const RayPair> pairs, CrossingFit* fit) {
@@ -243,7 +241,7 @@ void mark_inliers(std::span<const RayPair> pairs, CrossingFit* fit) {
   fit->inliers = static_cast<int>(std::count(fit->inlier.begin(), fit->inlier.end(), true));
 }
 
-// Enough of the pairs, evenly from all, for what need not be exact.
+// An evenly spaced subset of the pairs, for approximate steps.
 std::vector<RayPair> sample_of(std::span<const RayPair> pairs) {
   constexpr size_t kEnough = 500;
   const size_t count = std::min(pairs.size(), kEnough);
@@ -283,7 +281,7 @@ CrossingFit fit_crossing(std::span<const CrossingMatch> matches, const FramePose
   fit.pivot_m = mean_origin(pairs);
   const std::vector<RayPair> some = sample_of(pairs);
   fit.rotation_rad = rotation_of_most(some);
-  // From coarse to fine, so that a start that is far off is drawn in by most of the matches.
+  // From coarse to fine, so that most matches contribute even if the start is far off.
   for (const double noise_deg : {2.0, 0.7, 0.25}) {
     for (int i = 0; i < 2; ++i) improve(some, scale, radians_from_degrees(noise_deg), &fit);
   }

@@ -8,7 +8,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// The frames of the line along x, displaced from the truth by a turn about their mean and a motion.
+// The true poses, with the line along x displaced by a rotation about its mean and a translation.
 FramePoses displaced(const TestGrid& grid, const Eigen::Vector3d& turn_rad,
                      const Eigen::Vector3d& motion_m) {
   FramePoses poses = grid.truth;
@@ -33,7 +33,7 @@ TestGrid one_crossing(TestGridSettings settings, unsigned seed) {
 
 CrossingFitScale scale_of(const TestGrid& grid) { return fit_scale(grid_scale(grid.set)); }
 
-TEST(CrossingFitTest, FindsTheMotionBackFromFarOff) {
+TEST(CrossingFitTest, RecoversALargeMotion) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     const TestGrid grid = one_crossing({.matches = 150, .wrong_share = 0.3}, seed);
     const Eigen::Vector3d turn(0.12, -0.1, 0.08);  // 10 degrees
@@ -48,7 +48,7 @@ TEST(CrossingFitTest, FindsTheMotionBackFromFarOff) {
   }
 }
 
-// Errors over their covariance have the mean square 6.
+// The squared Mahalanobis distance of the errors has the mean 6.
 TEST(CrossingFitTest, CovarianceIsHonest) {
   double square = 0.0;
   constexpr int kDraws = 25;
@@ -59,15 +59,15 @@ TEST(CrossingFitTest, CovarianceIsHonest) {
     error << fit.motion_m, fit.rotation_rad;
     square += error.dot(fit.covariance.ldlt().solve(error)) / kDraws;
   }
-  // The noise of each ray is drawn anew for each match, so that counting shared features three
-  // times is too cautious by that factor here.
+  // Here the noise of each ray is independent for each match, so the factor 3 for shared features
+  // makes the covariance too large.
   EXPECT_GT(3.0 * square, 3.5);
   EXPECT_LT(3.0 * square, 9.0);
 }
 
-// Cameras at one place see no parallax: rotation is known as well as ever, position not at all, and
-// nothing is divided by zero.
-TEST(CrossingFitTest, CoincidentStationsTellRotationAlone) {
+// Cameras at one position have no parallax: the rotation is determined, the position is not, and
+// there is no division by zero.
+TEST(CrossingFitTest, CoincidentStationsDetermineRotationOnly) {
   TestGrid grid = one_crossing({.matches = 0}, 4);
   TestGridMaker random({}, 5);
   const auto x = static_cast<size_t>(grid.crossings[0].frames_x.front());
@@ -90,7 +90,7 @@ TEST(CrossingFitTest, CoincidentStationsTellRotationAlone) {
   EXPECT_TRUE(fit.covariance.allFinite());
 }
 
-TEST(CrossingFitTest, TooFewMatchesGiveNone) {
+TEST(CrossingFitTest, TooFewMatchesGiveNoInliers) {
   TestGrid grid = one_crossing({.matches = 1}, 6);
   grid.crossings[0].matches.resize(7);
   const CrossingFit fit = fit_crossing(grid.crossings[0].matches, grid.truth, scale_of(grid));
@@ -113,7 +113,7 @@ TEST(MatchResidualTest, WhiteningIsTheInverseRootOfTheCovariance) {
   EXPECT_LT((whitening * b.direction).norm(), 1e-9 * whitening.norm());
 }
 
-TEST(MatchResidualTest, APointAtTheMeanDistanceLeavesNothing) {
+TEST(MatchResidualTest, APointAtTheMeanDistanceHasNoResidual) {
   const Eigen::Vector3d point(1.0, -0.5, 2.0), a(0.1, 0.0, 0.2), b(-0.05, 0.03, 0.1);
   const Eigen::Vector3d from_a = point - a;
   const Eigen::Vector3d difference = direction_difference<double>(

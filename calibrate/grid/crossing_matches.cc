@@ -15,8 +15,8 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Stitched panoramas blend both lenses around the seam: what is seen there was seen from no one
-// place.
+// Stitched panoramas blend both lenses around the seam: pixels there have no single centre of
+// projection.
 constexpr double kSeam_rad = radians_from_degrees(4.0);
 
 std::optional<MatchRay> ray_of(const Eigen::Vector3d& bearing,
@@ -32,13 +32,13 @@ cv::Mat panorama_of(const CaptureSet& set, int frame) {
   if (picture.cols != set.frame.width || picture.rows != set.frame.height) {
     throw Error(fmt::format(
         "{} is {} x {} pixels, the other frames are {} x {}: it is of another "
-        "camera or was stitched otherwise; replace it",
+        "camera or was stitched differently; replace it",
         station.file.string(), picture.cols, picture.rows, set.frame.width, set.frame.height));
   }
   return picture;
 }
 
-// The features of every frame that is matched, by frame.
+// The features of every frame to be matched, by frame.
 std::map<int, PanoramaFeatures> features_of(const CaptureSet& set,
                                             const std::vector<CrossingMatches>& crossings,
                                             const std::optional<cv::Mat>& mask) {
@@ -62,8 +62,8 @@ std::map<int, PanoramaFeatures> features_of(const CaptureSet& set,
   return features;
 }
 
-// More matches of two frames tell hardly more and take their time; every so many are kept.
-void thin_out(std::vector<CrossingMatch>* matches) {
+// More matches of two frames add little but computing time, so an evenly spaced subset is kept.
+void thin_matches(std::vector<CrossingMatch>* matches) {
   constexpr size_t kMostPerHalf = 200;
   for (const bool held_out : {false, true}) {
     const auto of_half = [&](const CrossingMatch& match) { return match.held_out == held_out; };
@@ -94,7 +94,7 @@ void match_frames(int frame_x, const PanoramaFeatures& features_x, int frame_z,
     matches.push_back(
         {frame_x, frame_z, *ray_x, *ray_z, in_held_out_patch(world_from_z * bearing_z)});
   }
-  thin_out(&matches);
+  thin_matches(&matches);
   crossing->matches.insert(crossing->matches.end(), matches.begin(), matches.end());
 }
 

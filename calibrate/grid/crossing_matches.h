@@ -1,5 +1,4 @@
-// What two lines both see where they cross: features matched between the stations of one and of the
-// other that are nearest to the crossing.
+// Features matched between two lines where they cross, in the stations nearest to the crossing.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,12 +14,12 @@ namespace raywalk::calibrate {
 
 // A ray of a frame, in its camera's frame.
 struct MatchRay {
-  Eigen::Vector3d origin_m{0, 0, 0};  // the lens's place, 0 for cameras of one centre
+  Eigen::Vector3d origin_m{0, 0, 0};  // the lens's position, 0 for a single centre of projection
   Eigen::Vector3d bearing{0, 0, 1};   // unit
 };
 
-// Two rays to one point of the scene; frames index CaptureSet::frames, the first is of the line
-// along x, the second of the line along z.
+// Two rays to one scene point, from a frame of the line along x and from one of the line along z
+// (indices into CaptureSet::frames).
 struct CrossingMatch {
   int frame_x = 0;
   int frame_z = 0;
@@ -29,9 +28,10 @@ struct CrossingMatch {
   bool held_out = false;
 };
 
-// At most this many stations of each line are matched at a crossing, every one with every one.
+// At most this many stations of each line are matched at a crossing, all pairs of them.
 inline constexpr int kCrossingStations = 3;
-// Rays to one point may differ by so much: by the error of the starting attitudes and by parallax.
+// Largest angle between matched rays in the start's world axes: the error of the starting attitudes
+// plus parallax.
 inline constexpr double kMatchGate_deg = 25.0;
 
 struct CrossingMatches {
@@ -44,13 +44,13 @@ struct CrossingMatches {
 // The stations of the line that are nearest to the crossing along the rail, nearest first.
 std::vector<int> nearest_frames(const CaptureSet& set, int line, PlanPoint crossing);
 
-// `held_out` is by place: the sphere is a checkerboard of patches of about 11 degrees, and the
-// matches of its black fields are held out. So both halves look to all sides, and no feature is in
-// both, by whichever frames it was seen.
+// Whether a match in this direction is held out. The sphere is a checkerboard of patches of about
+// 11 degrees, of which the black ones are held out: both halves cover all directions, and no
+// feature is in both, whichever frames saw it.
 bool in_held_out_patch(const Eigen::Vector3d& world_direction);
 
-// Reads the pictures of the frames at the crossings, each once. Throws Error where one cannot be
-// read or is no panorama of the set's size; Interrupted.
+// Reads each picture of the frames at the crossings once. Throws Error for a picture that cannot be
+// read or is not a panorama of the set's size; Interrupted.
 std::vector<CrossingMatches> find_crossing_matches(const CaptureSet& set, const FramePoses& start,
                                                    const std::optional<cv::Mat>& mask,
                                                    const std::optional<DualFisheyeLayout>& lenses);

@@ -25,7 +25,7 @@ TEST(CrossingMatchesTest, MatchesShowTheSamePointsOfTheRoom) {
   int right = 0, held_out = 0;
   for (const CrossingMatch& match : matches) {
     EXPECT_EQ(match.ray_x.origin_m, Eigen::Vector3d(0, 0, 0));
-    // At the true poses, two pixels of 512 about the epipolar plane.
+    // At the true poses, within two pixels of 512 from the epipolar line.
     const double error = epipolar_error_rad(match, capture.truth, CrossingFit{});
     if (error < 2.0 * kTwoPi / 512) ++right;
     if (match.held_out) ++held_out;
@@ -35,10 +35,10 @@ TEST(CrossingMatchesTest, MatchesShowTheSamePointsOfTheRoom) {
               0.15 * static_cast<double>(matches.size()));
 }
 
-TEST(CrossingMatchesTest, NothingMaskedAndNothingAtTheSeamIsUsed) {
+TEST(CrossingMatchesTest, MaskAndSeamAreExcluded) {
   const TestDirectory directory;
   const RoomCapture capture = capture_room(directory.path(), {});
-  // Only the upper half may be looked at.
+  // The lower half is masked.
   cv::Mat mask(capture.set.frame.height, capture.set.frame.width, CV_8UC1, cv::Scalar(255));
   mask.rowRange(capture.set.frame.height / 2, capture.set.frame.height).setTo(0);
   DualFisheyeLayout lenses = simple_dual_fisheye(capture.set.frame);
@@ -56,7 +56,7 @@ TEST(CrossingMatchesTest, NothingMaskedAndNothingAtTheSeamIsUsed) {
   }
 }
 
-TEST(CrossingMatchesTest, HeldOutPatchesAreHalfOfTheSphereAndWide) {
+TEST(CrossingMatchesTest, HeldOutPatchesCoverHalfOfTheSphere) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   int held_out = 0, changes = 0;
@@ -70,7 +70,7 @@ TEST(CrossingMatchesTest, HeldOutPatchesAreHalfOfTheSphereAndWide) {
     changes += in_held_out_patch(direction) != in_held_out_patch(near) ? 1 : 0;
   }
   EXPECT_NEAR(held_out, kDirections / 2, kDirections / 50);
-  // A step of half a degree leaves a patch of 11 degrees seldom.
+  // A step of half a degree seldom leaves a patch of 11 degrees.
   EXPECT_LT(changes, kDirections / 8);
 }
 

@@ -10,7 +10,7 @@ namespace raywalk::calibrate {
 
 GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
                          const GridOptions& options) {
-  // A frame that the start leaves out begins where it was planned.
+  // A frame without an initial pose starts at its nominal pose.
   FramePoses start = nominal_poses(panoramas);
   for (size_t i = 0; i < std::min(start.size(), options.start.size()); ++i) {
     if (options.start[i]) start[i] = options.start[i];

@@ -1,14 +1,14 @@
-// One estimate of what the rail did: where every line of the grid lies, how it bends and twists,
-// and where every panorama on it was taken, from solved poses, the slider's feedback and features
-// matched where lines cross.
+// Estimates the position, direction, bow and twist of every line of the grid, and the pose of every
+// panorama on it, from solved poses, the slider's feedback and features matched where lines cross.
 //
-// A line is the rail placed once: an offset, a direction and an attitude of the camera, a bow and a
-// twist where the data speaks for them (line_fit.h), and a deviation of each station. A station
-// with a pose of its own keeps it, fused with what the rail predicts in inverse proportion to their
-// variances; one without gets the prediction, with the stations' scatter as its sigma.
+// A line is one placement of the rail: an offset, a direction and an attitude of the camera, a bow
+// and a twist where the data support them (rail_fit.h), and a deviation of each station. The pose
+// of a station with a solved pose is that pose fused with the rail's prediction, weighted by
+// inverse variance. A station without one gets the prediction, with the stations' scatter as its
+// sigma.
 //
-// Half of the matches at a crossing take no part in the estimate. They judge it: a result that they
-// contradict is reported as not to be trusted.
+// Half of the matches at a crossing are held out of the estimate and used to check it: a result
+// that they contradict is reported as not trustworthy.
 #pragma once
 
 #include <filesystem>
@@ -26,24 +26,23 @@ namespace raywalk::calibrate {
 
 struct GridOptions {
   GridMethod method = GridMethod::kPoses;
-  // What is known without solving: nominal_poses of the set, or better. All frames.
+  // Initial poses by frame. A frame without one starts at its nominal pose.
   FramePoses start{};
-  // CV_8UC1 of the panoramas' size in the camera's frame, 0 where it is not to be used.
+  // CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked.
   std::optional<cv::Mat> mask{};
-  // The lenses the panoramas were stitched from; none: every ray passes through one centre.
+  // The lenses the panoramas were stitched from; nullopt: one centre of projection for all rays.
   std::optional<DualFisheyeLayout> lenses{};
   // The calibration directory; grid.json and grid.html are written there.
   std::filesystem::path out{};
 };
 
-// `solved` is by frame, none where a frame could not be solved; it is not looked at by
-// GridMethod::kRotation. The result is in the gauge of the start: the rigid motion that brings the
-// positions closest to it (and the attitudes, as far as positions leave a turn open, as those on a
-// single line do).
+// `solved` is by frame, nullopt where a frame could not be solved; GridMethod::kRotation ignores
+// it. The gauge is that of the start: the result is rigidly aligned to the start's positions, and
+// to its attitudes where the positions leave a rotation undetermined (a single line).
 //
-// What cannot be trusted is told by GridResult::warnings. Throws Error where there is nothing to
-// report on: no line with two solved poses, no crossing for GridMethod::kRotation, a picture that
-// cannot be read, an unwritable directory; Interrupted.
+// GridResult::warnings lists why a result is not trustworthy. Throws Error where no result is
+// possible: no line with two solved poses, no crossing for GridMethod::kRotation, an unreadable
+// picture, an unwritable directory; Interrupted.
 GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
                          const GridOptions& options);
 

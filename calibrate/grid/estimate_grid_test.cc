@@ -12,32 +12,48 @@
 namespace raywalk::calibrate {
 namespace {
 
+using testing::AllOf;
+using testing::Contains;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 GridOptions options_in(const std::filesystem::path& out) {
   return {.method = GridMethod::kRotation, .out = out};
 }
 
-// Never silently wrong: what is trusted is right.
-TEST(EstimateGridTest, ALineFarFromThePlanIsAlignedOrReported) {
+// The line along x is rotated by `deg` from where it was planned, and moved by 1 cm per degree.
+RoomCapture capture_off_plan(const std::filesystem::path& directory, double deg) {
+  return capture_room(directory,
+                      {.motion_m = Eigen::Vector3d(0.6, -0.4, 0.7) * 0.01 * deg,
+                       .turn_rad = Eigen::Vector3d(0.5, -0.6, 0.62) * radians_from_degrees(deg)});
+}
+
+TEST(EstimateGridTest, ALineWithinTheSearchRangeIsAligned) {
   for (const double deg : {0.0, 1.5, 8.0}) {
     const TestDirectory directory;
-    const RoomCapture capture =
-        capture_room(directory.path(),
-                     {.motion_m = Eigen::Vector3d(0.6, -0.4, 0.7) * 0.01 * deg,
-                      .turn_rad = Eigen::Vector3d(0.5, -0.6, 0.62) * radians_from_degrees(deg)});
+    const RoomCapture capture = capture_off_plan(directory.path(), deg);
     const GridResult result = estimate_grid(capture.set, {}, options_in(directory / "out"));
     ASSERT_EQ(result.crossings.size(), 1U);
+    EXPECT_TRUE(result.trustworthy) << deg << " degrees";
+    EXPECT_THAT(result.warnings, IsEmpty()) << deg << " degrees";
     const RelativeError error = relative_error(result.poses, capture.truth, 1, 4);
-    if (result.trustworthy) {
-      EXPECT_LT(error.rotation_deg, 0.15);
-      EXPECT_LT(error.position_mm, 8.0);
-    }
-    // From the usual errors of placing it has to find the way.
-    if (deg < 2.0) {
-      EXPECT_LT(error.rotation_deg, 0.15);
-    }
+    EXPECT_LT(error.rotation_deg, 0.15) << deg << " degrees";
+    EXPECT_LT(error.position_mm, 8.0) << deg << " degrees";
   }
+}
+
+// Matches are searched within kMatchGate_deg. The estimate of a line beyond is wrong, and the
+// result has to say so.
+TEST(EstimateGridTest, ALineBeyondTheSearchRangeIsReported) {
+  const TestDirectory directory;
+  const RoomCapture capture = capture_off_plan(directory.path(), kMatchGate_deg + 5.0);
+  const GridResult result = estimate_grid(capture.set, {}, options_in(directory / "out"));
+  ASSERT_EQ(result.crossings.size(), 1U);
+  EXPECT_GT(relative_error(result.poses, capture.truth, 1, 4).rotation_deg, 0.15);
+  EXPECT_FALSE(result.trustworthy);
+  EXPECT_FALSE(result.crossings[0].trustworthy);
+  EXPECT_THAT(result.warnings,
+              Contains(AllOf(HasSubstr("lines x0 and z0"), HasSubstr("than the search allows"))));
 }
 
 TEST(EstimateGridTest, SolvedPosesOfAnotherPlaceAreReported) {

@@ -61,7 +61,7 @@ std::string grid_drawing(const CaptureSet& set, const GridResult& result) {
   const std::vector<std::string> notes{
       fmt::format("Motions are drawn {} times as large; the largest is {:.1f} mm.", times,
                   1e3 * largest_m),
-      "Full dots: stations with a pose of their own; open dots: where the rail has them."};
+      "Full dots: stations with a solved pose; open dots: stations predicted from the rail."};
   return drawing.svg("Lines as planned and as estimated",
                      ".raywalk-plan .planned{stroke:var(--soft);stroke-width:1.5}"
                      ".raywalk-plan .moved{stroke:var(--soft);stroke-width:.5}"

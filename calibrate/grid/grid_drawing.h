@@ -1,4 +1,4 @@
-// The plan of a grid with what its lines were moved by, exaggerated.
+// The plan of a grid with the exaggerated displacements of its lines.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace raywalk::calibrate {
 
-// An <svg> element: every station where it was planned, and where the estimate has it with the
-// difference enlarged until the largest is a good part of the stations' spacing.
+// An <svg> element: the planned and the estimated position of every station, with the difference
+// enlarged until the largest is visible at the stations' spacing.
 std::string grid_drawing(const CaptureSet& set, const GridResult& result);
 
 }  // namespace raywalk::calibrate

@@ -20,8 +20,8 @@ namespace {
 
 using P = RailParameter;
 
-// A crossing ties two lines together from so many matches on.
-constexpr int kFewestTies = 15;
+// Number of inlier matches from which a crossing connects two lines.
+constexpr int kMinConnectingMatches = 15;
 
 std::vector<CrossingMatch> used_half(const CrossingMatches& crossing) {
   std::vector<CrossingMatch> matches;
@@ -40,8 +40,9 @@ std::vector<FittedCrossing> fit_crossings(const std::vector<CrossingMatches>& cr
   return fitted;
 }
 
-std::vector<FittedCrossing> tying(std::vector<FittedCrossing> fitted) {
-  std::erase_if(fitted, [](const FittedCrossing& one) { return one.fit.inliers < kFewestTies; });
+std::vector<FittedCrossing> connecting(std::vector<FittedCrossing> fitted) {
+  std::erase_if(fitted,
+                [](const FittedCrossing& one) { return one.fit.inliers < kMinConnectingMatches; });
   return fitted;
 }
 
@@ -52,7 +53,7 @@ std::vector<MatchObservations> observations_of(const std::vector<CrossingMatches
     const CrossingFit& fit = fitted[i].fit;
     MatchObservations one{.noise_rad = fit.noise_rad, .depth = fit.depth};
     const std::vector<CrossingMatch> matches = used_half(crossings[i]);
-    for (size_t j = 0; j < matches.size() && fit.inliers >= kFewestTies; ++j) {
+    for (size_t j = 0; j < matches.size() && fit.inliers >= kMinConnectingMatches; ++j) {
       if (fit.inlier[j]) one.matches.push_back(matches[j]);
     }
     observations.push_back(std::move(one));
@@ -60,7 +61,7 @@ std::vector<MatchObservations> observations_of(const std::vector<CrossingMatches
   return observations;
 }
 
-// Lines without a pose of their own go where the crossings ask for them.
+// Moves lines without solved poses to agree with the crossings.
 void move_unsolved(const std::vector<FittedCrossing>& fitted, PreparedRails* prepared) {
   std::vector<LineMotion> motions;
   std::vector<bool> may_move;
@@ -70,7 +71,7 @@ void move_unsolved(const std::vector<FittedCrossing>& fitted, PreparedRails* pre
                        {p[P::kOffset], p[P::kOffset + 1], p[P::kOffset + 2]}});
     may_move.push_back(!prepared->fits[line].has_value());
   }
-  agree_at_crossings(tying(fitted), may_move, &motions);
+  align_at_crossings(connecting(fitted), may_move, &motions);
   for (size_t line = 0; line < prepared->rails.size(); ++line) {
     if (!may_move[line]) continue;
     RailParameters& p = prepared->rails[line].parameters;
@@ -79,21 +80,21 @@ void move_unsolved(const std::vector<FittedCrossing>& fitted, PreparedRails* pre
   }
 }
 
-// A line that only its crossings tell of: how it points and twists is known only as well as a rail
-// is placed and made, or a station's scatter would turn it.
+// Tightens the priors of lines without solved poses: their direction and twist are known only as
+// well as a rail is placed and built. With weaker priors a station's scatter would rotate them.
 void hold_unsolved(const std::vector<FittedCrossing>& fitted, PreparedRails* prepared) {
   constexpr double kPlacingTurn_rad = radians_from_degrees(1.0);
-  std::vector<int> ties(prepared->rails.size(), 0);
-  for (const FittedCrossing& one : tying(fitted)) {
-    ++ties[static_cast<size_t>(one.crossing.along_x)];
-    ++ties[static_cast<size_t>(one.crossing.along_z)];
+  std::vector<int> connections(prepared->rails.size(), 0);
+  for (const FittedCrossing& one : connecting(fitted)) {
+    ++connections[static_cast<size_t>(one.crossing.along_x)];
+    ++connections[static_cast<size_t>(one.crossing.along_z)];
   }
   for (size_t line = 0; line < prepared->rails.size(); ++line) {
     if (prepared->fits[line]) continue;
     RailStart& rail = prepared->rails[line];
     rail.direction_prior_rad = kPlacingTurn_rad;
     rail.twist_prior_rad = kPlacingTurn_rad;
-    std::fill_n(rail.kept.begin() + P::kTwist, 3, ties[line] >= 2);
+    std::fill_n(rail.kept.begin() + P::kTwist, 3, connections[line] >= 2);
   }
 }
 
@@ -112,22 +113,22 @@ Estimation estimate(const CaptureSet& set, const FramePoses& solved, const Frame
     return fit_crossings(crossings, poses_on_rails(set, prepared.rails, prepared.solved), scale);
   };
   std::vector<FittedCrossing> fitted = fit_now();
-  // Each crossing of a line asks for its own motion: what they agree on is a better start for the
-  // next fits.
+  // Each crossing of a line gives its own motion. Their least-squares solution is a better start
+  // for the next fits.
   constexpr int kRounds = 2;
   for (int round = 0; round < kRounds; ++round) {
     move_unsolved(fitted, &prepared);
     fitted = fit_now();
   }
   hold_unsolved(fitted, &prepared);
-  estimation.solved_error = common_error(tying(fitted), prepared);
+  estimation.solved_error = common_error(connecting(fitted), prepared);
   std::vector<RelatedFrames> pairs;
   pairs.reserve(crossings.size());
   for (const CrossingMatches& crossing : crossings) {
     pairs.push_back({crossing.frames_x.front(), crossing.frames_z.front()});
   }
-  // The second time, stations at the crossings stand each where the first had them, and what
-  // matches scatter by is their own noise.
+  // In the second round each station at a crossing is at its estimated pose, so the scatter of the
+  // matches is their own noise.
   FramePoses poses = poses_on_rails(set, prepared.rails, prepared.solved);
   for (int round = 0; round < kRounds; ++round) {
     if (round > 0) fitted = fit_crossings(crossings, poses, scale);
@@ -171,7 +172,8 @@ void add_crossings(const CaptureSet& set, const Estimation& estimation, const Fr
 
 bool connects(const CrossingFigures& crossing, int line) {
   return (crossing.along_x == line || crossing.along_z == line) &&
-         crossing.matches >= kFewestTies && crossing.held_out_matches >= kFewestTies;
+         crossing.matches >= kMinConnectingMatches &&
+         crossing.held_out_matches >= kMinConnectingMatches;
 }
 
 LineFit line_of(const CaptureSet& set, int line, const Estimation& estimation,
@@ -221,8 +223,8 @@ GridResult estimate_from_matches(const CaptureSet& set, GridMethod method, const
     in_world = aligned(solved, alignment);
   } else if (crossings.empty()) {
     throw Error(
-        "no two lines cross, so --method rotation has nothing to work with: use --method "
-        "poses, or capture a line that crosses the others");
+        "no two lines cross, but --method rotation needs crossings: use --method poses, or capture "
+        "a line that crosses the others");
   }
   const GridScale scale = grid_scale(set);
   const Estimation estimation = estimate(set, in_world, start, crossings, scale);

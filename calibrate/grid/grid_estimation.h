@@ -8,8 +8,8 @@
 
 namespace raywalk::calibrate {
 
-// The estimate from given matches, judged. `start` has a pose for every frame; `crossings` are
-// those of the set, in any state: one without matches is reported as such. Throws Error as
+// The estimate from given matches, with its checks and warnings. `start` has a pose for every
+// frame; `crossings` are those of the set, and one without matches gets a warning. Throws Error as
 // estimate_grid does.
 GridResult estimate_from_matches(const CaptureSet& set, GridMethod method, const FramePoses& solved,
                                  const FramePoses& start,

@@ -31,7 +31,7 @@ std::string all_of(const std::vector<std::string>& texts) {
   return all;
 }
 
-// Settings that run quickly.
+// Settings for a fast test.
 TestGridSettings small_grid() {
   TestGridSettings settings;
   settings.stations = 21;
@@ -54,7 +54,7 @@ TEST(GridEstimationTest, CrossingsAgreeAsFarAsSolvedPosesAllow) {
   }
 }
 
-TEST(GridEstimationTest, WrongPosesAreLeftOutAndNamed) {
+TEST(GridEstimationTest, WrongPosesAreRejectedAndNamed) {
   TestGrid grid = TestGridMaker(small_grid(), 5).make();
   std::vector<int> wrong;
   for (const CaptureLine& line : grid.set.lines) {
@@ -74,9 +74,10 @@ TEST(GridEstimationTest, WrongPosesAreLeftOutAndNamed) {
   for (const int frame : wrong) {
     const FramePose& pose = *result.poses[static_cast<size_t>(frame)];
     EXPECT_EQ(pose.origin, PoseOrigin::kRail);
-    // The rail has it to the stations' scatter, 1 mm per component.
+    // The rail predicts it within the stations' scatter, 1 mm per component.
     EXPECT_LT(relative_error(result.poses, grid.truth, frame, frame + 1).position_mm, 5.0);
   }
+  ASSERT_EQ(result.crossings.size(), 4U);
   for (size_t i = 0; i < result.crossings.size(); ++i) {
     EXPECT_LT(error_at(grid, result, i).position_mm, 0.7);
   }
@@ -115,7 +116,7 @@ TEST(GridEstimationTest, SigmasOfLinesAreHonest) {
   for (unsigned seed = 0; seed < 30; ++seed) {
     const TestGrid grid = TestGridMaker(settings, 300 + seed).make();
     const GridResult result = estimate(grid);
-    // Against another line, as the common motion cannot be known.
+    // Relative to another line, as the common motion is unobservable.
     const auto difference = [&](size_t a, size_t b) {
       return degrees_from_radians(grid.rails[a][RailParameter::kHeading] -
                                   grid.rails[b][RailParameter::kHeading]);
@@ -127,8 +128,8 @@ TEST(GridEstimationTest, SigmasOfLinesAreHonest) {
         error * error / (std::pow(one.heading_deg.sigma, 2) + std::pow(two.heading_deg.sigma, 2));
     ++count;
   }
-  // The sum of squares of 30 normal numbers: within 0.5 and 1.75 with a probability of 0.99. That
-  // each line's sigma is against the mean of all makes it a little smaller.
+  // The mean square of 30 normal numbers is within 0.5 and 1.75 with a probability of 0.99. It is a
+  // little smaller here, as each line's sigma is relative to the mean of all.
   EXPECT_THAT(heading / count, AllOf(Gt(0.45), Lt(1.8)));
 }
 
@@ -142,7 +143,7 @@ TEST(GridEstimationTest, SkippedStationsArePredictedToTheirScatter) {
   const GridResult result = estimate(grid);
   for (size_t i = 1; i + 1 < grid.solved.size(); ++i) {
     if (grid.solved[i] || !grid.solved[i - 1]) continue;
-    // Against its solved neighbour, which is known well.
+    // Relative to its solved neighbour, which is known well.
     const RelativeError error =
         relative_error(result.poses, grid.truth, static_cast<int>(i) - 1, static_cast<int>(i));
     EXPECT_EQ(result.poses[i]->origin, PoseOrigin::kRail);
@@ -178,7 +179,7 @@ TEST(GridEstimationTest, FrameAndScaleOfSolvedPosesDoNotMatter) {
   }
 }
 
-TEST(GridEstimationTest, TheGridAsAWholeStaysWhereItWasPlanned) {
+TEST(GridEstimationTest, TheMeanPositionIsThatOfThePlan) {
   const TestGrid grid = TestGridMaker(small_grid(), 10).make();
   const GridResult result = estimate(grid);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -194,6 +195,7 @@ TEST(GridEstimationTest, BowAndTwistAreFoundWhereTheyAre) {
   settings.twist_deg = 0.5;
   const TestGrid grid = TestGridMaker(settings, 11).make();
   const GridResult result = estimate(grid);
+  ASSERT_EQ(result.lines.size(), 4U);
   for (const LineFit& line : result.lines) {
     EXPECT_NEAR(line.bow_mm[0].x(), 3.0, 1.5) << line.id;
     const Eigen::Index about =
@@ -208,6 +210,7 @@ TEST(GridEstimationTest, RotationMethodAlignsLinesWithoutAnyPose) {
     for (auto& pose : grid.solved) pose.reset();
     const GridResult result = estimate(grid, GridMethod::kRotation);
     EXPECT_TRUE(result.trustworthy) << all_of(result.warnings);
+    ASSERT_EQ(result.crossings.size(), 4U);
     for (size_t i = 0; i < result.crossings.size(); ++i) {
       const CrossingFigures& crossing = result.crossings[i];
       EXPECT_GT(crossing.before.rotation_deg, 10.0 * crossing.after.rotation_deg);
@@ -219,7 +222,7 @@ TEST(GridEstimationTest, RotationMethodAlignsLinesWithoutAnyPose) {
   }
 }
 
-TEST(GridEstimationTest, ALineFarOffByWrongPosesIsReported) {
+TEST(GridEstimationTest, ALineWithLargeCommonErrorIsReported) {
   for (const bool turned : {false, true}) {
     TestGrid grid = TestGridMaker(small_grid(), 31).make();
     for (const int frame : grid.set.lines[2].frames) {
@@ -236,8 +239,8 @@ TEST(GridEstimationTest, ALineFarOffByWrongPosesIsReported) {
   }
 }
 
-// What bundle adjustment does not know of its errors, the crossings tell.
-TEST(GridEstimationTest, LinesALittleOffInCommonArePutRight) {
+// Common errors of lines are not in the sigmas of bundle adjustment, but crossings show them.
+TEST(GridEstimationTest, SmallCommonErrorsOfLinesAreCorrected) {
   double before = 0.0;
   double after = 0.0;
   for (const unsigned seed : {61U, 62U, 63U}) {
@@ -254,6 +257,7 @@ TEST(GridEstimationTest, LinesALittleOffInCommonArePutRight) {
     EXPECT_TRUE(result.trustworthy) << all_of(result.warnings);
     EXPECT_NEAR(result.solved_line_error_mm, 1.0, 0.6);
     EXPECT_LT(result.solved_line_error_deg, 0.02);
+    ASSERT_EQ(result.crossings.size(), 4U);
     for (size_t i = 0; i < result.crossings.size(); ++i) {
       const CrossingMatches& crossing = grid.crossings[i];
       before += relative_error(grid.solved, grid.truth, crossing.frames_x.front(),
@@ -267,14 +271,14 @@ TEST(GridEstimationTest, LinesALittleOffInCommonArePutRight) {
   EXPECT_LT(after, 0.4 * before);
 }
 
-TEST(GridEstimationTest, ALineThatNothingConnectsIsNamedAndStays) {
+TEST(GridEstimationTest, AnUnconnectedLineIsReportedAndNotMoved) {
   TestGrid grid = TestGridMaker(small_grid(), 33).make();
   for (CrossingMatches& crossing : grid.crossings) {
     if (crossing.crossing.along_z == 3) crossing.matches.clear();
   }
   const GridResult result = estimate(grid, GridMethod::kRotation);
   EXPECT_FALSE(result.trustworthy);
-  EXPECT_THAT(result.warnings, Contains(HasSubstr("line z1: nothing connects it")));
+  EXPECT_THAT(result.warnings, Contains(HasSubstr("line z1: not connected")));
   EXPECT_FALSE(result.lines[3].connected);
   EXPECT_TRUE(result.lines[0].connected);
   for (const int frame : grid.set.lines[3].frames) {
@@ -285,10 +289,11 @@ TEST(GridEstimationTest, ALineThatNothingConnectsIsNamedAndStays) {
   }
 }
 
-TEST(GridEstimationTest, AnUnsolvedLineIsPlacedByItsCrossings) {
+TEST(GridEstimationTest, AnUnsolvedLineIsPositionedByItsCrossings) {
   TestGrid grid = TestGridMaker(small_grid(), 34).make();
   for (const int frame : grid.set.lines[0].frames) grid.solved[static_cast<size_t>(frame)].reset();
   const GridResult result = estimate(grid);
+  ASSERT_EQ(result.crossings.size(), 4U);
   for (size_t i = 0; i < result.crossings.size(); ++i) {
     EXPECT_LT(error_at(grid, result, i).rotation_deg, 0.15);
     EXPECT_LT(error_at(grid, result, i).position_mm, 6.0);
@@ -303,6 +308,7 @@ TEST(GridEstimationTest, MatchesOfAnotherRoomAreReported) {
   for (const GridMethod method : {GridMethod::kPoses, GridMethod::kRotation}) {
     const GridResult result = estimate(grid, method);
     EXPECT_FALSE(result.trustworthy);
+    ASSERT_EQ(result.crossings.size(), 4U);
     for (const CrossingFigures& crossing : result.crossings) {
       EXPECT_FALSE(crossing.trustworthy);
     }
@@ -318,7 +324,7 @@ TEST(GridEstimationTest, OneLineIsStraightenedAndNoted) {
   EXPECT_TRUE(result.trustworthy) << all_of(result.warnings);
   EXPECT_THAT(result.notes, Contains(HasSubstr("one line only")));
   for (int i = 1; i < settings.stations; ++i) {
-    // The slider's feedback, which stations scatter about, gives the scale to 0.1 %.
+    // The slider's feedback gives the scale to 0.1 % despite the stations' scatter.
     EXPECT_LT(relative_error(result.poses, grid.truth, 0, i).position_mm, 2.0);
   }
   EXPECT_THROW(estimate(grid, GridMethod::kRotation), Error);
@@ -335,7 +341,7 @@ TEST(GridEstimationTest, NothingSolvedIsAnError) {
   }
 }
 
-// Grids of any size and of any exactness come out alike, and no figure is not a number.
+// Grids of any size, with or without noise, give similar results without non-finite figures.
 TEST(GridEstimationTest, ExtremesStayFinite) {
   for (const double cell_m : {1e-3, 1.0, 1e3}) {
     for (const bool exact : {false, true}) {
@@ -354,6 +360,9 @@ TEST(GridEstimationTest, ExtremesStayFinite) {
         const TestGrid grid = TestGridMaker(settings, 50).make();
         for (const GridMethod method : {GridMethod::kPoses, GridMethod::kRotation}) {
           const GridResult result = estimate(grid, method);
+          ASSERT_EQ(result.crossings.size(), 2U * static_cast<size_t>(lines));
+          ASSERT_EQ(result.lines.size(), 2U + static_cast<size_t>(lines));
+          ASSERT_EQ(result.poses.size(), grid.set.frames.size());
           for (size_t i = 0; i < result.crossings.size(); ++i) {
             const CrossingFigures& crossing = result.crossings[i];
             EXPECT_THAT((std::vector<double>{
@@ -366,6 +375,7 @@ TEST(GridEstimationTest, ExtremesStayFinite) {
             }
           }
           for (const std::optional<FramePose>& pose : result.poses) {
+            ASSERT_TRUE(pose);
             EXPECT_TRUE(pose->position_m.allFinite());
             EXPECT_TRUE(std::isfinite(pose->position_sigma_mm));
             EXPECT_TRUE(std::isfinite(pose->rotation_sigma_deg));

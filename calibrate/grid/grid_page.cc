@@ -34,7 +34,7 @@ double worst(const GridResult& result, double Disagreement::*figure,
 }
 
 void add_summary(const GridResult& result, HtmlPage* page) {
-  std::vector<HtmlFact> facts{{"can be trusted", result.trustworthy ? "yes" : "no"},
+  std::vector<HtmlFact> facts{{"trustworthy", result.trustworthy ? "yes" : "no"},
                               {"lines", fmt::format("{}", result.lines.size())},
                               {"crossings", fmt::format("{}", result.crossings.size())}};
   if (!result.crossings.empty()) {
@@ -51,9 +51,9 @@ void add_summary(const GridResult& result, HtmlPage* page) {
   }
   if (result.method == GridMethod::kPoses) {
     facts.push_back({"scale", fmt::format("{:.5f}", result.scale)});
-    facts.push_back(
-        {"solved lines off by", fmt::format("{:.2f} mm, {:.4f}°", result.solved_line_error_mm,
-                                            result.solved_line_error_deg)});
+    facts.push_back({"common error of solved lines",
+                     fmt::format("{:.2f} mm, {:.4f}°", result.solved_line_error_mm,
+                                 result.solved_line_error_deg)});
   }
   page->add_facts(facts);
 }
@@ -62,17 +62,17 @@ void add_crossings(const CaptureSet& set, const GridResult& result, HtmlPage* pa
   if (result.crossings.empty()) return;
   page->add_section("Crossings");
   page->add_paragraph(
-      "How far matches that took no part in the estimate see the two lines' panoramas apart and "
-      "turned against each other, before and after, each with the standard deviation that the "
-      "matches' own scatter gives it. What is left is real only where it exceeds that. Pixels are "
-      "those of a panorama 4096 wide. Epipolar: the median distance of a match from where its "
-      "partner allows it to be.");
-  HtmlTable table{.header = {"crossing", "matches used", "held out", "apart before, mm",
-                             "after, mm", "turned before, °", "after, °", "before, px", "after, px",
-                             "epipolar before, px", "after, px"}};
+      "Displacement and rotation of the two lines' panoramas relative to each other, before and "
+      "after, measured by matches held out of the estimate, with standard deviations from the "
+      "matches' scatter. A remaining difference is significant only where it exceeds them. Pixels "
+      "are those of a panorama 4096 wide. Epipolar: the median distance of a match from its "
+      "epipolar line.");
+  HtmlTable table{.header = {"crossing", "matches used", "held out", "displacement before, mm",
+                             "after, mm", "rotation before, °", "after, °", "before, px",
+                             "after, px", "epipolar before, px", "after, px"}};
   HtmlTable estimate{
-      .caption = "What the estimate did, and how sure it is",
-      .header = {"crossing", "moved, mm", "turned, °", "turned, px", "σ, mm", "σ, °",
+      .caption = "Corrections by the estimate and their uncertainty",
+      .header = {"crossing", "moved, mm", "rotated, °", "rotated, px", "σ, mm", "σ, °",
                  "halves differ, mm", "expected, mm", "halves differ, °", "expected, °"}};
   for (const CrossingFigures& crossing : result.crossings) {
     const std::string name = set.lines[static_cast<size_t>(crossing.along_x)].id + " × " +
@@ -108,10 +108,10 @@ void add_crossings(const CaptureSet& set, const GridResult& result, HtmlPage* pa
 void add_lines(const GridResult& result, HtmlPage* page) {
   page->add_section("Lines");
   page->add_paragraph(
-      "Where each line lies against the plan: its middle along and across the rail and in height, "
-      "the direction of the rail, the attitude of the camera, and how far stations scatter about "
-      "the rail (standard deviation per component). The motion that all lines have in common "
-      "cannot be seen from inside a room; it is chosen so that the positions fit the plan best.");
+      "The position of each line relative to the plan: its middle along and across the rail and in "
+      "height, the direction of the rail, the attitude of the camera, and the stations' scatter "
+      "about the rail (standard deviation per component). The common motion of all lines is "
+      "unobservable; it is chosen so that the positions fit the plan best.");
   HtmlTable table{.header = {"line", "stations solved", "along, mm", "across, mm", "height, mm",
                              "heading, °", "tilt, °", "yaw, °", "pitch, °", "roll, °",
                              "scatter along, mm", "across, mm", "attitude, °"}};
@@ -136,13 +136,12 @@ void add_lines(const GridResult& result, HtmlPage* page) {
 void add_models(const GridResult& result, HtmlPage* page) {
   page->add_section("Models of the rails");
   page->add_paragraph(
-      "Of the models tried, the one of the least Bayesian information criterion is kept: a bow or "
-      "a "
-      "twist has to lower the residuals by more than its parameters would by fitting noise. Beside "
-      "it, what the model predicts of stations left out of its fit. Whatever a rail is found to "
-      "be, "
-      "a station with a pose of its own keeps it as far as that pose is surer than the rail.");
-  HtmlTable table{.header = {"line", "model", "parameters", "residual", "left out", "criterion"}};
+      "The candidate model with the lowest Bayesian information criterion (BIC) is selected: a bow "
+      "or a twist has to lower the residuals by more than its parameters would by fitting noise. "
+      "Left out: the residual of stations left out of the fit (five-fold cross-validation). "
+      "Whatever the model, the pose of a station with a solved pose is weighted between that pose "
+      "and the rail by their variances.");
+  HtmlTable table{.header = {"line", "model", "parameters", "residual", "left out", "BIC"}};
   for (const LineFit& line : result.lines) {
     const auto add = [&](const std::vector<RailModelScore>& models, const char* unit) {
       for (const RailModelScore& model : models) {
@@ -160,7 +159,7 @@ void add_models(const GridResult& result, HtmlPage* page) {
   page->add_table(table);
 }
 
-// A component of the stations' poses against the rail, for every station of a line.
+// The deviations of a line's stations from the rail, by component.
 struct Deviations {
   LinePlot position{.x_label = "rail position, m", .y_label = "mm", .height_px = 300};
   LinePlot rotation{.x_label = "rail position, m", .y_label = "°", .height_px = 300};
@@ -200,14 +199,16 @@ Deviations deviations_of(const CaptureSet& set, const GridResult& result, const 
 void add_deviations(const CaptureSet& set, const GridResult& result, HtmlPage* page) {
   page->add_section("Stations along the lines");
   page->add_paragraph(
-      "Each station against the rail as fitted. Scatter is what the rail does from stop to stop; a "
-      "wave would be a bend that the model has no parameter for.");
+      "The deviation of each station from the fitted rail. Random scatter is the rail's jitter "
+      "from "
+      "stop to stop; a smooth wave would be a bend that the model does not describe.");
   for (const LineFit& line : result.lines) {
     Deviations plots = deviations_of(set, result, line);
     plots.position.title = "Line " + line.id + ": position";
     plots.rotation.title = "Line " + line.id + ": attitude";
-    page->add_figures({svg_figure(svg_from_plot(plots.position), "Position against the rail"),
-                       svg_figure(svg_from_plot(plots.rotation), "Attitude against the rail")});
+    page->add_figures(
+        {svg_figure(svg_from_plot(plots.position), "Deviation of the position from the rail"),
+         svg_figure(svg_from_plot(plots.rotation), "Deviation of the attitude from the rail")});
   }
 }
 
@@ -225,8 +226,8 @@ std::string grid_page(const CaptureSet& set, const GridResult& result) {
   add_crossings(set, result, &page);
   page.add_section("Plan");
   page.add_figures({svg_figure(grid_drawing(set, result),
-                               "Lines as planned (grey) and as estimated, what they were moved by "
-                               "drawn larger")});
+                               "Lines as planned (grey) and as estimated, with exaggerated "
+                               "displacements")});
   add_lines(result, &page);
   add_models(result, &page);
   add_deviations(set, result, &page);

@@ -7,8 +7,8 @@
 
 namespace raywalk::calibrate {
 
-// A complete HTML page: lines, models tried, crossings before and after, the plan with corrections
-// exaggerated, and the stations' deviations along each line.
+// A complete HTML page: lines, candidate models, crossings before and after, the plan with
+// exaggerated corrections, and the stations' deviations along each line.
 std::string grid_page(const CaptureSet& set, const GridResult& result);
 
 }  // namespace raywalk::calibrate

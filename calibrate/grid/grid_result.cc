@@ -1,17 +1,15 @@
 #include "calibrate/grid/grid_result.h"
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/frame_poses_json.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
@@ -110,68 +108,66 @@ ordered_json json_of(const CaptureSet& set, const CrossingFigures& crossing) {
           {"warnings", crossing.warnings}};
 }
 
-// nlohmann's exceptions name the key that is missing or of another type.
 template <typename Vector>
-void read(const json& array, Vector* vector) {
-  if (array.size() != static_cast<size_t>(vector->size())) throw Error("a list of another length");
-  for (Eigen::Index i = 0; i < vector->size(); ++i) {
-    (*vector)[i] = array.at(static_cast<size_t>(i)).get<double>();
+void read(const CheckedJson& array, Vector* vector) {
+  const std::vector<CheckedJson> items = array.items(static_cast<size_t>(vector->size()));
+  for (size_t i = 0; i < items.size(); ++i) {
+    (*vector)[static_cast<Eigen::Index>(i)] = items[i].number();
   }
 }
 
-void read(const json& object, Estimate* estimate) {
-  estimate->value = object.at("value").get<double>();
-  estimate->sigma = object.at("sigma").get<double>();
+void read(const CheckedJson& object, Estimate* estimate) {
+  estimate->value = object.at("value").number();
+  estimate->sigma = object.at("sigma").number();
 }
 
-std::vector<RailModelScore> models_of(const json& array) {
+std::vector<RailModelScore> models_of(const CheckedJson& array) {
   std::vector<RailModelScore> models;
-  for (const json& model : array) {
-    models.push_back({.name = model.at("name").get<std::string>(),
-                      .parameters = model.at("parameters").get<int>(),
-                      .residual = model.at("residual").get<double>(),
-                      .left_out = model.at("left_out").get<double>(),
-                      .bic = model.at("bic").get<double>(),
-                      .kept = model.at("kept").get<bool>()});
+  for (const CheckedJson& model : array.items()) {
+    models.push_back({.name = model.at("name").text(),
+                      .parameters = model.at("parameters").integer(),
+                      .residual = model.at("residual").number(),
+                      .left_out = model.at("left_out").number(),
+                      .bic = model.at("bic").number(),
+                      .kept = model.at("kept").boolean()});
   }
   return models;
 }
 
-Disagreement disagreement_of(const json& object) {
-  return {.median_px = object.at("median_px").get<double>(),
-          .position_mm = object.at("position_mm").get<double>(),
-          .position_sigma_mm = object.at("position_sigma_mm").get<double>(),
-          .rotation_deg = object.at("rotation_deg").get<double>(),
-          .rotation_sigma_deg = object.at("rotation_sigma_deg").get<double>(),
-          .rotation_px = object.at("rotation_px").get<double>()};
+Disagreement disagreement_of(const CheckedJson& object) {
+  return {.median_px = object.at("median_px").number(),
+          .position_mm = object.at("position_mm").number(),
+          .position_sigma_mm = object.at("position_sigma_mm").number(),
+          .rotation_deg = object.at("rotation_deg").number(),
+          .rotation_sigma_deg = object.at("rotation_sigma_deg").number(),
+          .rotation_px = object.at("rotation_px").number()};
 }
 
-int line_of(const CaptureSet& set, const std::string& id) {
-  for (size_t i = 0; i < set.lines.size(); ++i) {
-    if (set.lines[i].id == id) return static_cast<int>(i);
-  }
-  throw Error("line " + excerpt(id) + " is not in the capture");
+int line_of(const CaptureSet& set, const CheckedJson& id) {
+  const std::optional<int> line = set.find_line(id.text());
+  if (!line) id.fail("line " + excerpt(id.text()) + " is not in the capture");
+  return *line;
 }
 
-LineFit line_of(const CaptureSet& set, const json& object) {
-  LineFit line{.line = line_of(set, object.at("id").get<std::string>()),
-               .id = object.at("id").get<std::string>(),
-               .stations = object.at("stations").get<int>(),
-               .solved_stations = object.at("solved_stations").get<int>(),
-               .connected = object.at("connected").get<bool>(),
-               .middle_m = object.at("middle_m").get<double>(),
-               .half_length_m = object.at("half_length_m").get<double>()};
-  for (const json& name : object.at("rejected")) {
-    const std::optional<int> frame = set.find(name.get<std::string>());
-    if (!frame) throw Error("frame " + excerpt(name.get<std::string>()) + " is not in the capture");
+LineFit line_fit_of(const CaptureSet& set, const CheckedJson& object) {
+  LineFit line{.line = line_of(set, object.at("id")),
+               .id = object.at("id").text(),
+               .stations = object.at("stations").integer(),
+               .solved_stations = object.at("solved_stations").integer(),
+               .connected = object.at("connected").boolean(),
+               .middle_m = object.at("middle_m").number(),
+               .half_length_m = object.at("half_length_m").number()};
+  for (const CheckedJson& name : object.at("rejected").items()) {
+    const std::optional<int> frame = set.find(name.text());
+    if (!frame) name.fail("frame " + excerpt(name.text()) + " is not in the capture");
     line.rejected_frames.push_back(*frame);
   }
   read(object.at("origin_m"), &line.origin_m);
   read(object.at("direction"), &line.direction);
   read(object.at("rotation_deg"), &line.rotation_deg);
   for (size_t i = 0; i < 2; ++i) {
-    read(object.at("bow_mm").at(i), &line.bow_mm[i]);
-    read(object.at("twist_deg").at(i), &line.twist_deg[i]);
+    read(object.at("bow_mm").items(2)[i], &line.bow_mm[i]);
+    read(object.at("twist_deg").items(2)[i], &line.twist_deg[i]);
   }
   read(object.at("along_mm"), &line.along_mm);
   read(object.at("across_mm"), &line.across_mm);
@@ -181,58 +177,62 @@ LineFit line_of(const CaptureSet& set, const json& object) {
   read(object.at("yaw_deg"), &line.yaw_deg);
   read(object.at("pitch_deg"), &line.pitch_deg);
   read(object.at("roll_deg"), &line.roll_deg);
+  const std::vector<CheckedJson> covariance =
+      object.at("covariance").items(static_cast<size_t>(line.covariance.rows()));
   for (Eigen::Index row = 0; row < line.covariance.rows(); ++row) {
     Eigen::Matrix<double, 8, 1> values;
-    read(object.at("covariance").at(static_cast<size_t>(row)), &values);
+    read(covariance[static_cast<size_t>(row)], &values);
     line.covariance.row(row) = values.transpose();
   }
-  line.jitter_along_mm = object.at("jitter_along_mm").get<double>();
-  line.jitter_mm = object.at("jitter_mm").get<double>();
-  line.jitter_deg = object.at("jitter_deg").get<double>();
+  line.jitter_along_mm = object.at("jitter_along_mm").number();
+  line.jitter_mm = object.at("jitter_mm").number();
+  line.jitter_deg = object.at("jitter_deg").number();
   line.position_models = models_of(object.at("position_models"));
   line.rotation_models = models_of(object.at("rotation_models"));
   return line;
 }
 
-CrossingFigures crossing_of(const CaptureSet& set, const json& object) {
-  return {.along_x = line_of(set, object.at("along_x").get<std::string>()),
-          .along_z = line_of(set, object.at("along_z").get<std::string>()),
-          .at = {object.at("x_m").get<double>(), object.at("z_m").get<double>()},
-          .matches = object.at("matches").get<int>(),
-          .held_out_matches = object.at("held_out_matches").get<int>(),
-          .noise_px = object.at("noise_px").get<double>(),
+CrossingFigures crossing_of(const CaptureSet& set, const CheckedJson& object) {
+  return {.along_x = line_of(set, object.at("along_x")),
+          .along_z = line_of(set, object.at("along_z")),
+          .at = {object.at("x_m").number(), object.at("z_m").number()},
+          .matches = object.at("matches").integer(),
+          .held_out_matches = object.at("held_out_matches").integer(),
+          .noise_px = object.at("noise_px").number(),
           .before = disagreement_of(object.at("before")),
           .after = disagreement_of(object.at("after")),
-          .correction_mm = object.at("correction_mm").get<double>(),
-          .correction_deg = object.at("correction_deg").get<double>(),
-          .correction_px = object.at("correction_px").get<double>(),
-          .sigma_mm = object.at("sigma_mm").get<double>(),
-          .sigma_deg = object.at("sigma_deg").get<double>(),
-          .sigma_px = object.at("sigma_px").get<double>(),
-          .split_half_mm = object.at("split_half_mm").get<double>(),
-          .split_half_expected_mm = object.at("split_half_expected_mm").get<double>(),
-          .split_half_deg = object.at("split_half_deg").get<double>(),
-          .split_half_expected_deg = object.at("split_half_expected_deg").get<double>(),
-          .trustworthy = object.at("trustworthy").get<bool>(),
-          .warnings = object.at("warnings").get<std::vector<std::string>>()};
+          .correction_mm = object.at("correction_mm").number(),
+          .correction_deg = object.at("correction_deg").number(),
+          .correction_px = object.at("correction_px").number(),
+          .sigma_mm = object.at("sigma_mm").number(),
+          .sigma_deg = object.at("sigma_deg").number(),
+          .sigma_px = object.at("sigma_px").number(),
+          .split_half_mm = object.at("split_half_mm").number(),
+          .split_half_expected_mm = object.at("split_half_expected_mm").number(),
+          .split_half_deg = object.at("split_half_deg").number(),
+          .split_half_expected_deg = object.at("split_half_expected_deg").number(),
+          .trustworthy = object.at("trustworthy").boolean(),
+          .warnings = object.at("warnings").texts()};
 }
 
-GridMethod method_of(const std::string& name) {
-  if (name == "poses") return GridMethod::kPoses;
-  if (name == "rotation") return GridMethod::kRotation;
-  throw Error("unknown method " + excerpt(name));
+GridMethod method_of(const CheckedJson& name) {
+  if (name.text() == "poses") return GridMethod::kPoses;
+  if (name.text() == "rotation") return GridMethod::kRotation;
+  name.fail("unknown method " + excerpt(name.text()));
 }
 
-GridResult result_of(const CaptureSet& set, const json& root) {
-  GridResult result{.method = method_of(root.at("method").get<std::string>()),
-                    .scale = root.at("scale").get<double>(),
-                    .solved_line_error_mm = root.at("solved_line_error_mm").get<double>(),
-                    .solved_line_error_deg = root.at("solved_line_error_deg").get<double>(),
-                    .warnings = root.at("warnings").get<std::vector<std::string>>(),
-                    .notes = root.at("notes").get<std::vector<std::string>>(),
-                    .trustworthy = root.at("trustworthy").get<bool>()};
-  for (const json& line : root.at("lines")) result.lines.push_back(line_of(set, line));
-  for (const json& crossing : root.at("crossings")) {
+GridResult result_of(const CaptureSet& set, const CheckedJson& root) {
+  GridResult result{.method = method_of(root.at("method")),
+                    .scale = root.at("scale").number(),
+                    .solved_line_error_mm = root.at("solved_line_error_mm").number(),
+                    .solved_line_error_deg = root.at("solved_line_error_deg").number(),
+                    .warnings = root.at("warnings").texts(),
+                    .notes = root.at("notes").texts(),
+                    .trustworthy = root.at("trustworthy").boolean()};
+  for (const CheckedJson& line : root.at("lines").items()) {
+    result.lines.push_back(line_fit_of(set, line));
+  }
+  for (const CheckedJson& crossing : root.at("crossings").items()) {
     result.crossings.push_back(crossing_of(set, crossing));
   }
   return result;
@@ -261,26 +261,14 @@ void write_grid_result(const std::filesystem::path& file, const CaptureSet& set,
 }
 
 GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set) {
-  const std::string text = read_file(file);
-  FramePoses poses = read_frame_poses(file, set);
-  try {
-    const json root = json::parse(text);
-    const int version = root.at("format_version").get<int>();
-    if (version > kFormatVersion) {
-      throw Error(fmt::format("format version {}, this program reads {}", version, kFormatVersion));
-    }
-    GridResult result = result_of(set, root);
-    for (size_t i = 0; i < poses.size(); ++i) {
-      if (!poses[i]) throw Error("frame " + excerpt(set.frames[i].name) + " has no pose");
-    }
-    result.poses = std::move(poses);
-    return result;
-  } catch (const json::exception& error) {
-    throw Error(file.string() + ": damaged (" + one_line(error.what()) +
-                "); run raywalk-calibrate grid again");
-  } catch (const Error& error) {
-    throw Error(file.string() + ": " + error.what() + "; run raywalk-calibrate grid again");
+  const auto root = CheckedJson::read(file, "run raywalk-calibrate grid again");
+  root.require_version(kFormatVersion);
+  GridResult result = result_of(set, root);
+  result.poses = frame_poses_in(root.at("frames"), set);
+  for (size_t i = 0; i < result.poses.size(); ++i) {
+    if (!result.poses[i]) root.fail("frame " + excerpt(set.frames[i].name) + " has no pose");
   }
+  return result;
 }
 
 }  // namespace raywalk::calibrate

@@ -1,4 +1,4 @@
-// What raywalk-calibrate grid finds, and its file.
+// The result of raywalk-calibrate grid, and its file grid.json.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,41 +13,41 @@
 namespace raywalk::calibrate {
 
 enum class GridMethod {
-  kPoses,    // from solved poses; matches at the crossings refine and check
+  kPoses,    // from solved poses; matches at the crossings refine and check them
   kRotation  // from matches at the crossings alone
 };
 
-// A value and its standard deviation, in one unit.
+// A value and its standard deviation, in the same unit.
 struct Estimate {
   double value = 0.0;
   double sigma = 0.0;
 };
 
-// One model of a rail that was tried, of positions or of attitudes.
+// One candidate model of a rail's positions or attitudes.
 struct RailModelScore {
   std::string name{};     // "straight", "bow", "S-bow"; "rigid", "twist", "curved twist"
   int parameters = 0;     // of all components
-  double residual = 0.0;  // of the stations, mm or deg per component, robust
-  double left_out = 0.0;  // the same for stations left out of the fit (five folds)
+  double residual = 0.0;  // robust sigma of the stations, mm or deg per component
+  double left_out = 0.0;  // the same by five-fold cross-validation
   double bic = 0.0;       // Bayesian information criterion, lower is better
   bool kept = false;
 };
 
-// One line as estimated. With u in [-1, 1] from its first to its last station and the Legendre
-// polynomials P2(u) = (3 u^2 - 1) / 2 and P3(u) = (5 u^3 - 3 u) / 2, the station at the rail
-// position s = middle_m + u half_length_m is expected at
+// One estimated line. With u in [-1, 1] from its first to its last station and the Legendre
+// polynomials P2(u) = (3 u^2 - 1) / 2 and P3(u) = (5 u^3 - 3 u) / 2, the predicted position of the
+// station at the rail position s = middle_m + u half_length_m is
 //   origin_m + (s - middle_m) direction + (bow[0] P2(u) + bow[1] P3(u)) (across, up)
-// with the camera turned against its planned attitude by the rotation vector
+// with the camera rotated from its planned attitude by the rotation vector
 //   rotation + twist[0] u + twist[1] P2(u).
 struct LineFit {
   int line = 0;  // index into CaptureSet::lines
   std::string id{};
   int stations = 0;
-  int solved_stations = 0;             // with a pose of their own that the estimate kept
-  std::vector<int> rejected_frames{};  // whose solved pose contradicts the rail
-  bool connected = false;              // matches at a crossing tie it to the other lines
+  int solved_stations = 0;             // with a solved pose that was not rejected
+  std::vector<int> rejected_frames{};  // whose solved pose is an outlier from the rail
+  bool connected = false;              // matches at a crossing connect it to the other lines
 
-  double middle_m = 0.0;  // rail position half way along the line
+  double middle_m = 0.0;  // rail position of the line's middle
   double half_length_m = 0.0;
   Eigen::Vector3d origin_m{0, 0, 0};   // world, of the middle
   Eigen::Vector3d direction{1, 0, 0};  // unit, positive along the axis
@@ -55,13 +55,13 @@ struct LineFit {
   Eigen::Vector3d rotation_deg{0, 0, 0};  // rotation vector, world axes
   std::array<Eigen::Vector3d, 2> twist_deg{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 0)};
 
-  // Against the plan, as a user reads it.
+  // Relative to the plan, as reported to the user.
   Estimate along_mm{}, across_mm{}, height_mm{};  // of the middle; across grows along +z or +x
   Estimate heading_deg{}, tilt_deg{};             // of the rail; heading turns +z towards +x
   Estimate yaw_deg{}, pitch_deg{}, roll_deg{};    // of the camera
 
-  // Of what every line has, in the order origin x, y, z (mm), heading, tilt (deg), rotation vector
-  // (deg).
+  // Of the parameters that every line has: origin x, y, z (mm), heading, tilt (deg), rotation
+  // vector (deg).
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();
 
   // Scatter of the stations around the rail, standard deviation per component.
@@ -72,13 +72,13 @@ struct LineFit {
   std::vector<RailModelScore> position_models{}, rotation_models{};
 };
 
-// How far held-out matches say that two lines' panoramas disagree. Sigmas are those of the matches'
-// scatter, in the direction that they tell worst.
+// By how much two lines' panoramas disagree, measured by held-out matches. Sigmas follow from the
+// matches' scatter, in the least certain direction.
 struct Disagreement {
   double median_px = 0.0;    // distance of a match from its epipolar line, W = 4096
-  double position_mm = 0.0;  // relative displacement that would make the matches agree
+  double position_mm = 0.0;  // relative displacement that makes the matches agree
   double position_sigma_mm = 0.0;
-  double rotation_deg = 0.0;  // relative rotation that would
+  double rotation_deg = 0.0;  // relative rotation that does
   double rotation_sigma_deg = 0.0;
   double rotation_px = 0.0;  // the same at W = 4096
 };
@@ -89,12 +89,12 @@ struct CrossingFigures {
   PlanPoint at{};  // nominal
 
   int matches = 0;           // used by the estimate
-  int held_out_matches = 0;  // that judge it
-  double noise_px = 0.0;     // what the matches themselves scatter by, W = 4096
+  int held_out_matches = 0;  // used to check it
+  double noise_px = 0.0;     // sigma of a match, W = 4096
 
-  Disagreement before{}, after{};  // at the start's poses and at the estimate's
+  Disagreement before{}, after{};  // at the start's poses and at the estimated poses
 
-  // By how much the lines were moved against each other here.
+  // Change of the lines' relative pose at the crossing, from the start to the estimate.
   double correction_mm = 0.0;
   double correction_deg = 0.0;
   double correction_px = 0.0;
@@ -105,15 +105,15 @@ struct CrossingFigures {
   double sigma_deg = 0.0;
   double sigma_px = 0.0;
 
-  // Between two estimates from every other station each; what is expected of the stations'
-  // scatter alone. 0 where there were too few stations for two.
+  // Difference of two estimates, each from every other station, and the difference expected from
+  // the stations' scatter alone. 0 where there are too few stations.
   double split_half_mm = 0.0;
   double split_half_expected_mm = 0.0;
   double split_half_deg = 0.0;
   double split_half_expected_deg = 0.0;
 
   bool trustworthy = false;
-  std::vector<std::string> warnings{};  // why not
+  std::vector<std::string> warnings{};  // why it is not trustworthy
 };
 
 struct GridResult {
@@ -121,21 +121,21 @@ struct GridResult {
   FramePoses poses{};  // every frame has one
   std::vector<LineFit> lines{};
   std::vector<CrossingFigures> crossings{};
-  double scale = 1.0;  // solved positions were multiplied by it, so that lengths are the
-                       // slider's
-  // By how much the solved poses of a line were found to be wrong in common, standard deviations
-  // per component; the estimate puts it right as far as the crossings tell.
+  double scale = 1.0;  // factor applied to solved positions to match the slider's lengths
+  // Standard deviations per component of the error common to all solved poses of a line. The
+  // estimate corrects it as far as the crossings determine it.
   double solved_line_error_mm = 0.0;
   double solved_line_error_deg = 0.0;
-  std::vector<std::string> warnings{};  // each names what is wrong and what to do
-  std::vector<std::string> notes{};     // worth knowing, no fault
+  std::vector<std::string> warnings{};  // each names a problem and its remedy
+  std::vector<std::string> notes{};     // information, no problem
   bool trustworthy = false;
 };
 
-// JSON, keys as in the README. Written atomically.
+// JSON, keys as in the README. Written atomically. Throws Error if it cannot be written.
 void write_grid_result(const std::filesystem::path& file, const CaptureSet& set,
                        const GridResult& result);
-// Throws Error naming the file: missing, damaged, newer, of other frames or lines.
+// Throws Error naming the file if it is missing, damaged, of a newer format version, or of other
+// frames or lines.
 GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

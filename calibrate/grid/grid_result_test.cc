@@ -47,15 +47,17 @@ struct Written {
 TEST(GridResultTest, ReadsWhatItWrote) {
   const Written written;
   const GridResult read = read_grid_result(written.file, written.grid.set);
-  // Writing what was read gives the same bytes, so nothing was lost on the way.
+  // Writing what was read gives the same values, so nothing was lost.
   write_grid_result(written.directory / "again.json", written.grid.set, read);
   const json one = json::parse(read_file(written.file));
   const json two = json::parse(read_file(written.directory / "again.json"));
-  // Attitudes pass through angles and matrices, which costs the last digits.
+  // Attitudes are converted between angles and matrices, which rounds the last digits.
   EXPECT_EQ(one.at("lines"), two.at("lines"));
   EXPECT_EQ(one.at("crossings"), two.at("crossings"));
   EXPECT_EQ(one.at("notes"), two.at("notes"));
+  ASSERT_EQ(read.poses.size(), written.result.poses.size());
   for (size_t i = 0; i < read.poses.size(); ++i) {
+    ASSERT_TRUE(read.poses[i]);
     EXPECT_EQ(read.poses[i]->position_m, written.result.poses[i]->position_m);
     EXPECT_LT(
         angle_between(read.poses[i]->world_from_camera, written.result.poses[i]->world_from_camera),
@@ -88,7 +90,7 @@ TEST(GridResultTest, DamagedFilesAreNamed) {
   EXPECT_THROW(read_grid_result(written.file, written.grid.set), Error);
 }
 
-TEST(LineSummaryTest, ParametersComeBackFromTheReport) {
+TEST(LineSummaryTest, ParametersRoundTrip) {
   RailFrame frame{.axis = LineAxis::kZ, .middle_m = {1, 2, 3}, .half_length_m = 0.7};
   RailParameters parameters{};
   for (size_t i = 0; i < parameters.size(); ++i) {
@@ -103,13 +105,13 @@ TEST(LineSummaryTest, ParametersComeBackFromTheReport) {
   EXPECT_NEAR(line.across_mm.value, 10.0, 1e-9);  // +x of a line along z
   EXPECT_NEAR(line.along_mm.value, 30.0, 1e-9);
   EXPECT_NEAR(line.height_mm.sigma, 1000.0, 1e-9);
-  // Heading turns +z towards +x, tilt raises the end.
+  // Heading rotates +z towards +x, tilt raises the end.
   EXPECT_NEAR(line.direction.x(), std::sin(0.04) * std::cos(0.05), 1e-12);
   EXPECT_NEAR(line.direction.y(), std::sin(0.05), 1e-12);
 }
 
-// Signs as sphere.h has them: yaw turns the centre towards +x, pitch raises it, roll turns the
-// camera clockwise.
+// Signs as in sphere.h: yaw rotates the centre towards +x, pitch raises it, roll rotates the camera
+// clockwise.
 TEST(LineSummaryTest, AttitudesHaveTheSignsOfTheWorld) {
   for (const Attitude& turned : {Attitude{0.1, 0, 0}, Attitude{0, 0.1, 0}, Attitude{0, 0, 0.1}}) {
     const Eigen::Vector3d vector = vector_of(world_from_camera(turned));

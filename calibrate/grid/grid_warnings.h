@@ -1,4 +1,4 @@
-// What a user has to be told about an estimate beyond its figures.
+// Warnings and notes about an estimate.
 #pragma once
 
 #include "calibrate/grid/crossing_figures.h"
@@ -6,8 +6,8 @@
 
 namespace raywalk::calibrate {
 
-// Fills in warnings, notes and trustworthy from the lines and crossings of the result. The result
-// can be trusted where there are no warnings, of crossings or of lines.
+// Fills in warnings, notes and trustworthy from the lines and crossings of the result. It is
+// trustworthy if there are no warnings, of crossings or of lines.
 void add_warnings(const CaptureSet& set, const GridScale& scale, GridResult* result);
 
 }  // namespace raywalk::calibrate

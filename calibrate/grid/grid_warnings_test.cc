@@ -12,7 +12,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// A grid of two lines by two, 1 m apart, whose first line was found so far across its place.
+// A grid of 2 x 2 lines, 1 m apart, whose first line was found `across_mm` off its place.
 GridResult found_across(double across_mm) {
   const TestGrid grid = TestGridMaker({}, 1).make();
   GridResult result;
@@ -26,7 +26,7 @@ GridResult found_across(double across_mm) {
   return result;
 }
 
-TEST(GridWarningsTest, ARailOnAnotherLinesPlaceIsNamed) {
+TEST(GridWarningsTest, ARailAtThePlaceOfAnotherLineIsReported) {
   for (const double across_mm : {510.0, 990.0, 1400.0}) {
     const GridResult result = found_across(across_mm);
     EXPECT_FALSE(result.trustworthy);
@@ -35,7 +35,7 @@ TEST(GridWarningsTest, ARailOnAnotherLinesPlaceIsNamed) {
   }
 }
 
-TEST(GridWarningsTest, AnUsualErrorOfPlacingIsNone) {
+TEST(GridWarningsTest, AUsualErrorOfPlacingIsNotReported) {
   for (const double across_mm : {-600.0, -30.0, 0.0, 80.0, 490.0}) {
     EXPECT_THAT(found_across(across_mm).warnings, IsEmpty()) << across_mm;
   }

@@ -1,5 +1,5 @@
-// The residuals of the joint estimate (joint_estimate.h), each in its standard deviations. A
-// station's unknowns are its position and a rotation vector `turn` that turns a reference attitude.
+// The residuals of the joint estimate (joint_estimate.h), each divided by its standard deviation. A
+// station's unknowns are its position and a rotation vector `turn` applied to a reference attitude.
 #pragma once
 
 #include <ceres/rotation.h>
@@ -14,8 +14,8 @@
 
 namespace raywalk::calibrate {
 
-// The rotation vector of exp(turn) * reference * exp(expected)^T, in components that automatic
-// derivatives can pass through at zero.
+// The rotation vector of exp(turn) * reference * exp(expected)^T, computed with quaternions, whose
+// automatic derivatives exist at zero.
 template <typename T>
 void rotation_difference(const T* turn, const Eigen::Matrix3d& reference, const T* expected,
                          T* difference) {
@@ -33,7 +33,7 @@ void rotation_difference(const T* turn, const Eigen::Matrix3d& reference, const 
   ceres::QuaternionToAngleAxis(result, difference);
 }
 
-// A station against its rail, in the rail's axes, by the stations' scatter.
+// A station's deviation from its rail, in the rail's axes.
 struct RailCost {
   RailFrame frame;
   double rail_m;
@@ -56,8 +56,8 @@ struct RailCost {
   }
 };
 
-// What the solved poses of a line are wrong by in common: position and rotation at its middle, and
-// what they grow by to the end at u = 1.
+// The common error of a line's solved poses: position and rotation at its middle, then their
+// increase to the end at u = 1.
 inline constexpr int kLineErrorParameters = 12;
 
 struct SolvedCost {
@@ -94,7 +94,7 @@ struct LineErrorPriorCost {
   }
 };
 
-// Two rays under the motions of both stations.
+// The residual of match_residual.h as a function of both stations' poses.
 struct MatchCost {
   Eigen::Vector3d x_origin, x_bearing, z_origin, z_bearing;  // in the references' world axes
   Whitening whitening;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "calibrate/base/stop_on_interrupt.h"
 #include "calibrate/grid/joint_costs.h"
 #include "calibrate/grid/normal_inverse.h"
 #include "core/base/error.h"
@@ -17,21 +18,13 @@ namespace {
 
 using P = RailParameter;
 
-// A station's pose as unknowns: position, and a rotation vector that turns `reference`.
+// A station's unknowns: position, and a rotation vector applied to `reference`.
 struct StationUnknowns {
   Eigen::Vector3d position_m{0, 0, 0};
   Eigen::Vector3d turn_rad{0, 0, 0};
   Eigen::Matrix3d reference = Eigen::Matrix3d::Identity();
 
   Eigen::Matrix3d attitude() const { return matrix_of(turn_rad) * reference; }
-};
-
-// Ends the solver when the user asks to.
-class StopOnInterrupt : public ceres::IterationCallback {
- public:
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return interrupt_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
 };
 
 class JointProblem {
@@ -74,7 +67,7 @@ class JointProblem {
   const std::vector<RailParameters>& rails() const { return rails_; }
   const std::vector<StationUnknowns>& stations() const { return stations_; }
 
-  // Where the unknowns of a station or a rail begin in the columns of the normal equations.
+  // First column of a station's or a rail's unknowns in the normal equations.
   int column_of_station(size_t station) const { return static_cast<int>(6 * station); }
   int column_of_rail(size_t rail) const {
     return static_cast<int>(6 * stations_.size() + P::kCount * rail);
@@ -84,8 +77,8 @@ class JointProblem {
            static_cast<int>(kLineErrorParameters * line_errors_.size() + mean_depths_.size());
   }
 
-  // Derivatives of all residuals, robust losses applied, in the order of the columns. Parameters
-  // that are held are zero columns.
+  // Derivatives of all residuals with robust losses applied, in the order of the columns. Constant
+  // parameters have zero columns.
   Eigen::SparseMatrix<double> jacobian() {
     ceres::Problem::EvaluateOptions options;
     for (StationUnknowns& station : stations_) {
@@ -120,7 +113,7 @@ class JointProblem {
     return options;
   }
 
-  // Columns of the Jacobian as Ceres has it, without the parameters that are held.
+  // Our column of each column of Ceres's Jacobian, which omits constant parameters.
   std::vector<int> tangent_columns() const {
     std::vector<int> columns(static_cast<size_t>(column_of_rail(0)));
     std::iota(columns.begin(), columns.end(), 0);
@@ -173,7 +166,7 @@ class JointProblem {
     problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<RailPriorCost, P::kCount, P::kCount>(
                                   new RailPriorCost(prior)),
                               nullptr, rails_[i].data());
-    // No error in common is as good as one that is small against all else.
+    // A zero variance is replaced by a negligible one, as the residual divides by it.
     constexpr double kNone = 1e-9;
     problem_.AddResidualBlock(
         new ceres::AutoDiffCostFunction<LineErrorPriorCost, kLineErrorParameters,
@@ -215,7 +208,7 @@ class JointProblem {
   std::vector<LineError> line_errors_;
   std::vector<double> mean_depths_;  // inverse, by crossing
   ceres::CauchyLoss solved_loss_{3.0};
-  // A feature takes part in as many matches as the other line has stations at the crossing.
+  // A feature has a match with each station of the other line at the crossing.
   ceres::ScaledLoss match_loss_{new ceres::CauchyLoss(2.0), 1.0 / kCrossingStations,
                                 ceres::TAKE_OWNERSHIP};
   ceres::Problem problem_;
@@ -233,11 +226,11 @@ FramePose pose_of(const StationUnknowns& station, const std::optional<FramePose>
   return pose;
 }
 
-// By how much every unknown changes when the whole grid moves by a small motion (columns: along x,
-// y, z, then turned about them, about the middle of the grid).
+// The derivative of every unknown by a small rigid motion of the whole grid (columns: translation
+// along x, y, z, then rotation about them at the middle of the grid).
 Eigen::MatrixXd common_motions(const CaptureSet& set, const JointInput& input,
                                const JointProblem& problem, const Eigen::Vector3d& middle) {
-  // A turn w moves what is at p by w x p = -[p]x w.
+  // A rotation w moves a point p by w x p = -[p]x w.
   const auto moved_by_turn = [&](const Eigen::Vector3d& position) {
     const Eigen::Vector3d p = position - middle;
     Eigen::Matrix3d moved;
@@ -256,29 +249,29 @@ Eigen::MatrixXd common_motions(const CaptureSet& set, const JointInput& input,
     rows.topLeftCorner<3, 3>().setIdentity();
     rows.topRightCorner<3, 3>() = moved_by_turn(frame.middle_m);
     rows(P::kHeading, 4) = 1.0;
-    // The end of a line along x rises by a turn about z, that of one along z sinks by one about x.
+    // A rotation about z raises the end of a line along x, one about x lowers that of one along z.
     rows(P::kTilt, frame.axis == LineAxis::kX ? 5 : 3) = frame.axis == LineAxis::kX ? 1.0 : -1.0;
     rows.block<3, 3>(P::kRotation, 3).setIdentity();
   }
   return motions;
 }
 
-// What says that the grid as a whole did not move: the stations' positions on average, and their
-// attitudes as far as positions leave a turn open, as on a single line they do.
-Eigen::MatrixXd stillness(const CaptureSet& set, const JointProblem& problem,
-                          const Eigen::MatrixXd& motions, double extent_m) {
+// The gauge constraint: no mean motion of the stations' positions, and, with a small weight, of
+// their attitudes, for the rotation that the positions of a single line leave undetermined.
+Eigen::MatrixXd gauge_constraint(const CaptureSet& set, const JointProblem& problem,
+                                 const Eigen::MatrixXd& motions, double extent_m) {
   constexpr double kAttitudeWeight = 1e-2;
-  Eigen::MatrixXd still = Eigen::MatrixXd::Zero(motions.rows(), 6);
+  Eigen::MatrixXd gauge = Eigen::MatrixXd::Zero(motions.rows(), 6);
   for (size_t i = 0; i < set.frames.size(); ++i) {
     const int column = problem.column_of_station(i);
-    still.middleRows<3>(column) = motions.middleRows<3>(column) / (extent_m * extent_m);
-    still.middleRows<3>(column + 3) = kAttitudeWeight * motions.middleRows<3>(column + 3);
+    gauge.middleRows<3>(column) = motions.middleRows<3>(column) / (extent_m * extent_m);
+    gauge.middleRows<3>(column + 3) = kAttitudeWeight * motions.middleRows<3>(column + 3);
   }
-  return still;
+  return gauge;
 }
 
-// Covariances of the grid's parts against the grid as a whole: the common motion of everything,
-// which nothing in a room tells, is taken out (an S-transformation; Baarda 1973).
+// Covariances relative to the grid as a whole: the unobservable common motion is removed by an
+// S-transformation (Baarda 1973).
 class RelativeCovariance {
  public:
   RelativeCovariance(const CaptureSet& set, const JointInput& input, JointProblem* problem)
@@ -291,14 +284,14 @@ class RelativeCovariance {
       extent_m = std::max(extent_m, (station.position_m - middle).norm());
     }
     motions_ = common_motions(set, input, *problem, middle);
-    still_ = stillness(set, *problem, motions_, extent_m > 0.0 ? extent_m : 1.0);
-    const Eigen::MatrixXd mean = still_.transpose() * motions_;
-    still_ = still_ * mean.inverse().transpose();
+    gauge_ = gauge_constraint(set, *problem, motions_, extent_m > 0.0 ? extent_m : 1.0);
+    const Eigen::MatrixXd mean = gauge_.transpose() * motions_;
+    gauge_ = gauge_ * mean.inverse().transpose();
   }
 
-  // Of combinations of the unknowns, its columns.
+  // Covariance of linear combinations of the unknowns, the columns of `combinations`.
   Eigen::MatrixXd of(const Eigen::MatrixXd& combinations) const {
-    return inverse_.of(combinations - still_ * (motions_.transpose() * combinations));
+    return inverse_.of(combinations - gauge_ * (motions_.transpose() * combinations));
   }
   Eigen::MatrixXd of_block(int first, int count) const {
     Eigen::MatrixXd picked = Eigen::MatrixXd::Zero(motions_.rows(), count);
@@ -309,7 +302,7 @@ class RelativeCovariance {
  private:
   NormalInverse inverse_;
   Eigen::MatrixXd motions_;
-  Eigen::MatrixXd still_;
+  Eigen::MatrixXd gauge_;
 };
 
 }  // namespace

@@ -36,8 +36,7 @@ void describe_rail(const RailFrame& frame, const RailParameters& parameters,
     line->twist_deg[i] = three(parameters, P::kTwist + 3 * i) * degrees_from_radians(1.0);
   }
 
-  // Components as they are without heading and tilt, so that along, across and height are the
-  // plan's.
+  // In the axes without heading and tilt, so that along, across and height refer to the plan.
   const RailAxes<double> planned = rail_axes(frame.axis, 0.0, 0.0);
   const Eigen::Matrix3d offset_covariance = covariance.topLeftCorner<3, 3>();
   const auto offset_mm = [&](const Eigen::Vector3d& direction) {
@@ -53,7 +52,7 @@ void describe_rail(const RailFrame& frame, const RailParameters& parameters,
   };
   line->heading_deg = angle_deg(parameters[P::kHeading], P::kHeading);
   line->tilt_deg = angle_deg(parameters[P::kTilt], P::kTilt);
-  // Yaw turns about y, pitch about -x and roll about -z; for sigmas the sign is of no matter.
+  // Yaw is about y, pitch about -x and roll about -z; the sign does not affect sigmas.
   const Attitude attitude = attitude_from_world_from_camera(matrix_of(rotation_rad));
   line->yaw_deg = angle_deg(attitude.yaw_rad, P::kRotation + 1);
   line->pitch_deg = angle_deg(attitude.pitch_rad, P::kRotation);

@@ -1,4 +1,4 @@
-// A line's estimate as it is reported.
+// The reported figures of a line.
 #pragma once
 
 #include "calibrate/grid/grid_result.h"
@@ -6,13 +6,13 @@
 
 namespace raywalk::calibrate {
 
-// Fills in what follows from the parameters (metres, radians) and their covariance: everything of
-// LineFit from middle_m to covariance.
+// Fills in the members of LineFit from middle_m to covariance, from the parameters (metres,
+// radians) and their covariance.
 void describe_rail(const RailFrame& frame, const RailParameters& parameters,
                    const Eigen::Matrix<double, kRigidParameters, kRigidParameters>& covariance,
                    LineFit* line);
 
-// The parameters that a reported line was described from.
+// The inverse of describe_rail: the parameters of a reported line.
 RailParameters rail_parameters(const RailFrame& frame, const LineFit& line);
 
 }  // namespace raywalk::calibrate

@@ -1,4 +1,4 @@
-// How well two rays to one point of the scene meet, where the point's distance is not known.
+// The residual of two rays to one scene point of unknown distance.
 //
 // Let a ray leave a with direction d_a and another b with d_b. A point at the inverse distance w
 // along the first is seen from b in the direction
@@ -6,13 +6,13 @@
 // which moves along the epipolar line by g = (I - d_b d_b^T) (a - b) per unit of w. With w drawn
 // from a distribution of mean m and standard deviation s, the difference q(m) - d_b has the
 // covariance 2 n^2 I + s^2 g g^T, n being the noise of a direction. Whitened by it, the difference
-// counts fully across the epipolar line and along it only as far as the scene's depth is known. So
-// the residual passes smoothly from the epipolar constraint, where the baseline is long, to one of
-// rotation alone, where it vanishes and the epipolar line has no direction: stations at a crossing
-// are anything between coincident and some centimetres apart.
+// has full weight across the epipolar line, and along it a weight limited by the unknown depth. So
+// the residual passes smoothly from the epipolar constraint, for a long baseline, to a constraint
+// on rotation alone, for a zero baseline, where there is no epipolar line: stations at a crossing
+// are coincident or up to some centimetres apart.
 //
-// The mean m is an unknown of the estimate: were it given, many matches together would measure the
-// length of the baseline by it, and be as wrong as it is.
+// The mean m is an unknown of the estimate. If it were fixed, many matches together would determine
+// the length of the baseline from it, and its error would bias the length.
 #pragma once
 
 #include <ceres/rotation.h>
@@ -23,13 +23,14 @@
 
 namespace raywalk::calibrate {
 
-// The inverse distances of what is seen, 1/m.
+// Distribution of the inverse distances of scene points, 1/m.
 struct InverseDepths {
   double mean = 0.0;
   double sigma = 1.0;
 };
 
-// What is assumed of the mean: things are as far as lines are long, within a factor of a few.
+// Prior of the mean: the scene is about as far away as the lines are long, within a factor of a
+// few.
 struct MeanDepthPrior {
   double mean = 1.0;
   double sigma = 1.0;
@@ -48,8 +49,8 @@ struct WorldRay {
   Eigen::Vector3d direction{0, 0, 1};  // unit
 };
 
-// The rows take a difference of directions to its whitened components along and across the epipolar
-// line.
+// Maps a difference of directions to its whitened components along (row 0) and across (row 1) the
+// epipolar line.
 using Whitening = Eigen::Matrix<double, 2, 3>;
 
 inline Whitening whitening_of(const WorldRay& a, const WorldRay& b, const InverseDepths& depth,
@@ -57,7 +58,7 @@ inline Whitening whitening_of(const WorldRay& a, const WorldRay& b, const Invers
   const Eigen::Vector3d baseline = a.origin_m - b.origin_m;
   const Eigen::Vector3d along = baseline - b.direction * b.direction.dot(baseline);
   const double length = along.norm();
-  // Any direction will do where there is no baseline: both components then have the same weight.
+  // Without a baseline any direction is valid: both components then have the same weight.
   const Eigen::Vector3d first =
       length > 0.0 ? Eigen::Vector3d(along / length) : b.direction.unitOrthogonal();
   const double noise2 = 2.0 * noise_rad * noise_rad;
@@ -67,7 +68,7 @@ inline Whitening whitening_of(const WorldRay& a, const WorldRay& b, const Invers
   return whitening;
 }
 
-// q(m) - d_b, for numbers or for automatic derivatives.
+// q(m) - d_b, for double or for ceres::Jet.
 template <typename T>
 Eigen::Matrix<T, 3, 1> direction_difference(const Eigen::Matrix<T, 3, 1>& a_origin,
                                             const Eigen::Matrix<T, 3, 1>& a_direction,

@@ -4,7 +4,7 @@
 
 namespace raywalk::calibrate {
 
-// Unknowns of metres and radians, of rails and of stations, are brought to one scale first.
+// Unknowns in metres and radians are scaled to unit diagonal first.
 NormalInverse::NormalInverse(const Eigen::SparseMatrix<double>& jacobian)
     : scale_(Eigen::VectorXd::Ones(jacobian.cols())) {
   for (int column = 0; column < jacobian.outerSize(); ++column) {

@@ -8,11 +8,11 @@
 
 namespace raywalk::calibrate {
 
-// The inverse of the normal equations, as far as it is asked for.
+// Solves with the normal equations to get the covariance of selected combinations of unknowns.
 class NormalInverse {
  public:
-  // Rows are residuals in units of their standard deviations; an unknown whose column is empty is
-  // held and varies with nothing. Throws Error where the unknowns are not determined.
+  // Rows are residuals divided by their standard deviations. An unknown whose column is empty is
+  // constant and has zero variance. Throws Error where the unknowns are not determined.
   explicit NormalInverse(const Eigen::SparseMatrix<double>& jacobian);
 
   // The covariance of linear combinations of the unknowns, the columns of `combinations`.

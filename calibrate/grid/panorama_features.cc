@@ -11,52 +11,53 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Views of 100 degrees: 90 would tile the sphere, the rest gives features at the edges the
-// surroundings that their descriptors are made of.
+// Views of 100 degrees: 90 would tile the sphere, the overlap covers the neighbourhoods that
+// descriptors of features at the edges need.
 constexpr double kHalfView_rad = radians_from_degrees(50.0);
 constexpr int kLargestView_px = 768;
 constexpr int kFeaturesPerView = 350;
 
-// What the likeness of the features in `b` to one of `a` is at best, and at second best elsewhere.
-struct Likeness {
+// The best similarity of the features in `b` to one of `a`, and the second best at another place.
+struct Similarity {
   int best = -1;
   float first = -1.0F;
   float second = -1.0F;
 };
 
-// Descriptors are compared by the roots of their entries (Hellinger
-// kernel; Arandjelovic and Zisserman 2012), and a nearest neighbour that is clearly nearer than the
-// next (Lowe 2004).
-Likeness likest(const PanoramaFeatures& from, const std::vector<Eigen::Vector3d>& from_common,
-                int index, const PanoramaFeatures& to,
-                const std::vector<Eigen::Vector3d>& to_common, double gate_cos) {
-  Likeness found;
+// RootSIFT descriptors (Hellinger kernel; Arandjelovic and Zisserman 2012) with Lowe's ratio test
+// (Lowe 2004).
+Similarity best_similarity(const PanoramaFeatures& from,
+                           const std::vector<Eigen::Vector3d>& from_common, int index,
+                           const PanoramaFeatures& to,
+                           const std::vector<Eigen::Vector3d>& to_common, double gate_cos) {
+  Similarity found;
   const Eigen::Vector3d& direction = from_common[static_cast<size_t>(index)];
   const auto descriptor = from.descriptors.row(index);
-  // SIFT may find one place several times, with other orientations or sizes.
+  // SIFT may find one place several times, with different orientations or sizes.
   constexpr double kSamePlace_rad = radians_from_degrees(0.3);
   const double same_cos = std::cos(kSamePlace_rad);
   for (int i = 0; i < static_cast<int>(to_common.size()); ++i) {
     const Eigen::Vector3d& other = to_common[static_cast<size_t>(i)];
     if (direction.dot(other) < gate_cos) continue;
-    const float likeness = descriptor.dot(to.descriptors.row(i));
+    const float similarity = descriptor.dot(to.descriptors.row(i));
     const bool same_place =
         found.best >= 0 && other.dot(to_common[static_cast<size_t>(found.best)]) > same_cos;
-    if (likeness > found.first) {
+    if (similarity > found.first) {
       if (!same_place) found.second = found.first;
-      found.first = likeness;
+      found.first = similarity;
       found.best = i;
-    } else if (!same_place && likeness > found.second) {
-      found.second = likeness;
+    } else if (!same_place && similarity > found.second) {
+      found.second = similarity;
     }
   }
   return found;
 }
 
 // |x - y|^2 = 2 - 2 x.y for unit vectors.
-bool clear_winner(const Likeness& likeness) {
+bool passes_ratio_test(const Similarity& similarity) {
   constexpr float kRatio = 0.8F;
-  return likeness.best >= 0 && 1.0F - likeness.first < kRatio * kRatio * (1.0F - likeness.second);
+  return similarity.best >= 0 &&
+         1.0F - similarity.first < kRatio * kRatio * (1.0F - similarity.second);
 }
 
 std::vector<Eigen::Vector3d> turned(const std::vector<Eigen::Vector3d>& bearings,
@@ -78,8 +79,8 @@ FeatureFinder::FeatureFinder(PanoramaSize size, cv::Mat mask) : mask_(std::move(
 }
 
 FeatureFinder::View FeatureFinder::make_view(const Attitude& axis, PanoramaSize size) {
-  // A panorama's resolution, pixels per radian, all over the view: a perspective picture has its
-  // least in the middle, where it is the focal length.
+  // At least the panorama's resolution (pixels per radian) everywhere: that of a perspective view
+  // is lowest in the middle, where it equals the focal length.
   const double native_px = size.width / kTwoPi;
   View view{.camera_from_view = world_from_camera(axis)};
   view.size_px = std::min(kLargestView_px,
@@ -111,15 +112,11 @@ cv::Mat FeatureFinder::picture_of(const View& view, const PanoramaSampler& panor
 }
 
 bool FeatureFinder::allowed(const Eigen::Vector3d& direction) const {
-  const PixelPosition at =
-      pixel_from_angles(angles_from_direction(direction), {mask_.cols, mask_.rows});
-  const cv::Point pixel = wrapped_pixel(static_cast<int>(std::lround(at.u)),
-                                        static_cast<int>(std::lround(at.v)), mask_.size());
-  return mask_.at<uchar>(pixel) != 0;
+  return mask_.at<uchar>(nearest_pixel(direction, mask_.size())) != 0;
 }
 
-// Whether all that the feature was described by may be looked at: its middle and a ring of the
-// radius of its surroundings (SIFT describes three times the size of a feature to each side).
+// Whether the mask allows the feature's whole neighbourhood: its middle and a ring at the radius of
+// its descriptor (three times the size of the feature in SIFT).
 bool FeatureFinder::allowed(const View& view, const cv::KeyPoint& point) const {
   if (mask_.empty()) return true;
   if (!allowed(view.direction(point.pt.x, point.pt.y))) return false;
@@ -175,10 +172,10 @@ std::vector<FeaturePair> match_features(const PanoramaFeatures& a,
   const double gate_cos = std::cos(gate_rad);
   std::vector<FeaturePair> pairs;
   for (int i = 0; i < static_cast<int>(a_common.size()); ++i) {
-    const Likeness there = likest(a, a_common, i, b, b_common, gate_cos);
-    if (!clear_winner(there)) continue;
-    const Likeness back = likest(b, b_common, there.best, a, a_common, gate_cos);
-    if (back.best == i && clear_winner(back)) pairs.push_back({i, there.best});
+    const Similarity there = best_similarity(a, a_common, i, b, b_common, gate_cos);
+    if (!passes_ratio_test(there)) continue;
+    const Similarity back = best_similarity(b, b_common, there.best, a, a_common, gate_cos);
+    if (back.best == i && passes_ratio_test(back)) pairs.push_back({i, there.best});
   }
   return pairs;
 }

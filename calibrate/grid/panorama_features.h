@@ -1,5 +1,5 @@
-// Features of a panorama, as directions: SIFT on perspective views to all sides, so that neither
-// the poles nor the seam stretch or cut what is described.
+// Features of a panorama, as directions: SIFT (Lowe 2004) on perspective views in all directions,
+// which avoids the distortion at the poles and the cut at the seam.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,21 +13,21 @@ namespace raywalk::calibrate {
 
 struct PanoramaFeatures {
   std::vector<Eigen::Vector3d> bearings{};  // unit, in the camera's frame
-  // One row of unit length per feature; the dot product of two is their likeness.
+  // One row of unit length per feature; the similarity of two is their dot product.
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors{};
 };
 
 // Finds features in panoramas of one size. Safe to use from several threads at once.
 class FeatureFinder {
  public:
-  // `mask`, CV_8UC1 of the panoramas' size or empty, is 0 where no feature may look.
+  // `mask`, CV_8UC1 of the panoramas' size or empty, is 0 where features are discarded.
   FeatureFinder(PanoramaSize size, cv::Mat mask);
 
   // `panorama` is CV_8UC3 of the size.
   PanoramaFeatures find(const cv::Mat& panorama) const;
 
  private:
-  // A perspective view and where its pixels are in a panorama.
+  // A perspective view and the positions of its pixels in a panorama.
   struct View {
     Eigen::Matrix3d camera_from_view = Eigen::Matrix3d::Identity();
     double focal_px = 1.0;
@@ -47,8 +47,8 @@ class FeatureFinder {
   cv::Mat mask_;
 };
 
-// Which features of two panoramas show the same: likest each other in both directions, clearly
-// liker than any other place, and seen at most `gate_rad` apart once turned into a common frame.
+// Matches of two panoramas: mutual nearest neighbours by descriptor that pass the ratio test and
+// whose bearings are at most `gate_rad` apart in the common frame.
 struct FeaturePair {
   int a = 0;
   int b = 0;

@@ -11,11 +11,11 @@ namespace {
 
 using P = RailParameter;
 
-// A line's own scatter is known from so many samples on.
+// Number of samples from which a line's own scatter is used.
 constexpr size_t kSamplesForJitter = 8;
 
-// Scatter is never nothing: the unknowns of a station would not be tied to numbers of this size.
-RailJitter floored(const RailJitter& jitter, const GridScale& scale) {
+// Lower bounds of the scatter: smaller ones make the problem ill-conditioned.
+RailJitter with_lower_bounds(const RailJitter& jitter, const GridScale& scale) {
   constexpr double kLeastRotation_rad = 1e-5;
   const double least_m = 1e-4 * scale.spacing_m;
   return {std::max(jitter.along_m, least_m), std::max(jitter.across_m, least_m),
@@ -29,7 +29,7 @@ void set_sigmas(const GridScale& scale, FramePose* pose) {
   }
 }
 
-// Medians over all solved poses, to tell a poorly supported one by.
+// Medians over all solved poses, to find poorly supported ones.
 struct Support {
   double observations = 0.0;
   double residual_px = 0.0;
@@ -70,7 +70,7 @@ std::vector<RailSample> samples_of(const CaptureSet& set, const CaptureLine& lin
   return samples;
 }
 
-// Of the lines that tell their own, component by component.
+// Median of the lines that measure their own scatter, component by component.
 RailJitter pooled_jitter(const PreparedRails& prepared, const GridScale& scale) {
   std::vector<double> along, across, rotation;
   for (size_t line = 0; line < prepared.fits.size(); ++line) {
@@ -137,7 +137,8 @@ PreparedRails prepare_rails(const CaptureSet& set, const FramePoses& solved,
   const RailJitter pooled = pooled_jitter(prepared, scale);
   for (size_t line = 0; line < lines; ++line) {
     const bool own = prepared.samples[line].size() >= kSamplesForJitter;
-    prepared.rails[line].jitter = floored(own ? prepared.fits[line]->jitter : pooled, scale);
+    prepared.rails[line].jitter =
+        with_lower_bounds(own ? prepared.fits[line]->jitter : pooled, scale);
   }
   return prepared;
 }

@@ -11,8 +11,8 @@ namespace {
 
 using P = RailParameter;
 
-// Compares nested models (the first so many columns of `basis`) on the samples that count. `unit`
-// converts residuals for the report. Returns the index of the model kept.
+// Compares nested models (leading columns of `basis`) by the Bayesian information criterion. `unit`
+// converts residuals for the report. Returns the index of the selected model.
 int choose_model(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data,
                  std::span<const Eigen::Index> columns, std::span<const char* const> names,
                  double least, double unit, std::vector<RailModelScore>* scores) {
@@ -21,7 +21,7 @@ int choose_model(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data,
   int best = 0;
   for (size_t model = 0; model < columns.size(); ++model) {
     const Eigen::Index count = columns[model];
-    // A model needs samples to spare, or it fits their noise.
+    // With too few samples a model fits their noise.
     if (model > 0 && data.rows() < 2 * count + 2) break;
     const Eigen::MatrixXd part = basis.leftCols(count);
     const Eigen::MatrixXd residuals = data - part * least_squares(part, data);
@@ -33,7 +33,7 @@ int choose_model(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data,
     scores->push_back({.name = names[model],
                        .parameters = static_cast<int>(parameters),
                        .residual = unit * std::sqrt(square),
-                       .left_out = unit * std::sqrt(left_out_square(part, data)),
+                       .left_out = unit * std::sqrt(cross_validation_mse(part, data)),
                        .bic = bic});
     if (bic < (*scores)[static_cast<size_t>(best)].bic) best = static_cast<int>(model);
   }
@@ -54,15 +54,15 @@ Eigen::MatrixXd legendre_basis(const RailFrame& frame, std::span<const RailSampl
   return basis;
 }
 
-// The largest polynomial that so few samples bear, at most `most` functions.
+// The number of basis functions that the samples support, at most `most`.
 Eigen::Index functions_for(size_t samples, Eigen::Index most) {
   const auto count = static_cast<Eigen::Index>(samples);
   if (count < 3) return 1;
   return std::min(most, std::max<Eigen::Index>(2, (count - 2) / 2));
 }
 
-// Samples relative to a straight rail with the given parameters, in the rail's axes: along, across,
-// up.
+// Deviations of the samples from a straight rail with the given parameters, in the rail's axes:
+// along, across, up.
 Eigen::MatrixXd in_rail_axes(const RailFrame& frame, const RailParameters& straight,
                              std::span<const RailSample> samples) {
   const RailAxes<double> axes = rail_axes(frame.axis, straight[P::kHeading], straight[P::kTilt]);
@@ -82,8 +82,8 @@ RailParameters straight_part(const RailParameters& parameters) {
   return straight;
 }
 
-// Adds what a fit in the rail's axes found to the rail. Slopes turn it: the next round starts from
-// the turned rail, whose own length along the axis is right.
+// Adds a fit in the rail's axes to the parameters. Slopes become rotations of the rail, and the
+// next round starts from the rotated rail, as its length along the axis is then exact.
 void move_rail(const RailFrame& frame, const Eigen::MatrixXd& fit, RailParameters* parameters) {
   RailParameters& p = *parameters;
   const RailAxes<double> axes = rail_axes(frame.axis, p[P::kHeading], p[P::kTilt]);
@@ -91,7 +91,7 @@ void move_rail(const RailFrame& frame, const Eigen::MatrixXd& fit, RailParameter
       axes.direction * fit(0, 0) + axes.across * fit(0, 1) + axes.up * fit(0, 2);
   for (int i = 0; i < 3; ++i) p[size_t{P::kOffset} + static_cast<size_t>(i)] += offset[i];
   if (fit.rows() > 1) {
-    // Heading turns +z towards +x: a line along x turns away from its across, +z.
+    // Heading rotates +z towards +x: a line along x is rotated away from its across axis, +z.
     const double sign = frame.axis == LineAxis::kX ? -1.0 : 1.0;
     p[P::kHeading] += sign * std::atan(fit(1, 1) / frame.half_length_m);
     p[P::kTilt] += std::atan(fit(1, 2) / frame.half_length_m);
@@ -103,7 +103,7 @@ void move_rail(const RailFrame& frame, const Eigen::MatrixXd& fit, RailParameter
   }
 }
 
-// What a weighted fit is made with, the same way for robust and for plain least squares.
+// Fits the positions with `solve`, which is robust or plain least squares.
 template <typename Solve>
 void fit_positions(const RailFrame& frame, std::span<const RailSample> samples,
                    Eigen::Index functions, const Solve& solve, RailParameters* parameters) {
@@ -113,14 +113,14 @@ void fit_positions(const RailFrame& frame, std::span<const RailSample> samples,
     const RailParameters straight = straight_part(*parameters);
     const Eigen::MatrixXd data = in_rail_axes(frame, straight, samples);
     Eigen::MatrixXd fit = solve(basis, data);
-    // Along the rail only the offset is free: the slider's feedback is the measure there.
+    // Along the rail only the offset is free: the slider's feedback defines lengths there.
     fit.col(0).setZero();
     fit(0, 0) = solve(basis.leftCols(1), data.leftCols(1))(0, 0);
     move_rail(frame, fit, parameters);
   }
 }
 
-// The rotation most samples have, to which the others are small: the medoid.
+// The medoid of the samples' rotations, relative to which the others are small.
 Eigen::Matrix3d middle_rotation(std::span<const RailSample> samples) {
   size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -170,17 +170,17 @@ Residuals residuals_of(const RailFrame& frame, const RailParameters& parameters,
   return residuals;
 }
 
-// The variance that the solved poses' own errors do not explain, as a standard deviation.
+// The scatter in excess of the solved poses' own errors, as a standard deviation.
 double jitter_of(const Eigen::MatrixXd& residuals, double sigma, Eigen::Index parameters) {
   if (residuals.rows() <= parameters) return 0.0;
   const Eigen::MatrixXd column = residuals.reshaped(residuals.size(), 1);
   const double freedom =
       static_cast<double>(residuals.rows()) / static_cast<double>(residuals.rows() - parameters);
-  const double square = std::pow(robust_sigma(column, 0.0), 2) * freedom - sigma * sigma;
+  const double square = std::pow(residual_sigma(column, 0.0), 2) * freedom - sigma * sigma;
   return std::sqrt(std::max(0.0, square));
 }
 
-// Numbers below which a scatter is none, for divisions.
+// Lower bounds of the scatter, to avoid division by zero.
 struct LeastScatter {
   double position_m = 0.0;
   double rotation_rad = 1e-7;
@@ -192,8 +192,8 @@ struct Scatter {
   double rotation_rad = 0.0;
 };
 
-// At the least the solved poses' own errors: a line that happens to fit better does not
-// make its worst station wrong.
+// Robust scatter, at least the solved poses' own errors: a line that happens to fit better must not
+// make its worst station an outlier.
 Scatter scatter_of(const Residuals& residuals, std::span<const RailSample> samples,
                    const LeastScatter& least) {
   std::vector<double> position, rotation;
@@ -205,15 +205,15 @@ Scatter scatter_of(const Residuals& residuals, std::span<const RailSample> sampl
   const double rotation_rad = std::max(least.rotation_rad, median(std::move(rotation)));
   const Eigen::MatrixXd across = residuals.position_m.rightCols(2).reshaped();
   const Eigen::MatrixXd turned = residuals.rotation_rad.reshaped();
-  return {robust_sigma(residuals.position_m.col(0), position_m), robust_sigma(across, position_m),
-          robust_sigma(turned, rotation_rad)};
+  return {residual_sigma(residuals.position_m.col(0), position_m),
+          residual_sigma(across, position_m), residual_sigma(turned, rotation_rad)};
 }
 
 std::vector<bool> rejected_samples(const Residuals& residuals, std::span<const RailSample> samples,
                                    const Scatter& scatter, double spacing_m) {
   constexpr double kSigmas = 6.0;
   std::vector<bool> rejected(samples.size(), false);
-  // Nobody can tell the wrong one of two or three.
+  // With so few samples an outlier cannot be identified.
   if (samples.size() < 5) return rejected;
   for (size_t i = 0; i < samples.size(); ++i) {
     const Eigen::Vector3d off = residuals.position_m.row(static_cast<Eigen::Index>(i));
@@ -228,13 +228,13 @@ std::vector<bool> rejected_samples(const Residuals& residuals, std::span<const R
 constexpr std::array kPositionNames{"straight", "bow", "S-bow"};
 constexpr std::array kRotationNames{"rigid", "twist", "curved twist"};
 
-// How many functions of the rail position the models have.
+// Number of basis functions of the rail position in each model.
 struct Functions {
   Eigen::Index position = 1;
   Eigen::Index rotation = 1;
 };
 
-// Rotation vectors about a middle attitude, composed to those that turn the plan.
+// Converts rotation vectors relative to a middle attitude to parameters relative to the plan.
 void store_rotation(const Eigen::MatrixXd& vectors, const Eigen::Matrix3d& middle,
                     RailParameters* parameters) {
   const Eigen::Vector3d base = vector_of(matrix_of(vectors.row(0).transpose()) * middle);
@@ -258,7 +258,7 @@ RailParameters fit_with(const RailFrame& frame, std::span<const RailSample> samp
   return start;
 }
 
-// Chooses among the models that `most` allows; `straight` is near the rail.
+// Selects among the models that `most` allows; `straight` is an initial straight rail.
 Functions choose_models(const RailFrame& frame, std::span<const RailSample> samples,
                         const Functions& most, const Eigen::Matrix3d& middle,
                         const RailParameters& straight, const LeastScatter& least, RailFit* fit) {

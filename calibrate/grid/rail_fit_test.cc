@@ -48,7 +48,7 @@ std::string kept_name(const std::vector<RailModelScore>& models) {
   return "none";
 }
 
-TEST(RailFitTest, AStraightRailIsFoundAsMade) {
+TEST(RailFitTest, AStraightRailIsRecovered) {
   Rail rail;
   rail.parameters = {0.012, -0.02, 0.006, 0.03, -0.02, 0.01, 0.14, -0.02};
   const std::vector<RailSample> samples = samples_of(rail, 61, 1);
@@ -65,7 +65,7 @@ TEST(RailFitTest, AStraightRailIsFoundAsMade) {
 }
 
 // Far from the plan, where cosines are far from 1 and rotations do not commute.
-TEST(RailFitTest, AFarTurnedRailIsFoundExactly) {
+TEST(RailFitTest, AFarRotatedRailIsRecoveredExactly) {
   for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
     Rail rail;
     rail.frame.axis = axis;
@@ -78,7 +78,7 @@ TEST(RailFitTest, AFarTurnedRailIsFoundExactly) {
   }
 }
 
-TEST(RailFitTest, KeepsTheModelThatMadeTheData) {
+TEST(RailFitTest, SelectsTheTrueModel) {
   struct Case {
     size_t parameter;
     double value;
@@ -99,8 +99,8 @@ TEST(RailFitTest, KeepsTheModelThatMadeTheData) {
   }
 }
 
-// What is left out of a fit is predicted worse than what is in it, and by the truth's model best.
-TEST(RailFitTest, LeftOutErrorsTellOverfitting) {
+// Samples left out of a fit have larger residuals than those in it.
+TEST(RailFitTest, CrossValidationShowsOverfitting) {
   Rail rail;
   const RailFit fit = fit_rail(rail.frame, samples_of(rail, 14, 4), kSpacing_m);
   ASSERT_EQ(fit.position_models.size(), 3U);
@@ -129,7 +129,7 @@ TEST(RailFitTest, AWellSupportedBumpIsKept) {
   EXPECT_TRUE(fit_rail(rail.frame, samples, kSpacing_m).rejected[20]);
 }
 
-TEST(RailFitTest, FewSamplesMoveThePlannedLine) {
+TEST(RailFitTest, FewSamplesGiveTheRigidModel) {
   Rail rail;
   rail.jitter_m = rail.jitter_rad = 0.0;
   rail.parameters = {0.01, 0.02, 0.03, 0.01, 0.0, 0.1, 0.0, 0.0};

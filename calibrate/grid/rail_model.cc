@@ -10,7 +10,7 @@ RailFrame rail_frame(const CaptureSet& set, int line) {
   const double first_m = set.rail_m(rail.frames.front());
   const double last_m = set.rail_m(rail.frames.back());
   frame.rail_middle_m = 0.5 * (first_m + last_m);
-  // A line of one station has no length; any will do.
+  // A line of one station has no length; any value is valid.
   if (last_m > first_m) frame.half_length_m = 0.5 * (last_m - first_m);
   const Eigen::Vector3d axis =
       rail.axis == LineAxis::kX ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();

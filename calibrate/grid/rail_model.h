@@ -1,4 +1,4 @@
-// What a rail can do: where its stations are and how they are turned, as functions of the slider's
+// The model of a rail: positions and attitudes of its stations as functions of the slider's
 // position.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace raywalk::calibrate {
 
-// Where a line was planned, and the scale of its parameters.
+// The planned position of a line, and the scale of its parameters.
 struct RailFrame {
   LineAxis axis = LineAxis::kX;
   Eigen::Vector3d middle_m{0, 0, 0};  // world, planned, at the rail position rail_middle_m
@@ -20,16 +20,16 @@ struct RailFrame {
   double u_of(double rail_m) const { return (rail_m - rail_middle_m) / half_length_m; }
 };
 
-// The Legendre polynomials are orthogonal over the line: bow and twist do not change what offset,
-// direction and rotation mean.
+// The Legendre polynomials are orthogonal over the line, so bow and twist are independent of
+// offset, direction and rotation.
 inline double legendre2(double u) { return 0.5 * (3.0 * u * u - 1.0); }
 inline double legendre3(double u) { return 0.5 * u * (5.0 * u * u - 3.0); }
 
-// Indices of a rail's parameters; metres and radians. Rotation vectors are in world axes and turn
-// the planned attitudes.
+// Indices of a rail's parameters; metres and radians. Rotation vectors are in world axes and apply
+// to the planned attitudes.
 struct RailParameter {
   enum : int {
-    kOffset = 0,        // x, y, z of the middle against the plan
+    kOffset = 0,        // x, y, z of the middle relative to the plan
     kHeading = 3,       // turns +z towards +x
     kTilt = 4,          // raises the end of larger rail positions
     kRotation = 5,      // 3
@@ -40,7 +40,7 @@ struct RailParameter {
     kCount = 18
   };
 };
-// The first so many are of every line.
+// Every line has the parameters before kBow.
 inline constexpr int kRigidParameters = RailParameter::kBow;
 
 using RailParameters = std::array<double, RailParameter::kCount>;
@@ -79,7 +79,7 @@ Eigen::Matrix<T, 3, 1> rail_position(const RailFrame& frame, const T* parameters
          axes.across * across + axes.up * up;
 }
 
-// The rotation vector that turns a station's planned attitude into the one expected.
+// The rotation vector from a station's planned attitude to the predicted one.
 template <typename T>
 Eigen::Matrix<T, 3, 1> rail_rotation(const RailFrame& frame, const T* parameters, double rail_m) {
   using P = RailParameter;

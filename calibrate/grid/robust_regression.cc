@@ -5,12 +5,12 @@
 #include <cmath>
 #include <vector>
 
-#include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-// Rows of a matrix that count.
+// The rows of a matrix to keep.
 Eigen::MatrixXd rows_of(const Eigen::MatrixXd& matrix, const std::vector<bool>& use) {
   Eigen::MatrixXd result(std::count(use.begin(), use.end(), true), matrix.cols());
   Eigen::Index to = 0;
@@ -20,8 +20,8 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& matrix, const std::vector<bool>& 
   return result;
 }
 
-// Tukey's biweight: what is beyond 4.685 standard deviations does not count (95 % efficiency under
-// normal errors).
+// Tukey's biweight: zero weight beyond 4.685 standard deviations (95 % efficiency under normal
+// errors).
 double biweight(double sigmas) {
   constexpr double kEnd = 4.685;
   if (sigmas >= kEnd) return 0.0;
@@ -29,8 +29,8 @@ double biweight(double sigmas) {
   return rest * rest;
 }
 
-// Reweighted least squares: `weight` gives a residual's weight from its size in robust standard
-// deviations. Residuals that start with a weight of 0 take no part unless `weight` lets them in.
+// Iteratively reweighted least squares: `weight` maps a sample's previous weight and its residual
+// in robust standard deviations to its new weight.
 template <typename Weight>
 Eigen::VectorXd reweighted(const Eigen::MatrixXd& basis, const Eigen::VectorXd& data, double least,
                            Eigen::VectorXd weights, const Weight& weight) {
@@ -40,7 +40,7 @@ Eigen::VectorXd reweighted(const Eigen::MatrixXd& basis, const Eigen::VectorXd& 
     const Eigen::VectorXd roots = weights.cwiseSqrt();
     solution = least_squares(roots.asDiagonal() * basis, roots.cwiseProduct(data));
     const Eigen::VectorXd residuals = data - basis * solution;
-    const double sigma = robust_sigma(residuals, least);
+    const double sigma = residual_sigma(residuals, least);
     for (Eigen::Index i = 0; i < weights.size(); ++i) {
       weights[i] = weight(weights[i], std::fabs(residuals[i]) / sigma);
     }
@@ -54,17 +54,15 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& basis, const Eigen::MatrixX
   return basis.colPivHouseholderQr().solve(data);
 }
 
-double robust_sigma(const Eigen::VectorXd& residuals, double least) {
-  // The median of the sizes of normal errors is 0.6745 standard deviations.
-  constexpr double kSigmaPerMad = 1.4826;
+double residual_sigma(const Eigen::VectorXd& residuals, double least) {
   std::vector<double> sizes(static_cast<size_t>(residuals.size()));
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
     sizes[static_cast<size_t>(i)] = std::fabs(residuals[i]);
   }
-  return std::max(least, kSigmaPerMad * median(std::move(sizes)));
+  return std::max(least, robust_sigma(std::move(sizes)));
 }
 
-// A start by least squares, or by a curve, would follow a few wrong samples at an end.
+// A start by least squares, or with a curve, would follow a few outliers at an end.
 Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data,
                            double least) {
   constexpr double kSurelyWrong = 6.0;
@@ -78,14 +76,14 @@ Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& 
     const Eigen::VectorXd off =
         values -
         line * reweighted(line, values, least, Eigen::VectorXd::Ones(values.size()), absolute);
-    const double wrong = kSurelyWrong * robust_sigma(off, least);
+    const double wrong = kSurelyWrong * residual_sigma(off, least);
     const auto weights_by = [](const Eigen::VectorXd& residuals, const auto& weight) {
       return Eigen::VectorXd(residuals.unaryExpr(weight));
     };
     const Eigen::VectorXd right =
         weights_by(off, [&](double r) { return std::fabs(r) < wrong ? 1.0 : 0.0; });
     const Eigen::VectorXd rest = values - basis * reweighted(basis, values, least, right, absolute);
-    const double sigma = robust_sigma(rest, least);
+    const double sigma = residual_sigma(rest, least);
     result.col(column) =
         reweighted(basis, values, least,
                    weights_by(rest, [&](double r) { return biweight(std::fabs(r) / sigma); }),
@@ -94,7 +92,7 @@ Eigen::MatrixXd robust_fit(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& 
   return result;
 }
 
-double left_out_square(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data) {
+double cross_validation_mse(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& data) {
   constexpr int kFolds = 5;
   double sum = 0.0;
   for (int fold = 0; fold < kFolds; ++fold) {

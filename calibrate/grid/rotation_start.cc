@@ -21,23 +21,23 @@ std::vector<LineMotion> motions_of_start(const CaptureSet& set, const FramePoses
   return motions;
 }
 
-void agree_at_crossings(std::span<const FittedCrossing> crossings,
+void align_at_crossings(std::span<const FittedCrossing> crossings,
                         const std::vector<bool>& may_move, std::vector<LineMotion>* lines) {
   const auto count = static_cast<Eigen::Index>(crossings.size());
   if (count == 0) return;
   Eigen::MatrixXd differences =
       Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(lines->size()));
-  Eigen::MatrixXd asked(count, 6);
+  Eigen::MatrixXd offsets(count, 6);
   for (Eigen::Index i = 0; i < count; ++i) {
     const FittedCrossing& crossing = crossings[static_cast<size_t>(i)];
     const int x = crossing.crossing.along_x;
     const int z = crossing.crossing.along_z;
-    // The column of a line that stays is zero, and so is its least motion.
+    // A fixed line has a zero column, so its minimum-norm motion is zero.
     differences(i, x) = may_move[static_cast<size_t>(x)] ? 1.0 : 0.0;
     differences(i, z) = may_move[static_cast<size_t>(z)] ? -1.0 : 0.0;
-    asked.row(i) << crossing.fit.rotation_rad.transpose(), crossing.fit.motion_m.transpose();
+    offsets.row(i) << crossing.fit.rotation_rad.transpose(), crossing.fit.motion_m.transpose();
   }
-  const Eigen::MatrixXd motions = differences.completeOrthogonalDecomposition().solve(asked);
+  const Eigen::MatrixXd motions = differences.completeOrthogonalDecomposition().solve(offsets);
   for (size_t line = 0; line < lines->size(); ++line) {
     const Eigen::RowVectorXd motion = motions.row(static_cast<Eigen::Index>(line));
     (*lines)[line].rotation_rad =

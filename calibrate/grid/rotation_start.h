@@ -1,5 +1,5 @@
-// Where lines start from when no poses were solved: moved and turned so that they agree, as nearly
-// as they can, at all crossings.
+// Initial poses of the lines when none were solved: moved and rotated to agree best at all
+// crossings.
 #pragma once
 
 #include <span>
@@ -15,17 +15,17 @@ struct FittedCrossing {
   CrossingFit fit{};
 };
 
-// By line: how the start has it, averaged over its stations, against the plan.
+// The rigid motion of a line from the plan to the start, averaged over its stations; by line.
 struct LineMotion {
   Eigen::Vector3d rotation_rad{0, 0, 0};
   Eigen::Vector3d offset_m{0, 0, 0};
 };
 std::vector<LineMotion> motions_of_start(const CaptureSet& set, const FramePoses& start);
 
-// Adds to each line that may move what the crossings ask for: least squares over the crossings'
-// differences, of all solutions the smallest. So the mean over lines that are connected stays as it
-// is, and a line that nothing connects stays where it is.
-void agree_at_crossings(std::span<const FittedCrossing> crossings,
+// Adds to each line of `may_move` the motion that reduces the crossings' differences: the
+// minimum-norm least-squares solution. So the mean motion of connected lines stays the same, and an
+// unconnected line does not move.
+void align_at_crossings(std::span<const FittedCrossing> crossings,
                         const std::vector<bool>& may_move, std::vector<LineMotion>* lines);
 
 }  // namespace raywalk::calibrate

@@ -9,7 +9,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// One kind of difference, of positions or of rotations, over all crossings.
+// Collects differences over all crossings, of positions or of rotations.
 class ExcessVariance {
  public:
   void add(const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
@@ -19,8 +19,8 @@ class ExcessVariance {
     components_ += 3.0;
   }
 
-  // Of one line, where differences are those of two: the sum of squares expected is the number of
-  // components and twice the excess times the information.
+  // Excess sigma of one line. A difference has the excess of two lines, so the expected sum of
+  // squares is the number of components plus twice the excess variance times the information.
   double sigma() const {
     if (!(information_ > 0.0)) return 0.0;
     return std::sqrt(std::max(0.0, (square_ - components_) / (2.0 * information_)));
@@ -32,7 +32,7 @@ class ExcessVariance {
   double components_ = 0.0;
 };
 
-// Variances that both lines' own errors add to each component of a difference.
+// Variances of each component of a difference from both lines' own errors.
 struct OwnVariance {
   double position = 0.0;
   double rotation = 0.0;

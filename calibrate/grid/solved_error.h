@@ -1,4 +1,4 @@
-// How wrong the solved poses of a line are in common.
+// The error that is common to the solved poses of a line.
 #pragma once
 
 #include <span>
@@ -10,12 +10,12 @@
 
 namespace raywalk::calibrate {
 
-// Bundle adjustment tells a station's error against its neighbours, but errors of the lens, of the
-// stitching and of long chains of features move a line as a whole, and its sigmas do not know of
-// it. Where matches at the crossings disagree with the solved poses by more than they scatter, the
-// excess is put down to such motions, alike for all lines (the moment estimate of a variance
-// between groups; DerSimonian and Laird 1986). `fitted` at the solved poses; zeros without
-// crossings of solved lines.
+// Sigmas of bundle adjustment describe a station's error relative to its neighbours. Errors of the
+// lens, of the stitching and of long chains of features move a line as a whole and are not in them.
+// Where matches at the crossings disagree with the solved poses by more than their scatter, the
+// excess is attributed to such motions, with one variance for all lines (the moment estimate of a
+// between-group variance; DerSimonian and Laird 1986). `fitted` is at the solved poses. Zeros
+// without crossings of solved lines.
 SolvedLineError common_error(std::span<const FittedCrossing> fitted, const PreparedRails& prepared);
 
 }  // namespace raywalk::calibrate

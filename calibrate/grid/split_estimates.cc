@@ -8,12 +8,12 @@ namespace {
 
 using P = RailParameter;
 
-// With fewer each half is about as good as nothing.
+// With fewer samples a half has too large an uncertainty.
 constexpr size_t kFewestSamplesPerHalf = 4;
 
-// The variance of a fit's prediction at u, as a multiple of one sample's: with functions that are
-// orthogonal over the line, their squares over their norms, 1 / (2 k + 1), and the samples. `plain`
-// is the number of functions.
+// The variance of a fit's prediction at u, as a multiple of one sample's variance. The `functions`
+// Legendre polynomials are orthogonal, so it is the sum of their squares divided by their norms,
+// 1 / (2 k + 1), and by the number of samples.
 double prediction_variance(int functions, double u, size_t samples) {
   const std::array<double, 4> values{1.0, u, legendre2(u), legendre3(u)};
   double sum = 0.0;
@@ -43,7 +43,7 @@ RailPose pose_at(const RailFrame& frame, const RailFit& fit, double rail_m) {
           rail_rotation(frame, fit.parameters.data(), rail_m)};
 }
 
-// Both halves of one line: their difference, and the variances per component to be expected of it.
+// The difference of the two halves of a line, and its expected variances per component.
 struct LineDifference {
   Eigen::Vector3d position_m{0, 0, 0};
   Eigen::Vector3d rotation_rad{0, 0, 0};

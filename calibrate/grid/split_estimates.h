@@ -1,4 +1,4 @@
-// How far two estimates from half of the data each differ at a crossing.
+// The difference of two estimates at a crossing, each from half of the data.
 #pragma once
 
 #include <span>
@@ -9,10 +9,10 @@
 
 namespace raywalk::calibrate {
 
-// A line's two fits, from every other sample each.
+// A line's two fits, each from every other sample.
 struct HalfFits {
   RailFrame frame{};
-  bool enough = false;  // samples for two
+  bool enough = false;  // there are enough samples for two fits
   std::array<RailFit, 2> fits{};
   std::array<std::vector<double>, 2> samples_u{};
   double position_scatter_m = 0.0;  // of one sample, per component
@@ -20,7 +20,8 @@ struct HalfFits {
 };
 HalfFits fit_halves(const RailFrame& frame, std::span<const RailSample> samples, double spacing_m);
 
-// Of the relative pose of two rails where they cross; zeros where either has too few samples.
+// The difference of the relative pose of two rails where they cross; zeros where either has too few
+// samples.
 SplitDifference split_by_stations(const HalfFits& x, const HalfFits& z, PlanPoint at);
 
 // The same between the halves of a crossing's matches, at the given poses.

@@ -1,5 +1,5 @@
-// For tests: a capture on rails that truly lie elsewhere than planned, with all that is known of
-// it: true poses, solved poses with errors, matches at the crossings.
+// For tests: a capture on rails that lie off the plan, with its true poses, solved poses with
+// errors and matches at the crossings.
 #pragma once
 
 #include <fmt/format.h>
@@ -132,7 +132,7 @@ class TestGridMaker {
                             nearest_frames(grid->set, crossing.along_z, crossing.at),
                             {}};
     std::uniform_real_distribution<double> share(0.0, 1.0);
-    // Points of a room around the grid, each seen by all frames that it was matched in.
+    // Points of a room around the grid, each seen by all frames of the crossing.
     for (int i = 0; i < settings_.matches; ++i) {
       const double distance_m = settings_.cell_m * (0.8 + 3.0 * share(random_));
       const Eigen::Vector3d point =
@@ -157,7 +157,7 @@ class TestGridMaker {
   std::normal_distribution<double> normal_{0.0, 1.0};
 };
 
-// How far two frames' relative pose is from the truth.
+// The error of two frames' relative pose.
 struct RelativeError {
   double position_mm = 0.0;
   double rotation_deg = 0.0;
@@ -170,7 +170,7 @@ inline RelativeError relative_error(const FramePoses& poses, const FramePoses& t
   const auto relative_rotation = [&](const FramePoses& from) -> Eigen::Matrix3d {
     return at(from, a).world_from_camera.transpose() * at(from, b).world_from_camera;
   };
-  // In the axes of the first camera, so that the common motion of all lines does not count.
+  // In the axes of the first camera, which cancels the common motion of all lines.
   const auto relative_position = [&](const FramePoses& from) -> Eigen::Vector3d {
     return at(from, a).world_from_camera.transpose() *
            (at(from, b).position_m - at(from, a).position_m);

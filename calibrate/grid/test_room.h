@@ -17,8 +17,8 @@ namespace raywalk::calibrate {
 struct RoomCaptureSettings {
   int stations = 3;  // of each line, 50 mm apart about the crossing
   PanoramaSize size{512, 256};
-  bool blank = false;  // grey pictures, where what they show does not matter
-  // The line along x truly is elsewhere than planned.
+  bool blank = false;  // grey pictures, for tests that do not need their content
+  // The true motion of the line along x relative to the plan.
   Eigen::Vector3d motion_m{0, 0, 0};
   Eigen::Vector3d turn_rad{0, 0, 0};
 };
@@ -28,7 +28,7 @@ struct RoomCapture {
   FramePoses truth{};
 };
 
-// A draft is jagged, which features bear well.
+// A draft is aliased, which does not disturb the features.
 inline cv::Mat seen_in_room(const FramePose& pose, PanoramaSize size) {
   static const capture::VirtualRoom room(capture::furnished_room(1));
   return room.panorama({pose.position_m, attitude_from_world_from_camera(pose.world_from_camera)},

@@ -12,11 +12,13 @@
 #include <set>
 #include <utility>
 
+#include "calibrate/base/cauchy_loss.h"
 #include "calibrate/lens/camera_model.h"
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/base/robust_sigma.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::calibrate {
@@ -59,12 +61,12 @@ class CornerFit {
   CornerFit(const std::vector<BoardView>& views, const DualFisheyeLayout& start)
       : views_(views), start_(start), camera_(parameters_of(start)) {
     for (const BoardView& view : views) boards_.push_back(pose_of(view));
-    tied_ = std::any_of(views.begin(), views.end(), has_both_lenses);
+    connected_ = std::any_of(views.begin(), views.end(), has_both_lenses);
   }
 
   void fit() {
     constexpr int kMostIterations = 100;
-    // Twice, as how well corners are found is known only after.
+    // Twice, as the noise of the corners is known only after the first fit.
     for (int round = 0; round < 2; ++round) {
       ceres::Problem problem;
       build(&problem);
@@ -95,7 +97,7 @@ class CornerFit {
               new LensPrior(back ? start_.back : start_.front)),
           nullptr, lens(back).data());
     }
-    if (!tied_) problem->SetParameterBlockConstant(camera_.back_pose.data());
+    if (!connected_) problem->SetParameterBlockConstant(camera_.back_pose.data());
   }
 
   Eigen::Vector2d residual(std::size_t view, const BoardCorner& corner) {
@@ -121,7 +123,7 @@ class CornerFit {
   const DualFisheyeLayout& start_;
   CameraParameters camera_;
   std::vector<PoseParameters> boards_;
-  bool tied_ = false;  // some picture shows the board to both lenses
+  bool connected_ = false;  // some picture shows the board to both lenses
   double sigma_px_ = 2.0;
 };
 
@@ -130,10 +132,10 @@ LensFit CornerFit::result() {
   fit.camera.layout = layout_of(camera_, start_);
   fit.method = "charuco";
   fit.pictures = static_cast<int>(views_.size());
-  fit.back_pose_fitted = tied_;
+  fit.back_pose_fitted = connected_;
   std::vector<FitResidual> residuals;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    std::set<std::pair<double, double>> places;  // of the corners on the board
+    std::set<std::pair<double, double>> places;  // corners by their position on the board
     std::array<int, 2> by_lens{};
     for (const BoardCorner& corner : views_[v].corners) {
       const Eigen::Vector2d px = residual(v, corner);
@@ -146,17 +148,18 @@ LensFit CornerFit::result() {
       ++by_lens[corner.back ? 1 : 0];
     }
     fit.points += static_cast<int>(places.size());
-    // A board that one lens sees in part and the other in part ties them as well as common corners.
+    // A board that each lens sees in part connects them as well as common corners.
     fit.overlap_points += std::min(by_lens[0], by_lens[1]);
   }
   set_residuals(residuals, &fit);
   ceres::Problem problem;
   build(&problem);
   set_uncertainty(camera_, camera_covariance(&problem, camera_), &fit);
-  if (!tied_) {
+  if (!connected_) {
     fit.warnings.emplace_back(
-        "no picture shows the board to both lenses, so that the back lens's attitude and place are "
-        "still the starting values; add pictures of the board at the camera's side");
+        "no picture shows the board to both lenses, so the pose of the back lens keeps its "
+        "starting "
+        "values; add pictures of the board at the camera's side");
   }
   return fit;
 }
@@ -171,9 +174,9 @@ void require_corners(const std::vector<BoardView>& views) {
     }
     if (corners >= kLeastBoardCorners) continue;
     throw Error(fmt::format(
-        "the {} lens sees {} corners of the board in all pictures together, and {} are needed: add "
-        "pictures with the board near to that lens, and look whether dictionary and numbers of "
-        "squares are those of the board",
+        "the {} lens sees {} corners of the board in all pictures together, but {} are needed: add "
+        "pictures with the board near that lens, and check the board's dictionary and numbers of "
+        "squares",
         back ? "back" : "front", corners, kLeastBoardCorners));
   }
 }
@@ -191,8 +194,8 @@ PanoramaSize size_of_all(const std::vector<std::filesystem::path>& pictures) {
   const PanoramaSize size = picture_size_of(pictures.front());
   for (const std::filesystem::path& file : pictures) {
     if (picture_size_of(file) == size) continue;
-    throw Error(file.string() + ": of another size than " + pictures.front().string() +
-                "; the pictures of the board have to be of one camera and setting");
+    throw Error(file.string() + ": not of the size of " + pictures.front().string() +
+                "; the pictures of the board must be of one camera and setting");
   }
   return size;
 }
@@ -216,8 +219,8 @@ LensFit fit_to_board(const DualFisheyeCamera& start_as_given, const LensOptions&
   const std::size_t per_picture = start_as_given.two_files ? 2 : 1;
   if (files == 0 || files % per_picture != 0) {
     throw UsageError(
-        "pictures of the board are missing; give several, for a camera of two files each as front "
-        "and back in turn");
+        "pictures of the board are missing; give several, for a camera with two files as front, "
+        "back, front, back, ...");
   }
   const DualFisheyeCamera start = scaled_to(start_as_given, size_of_all(options.board_pictures));
   const int count = static_cast<int>(files / per_picture);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "calibrate/base/cauchy_loss.h"
 #include "calibrate/lens/fit_details.h"
 
 namespace raywalk::calibrate {
@@ -13,13 +14,13 @@ namespace {
 
 constexpr int kPointParameters = 3;
 
-// How far the world may be from the plan. A rail laid by hand lies within some centimetres and
-// degrees; along it the camera goes where the drive tells, but for play and the bow of the rail.
+// Prior deviations from the plan. A rail laid by hand lies within some centimetres and degrees. On
+// it the camera follows the drive's position, except for play and the bow of the rail.
 constexpr double kLineTurn_rad = radians_from_degrees(5.0);
 constexpr double kLineShift_m = 0.05;
 constexpr double kStationTurn_rad = radians_from_degrees(5.0);
 constexpr double kStationShift_m = 0.0015;
-// How well a maker's drawing or a starting file tells where the second lens is.
+// Prior deviations of the back lens's pose from a maker's drawing or a starting file.
 constexpr double kBackTurn_rad = radians_from_degrees(5.0);
 constexpr double kBaseline_m = 0.01;
 
@@ -70,7 +71,7 @@ ObservationResidual residual_term(const BundleInput& input, const CameraFrame& f
           sigma_px};
 }
 
-// Deviations of a pose from `mean`, in units of what is plausible.
+// Deviations of a pose from `mean`, in units of its prior sigma.
 struct PosePrior {
   double turn_rad = 1.0;
   double shift_m = 1.0;

@@ -1,4 +1,4 @@
-// The residuals of the bundle adjustment of lens_bundle.h, as Ceres takes them.
+// The bundle adjustment of lens_bundle.h as a Ceres problem.
 #pragma once
 
 #include <ceres/problem.h>
@@ -10,14 +10,14 @@
 
 namespace raywalk::calibrate {
 
-// A track with its point and which of its observations count.
+// A track with its point and its inlier observations.
 struct ActiveTrack {
   int track = 0;
   TrackPoint point{};
   std::vector<int> observations{};
 };
 
-// World position of the middle of every line's stations, about which the line turns.
+// World position of the middle of every line's stations, the centre of the line's rotation.
 std::vector<Eigen::Vector3d> line_middles(const BundleInput& input);
 
 // Seen minus fitted, pixels.
@@ -25,8 +25,8 @@ Eigen::Vector2d residual_of(const BundleInput& input, const BundleState& state,
                             const Eigen::Vector3d& line_middle_m, const TrackPoint& point,
                             const BundleObservation& observation);
 
-// Adds all observations, in units of `sigma_px` under a Cauchy loss, and the priors. The parameters
-// are changed in place in `state` and `tracks`, which have to outlive the problem.
+// Adds all observations, in units of `sigma_px` under a Cauchy loss, and the priors. The problem
+// changes `state` and `tracks` in place; they must outlive it.
 void build_problem(const BundleInput& input, double sigma_px, BundleState* state,
                    std::vector<ActiveTrack>* tracks, ceres::Problem* problem);
 

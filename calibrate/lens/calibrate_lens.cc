@@ -11,10 +11,10 @@
 namespace raywalk::calibrate {
 namespace {
 
-// What stitching needs: an error of a third of a pixel is what sampling costs anyway.
+// The accuracy that stitching needs: resampling alone costs a third of a pixel.
 constexpr double kLargestSigma_px = 0.3;
 constexpr double kLargestResidual_px = 1.0;
-// Fewer features than this in the common ring do not tell how the lenses are turned to each other.
+// Fewer features in the overlap do not determine the relative rotation of the lenses.
 constexpr int kLeastOverlap = 12;
 
 void require_options(const LensOptions& options) {
@@ -24,9 +24,9 @@ void require_options(const LensOptions& options) {
                                  options.pairs, kLeastPairs));
   }
   if (!(options.ignore_below_deg >= 0.0 && options.ignore_below_deg < 90.0)) {
-    throw UsageError(fmt::format(
-        "the cone about the nadir that is not looked at has {:g} degrees; 0 to below 90 can be",
-        options.ignore_below_deg));
+    throw UsageError(
+        fmt::format("the ignored cone about the nadir has {:g} degrees; give 0 to below 90",
+                    options.ignore_below_deg));
   }
 }
 
@@ -35,7 +35,7 @@ LensFit fit_to_set(const CaptureSet& set, const DualFisheyeCamera& start,
   if (set.layout == FrameLayout::kPanorama) {
     throw Error(set.source.string() +
                 ": its frames are panoramas already, stitched by the camera; there are no lenses "
-                "to calibrate, go on with `raywalk-calibrate poses`");
+                "to calibrate, continue with `raywalk-calibrate poses`");
   }
   const bool two_files = !set.frames.empty() && set.frames.front().back.has_value();
   if (two_files != start.two_files) {
@@ -49,21 +49,22 @@ LensFit fit_to_set(const CaptureSet& set, const DualFisheyeCamera& start,
 
 void add_warnings(LensFit* fit) {
   if (fit->residual_px > kLargestResidual_px) {
-    fit->warnings.push_back(fmt::format(
-        "the residuals of {:.2f} px are more than noise: the lenses are not as the model has them, "
-        "or the pictures are not of this camera",
-        fit->residual_px));
+    fit->warnings.push_back(
+        fmt::format("the residuals of {:.2f} px exceed noise: the lens model does not describe "
+                    "these lenses, or "
+                    "the pictures are not of this camera",
+                    fit->residual_px));
   }
   if (fit->sigma.worst_px() > kLargestSigma_px) {
     fit->warnings.push_back(
-        fmt::format("where the lenses image a direction is known to {:.2f} px only; use more {}",
+        fmt::format("the image position of a direction is uncertain by {:.2f} px; use more {}",
                     fit->sigma.worst_px(),
                     fit->method == "charuco" ? "pictures, with the board all over both circles"
                                              : "stations, spread over lines of both axes"));
   }
   if (fit->back_pose_fitted && fit->overlap_points < kLeastOverlap) {
     fit->warnings.push_back(fmt::format(
-        "only {} points were seen by both lenses, which is too few to tell how they are turned to "
+        "only {} points were seen by both lenses, too few for their rotation relative to "
         "each other",
         fit->overlap_points));
   }
@@ -76,12 +77,12 @@ LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
   const DualFisheyeCamera start = read_lens_file(options.start);
   LensFit fit = options.board ? fit_to_board(start, options) : fit_to_set(set, start, options);
   add_warnings(&fit);
-  require_growing_radius(fit.camera.layout.front);
-  require_growing_radius(fit.camera.layout.back);
+  require_monotonic_radius(fit.camera.layout.front);
+  require_monotonic_radius(fit.camera.layout.back);
   make_directories(options.out);
   write_file_atomically(options.out / "lens.html", lens_page(fit));
   write_file_atomically(options.out / "lens.json", lens_json(fit));
-  // Last, as it is what the next steps look for.
+  // Last, as the next steps check for this file.
   write_lens_file(options.out / "lens.yaml", fit.camera);
   return fit;
 }

@@ -1,9 +1,10 @@
-// The lenses of a dual-fisheye camera, from what the camera saw: radial models, image centres, and
-// how the second lens is turned and placed against the first.
+// Calibrates the lenses of a dual-fisheye camera: radial models, image centres, and the pose of the
+// back lens relative to the front lens.
 //
-// Two ways. From pictures of a ChArUco board, whose corners are known. Or without a target, from
-// the frames of a capture: the rail tells how far the camera went between them, so that features
-// followed along it and across the overlap of the two lenses determine every angle in the picture.
+// There are two methods: from pictures of a ChArUco board, whose corners are known; or without a
+// target, from the frames of a capture: the rail gives the camera's displacement between them, so
+// that features tracked along it and across the overlap of the two lenses determine every angle in
+// the picture.
 #pragma once
 
 #include <filesystem>
@@ -28,18 +29,18 @@ struct CharucoBoard {
 
 struct LensOptions {
   std::filesystem::path start{};        // lens file with starting values
-  std::optional<CharucoBoard> board{};  // none: from the frames of the capture
+  std::optional<CharucoBoard> board{};  // nullopt: from the frames of the capture
   std::vector<std::filesystem::path>
-      board_pictures{};           // of a camera of two files: front, back, ...
+      board_pictures{};           // for a camera with two files: front, back, front, ...
   int pairs = 24;                 // stations to use, at least 6
-  double ignore_below_deg = 0.0;  // half angle about the nadir that is not looked at, [0, 90)
+  double ignore_below_deg = 0.0;  // half angle of an ignored cone about the nadir, [0, 90)
   std::filesystem::path out{};    // directory
 };
 
-// Where an image point was seen and how far from it the fitted camera has it.
+// An observed image point and its residual.
 struct LensResidual {
   bool back = false;      // which lens
-  PixelPosition seen{};   // pixels of the picture
+  PixelPosition seen{};   // observed, pixels of the picture
   double right_px = 0.0;  // seen minus fitted
   double down_px = 0.0;
   double off_axis_rad = 0.0;  // angle from the lens's axis
@@ -49,26 +50,26 @@ struct LensFit {
   DualFisheyeCamera start{};   // in the size of the pictures
   DualFisheyeCamera camera{};  // fitted
   std::string method{};        // "charuco" or "capture"
-  double residual_px = 0.0;    // root mean square of the distances over all points kept
+  double residual_px = 0.0;    // root mean square distance over the kept observations
   CameraUncertainty sigma{};
   // A "view" is one lens at one station or board picture.
   int pictures = 0;
   int points = 0;          // tracks or board corners
-  int observations = 0;    // of them, kept
+  int observations = 0;    // of these points, kept
   int overlap_points = 0;  // seen by both lenses
-  int dropped_still = 0;   // tracks that go along with the camera: dolly, pole, rim
+  int dropped_still = 0;   // tracks that move with the camera: dolly, pole, rim
   int dropped_observations = 0;
-  bool back_pose_fitted = true;  // false: no picture shows what ties the lenses together
+  bool back_pose_fitted = true;  // false: no picture shows the same points to both lenses
   std::vector<LensResidual> residuals{};
-  std::vector<std::string> warnings{};  // what makes the result less than trustworthy
+  std::vector<std::string> warnings{};  // why the result is not trustworthy
 
   bool trustworthy() const { return warnings.empty(); }
 };
 
-// Fits, and writes OUT/lens.yaml, OUT/lens.json, OUT/lens.html. `set` is not looked at where a
-// board is given. Throws UsageError for a start file or options that cannot be, Error for frames
-// that are panoramas already, pictures of another proportion than the start's, pictures that move
-// against the plan (mirrored, lenses swapped), and too few features to fit a lens to; Interrupted.
+// Fits, and writes OUT/lens.yaml, OUT/lens.json, OUT/lens.html. `set` is ignored if a board is
+// given. Throws UsageError for an invalid start file or options; Error for frames that are already
+// panoramas, pictures of another aspect ratio than the start's, pictures whose motion contradicts
+// the plan (mirrored, lenses swapped), and too few features; Interrupted.
 LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options);
 
 }  // namespace raywalk::calibrate

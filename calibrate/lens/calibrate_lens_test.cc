@@ -57,7 +57,7 @@ TEST(CalibrateLensTest, StartOfAnotherCameraIsRefused) {
   EXPECT_THAT(request.complaint(), HasSubstr("none.yaml"));
 }
 
-TEST(CalibrateLensTest, OptionsThatCannotBeAreUsageErrors) {
+TEST(CalibrateLensTest, InvalidOptionsAreUsageErrors) {
   Request request;
   request.options.pairs = 5;
   EXPECT_THROW(calibrate_lens(request.set, request.options), UsageError);
@@ -68,7 +68,7 @@ TEST(CalibrateLensTest, OptionsThatCannotBeAreUsageErrors) {
   }
 }
 
-TEST(CalibrateLensTest, BoardsThatCannotBeAreUsageErrors) {
+TEST(CalibrateLensTest, InvalidBoardsAreUsageErrors) {
   Request request;
   request.options.board_pictures = {"board.png"};
   const CharucoBoard right{"DICT_5X5_250", 7, 5, 40.0, 30.0};

@@ -45,8 +45,8 @@ DualFisheyeLayout layout_of(const CameraParameters& parameters, const DualFishey
   return layout;
 }
 
-// A lens is seldom further from its maker's figures than a tenth of the radius in its centre, a
-// fifth in its focal length, and a third of the radius at the rim in each term of the polynomial.
+// Typical deviations from a maker's figures are at most a tenth of the radius in the centre, a
+// fifth in the focal length, and a third of the radius at the rim in each term of the polynomial.
 LensPrior::LensPrior(const FisheyeLens& start) : start_(parameters_of(start)) {
   const double rim = fisheye_radius(start.k, start.largest_angle_rad);
   sigma_[0] = sigma_[1] = 0.1 * rim * start.focal_px;

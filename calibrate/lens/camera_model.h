@@ -1,4 +1,4 @@
-// The dual-fisheye camera as a function of numbers that a least-squares solver may change.
+// The dual-fisheye camera as a function of the parameters of a least-squares problem.
 #pragma once
 
 #include <ceres/rotation.h>
@@ -15,19 +15,19 @@ namespace raywalk::calibrate {
 inline constexpr int kLensParameters = 7;
 using LensParameters = std::array<double, kLensParameters>;
 
-// A rotation as axis times angle, then a translation in metres.
+// A rotation vector (axis times angle, radians), then a translation in metres.
 inline constexpr int kPoseParameters = 6;
 using PoseParameters = std::array<double, kPoseParameters>;
 
-// Where the solver begins, and what it leaves as it is.
+// The constants of the camera, from the start.
 struct CameraFrame {
   Eigen::Matrix3d back_from_camera = Eigen::Matrix3d::Identity();  // of the start
   Eigen::Vector3d middle_m{0, 0, 0};                               // between the lenses
 };
 
-// `back_pose` turns the back lens further than the start has it (in the back lens's own frame), and
-// is the way from the front lens to the back lens. Half of it lies on either side of the middle,
-// which keeps the camera's origin where the start has it.
+// `back_pose` is the rotation of the back lens relative to the start (in the back lens's own frame)
+// and the translation from the front lens to the back lens. Half of the translation lies on either
+// side of the middle, so the camera's origin stays that of the start.
 struct CameraParameters {
   LensParameters front{};
   LensParameters back{};
@@ -36,11 +36,12 @@ struct CameraParameters {
 
 CameraFrame camera_frame_of(const DualFisheyeLayout& start);
 CameraParameters parameters_of(const DualFisheyeLayout& start);
-// The layout with these parameters; what they do not tell, as the field of view, from `start`.
+// The layout with these parameters; what they do not contain, such as the field of view, is taken
+// from `start`.
 DualFisheyeLayout layout_of(const CameraParameters& parameters, const DualFisheyeLayout& start);
 
-// Where a lens images a direction of its own frame, at any angle from the axis, beyond the field of
-// view too: a solver needs values on both sides of every limit. As project() in fisheye_lens.h.
+// The image of a direction in the lens's own frame, as project() in fisheye_lens.h, but also beyond
+// the field of view: a solver needs values on both sides of every limit.
 template <typename T>
 void image_direction(const T* lens, const T* direction, T* pixel) {
   using std::atan2;
@@ -58,8 +59,8 @@ void image_direction(const T* lens, const T* direction, T* pixel) {
   pixel[1] = lens[1] - scale * direction[1];
 }
 
-// Where the front or back lens images the point `at` / `inverse_scale` of the camera's frame;
-// inverse_scale = 0 is a point infinitely far in the direction `at`.
+// The image of the point `at` / `inverse_scale` (camera's frame) in the front or back lens;
+// inverse_scale = 0 is a point at infinity in the direction `at`.
 template <typename T>
 void image_point(const CameraFrame& frame, bool back, const T* lens, const T* back_pose,
                  const T* at, const T& inverse_scale, T* pixel) {
@@ -78,8 +79,8 @@ void image_point(const CameraFrame& frame, bool back, const T* lens, const T* ba
   image_direction(lens, in_lens, pixel);
 }
 
-// Keeps a lens near the start where the pictures tell nothing: a residual per parameter, in units
-// of how far a lens may well be from a maker's figures.
+// Prior that keeps the parameters near the start where the pictures do not determine them: a
+// residual per parameter, in units of a typical deviation from a maker's figures.
 class LensPrior {
  public:
   explicit LensPrior(const FisheyeLens& start);

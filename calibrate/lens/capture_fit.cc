@@ -23,21 +23,21 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr int kLeastTracks = 100;
-// More would take longer and gain little: errors fall with the root of the number. The first fit
-// only has to lead the second matching.
+// More tracks take longer and gain little: errors fall with the square root of the number. The
+// first fit only has to guide the second matching.
 constexpr std::size_t kFirstTracks = 1200;
 constexpr std::size_t kLastTracks = 3500;
-// What the start may be wrong by, lens and attitudes together, for the first matching.
+// Tolerance of the first matching for errors of the starting lenses and attitudes together.
 constexpr double kStartTolerance_rad = radians_from_degrees(6.0);
-// A share of the focal length: how far the start's tracks may be from agreeing.
+// Tolerance of the first fit, as a share of the focal length.
 constexpr double kStartResidual = 0.025;
-// Once lenses and attitudes are fitted, what is left is noise.
+// Tolerance of the second matching, with fitted lenses and attitudes.
 constexpr double kFittedTolerance_rad = radians_from_degrees(0.7);
-// Errors of features are alike at neighbouring stations (their surroundings change alike), where
-// the covariance takes them for independent. In simulated rooms, whose truth is known, lenses were
-// off by 1.2 to 2.3 times what independent errors would make them.
-constexpr double kLikeErrors = 2.0;
-// Within this about the nadir whatever stands still is the dolly.
+// Errors of a feature are correlated between neighbouring stations, as its appearance changes
+// little, but the covariance assumes independence. In simulated rooms with ground truth the errors
+// of lenses were 1.2 to 2.3 times the sigmas for independent errors.
+constexpr double kErrorCorrelation = 2.0;
+// Whatever stands still within this angle of the nadir is the dolly.
 constexpr double kStillCone_rad = radians_from_degrees(40.0);
 
 LensPictures read_pictures(const CaptureFrame& frame) {
@@ -53,7 +53,7 @@ cv::Mat level_of(const cv::Mat& picture) {
   return grey;
 }
 
-// The start, with centre and field of view from where the light ends.
+// The start, with centre and field of view from the observed image circles.
 struct Rims {
   DualFisheyeCamera camera{};
   std::optional<ImageCircle> front{};
@@ -67,8 +67,8 @@ FisheyeLens moved_to(const FisheyeLens& lens, const std::optional<ImageCircle>& 
   return moved;
 }
 
-// A fitted lens with the field of view that the pictures show. Pixels on the rim itself are part
-// dark, so that it ends a pixel before; where no rim is seen, at the radius of the start.
+// A fitted lens with the observed field of view. Pixels on the rim itself are partly dark, so it
+// ends a pixel before. Without an observed rim it ends at the radius of the start.
 FisheyeLens ending_at_rim(const FisheyeLens& fitted, const FisheyeLens& start,
                           const std::optional<ImageCircle>& circle) {
   constexpr double kRimWidth_px = 1.0;
@@ -114,7 +114,7 @@ class CaptureFit {
 };
 
 void CaptureFit::find_rims() {
-  // Few pictures suffice to have something bright all around.
+  // Few pictures suffice to have something bright at every point of the rim.
   constexpr int kPictures = 8;
   cv::Mat front, back;
   const int step = std::max(1, count() / kPictures);
@@ -166,7 +166,7 @@ void CaptureFit::prepare_bundle() {
 std::vector<MatchingView> CaptureFit::views(const BundleState& state) const {
   const DualFisheyeLayout layout = layout_of(state.camera, bundle_.start);
   const Eigen::Matrix3d camera_from_back = world_from_camera(layout.back_attitude);
-  const std::vector<StationPoseNow> poses = poses_of(bundle_, state);
+  const std::vector<BundlePose> poses = poses_of(bundle_, state);
   std::vector<MatchingView> views;
   for (std::size_t s = 0; s < features_.size(); ++s) {
     MatchingView view{&features_[s], {}};
@@ -181,17 +181,17 @@ std::vector<MatchingView> CaptureFit::views(const BundleState& state) const {
   return views;
 }
 
-// What is nearer than the way between two stations moves by more than half a right angle: no
-// feature survives that.
+// A point nearer than the distance between two stations moves by more than 45 degrees, too much to
+// match.
 MatchingGate CaptureFit::gate(const StationPair& pair, double tolerance_rad) const {
   return {tolerance_rad, (frame(pair.first).nominal_m - frame(pair.second).nominal_m).norm()};
 }
 
 void CaptureFit::check_motion() const {
-  // Whichever way it went: nothing moves by more than this between neighbours but what is near.
-  constexpr double kAnywhere_rad = radians_from_degrees(35.0);
+  // In any direction: only near points move by more than this between neighbours.
+  constexpr double kLargestMotion_rad = radians_from_degrees(35.0);
   const std::vector<MatchingView> seen_now = views(start_of(bundle_));
-  std::vector<std::vector<SeenTwice>> seen(static_cast<std::size_t>(bundle_.lines));
+  std::vector<std::vector<BearingPair>> seen(static_cast<std::size_t>(bundle_.lines));
   std::vector<Eigen::Vector3d> planned(seen.size());
   for (const StationPair& pair : pairs_) {
     if (pair.second != pair.first + 1 || frame(pair.first).line != frame(pair.second).line)
@@ -202,17 +202,18 @@ void CaptureFit::check_motion() const {
         static_cast<std::size_t>(bundle_.stations[static_cast<std::size_t>(pair.first)].line);
     planned[line] = (frame(pair.second).nominal_m - frame(pair.first).nominal_m).normalized();
     for (const bool back : {false, true}) {
-      // Infinitely far: no direction of motion is assumed.
+      // A nearest distance of 1e9 m assumes no direction of motion.
       for (const FeatureMatch& match :
-           match_features({&first, back}, {&second, back}, {kAnywhere_rad, 1e9})) {
+           match_features({&first, back}, {&second, back}, {kLargestMotion_rad, 1e9})) {
         seen[line].push_back({first.rays[static_cast<std::size_t>(match.first)].direction,
                               second.rays[static_cast<std::size_t>(match.second)].direction});
       }
     }
   }
-  std::vector<MotionSeen> motions;
+  std::vector<MotionComparison> motions;
   for (std::size_t line = 0; line < seen.size(); ++line) {
-    if (const auto motion = motion_seen(seen[line])) motions.push_back({planned[line], *motion});
+    if (const auto motion = motion_direction(seen[line]))
+      motions.push_back({planned[line], *motion});
   }
   require_motion_as_planned(motions);
 }
@@ -261,7 +262,7 @@ LensFit CaptureFit::result(const BundleResult& bundle) const {
       ending_at_rim(fit.camera.layout.back, rims_.camera.layout.back, rims_.back);
   fit.method = "capture";
   std::optional<CameraCovariance> covariance = bundle.covariance;
-  if (covariance) *covariance *= kLikeErrors * kLikeErrors;
+  if (covariance) *covariance *= kErrorCorrelation * kErrorCorrelation;
   set_uncertainty(bundle.state.camera, covariance, &fit);
   fit.pictures = count();
   fit.points = bundle.tracks_kept;

@@ -63,7 +63,7 @@ const Capture& capture() {
   return *taken;
 }
 
-TEST(CaptureFitTest, LensesComeBackFromTheFramesOfACapture) {
+TEST(CaptureFitTest, RecoversLensesFromTheFramesOfACapture) {
   const DualFisheyeCamera start = plain_camera(kPicture), truth = true_camera(kPicture);
   ASSERT_GT(imaging_difference_px(start.layout, truth.layout), 1.5);
   const LensFit fit = fit_to_capture(capture().set, start, {.pairs = 10});
@@ -121,7 +121,7 @@ TEST(CaptureFitTest, SwappedLensesAreRefused) {
   EXPECT_THAT(complaint(capture().set, start), HasSubstr("swapped"));
 }
 
-TEST(CaptureFitTest, PicturesOfNothingAreRefusedWithWhatToDo) {
+TEST(CaptureFitTest, PicturesWithoutTextureAreRefusedWithAdvice) {
   const TestDirectory directory;
   const CaptureSet set = changed_pictures(directory, [](const cv::Mat& picture) {
     return cv::Mat(picture.size(), picture.type(), cv::Scalar(90, 100, 110));

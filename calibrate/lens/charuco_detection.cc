@@ -29,15 +29,15 @@ constexpr std::array<std::string_view, 17> kDictionaries{
 
 constexpr std::size_t kLeastCorners = 6;
 
-// Pinhole views: one along the axis, a ring around it half way out and one at the rim, of so wide
-// an angle that a board lies whole in one of them.
+// Pinhole views: one along the axis, a ring around it half way out and a ring at the rim, each wide
+// enough that a whole board lies in one of them.
 constexpr double kViewHalfAngle_rad = radians_from_degrees(40.0);
 constexpr double kMiddleRing_rad = radians_from_degrees(45.0);
 constexpr double kOuterRing_rad = radians_from_degrees(75.0);
 constexpr int kMiddleViews = 6;
 constexpr int kOuterViews = 10;
-// Against the pixels in the middle of the lens: the sub-pixel search for a corner needs some pixels
-// of its edges, and pinhole views are finer at their borders anyway.
+// Resolution relative to the middle of the lens: the sub-pixel search for a corner needs some
+// pixels of its edges, and pinhole views are finer at their borders anyway.
 constexpr double kEnlarged = 1.5;
 
 cv::Ptr<cv::aruco::CharucoBoard> board_of(const CharucoBoard& board) {
@@ -87,8 +87,8 @@ std::vector<PinholeView> views_through(bool back, const FisheyeLens& lens) {
   return views;
 }
 
-// Where a view's pixels are in the picture, as cv::remap takes it: CV_32FC2, outside of the picture
-// where the lens sees nothing.
+// The positions of a view's pixels in the picture for cv::remap: CV_32FC2, outside of the picture
+// beyond the lens's field of view.
 cv::Mat map_of(const PinholeView& view, const FisheyeLens& lens) {
   cv::Mat map(view.side_px, view.side_px, CV_32FC2, cv::Scalar(-10.0, -10.0));
   for (int v = 0; v < view.side_px; ++v) {
@@ -112,7 +112,7 @@ struct ViewCorners {
   std::vector<int> ids{};
 };
 
-// The distance to the nearest other corner: the side of a square as it is seen there.
+// The distance to the nearest other corner: the apparent side of a square.
 float square_side_px(const std::vector<cv::Point2f>& corners, std::size_t corner) {
   float nearest = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -123,8 +123,8 @@ float square_side_px(const std::vector<cv::Point2f>& corners, std::size_t corner
   return nearest;
 }
 
-// OpenCV 4.6 refines corners in a window of a pixel or two and gives them half a pixel too far
-// right and down. Here the window is as wide as it may be without reaching the markers.
+// OpenCV 4.6 refines corners in a window of a pixel or two, with an offset of half a pixel to the
+// right and down. Here the window is as wide as possible without reaching the markers.
 void refine(const cv::Mat& view, const cv::aruco::CharucoBoard& board,
             std::vector<cv::Point2f>* corners) {
   constexpr int kLeastWindow_px = 2, kLargestWindow_px = 12;
@@ -153,8 +153,8 @@ ViewCorners corners_in(const cv::Mat& view, const cv::Ptr<cv::aruco::CharucoBoar
   return found;
 }
 
-// OpenCV's frames are right-handed with y down; flipping y takes board and camera into ours, and
-// takes the rotation between them with it.
+// OpenCV's frames are right-handed with y down; flipping y converts board, camera and the rotation
+// between them to ours.
 void set_pose(const PinholeView& view, const ViewCorners& found,
               const cv::Ptr<cv::aruco::CharucoBoard>& board, const DualFisheyeLayout& layout,
               BoardView* result) {
@@ -186,7 +186,7 @@ void require_valid(const CharucoBoard& board) {
   if (std::find(kDictionaries.begin(), kDictionaries.end(), board.dictionary) ==
       kDictionaries.end()) {
     throw UsageError(board.dictionary +
-                     ": no such dictionary of ArUco markers; OpenCV's names are DICT_4X4_50 to "
+                     ": unknown dictionary of ArUco markers; OpenCV's names are DICT_4X4_50 to "
                      "DICT_7X7_1000 and DICT_ARUCO_ORIGINAL");
   }
   if (board.squares_x < 3 || board.squares_y < 3) {
@@ -197,8 +197,8 @@ void require_valid(const CharucoBoard& board) {
   }
   if (!(board.marker_mm > 0.0 && board.marker_mm < board.square_mm)) {
     throw UsageError(
-        fmt::format("the markers of a ChArUco board are smaller than its squares: {:g} "
-                    "mm against {:g} mm cannot be",
+        fmt::format("the markers of a ChArUco board are smaller than its squares, but {:g} "
+                    "mm is not less than {:g} mm",
                     board.marker_mm, board.square_mm));
   }
 }
@@ -224,7 +224,7 @@ std::optional<BoardView> BoardFinder::find(const LensPictures& pictures) const {
   const auto charuco = board_of(board_);
   const std::array<cv::Mat, 2> grey{grey_of(pictures.front), grey_of(pictures.back)};
   BoardView result;
-  // By lens and corner, with the distance from the middle of the view it is from.
+  // By lens and corner, with the distance from the middle of its view.
   std::map<std::pair<bool, int>, std::pair<double, BoardCorner>> nearest;
   std::size_t most = 0;
   for (const View& view : views_) {

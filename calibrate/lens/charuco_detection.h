@@ -11,32 +11,33 @@
 namespace raywalk::calibrate {
 
 struct BoardCorner {
-  bool back = false;  // seen by which lens
+  bool back = false;  // which lens
   PixelPosition seen{};
-  // On the board, metres: x to the right, y up as the board is drawn, z = 0, from its top left.
+  // Position on the board, metres, from its top left: x to the right, y up as the board is drawn,
+  // z = 0.
   Eigen::Vector3d on_board_m{0, 0, 0};
 };
 
 struct BoardView {
   std::vector<BoardCorner> corners{};
-  // Of the board in the camera's frame, by the starting lenses: p_camera = turn p_board + shift.
+  // Initial pose of the board, by the starting lenses: p_camera = turn p_board + shift_m.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   Eigen::Vector3d shift_m{0, 0, 0};
 };
 
-// Throws UsageError for a dictionary that OpenCV does not have, and sizes that cannot be.
+// Throws UsageError for a dictionary unknown to OpenCV and for invalid sizes.
 void require_valid(const CharucoBoard& board);
 
-// Looks through both lenses by pinhole views cut out with the starting lenses: straight lines are
-// straight there, which the detection of markers builds on. Made once for many pictures. Safe to
-// use from several threads at once.
+// Finds the board in pinhole views that are cut from both fisheye pictures with the starting
+// lenses: the detection of markers relies on straight lines. Construct once for many pictures.
+// Thread-safe.
 class BoardFinder {
  public:
-  // `board` has to be valid.
+  // `board` must be valid (require_valid).
   BoardFinder(const DualFisheyeCamera& start, const CharucoBoard& board);
   ~BoardFinder();
 
-  // A corner seen in several views is taken from the one whose middle it is nearest to. None where
+  // A corner seen in several views is taken from the one whose middle it is nearest to. nullopt if
   // no view shows six corners.
   std::optional<BoardView> find(const LensPictures& pictures) const;
 

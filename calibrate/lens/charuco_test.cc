@@ -25,14 +25,14 @@ constexpr PanoramaSize kPicture{940, 470};
 const CharucoBoard kBoard{"DICT_4X4_50", 9, 7, 52.0, 32.0};
 constexpr double kPixels_m = 2000.0;  // of the drawn board per metre
 
-// Where a board is: p_camera = turn p_board + shift, the board's x to the right, y up, its top left
-// at the origin.
+// The pose of a board: p_camera = turn p_board + shift, the board's x to the right, y up, its top
+// left at the origin.
 struct BoardPose {
   Matrix3d turn = Matrix3d::Identity();
   Vector3d shift_m{0, 0, 0};
 };
 
-// A board that faces the camera in a direction, its middle that far away, turned a little.
+// A board that faces the camera from a direction and distance, rotated a little.
 BoardPose facing(double yaw_rad, double pitch_rad, double distance_m, double roll_rad,
                  double slant_rad) {
   const Matrix3d towards = world_from_camera({yaw_rad, pitch_rad, roll_rad});
@@ -54,7 +54,7 @@ cv::Mat drawn_board() {
   return image;
 }
 
-// The level that a ray from a lens meets: the board's, or the grey of the room.
+// The level of the point that a ray hits: on the board, or the grey of the room.
 double level_on_ray(const cv::Mat& board, const BoardPose& pose, const Vector3d& lens_m,
                     const Vector3d& direction) {
   constexpr double kRoom = 120.0;
@@ -93,7 +93,7 @@ cv::Mat picture_of(const cv::Mat& board, const BoardPose& pose, const DualFishey
   return picture;
 }
 
-// Boards all over both image circles, and eight all around the ring that both lenses see.
+// Boards all over both image circles, and eight around the overlap of the lenses.
 std::vector<BoardPose> all_around() {
   std::vector<BoardPose> poses;
   for (const double yaw_rad : {0.0, kPi}) {
@@ -132,7 +132,7 @@ struct BoardPictures {
   }
 };
 
-TEST(CharucoTest, LensesComeBackFromPicturesOfABoard) {
+TEST(CharucoTest, RecoversLensesFromPicturesOfABoard) {
   const BoardPictures pictures(all_around());
   const DualFisheyeCamera truth = true_camera(kPicture);
   const LensFit fit = calibrate_lens({}, pictures.options);
@@ -146,7 +146,7 @@ TEST(CharucoTest, LensesComeBackFromPicturesOfABoard) {
             "charuco");
 }
 
-TEST(CharucoTest, TooFewPicturesOfABoardAreRefusedWithWhatToDo) {
+TEST(CharucoTest, TooFewPicturesOfABoardAreRefusedWithAdvice) {
   BoardPictures pictures({facing(0.0, 0.1, 0.35, 0.0, 0.2)});
   const auto complaint = [&] {
     try {

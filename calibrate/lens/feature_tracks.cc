@@ -41,9 +41,9 @@ bool spans_both_lenses(const BundleTrack& track) {
   });
 }
 
-// Standing still: within this of its mean position, which is twice what features scatter by.
+// A still track stays within this of its mean position, twice the scatter of features.
 constexpr double kStill_px = 0.6;
-// A floor nearer than this many times the way that the camera went moves by far more than that.
+// A floor nearer than this many times the camera's displacement moves by far more than that.
 constexpr double kLeastWay_m = 0.02;
 
 bool stands_still(const BundleTrack& track, std::span<const Eigen::Vector3d> nominal_m) {

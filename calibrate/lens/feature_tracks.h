@@ -1,4 +1,4 @@
-// Matches between pictures joined into tracks: a feature of the scene, wherever it was seen.
+// Joins matches between pictures into tracks: all observations of one scene feature.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,21 +17,21 @@ struct ViewMatches {
   std::vector<FeatureMatch> matches{};
 };
 
-// Tracks of at least three observations from at least two stations. A track that holds two features
-// of one lens at one station is a chain with a wrong link and is left out.
+// Tracks of at least three observations from at least two stations. A track with two features of
+// one lens at one station contains a wrong match and is dropped.
 std::vector<BundleTrack> join_tracks(std::span<const LensFeatures> stations,
                                      std::span<const ViewMatches> matches);
 
-// Takes out tracks that stand still in the picture while the camera moves, in directions within
-// `cone_rad` of `down` (camera frame): down there is a floor, which moves, so they are the dolly
-// and what is mounted on it. Infinitely far points stand still as well, but elsewhere. Returns
-// their number.
+// Removes tracks that stand still in the picture while the camera moves, in directions within
+// `cone_rad` of `down` (camera frame), and returns their number. The floor there would move, so
+// they show the dolly and what is mounted on it. Points at infinity stand still too, but not in
+// these directions.
 int remove_still_tracks(const DualFisheyeLayout& layout, std::span<const Eigen::Vector3d> nominal_m,
                         const Eigen::Vector3d& down, double cone_rad,
                         std::vector<BundleTrack>* tracks);
 
-// Leaves at most `most` tracks: those seen by both lenses, which are rare, and of the others an
-// even share, so that they stay spread as they are.
+// Keeps at most `most` tracks: those seen by both lenses, which are rare, and an evenly spaced
+// subset of the others.
 void thin_tracks(std::size_t most, std::vector<BundleTrack>* tracks);
 
 }  // namespace raywalk::calibrate

@@ -29,7 +29,7 @@ TEST(FeatureTracksTest, MatchesJoinAcrossStationsAndLenses) {
   EXPECT_EQ(tracks[0].size(), 4U);
 }
 
-TEST(FeatureTracksTest, ChainsThatContradictThemselvesAreLeftOut) {
+TEST(FeatureTracksTest, InconsistentTracksAreDropped) {
   const std::vector<LensFeatures> stations = three_stations();
   EXPECT_TRUE(
       join_tracks(stations,
@@ -45,7 +45,7 @@ BundleTrack seen_at(const FisheyeLens& lens, const Vector3d& direction, double m
           {2, false, {at.u + moves_px, at.v}}};
 }
 
-TEST(FeatureTracksTest, OnlyWhatStandsStillBelowGoesAlongWithTheCamera) {
+TEST(FeatureTracksTest, OnlyStillTracksBelowTheCameraAreRemoved) {
   const DualFisheyeLayout layout = plain_camera({1120, 560}).layout;
   const std::vector<Vector3d> nominal_m{{0, 0, 0}, {0.1, 0, 0}, {0.2, 0, 0}};
   const Vector3d down(0, -1, 0);
@@ -62,7 +62,7 @@ TEST(FeatureTracksTest, OnlyWhatStandsStillBelowGoesAlongWithTheCamera) {
   EXPECT_FALSE(removed(below, 0.3, std::vector<Vector3d>(3, {0, 0, 0})));   // nothing moved
 }
 
-TEST(FeatureTracksTest, ThinningKeepsWhatTiesTheLensesTogether) {
+TEST(FeatureTracksTest, ThinningKeepsTracksOfBothLenses) {
   std::vector<BundleTrack> tracks;
   for (int i = 0; i < 1000; ++i) {
     tracks.push_back({{i, false, {}}, {i + 1, false, {}}, {i + 2, i % 10 == 0, {}}});

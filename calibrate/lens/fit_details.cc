@@ -8,20 +8,13 @@
 #include <cmath>
 #include <memory>
 
+#include "calibrate/base/stop_on_interrupt.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/median.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::calibrate {
 namespace {
-
-class StopOnInterrupt : public ceres::IterationCallback {
- public:
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return interrupt_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
-};
 
 double off_axis_of(const FisheyeLens& lens, PixelPosition seen) {
   const auto direction = unproject(lens, seen);
@@ -30,11 +23,6 @@ double off_axis_of(const FisheyeLens& lens, PixelPosition seen) {
 }
 
 }  // namespace
-
-double robust_sigma(std::vector<double> absolute_values) {
-  // The median of |x| of a standard normal x is 1 / 1.4826.
-  return 1.4826 * median(std::move(absolute_values));
-}
 
 void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_first,
                int most_iterations) {
@@ -58,7 +46,7 @@ void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_f
   throw_if_interrupted();
   if (!summary.IsSolutionUsable()) {
     throw Error(
-        "the fit of the lenses does not converge; use starting values nearer to the camera");
+        "the fit of the lenses does not converge; use better starting values of the lenses");
   }
 }
 
@@ -93,7 +81,7 @@ void set_uncertainty(const CameraParameters& parameters,
   if (covariance) {
     fit->sigma = uncertainty_of(parameters, *covariance, fit->camera.layout);
   } else {
-    fit->warnings.emplace_back("how certain the lenses are cannot be told: the fit is singular");
+    fit->warnings.emplace_back("the uncertainty of the lenses is unknown: the fit is singular");
   }
 }
 

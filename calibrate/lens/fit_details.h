@@ -1,7 +1,6 @@
-// What both ways of fitting a camera share.
+// Common parts of the two camera fits (board_fit.h, capture_fit.h).
 #pragma once
 
-#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 
 #include <Eigen/Core>
@@ -13,23 +12,16 @@
 
 namespace raywalk::calibrate {
 
-// An observation further from the fit than this many standard deviations is taken for a wrong one.
+// An observation further from the fit than this many standard deviations is an outlier.
 inline constexpr double kOutlierSigmas = 5.0;
-// At 2.385 standard deviations Cauchy's estimate has 95 % of the efficiency of least squares under
-// normal errors (Holland and Welsch 1977).
-inline constexpr double kCauchySigmas = 2.385;
 
-// Standard deviation of normal errors by the median of their absolute values, which wrong ones do
-// not move. At least one value.
-double robust_sigma(std::vector<double> absolute_values);
-
-// Runs the solver until it converges; points of the problem, if any, are the blocks named to be
-// eliminated first. Throws Interrupted, and Error where there is no usable solution.
+// Runs the solver until it converges. `eliminated_first` are the parameter blocks of points, if
+// any, for the Schur complement. Throws Interrupted, and Error if there is no usable solution.
 void solve_fit(ceres::Problem* problem, const std::vector<double*>& eliminated_first,
                int most_iterations);
 
-// Of front, back and back_pose, which are parameters of the problem (constant ones have variance
-// 0); none where the problem does not determine them.
+// Covariance of front, back and back_pose, which are parameters of the problem (constant ones have
+// variance 0); nullopt if the problem does not determine them.
 std::optional<CameraCovariance> camera_covariance(ceres::Problem* problem,
                                                   const CameraParameters& camera);
 

@@ -11,14 +11,14 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr int kAzimuths = 360;
-// Light has ended where less than this is left of what the lens gives further in.
+// The rim is where the level falls below this share of that further in.
 constexpr double kDarkShare = 0.2;
 constexpr double kLeastLight = 12.0;  // levels; a scene darker than this shows no rim
-// Shares of the radius that the start expects: what is inside for certain, and how far to look.
+// Shares of the start's radius: what is certainly inside, and the limit of the search.
 constexpr double kInside = 0.75;
 constexpr double kOutside = 1.25;
 
-// The first dark place on the way outwards; none where the picture ends before.
+// The first dark pixel outwards; nullopt if the picture ends before.
 std::optional<PixelPosition> rim_along(const cv::Mat& brightest, const DualFisheyeCamera& start,
                                        bool back, double azimuth_rad) {
   const FisheyeLens& lens = back ? start.layout.back : start.layout.front;
@@ -96,7 +96,7 @@ std::optional<ImageCircle> find_image_circle(const cv::Mat& brightest,
     if (round + 1 == kRounds) {
       return middle_px <= kLargestScatter_px ? std::optional(circle) : std::nullopt;
     }
-    // Dark things at the rim look like its end: points far from the circle are left out.
+    // Dark objects at the rim look like its end: points far from the circle are outliers.
     const double most_px = std::max(1.0, 3.0 * middle_px);
     std::erase_if(points,
                   [&](PixelPosition point) { return off_circle_px(circle, point) > most_px; });

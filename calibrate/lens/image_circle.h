@@ -1,4 +1,4 @@
-// The rim of a fisheye lens's image, where the light ends.
+// The rim of a fisheye lens's image circle.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -10,7 +10,7 @@ namespace raywalk::calibrate {
 
 double distance_px(PixelPosition a, PixelPosition b);
 
-// Which lens a pixel of a picture of both belongs to: the one whose centre is nearer.
+// Whether a pixel of a picture with both image circles is nearer to the back lens's centre.
 bool belongs_to_back(const DualFisheyeLayout& layout, PixelPosition pixel);
 
 struct ImageCircle {
@@ -18,14 +18,14 @@ struct ImageCircle {
   double radius_px = 0.0;
 };
 
-// Finds the circle in `brightest` (CV_8UC1, the largest level that each pixel had in several
-// frames), near the circle of the start. None where half of its rim or more lies outside of the
-// picture, or the light does not end on a circle.
+// Finds the circle in `brightest` (CV_8UC1, the maximum level of each pixel over several frames),
+// near the circle of the start. nullopt if half of its rim or more lies outside of the picture, or
+// the bright area does not end on a circle.
 std::optional<ImageCircle> find_image_circle(const cv::Mat& brightest,
                                              const DualFisheyeCamera& start, bool back);
 
-// `lens` with the field of view that ends at the radius; if the lens's radius stops growing before,
-// there.
+// `lens` with the field of view that ends at the radius, or where the radial model stops growing,
+// if that is less.
 FisheyeLens with_rim_at(FisheyeLens lens, double radius_px);
 
 // The radius at which the field of view ends.

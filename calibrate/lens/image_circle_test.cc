@@ -11,7 +11,7 @@ namespace {
 
 constexpr PanoramaSize kPicture{1120, 560};
 
-// Discs of light where the true lenses image something.
+// Bright discs in the fields of view of the true lenses.
 cv::Mat lit_circles(const DualFisheyeLayout& layout, double level) {
   cv::Mat picture(kPicture.height, kPicture.width, CV_8UC1, cv::Scalar(2));
   for (int v = 0; v < picture.rows; ++v) {
@@ -26,7 +26,7 @@ cv::Mat lit_circles(const DualFisheyeLayout& layout, double level) {
   return picture;
 }
 
-TEST(ImageCircleTest, RimIsFoundThroughDarkThingsNearIt) {
+TEST(ImageCircleTest, RimIsFoundDespiteDarkObjectsNearIt) {
   const DualFisheyeCamera truth = true_camera(kPicture), start = plain_camera(kPicture);
   cv::Mat picture = lit_circles(truth.layout, 180.0);
   cv::rectangle(picture, {240, 430, 90, 130}, cv::Scalar(3), cv::FILLED);  // a pole, to the rim
@@ -40,7 +40,7 @@ TEST(ImageCircleTest, RimIsFoundThroughDarkThingsNearIt) {
   }
 }
 
-TEST(ImageCircleTest, WithoutARimThereIsNone) {
+TEST(ImageCircleTest, NoCircleIsFoundWithoutARim) {
   const DualFisheyeCamera start = plain_camera(kPicture);
   const cv::Mat lit_all_over(kPicture.height, kPicture.width, CV_8UC1, cv::Scalar(180));
   EXPECT_FALSE(find_image_circle(lit_all_over, start, false));
@@ -56,7 +56,7 @@ TEST(ImageCircleTest, FieldOfViewEndsAtTheRimOrWhereTheRadiusStopsGrowing) {
   lens.k = {-0.2, 0.0, 0.0, 0.0};  // grows up to t = sqrt(1 / 0.6)
   const FisheyeLens folded = with_rim_at(lens, 1e6);
   EXPECT_NEAR(folded.largest_angle_rad, std::sqrt(1.0 / 0.6), 2e-4);
-  EXPECT_NO_THROW(require_growing_radius(folded));
+  EXPECT_NO_THROW(require_monotonic_radius(folded));
 }
 
 }  // namespace

@@ -10,11 +10,12 @@
 #include "calibrate/lens/bundle_problem.h"
 #include "calibrate/lens/fit_details.h"
 #include "core/base/error.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-// What three observations tell besides their point is little; two tell nothing.
+// Two observations only determine their point; three also constrain the lenses.
 constexpr std::size_t kLeastObservations = 3;
 
 bool enough(const BundleTrack& track, const std::vector<int>& observations) {
@@ -24,7 +25,7 @@ bool enough(const BundleTrack& track, const std::vector<int>& observations) {
   return stations.size() > 1;
 }
 
-// What turns observations into rays, as the state has it.
+// Converts observations to rays by the current state.
 class Viewing {
  public:
   Viewing(const BundleInput& input, const BundleState& state)
@@ -35,7 +36,7 @@ class Viewing {
   std::optional<ViewRay> ray_of(const BundleObservation& seen) const {
     const auto in_lens = unproject(seen.back ? layout_.back : layout_.front, seen.seen);
     if (!in_lens) return std::nullopt;
-    const StationPoseNow& pose = poses_[static_cast<std::size_t>(seen.station)];
+    const BundlePose& pose = poses_[static_cast<std::size_t>(seen.station)];
     const Eigen::Vector3d in_camera = seen.back ? camera_from_back_ * *in_lens : *in_lens;
     const Eigen::Vector3d& lens_m = seen.back ? layout_.back_position_m : layout_.front_position_m;
     return ViewRay{pose.position_m + pose.world_from_camera * lens_m,
@@ -45,7 +46,7 @@ class Viewing {
  private:
   DualFisheyeLayout layout_;
   Eigen::Matrix3d camera_from_back_;
-  std::vector<StationPoseNow> poses_;
+  std::vector<BundlePose> poses_;
 };
 
 std::optional<TrackPoint> point_of(const Viewing& viewing, const BundleTrack& track,
@@ -68,7 +69,7 @@ class Adjustment {
   Adjustment(const BundleInput& input, const BundleState& from)
       : input_(input), middles_(line_middles(input)), state_(from) {}
 
-  // Chooses observations that agree to kOutlierSigmas sigma_px with the state.
+  // Selects observations within kOutlierSigmas sigma_px of the state's prediction.
   void choose(double sigma_px) {
     const Viewing viewing(input_, state_);
     active_.clear();
@@ -82,9 +83,9 @@ class Adjustment {
   void require_tracks(int least) const {
     if (static_cast<int>(active_.size()) >= least) return;
     throw Error(fmt::format(
-        "only {} features agree with each other and with the rail's positions, of {} that were "
-        "followed; {} are needed: use more stations (--pairs), a scene with more texture, or "
-        "starting values nearer to the camera",
+        "only {} features of {} tracked agree with each other and with the rail's positions; {} "
+        "are needed: use more stations (--pairs), a scene with more texture, or better starting "
+        "values of the lenses",
         active_.size(), input_.tracks.size(), least));
   }
 
@@ -93,8 +94,8 @@ class Adjustment {
     build_problem(input_, sigma_px, &state_, &active_, &problem);
     std::vector<double*> points;
     for (ActiveTrack& active : active_) points.push_back(active.point.value.data());
-    // Points are eliminated first; each is seen from few stations, which is what Schur's complement
-    // lives on.
+    // Points are eliminated first: each is seen from few stations, so the Schur complement is
+    // sparse.
     solve_fit(&problem, points, most_iterations);
   }
 
@@ -135,7 +136,7 @@ class Adjustment {
     return residual_of(input_, state_, middles_[static_cast<std::size_t>(line)], point, seen);
   }
 
-  // Leaves out the worst observation until the rest agree; none where too few do.
+  // Removes the worst observation until the rest agree; nullopt if too few do.
   std::optional<ActiveTrack> agreeing(const Viewing& viewing, int track, double most_px) const {
     const BundleTrack& seen = input_.tracks[static_cast<std::size_t>(track)];
     ActiveTrack active{track, {}, {}};
@@ -173,9 +174,9 @@ BundleState start_of(const BundleInput& input) {
           std::vector<PoseParameters>(input.stations.size())};
 }
 
-std::vector<StationPoseNow> poses_of(const BundleInput& input, const BundleState& state) {
+std::vector<BundlePose> poses_of(const BundleInput& input, const BundleState& state) {
   const std::vector<Eigen::Vector3d> middles = line_middles(input);
-  std::vector<StationPoseNow> poses;
+  std::vector<BundlePose> poses;
   for (std::size_t s = 0; s < input.stations.size(); ++s) {
     const BundleStation& station = input.stations[s];
     const auto line = static_cast<std::size_t>(station.line);
@@ -197,7 +198,7 @@ BundleResult adjust_bundle(const BundleInput& input, const BundleState& from,
   constexpr int kRounds = 5;
   constexpr int kIterationsPerRound = 8;
   constexpr int kLastIterations = 50;
-  // Features are not found to better than this, so nothing tighter is noise.
+  // Lower bound of the features' noise.
   constexpr double kLeastSigma_px = 0.02;
   Adjustment adjustment(input, from);
   double sigma_px = options.tolerance_px;

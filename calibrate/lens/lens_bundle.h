@@ -1,12 +1,11 @@
-// Everything that decides where features appear in the frames of a capture: the camera's lenses,
-// how each line of the rail lies, where every station is, and where the features are. All of it is
-// estimated in one least-squares problem (a bundle adjustment, Triggs et al. 2000), of which the
-// lenses are what is wanted.
+// Bundle adjustment (Triggs et al. 2000) of the frames of a capture for the lenses: the camera's
+// lenses, the pose of each line of the rail, the pose of every station and the positions of the
+// features are estimated in one least-squares problem.
 //
-// The rail makes this well posed without a target: its positions are known to a millimetre or so,
+// The rail makes this well posed without a target: its positions are known to about a millimetre,
 // so a feature at the direction b(s) from the position s on a straight line has to move such that
-// cot(angle to the rail) grows linearly with s. A lens model that is wrong in any part of the
-// picture bends these tracks. Features seen by both lenses tie them together.
+// cot(angle to the rail) grows linearly with s. An error of the lens model in any part of the
+// picture bends these tracks. Features seen by both lenses constrain their relative pose.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,7 +29,7 @@ struct BundleObservation {
   PixelPosition seen{};
 };
 
-// One feature of the scene wherever it was seen.
+// All observations of one scene feature.
 using BundleTrack = std::vector<BundleObservation>;
 
 struct BundleInput {
@@ -40,7 +39,7 @@ struct BundleInput {
   std::vector<BundleTrack> tracks{};
 };
 
-// What is estimated, but for the features. The camera of station s has the world position
+// The unknowns except for the features. The camera of station s has the world position
 //   middle + R(line)(nominal - middle) + shift(line) + shift(s), middle: of the line's stations,
 // and its directions are R(s) nominal_camera_from_world (world direction).
 struct BundleState {
@@ -49,16 +48,16 @@ struct BundleState {
   std::vector<PoseParameters> stations{};
 };
 
-struct StationPoseNow {
+struct BundlePose {
   Eigen::Vector3d position_m{0, 0, 0};
   Eigen::Matrix3d world_from_camera = Eigen::Matrix3d::Identity();
 };
 
 BundleState start_of(const BundleInput& input);
-// Of every station, by the state.
-std::vector<StationPoseNow> poses_of(const BundleInput& input, const BundleState& state);
+// The pose of every station.
+std::vector<BundlePose> poses_of(const BundleInput& input, const BundleState& state);
 
-// An observation that the fit rests on.
+// An inlier observation of the fit.
 struct BundleResidual {
   int track = 0;
   int observation = 0;
@@ -72,17 +71,18 @@ struct BundleResult {
   int tracks_kept = 0;
   int observations_dropped = 0;
   double sigma_px = 0.0;  // robust standard deviation of a residual, per axis
-  std::optional<CameraCovariance> covariance{};  // none: not wanted, or singular
+  std::optional<CameraCovariance> covariance{};  // nullopt: not requested, or singular
 };
 
 struct BundleOptions {
   double tolerance_px = 4.0;    // a typical error of the start
-  int least_tracks = 100;       // that have to agree
+  int least_tracks = 100;       // inlier tracks required
   bool want_covariance = true;  // costs about as much as the fit
 };
 
-// Fits, from `from`, in rounds that tighten what counts as an outlier from the tolerance down to
-// the noise of the features. Throws Interrupted, and Error where too few tracks agree.
+// Fits from the initial state `from`, in rounds that tighten the outlier threshold from the
+// tolerance down to the noise of the features. Throws Interrupted, and Error if too few tracks
+// agree.
 BundleResult adjust_bundle(const BundleInput& input, const BundleState& from,
                            const BundleOptions& options);
 

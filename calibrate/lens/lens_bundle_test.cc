@@ -42,7 +42,7 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
   input.start.front.largest_angle_rad = input.start.back.largest_angle_rad =
       radians_from_degrees(99.0);
   input.lines = 4;
-  std::vector<StationPoseNow> poses;
+  std::vector<BundlePose> poses;
   for (int line = 0; line < input.lines; ++line) {
     const double turn_rad = radians_from_degrees(world.turn_deg);
     const Eigen::Matrix3d line_turn = world_from_camera(
@@ -97,7 +97,7 @@ BundleInput observed(const World& world, const DualFisheyeLayout& truth, Random*
 
 constexpr BundleOptions kQuick{4.0, 50, false};
 
-TEST(LensBundleTest, TrueLensesComeBackFromFeaturesAloneWithinTheirStatedErrors) {
+TEST(LensBundleTest, RecoversLensesWithinTheirSigmas) {
   const DualFisheyeLayout truth = true_camera(kPicture).layout;
   ASSERT_GT(imaging_difference_px(plain_camera(kPicture).layout, truth), 3.0);
   constexpr int kRuns = 3;
@@ -113,8 +113,8 @@ TEST(LensBundleTest, TrueLensesComeBackFromFeaturesAloneWithinTheirStatedErrors)
     ASSERT_TRUE(result.covariance);
     const CameraUncertainty sigma = uncertainty_of(result.state.camera, *result.covariance, fitted);
     EXPECT_LT(sigma.worst_px(), 0.3);
-    // Squares of errors over their stated variances, of the parameters one by one: their mean is 1
-    // where the covariance is right.
+    // Squared errors over their variances, by parameter: their mean is 1 if the covariance is
+    // right.
     const CameraParameters wanted = parameters_of(truth);
     for (int i = 0; i < kLensParameters; ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -129,7 +129,7 @@ TEST(LensBundleTest, TrueLensesComeBackFromFeaturesAloneWithinTheirStatedErrors)
   EXPECT_LT(squares, 3.0);
 }
 
-TEST(LensBundleTest, WrongMatchesAreFound) {
+TEST(LensBundleTest, WrongMatchesAreRejected) {
   const DualFisheyeLayout truth = true_camera(kPicture).layout;
   Random random(9);
   const BundleInput input = observed({.outliers = 0.15}, truth, &random);
@@ -147,7 +147,7 @@ TEST(LensBundleTest, ARailFarOffThePlanDoesNotMatter) {
   EXPECT_LT(imaging_difference_px(layout_of(result.state.camera, input.start), truth), 0.3);
 }
 
-TEST(LensBundleTest, FeaturesThatDoNotBelongTogetherAreRefused) {
+TEST(LensBundleTest, InconsistentFeaturesAreRefused) {
   Random random(5);
   const BundleInput input = observed({.outliers = 1.0}, true_camera(kPicture).layout, &random);
   EXPECT_THROW(adjust_bundle(input, start_of(input), kQuick), Error);

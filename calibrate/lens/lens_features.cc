@@ -11,14 +11,14 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Larger pictures are made smaller first: the finest features of a 6K frame are noise, and its time
-// grows with its area.
+// Larger pictures are reduced first: the finest features of a 6K frame are noise, and the time
+// grows with the area.
 constexpr double kLargestRadius_px = 800.0;
 
-// A lower threshold than Lowe's: plain walls have weak features, and wrong ones are found later.
+// A lower threshold than Lowe's: plain walls have weak features, and outliers are removed later.
 constexpr double kContrast = 0.02;
 
-// Rings and sectors in which features are counted, so that they spread.
+// Rings and sectors of the cells over which features are spread.
 constexpr int kRings = 8;
 constexpr int kSectors = 16;
 
@@ -35,10 +35,9 @@ struct Detection {
 
 cv::Ptr<cv::SIFT> feature_finder() { return cv::SIFT::create(0, 3, kContrast); }
 
-// How far right and down of their true places features are found. OpenCV doubles the picture first,
-// which puts pixel u at 2 u + 0.5, and its version 4.6 halves the positions found: all are a
-// quarter of a pixel off. Later versions can do it rightly, so that it is measured, on blobs drawn
-// here.
+// The systematic offset of detected features to the right and down. OpenCV doubles the picture
+// first, which puts pixel u at 2 u + 0.5, and version 4.6 halves the detected positions: all are a
+// quarter of a pixel off. Later versions may be correct, so the offset is measured on drawn blobs.
 double measured_shift_px() {
   constexpr int kSide = 96;
   constexpr double kCentre = 0.5 * (kSide - 1), kBlobSigma_px = 3.0;
@@ -97,8 +96,8 @@ bool usable(const Found& found, const FisheyeLens& lens, const Eigen::Matrix3d& 
          (camera_from_lens * *direction).dot(options.down) < std::cos(options.ignore_below_rad);
 }
 
-// The strongest of every cell. SIFT gives a point once per orientation of its surroundings; the
-// first is kept, as twice the same position would count twice.
+// The strongest of every cell. SIFT returns a point once per orientation of its neighbourhood; only
+// the first is kept, as duplicates would count twice.
 std::vector<Found> spread(std::vector<Found> found, const FisheyeLens& lens, int most) {
   std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
     return a.point.response > b.point.response;
@@ -125,8 +124,8 @@ std::vector<Found> spread(std::vector<Found> found, const FisheyeLens& lens, int
   return kept;
 }
 
-// Square roots of descriptors that sum to 1 compare by Hellinger's distance, which tells features
-// apart better than Euclid's (Arandjelovic and Zisserman 2012).
+// RootSIFT: square roots of descriptors that sum to 1, compared by the Hellinger distance, which
+// discriminates better than the Euclidean one (Arandjelovic and Zisserman 2012).
 void add_descriptor(const cv::Mat& descriptor, cv::Mat* descriptors) {
   cv::Mat row;
   descriptor.convertTo(row, CV_32F, 1.0 / std::max(1e-6, cv::sum(descriptor)[0]));

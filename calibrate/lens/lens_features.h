@@ -1,8 +1,7 @@
-// Features (SIFT, Lowe 2004) of the pictures of a dual-fisheye camera, each known by the lens that
-// saw it.
+// Features (SIFT, Lowe 2004) of the pictures of a dual-fisheye camera.
 //
-// They are found in the fisheye pictures as they are: nothing is interpolated, and both lenses
-// stretch what lies in their common ring alike, so that its features match.
+// They are detected in the fisheye pictures directly, without resampling. Both lenses distort
+// their overlap alike, so its features match.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -23,15 +22,15 @@ struct LensFeatures {
   cv::Mat descriptors{};  // CV_32FC1, a row per feature, of unit length
 };
 
-// A station's pictures: front and back are the same where the camera gives one file.
+// A station's pictures: front and back are the same for a camera with one file.
 struct LensPictures {
   cv::Mat front{};  // CV_8UC3
   cv::Mat back{};
 };
 
 // Up to `most_per_lens` features of each lens, spread over its image circle, none within
-// `ignore_below_rad` of straight down (`down` in the camera's frame) and none so near the circle's
-// rim that its neighbourhood crosses it.
+// `ignore_below_rad` of `down` (camera's frame) and none whose neighbourhood crosses the rim of the
+// circle.
 struct FeatureOptions {
   int most_per_lens = 2500;
   double ignore_below_rad = 0.0;

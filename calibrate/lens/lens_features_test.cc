@@ -11,7 +11,7 @@ namespace {
 
 constexpr PanoramaSize kPicture{640, 320};
 
-// Soft dots of light on grey, at places between pixels.
+// Blurred bright dots on grey, at subpixel positions.
 cv::Mat dots_at(const std::vector<PixelPosition>& places) {
   constexpr double kSigma_px = 2.5;
   cv::Mat picture(kPicture.height, kPicture.width, CV_8UC3);
@@ -37,7 +37,7 @@ double nearest_px(const LensFeatures& found, PixelPosition place, bool back) {
   return nearest;
 }
 
-TEST(LensFeaturesTest, FeaturesAreWhereTheyAreAndOfTheLensThatSawThem) {
+TEST(LensFeaturesTest, FeaturesHaveTheRightPositionAndLens) {
   const DualFisheyeCamera camera = plain_camera(kPicture);
   const std::vector<PixelPosition> places{{100.3, 120.6}, {170.8, 200.1}, {450.4, 90.5}};
   const cv::Mat picture = dots_at(places);
@@ -48,7 +48,7 @@ TEST(LensFeaturesTest, FeaturesAreWhereTheyAreAndOfTheLensThatSawThem) {
   EXPECT_EQ(found.descriptors.rows, static_cast<int>(found.features.size()));
 }
 
-TEST(LensFeaturesTest, TheNadirAndTheRimAreLeftOutWhereAsked) {
+TEST(LensFeaturesTest, TheNadirAndTheRimAreExcluded) {
   const DualFisheyeCamera camera = plain_camera(kPicture);
   const PixelPosition middle = camera.layout.front.centre;
   const double rim_px = 0.5 * kPicture.height * 0.99;

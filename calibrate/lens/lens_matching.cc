@@ -8,7 +8,7 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr int kDescriptorLength = 128;
-// Of the distances to the nearest and to the second nearest (Lowe 2004: 0.8).
+// Largest ratio of the distances to the nearest and to the second nearest (Lowe 2004: 0.8).
 constexpr float kRatio = 0.8F;
 
 std::vector<int> indices_of(const LensOfView& lens) {
@@ -22,15 +22,15 @@ std::vector<int> indices_of(const LensOfView& lens) {
   return indices;
 }
 
-// Of descriptors of unit length, descending with their distance.
-float likeness(const float* a, const float* b) {
+// Similarity of descriptors of unit length, which decreases with their distance.
+float similarity(const float* a, const float* b) {
   float sum = 0.0F;
   for (int i = 0; i < kDescriptorLength; ++i) sum += a[i] * b[i];
   return sum;
 }
 
-// The arc on which the second camera may see what the first sees on a ray: from the ray's own
-// direction, for a point infinitely far, to that of a point at the nearest distance.
+// The arc of the epipolar line on which the second camera may see a point of a ray: from the ray's
+// own direction, for a point at infinity, to that of a point at the nearest distance.
 class Arc {
  public:
   Arc(const ViewRay& ray, const Eigen::Vector3d& other_m, const MatchingGate& gate)
@@ -61,20 +61,20 @@ class Arc {
 
 struct Nearest {
   int index = -1;
-  float likeness = -1.0F;
+  float similarity = -1.0F;
   float second = -1.0F;
 
   void offer(int candidate, float value) {
-    if (value > likeness) {
-      second = likeness;
-      likeness = value;
+    if (value > similarity) {
+      second = similarity;
+      similarity = value;
       index = candidate;
     } else {
       second = std::max(second, value);
     }
   }
   // |a - b|^2 = 2 - 2 a b for unit vectors.
-  bool clear() const { return index >= 0 && 1.0F - likeness < kRatio * kRatio * (1.0F - second); }
+  bool clear() const { return index >= 0 && 1.0F - similarity < kRatio * kRatio * (1.0F - second); }
 };
 
 }  // namespace
@@ -84,7 +84,7 @@ std::vector<FeatureMatch> match_features(const LensOfView& first, const LensOfVi
   const std::vector<int> of_first = indices_of(first), of_second = indices_of(second);
   if (of_first.empty() || of_second.empty()) return {};
   std::vector<Nearest> forwards(of_first.size()), backwards(of_second.size());
-  // Lenses of one view stand so near each other that the first ray's origin does for all.
+  // Lenses of one view are so close together that the first ray's origin is used for all.
   const Eigen::Vector3d other_m =
       second.view->rays[static_cast<std::size_t>(of_second[0])].origin_m;
   for (std::size_t i = 0; i < of_first.size(); ++i) {
@@ -94,7 +94,7 @@ std::vector<FeatureMatch> match_features(const LensOfView& first, const LensOfVi
       if (!arc.allows(second.view->rays[static_cast<std::size_t>(of_second[j])].direction))
         continue;
       const float value =
-          likeness(descriptor, second.view->features->descriptors.ptr<float>(of_second[j]));
+          similarity(descriptor, second.view->features->descriptors.ptr<float>(of_second[j]));
       forwards[i].offer(static_cast<int>(j), value);
       backwards[j].offer(static_cast<int>(i), value);
     }

@@ -1,4 +1,4 @@
-// Which features of two pictures show the same thing.
+// Matches features of two fisheye pictures.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,10 +10,10 @@
 
 namespace raywalk::calibrate {
 
-// The features of a station with what is known of their directions at the time of matching.
+// The features of a station with their rays at the current estimate.
 struct MatchingView {
   const LensFeatures* features = nullptr;
-  std::vector<ViewRay> rays{};  // of every feature; a direction of 0 where it has none
+  std::vector<ViewRay> rays{};  // of every feature; zero direction: no ray
 };
 
 struct FeatureMatch {
@@ -21,17 +21,16 @@ struct FeatureMatch {
   int second = 0;
 };
 
-// What the geometry allows for the second picture, given the first.
+// The epipolar constraint on matches.
 struct MatchingGate {
-  // A feature may be off the plane through both cameras (the epipolar plane) by this angle, and so
-  // far beyond its ends: the infinitely far point and one at `nearest_m`.
+  // Largest angle of a feature from the segment of the epipolar line between the point at infinity
+  // and the one at `nearest_m`.
   double tolerance_rad = 0.1;
   double nearest_m = 0.3;
 };
 
-// Features of one lens matched with those of one lens in another (or the same) picture: nearest by
-// descriptor among those that the gate allows, clearly nearer than the second (Lowe's ratio), and
-// the same from both sides.
+// Matches features of one lens with those of one lens in another (or the same) picture: mutual
+// nearest neighbours by descriptor, among those that the gate allows, that pass Lowe's ratio test.
 struct LensOfView {
   const MatchingView* view = nullptr;
   bool back = false;

@@ -61,21 +61,21 @@ void add_headline(const LensFit& fit, HtmlPage* page) {
        {from_board(fit) ? "board corners" : "features followed", std::to_string(fit.points)},
        {"seen by both lenses", std::to_string(fit.overlap_points)}});
   for (const std::string& warning : fit.warnings) page->add_paragraph("Warning: " + warning + ".");
-  if (fit.trustworthy()) page->add_paragraph("Nothing speaks against the result.");
+  if (fit.trustworthy()) page->add_paragraph("No warnings.");
 }
 
 HtmlTable counts_table(const LensFit& fit) {
   const auto row = [](const std::string& name, int count) {
     return std::vector<HtmlCell>{{name}, {std::to_string(count)}};
   };
-  HtmlTable table{.caption = "What the fit rests on", .header = {"", "number"}};
+  HtmlTable table{.caption = "Data of the fit", .header = {"", "number"}};
   table.rows = {
       row(from_board(fit) ? "pictures that show the board" : "stations", fit.pictures),
       row(from_board(fit) ? "corners, once per picture" : "features of the room", fit.points),
-      row("of them seen by both lenses", fit.overlap_points), row("image points", fit.observations),
-      row("image points dropped: they agree with nothing", fit.dropped_observations)};
+      row("seen by both lenses", fit.overlap_points), row("image points", fit.observations),
+      row("image points dropped as outliers", fit.dropped_observations)};
   if (!from_board(fit)) {
-    table.rows.push_back(row("features dropped: they go along with the camera", fit.dropped_still));
+    table.rows.push_back(row("features dropped: they move with the camera", fit.dropped_still));
   }
   return table;
 }
@@ -104,32 +104,35 @@ LinePlot ring_plot(const std::vector<ResidualRing>& rings) {
 }  // namespace
 
 std::string lens_page(const LensFit& fit) {
-  HtmlPage page("Lenses of the camera", from_board(fit)
-                                            ? "from pictures of a ChArUco board"
-                                            : "from features that were followed along the rail");
+  HtmlPage page("Lenses of the camera", from_board(fit) ? "from pictures of a ChArUco board"
+                                                        : "from features tracked along the rail");
   add_headline(fit, &page);
   page.add_section("Residuals");
   page.add_paragraph(
-      "How far image points were seen from where the fitted camera has them. Arrows that point "
-      "anywhere are noise; arrows that agree with their neighbours are what the model lacks.");
+      "Residuals of the image points: observed minus fitted. Arrows of random directions are "
+      "noise; "
+      "arrows that agree with their neighbours show an error of the lens model.");
   page.add_figures(
       {svg_figure(residual_picture(fit, false), "Front lens"),
        svg_figure(residual_picture(fit, true), "Back lens"),
        svg_figure(svg_from_plot(ring_plot(residual_rings(fit))),
-                  "Rings of five degrees. A mean outwards that is not 0 is left of the radius")});
+                  "Rings of five degrees. A mean outwards other than 0 is an error of the radial "
+                  "model")});
   page.add_table(counts_table(fit));
   page.add_section("Values");
   page.add_paragraph(fmt::format(
       "A direction at the angle t from a lens's axis is imaged at focal length (t + k1 t^3 + k2 "
       "t^5 + k3 t^7 + k4 t^9) from the centre, in pictures of {} x {} pixels. The coefficients "
-      "depend on each other, so their standard deviations look large: what a direction's place in "
-      "the picture is known to is {:.3f} px half way to the rim and {:.3f} px at the rim for the "
-      "front lens, {:.3f} and {:.3f} px for the back lens.",
+      "are correlated, so their standard deviations look large. The standard deviation of a "
+      "direction's image position is {:.3f} px half way to the rim and {:.3f} px at the rim for "
+      "the front lens, {:.3f} and {:.3f} px for the back lens.",
       fit.camera.picture.width, fit.camera.picture.height, fit.sigma.front.middle_px,
       fit.sigma.front.rim_px, fit.sigma.back.middle_px, fit.sigma.back.rim_px));
   page.add_table(table_of("Front lens", front_values(fit)));
-  page.add_table(table_of("Back lens, with its attitude against the front", back_values(fit)));
-  page.add_table(table_of("Position of the back lens against the front", baseline_values(fit)));
+  page.add_table(
+      table_of("Back lens, with its attitude relative to the front lens", back_values(fit)));
+  page.add_table(
+      table_of("Position of the back lens relative to the front lens", baseline_values(fit)));
   return page.html();
 }
 

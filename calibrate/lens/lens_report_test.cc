@@ -34,7 +34,7 @@ LensFit fit_with_residuals() {
   return fit;
 }
 
-TEST(LensReportTest, RingsTellWhatTheRadialModelLacks) {
+TEST(LensReportTest, RingsShowErrorsOfTheRadialModel) {
   const std::vector<ResidualRing> rings = residual_rings(fit_with_residuals());
   ASSERT_EQ(rings.size(), 1U);
   EXPECT_NEAR(degrees_from_radians(rings[0].off_axis_rad), 62.5, 1e-9);
@@ -50,16 +50,16 @@ TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
   EXPECT_EQ(json["front"]["focal_px"]["fitted"], fit.camera.layout.front.focal_px);
   EXPECT_EQ(json["front"]["focal_px"]["sigma"], 0.02);
   EXPECT_TRUE(json["front"]["largest_angle_deg"]["sigma"].is_null());
-  // 180.4 and -179.6 degrees are the same yaw: told as the start tells it.
+  // 180.4 and -179.6 degrees are the same yaw: the one nearer to the start's is reported.
   EXPECT_NEAR(json["back"]["yaw_deg"]["fitted"], 180.4, 1e-9);
   EXPECT_NEAR(json["baseline_mm"]["z"]["fitted"], -10.0, 1e-9);
   EXPECT_EQ(json["dropped_still"], 17);
   EXPECT_TRUE(json["trustworthy"]);
 }
 
-TEST(LensReportTest, PageIsWellFormedAndTellsWarnings) {
+TEST(LensReportTest, PageIsWellFormedAndShowsWarnings) {
   LensFit fit = fit_with_residuals();
-  EXPECT_THAT(lens_page(fit), HasSubstr("Nothing speaks against"));
+  EXPECT_THAT(lens_page(fit), HasSubstr("No warnings"));
   fit.warnings = {"too <few> points"};
   const std::string page = lens_page(fit);
   EXPECT_EQ(markup_fault(page), "");

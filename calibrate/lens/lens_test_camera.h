@@ -1,4 +1,4 @@
-// For tests: a camera whose lenses are known, and how far a fitted one is from it.
+// For tests: a camera with known lenses, and the error of a fitted one.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,12 @@
 
 namespace raywalk::calibrate {
 
-// The camera that a maker would describe: two equidistant lenses of 190 degrees.
+// The camera by its maker's figures: two equidistant lenses of 190 degrees.
 inline DualFisheyeCamera plain_camera(PanoramaSize picture) {
   return {picture, false, simple_dual_fisheye(picture)};
 }
 
-// The camera as it is: per cents off in every respect, 194 degrees.
+// The true camera: a few per cent off in every parameter, 194 degrees.
 inline DualFisheyeCamera true_camera(PanoramaSize picture) {
   DualFisheyeCamera camera = plain_camera(picture);
   const double px = picture.width / 1120.0;
@@ -40,8 +40,8 @@ inline Eigen::Vector3d at_angle(double off_axis_rad, double around_rad) {
           std::sin(off_axis_rad) * std::sin(around_rad), std::cos(off_axis_rad)};
 }
 
-// Root mean square over the image circle of how far apart two lenses image the same direction.
-// Directions are drawn as pixels are, evenly over the circle.
+// Root mean square distance of the images of the same direction in two lenses, over directions that
+// are uniform over the image circle.
 inline double imaging_difference_px(const FisheyeLens& a, const FisheyeLens& b) {
   const double limit = std::min(a.largest_angle_rad, b.largest_angle_rad);
   double sum = 0.0;
@@ -58,8 +58,8 @@ inline double imaging_difference_px(const FisheyeLens& a, const FisheyeLens& b) 
   return std::sqrt(sum / count);
 }
 
-// The same for a whole camera, of the worse lens: how far apart two cameras image directions of the
-// camera's frame, so that the attitude of the back lens counts.
+// The same for a whole camera, for the worse lens: directions are in the camera's frame, so the
+// attitude of the back lens counts.
 inline double imaging_difference_px(const DualFisheyeLayout& a, const DualFisheyeLayout& b) {
   const Eigen::Matrix3d turn =
       world_from_camera(a.back_attitude).transpose() * world_from_camera(b.back_attitude);

@@ -10,13 +10,13 @@ using LensCovariance = Eigen::Matrix<double, kLensParameters, kLensParameters>;
 
 // Root mean square over the azimuths of the standard deviation of the image position at the angle
 // t. With c, s the cosine and sine of the azimuth the position is (u + f m(t) c, v - f m(t) s),
-// where m(t) is fisheye_radius; its derivatives are written out below.
+// where m(t) is fisheye_radius; the derivatives are below.
 double imaging_sigma_px(const LensParameters& lens, const LensCovariance& covariance, double t) {
   constexpr int kAzimuths = 16;
   double variance = 0.0;
   for (int i = 0; i < kAzimuths; ++i) {
     const double azimuth = kTwoPi * i / kAzimuths;
-    Eigen::Matrix<double, 1, kLensParameters> along;  // of the radius, centre apart
+    Eigen::Matrix<double, 1, kLensParameters> along;  // of the radius, without the centre
     along.setZero();
     along[2] = fisheye_radius(lens.data() + 3, t);
     double power = lens[2] * t;

@@ -1,4 +1,4 @@
-// How well a fit determines a camera, from the covariance of its parameters.
+// The uncertainty of a fitted camera, from the covariance of its parameters.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,8 +14,8 @@ struct LensUncertainty {
   double centre_v_px = 0.0;
   double focal_px = 0.0;
   std::array<double, 4> k{};
-  // Of where a direction is imaged: the coefficients depend on each other so much that only this
-  // tells how good the lens is. Root mean square over the directions around the axis.
+  // Of the image position of a direction, root mean square over the directions around the axis. The
+  // coefficients are strongly correlated, so only this measures the quality of the lens model.
   double middle_px = 0.0;  // half way to the rim, in angle
   double rim_px = 0.0;     // at the largest angle
 };
@@ -24,7 +24,7 @@ struct CameraUncertainty {
   LensUncertainty front{};
   LensUncertainty back{};
   Eigen::Vector3d back_rotation_deg{0, 0, 0};  // about the back lens's x, y and z
-  Eigen::Vector3d baseline_mm{0, 0, 0};        // of the back lens's position against the front's
+  Eigen::Vector3d baseline_mm{0, 0, 0};        // from the front lens to the back lens
 
   double worst_px() const;  // the largest of the four imaging errors
 };

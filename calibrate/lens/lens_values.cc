@@ -40,9 +40,9 @@ std::vector<LensValue> back_values(const LensFit& fit) {
       values_of(fit.start.layout.back, fit.camera.layout.back, fit.sigma.back);
   const Attitude& start = fit.start.layout.back_attitude;
   const Attitude& fitted = fit.camera.layout.back_attitude;
-  // Of two names of the same yaw the one that is nearer to the start's.
+  // Of the equivalent values of a yaw, the one nearest to the start's.
   const double yaw_rad = start.yaw_rad + wrap_angle(fitted.yaw_rad - start.yaw_rad);
-  // A turn about the lens's y is a yaw, about x a pitch and about z a roll, as it stands upright.
+  // A rotation about the lens's y is a yaw, about x a pitch and about z a roll, as it is upright.
   const Eigen::Vector3d& sigma = fit.sigma.back_rotation_deg;
   values.push_back({"yaw_deg", "yaw", "deg", degrees_from_radians(start.yaw_rad),
                     degrees_from_radians(yaw_rad), sigma.y(), kAngleDecimals});

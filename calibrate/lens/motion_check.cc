@@ -13,38 +13,40 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Below this what was seen has not moved enough to tell where the camera went.
+// Smaller motions of a feature do not determine the camera's direction of motion.
 constexpr double kLeastMove_rad = radians_from_degrees(1.0);
 constexpr std::size_t kLeastSeen = 20;
-// Of the distance of the motion from a plane that it should lie in, as a sine.
+// Largest angle, as a sine, of the motion from a plane that should contain it.
 constexpr double kOffPlane = 0.15;
-// Planes of random matches pass within kOffPlane of any direction in as many of 100 cases.
+// Share of planes that must agree. Of random matches, a share of kOffPlane agrees with any
+// direction.
 constexpr double kLeastAgreeing = 0.4;
 
-// Normals of the planes through both cameras and the thing seen; the motion lies in all of them.
-std::vector<Eigen::Vector3d> plane_normals(const std::vector<SeenTwice>& seen) {
+// Normals of the epipolar planes, all of which contain the motion.
+std::vector<Eigen::Vector3d> plane_normals(const std::vector<BearingPair>& seen) {
   std::vector<Eigen::Vector3d> normals;
-  for (const SeenTwice& one : seen) {
+  for (const BearingPair& one : seen) {
     const Eigen::Vector3d normal = one.before.cross(one.after);
     if (normal.norm() >= std::sin(kLeastMove_rad)) normals.push_back(normal.normalized());
   }
   return normals;
 }
 
-// What lies ahead moves outwards: everything moves away from where the camera goes.
-bool moves_away_from(const Eigen::Vector3d& direction, const std::vector<SeenTwice>& seen) {
+// Static points move away from the direction of motion.
+bool moves_away_from(const Eigen::Vector3d& direction, const std::vector<BearingPair>& seen) {
   int away = 0;
-  for (const SeenTwice& one : seen) away += (one.after - one.before).dot(direction) < 0.0 ? 1 : -1;
+  for (const BearingPair& one : seen)
+    away += (one.after - one.before).dot(direction) < 0.0 ? 1 : -1;
   return away > 0;
 }
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> motion_seen(const std::vector<SeenTwice>& seen) {
+std::optional<Eigen::Vector3d> motion_direction(const std::vector<BearingPair>& seen) {
   const std::vector<Eigen::Vector3d> normals = plane_normals(seen);
   if (normals.size() < kLeastSeen) return std::nullopt;
-  // RANSAC (Fischler and Bolles 1981): two planes determine the motion; the one that most other
-  // planes agree with is taken.
+  // RANSAC (Fischler and Bolles 1981): two planes determine the motion; that with the most inliers
+  // is taken.
   constexpr int kTries = 400;
   std::mt19937 random(1);
   std::uniform_int_distribution<std::size_t> any(0, normals.size() - 1);
@@ -68,11 +70,11 @@ std::optional<Eigen::Vector3d> motion_seen(const std::vector<SeenTwice>& seen) {
   return moves_away_from(best, seen) ? best : Eigen::Vector3d(-best);
 }
 
-void require_motion_as_planned(const std::vector<MotionSeen>& motions) {
+void require_motion_as_planned(const std::vector<MotionComparison>& motions) {
   const double enough = std::cos(radians_from_degrees(45.0));
   int as_planned = 0, reversed = 0;
   double largest_rad = 0.0;
-  for (const MotionSeen& motion : motions) {
+  for (const MotionComparison& motion : motions) {
     const double cosine = std::clamp(motion.planned.dot(motion.seen), -1.0, 1.0);
     if (cosine > enough) ++as_planned;
     if (cosine < -enough) ++reversed;
@@ -91,8 +93,8 @@ void require_motion_as_planned(const std::vector<MotionSeen>& motions) {
         "mirrored, or the camera hung upside down; give pictures that are upright and not flipped");
   }
   throw Error(fmt::format(
-      "the pictures move {:.0f} degrees off the rail's direction: the camera was turned "
-      "on its mount, or lines are confused; put right which way it looked",
+      "the pictures move {:.0f} degrees off the rail's direction: the camera was rotated on its "
+      "mount, or lines are confused; correct the camera's attitude in the plan",
       degrees_from_radians(largest_rad)));
 }
 

@@ -1,5 +1,6 @@
-// Whether the pictures move as the rail did: that they are not mirrored, the camera not the other
-// way round, and front and back not swapped. A fit to such pictures would fail with no word of why.
+// Checks that the pictures move as the rail does: they are not mirrored, the camera is not the
+// other way round, and front and back are not swapped. A fit to such pictures would fail without
+// naming the cause.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,24 +9,24 @@
 
 namespace raywalk::calibrate {
 
-// The same thing seen from two stations; unit directions in axes that the plan has parallel.
-struct SeenTwice {
+// A scene point seen from two stations; unit directions in axes that are parallel by the plan.
+struct BearingPair {
   Eigen::Vector3d before{0, 0, 1};
   Eigen::Vector3d after{0, 0, 1};
 };
 
-// The direction in which the camera went, by what was seen: unit, in the axes of the directions.
-// None where too few agree on any. Wrong matches and a common turn by a few degrees are survived.
-std::optional<Eigen::Vector3d> motion_seen(const std::vector<SeenTwice>& seen);
+// The camera's direction of motion, estimated from the matches: unit, in their axes. nullopt if too
+// few agree. Robust to wrong matches and to a common rotation by a few degrees.
+std::optional<Eigen::Vector3d> motion_direction(const std::vector<BearingPair>& seen);
 
-// A motion of the camera along the rail.
-struct MotionSeen {
+// The planned and the estimated direction of a motion along the rail.
+struct MotionComparison {
   Eigen::Vector3d planned{1, 0, 0};  // unit, by the plan
   Eigen::Vector3d seen{1, 0, 0};     // unit, in the same axes
 };
 
-// Throws Error that tells what the pictures show instead and what to do; nothing where all motions
-// are seen within 45 degrees of the plan.
-void require_motion_as_planned(const std::vector<MotionSeen>& motions);
+// Throws Error that names the likely cause and its remedy, unless all motions are within 45 degrees
+// of the plan.
+void require_motion_as_planned(const std::vector<MotionComparison>& motions);
 
 }  // namespace raywalk::calibrate

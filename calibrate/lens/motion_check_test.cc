@@ -20,12 +20,12 @@ Vector3d random_direction(std::mt19937_64* random) {
   return Vector3d(normal(*random), normal(*random), normal(*random)).normalized();
 }
 
-// Things two metres away, seen before and after a motion; a share of them is something else after.
-std::vector<SeenTwice> seen_around(const Vector3d& motion_m, double wrong_share,
-                                   std::mt19937_64* random) {
+// Points two metres away, seen before and after a motion; a share of the matches is wrong.
+std::vector<BearingPair> seen_around(const Vector3d& motion_m, double wrong_share,
+                                     std::mt19937_64* random) {
   std::uniform_real_distribution<double> share(0.0, 1.0);
   const Eigen::Matrix3d turn = world_from_camera({0.02, -0.01, 0.015});
-  std::vector<SeenTwice> seen;
+  std::vector<BearingPair> seen;
   for (int i = 0; i < 300; ++i) {
     const Vector3d before = random_direction(random);
     Vector3d after = turn * (2.0 * before - motion_m).normalized();
@@ -36,23 +36,23 @@ std::vector<SeenTwice> seen_around(const Vector3d& motion_m, double wrong_share,
   return seen;
 }
 
-TEST(MotionCheckTest, MotionIsSeenThroughWrongMatchesAndTurns) {
+TEST(MotionCheckTest, MotionIsRobustToWrongMatchesAndRotations) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 20; ++i) {
     const Vector3d motion = random_direction(&random);
-    const auto seen = motion_seen(seen_around(0.3 * motion, 0.3, &random));
+    const auto seen = motion_direction(seen_around(0.3 * motion, 0.3, &random));
     ASSERT_TRUE(seen);
     EXPECT_GT(seen->dot(motion), std::cos(radians_from_degrees(20.0)));
   }
 }
 
-TEST(MotionCheckTest, NothingIsSaidWhereNothingAgrees) {
+TEST(MotionCheckTest, NoMotionIsFoundWithoutAgreement) {
   std::mt19937_64 random(2);
-  EXPECT_FALSE(motion_seen(seen_around({0.3, 0, 0}, 1.0, &random)));
-  EXPECT_FALSE(motion_seen({}));
+  EXPECT_FALSE(motion_direction(seen_around({0.3, 0, 0}, 1.0, &random)));
+  EXPECT_FALSE(motion_direction({}));
 }
 
-std::string complaint(const std::vector<MotionSeen>& motions) {
+std::string complaint(const std::vector<MotionComparison>& motions) {
   try {
     require_motion_as_planned(motions);
   } catch (const Error& error) {
@@ -61,7 +61,7 @@ std::string complaint(const std::vector<MotionSeen>& motions) {
   return "";
 }
 
-TEST(MotionCheckTest, WhatIsWrongWithThePicturesIsTold) {
+TEST(MotionCheckTest, ErrorsNameTheCause) {
   const Vector3d x = Vector3d::UnitX(), z = Vector3d::UnitZ();
   const Vector3d slanted = Vector3d(1, 0, 0.4).normalized();
   EXPECT_EQ(complaint({{x, slanted}, {z, z}}), "");

@@ -17,7 +17,7 @@ constexpr double kSide_px = 480.0;
 constexpr double kMargin_px = 16.0;
 constexpr double kFooter_px = 28.0;
 constexpr std::size_t kMostArrows = 2500;
-// What the median residual is drawn as.
+// Drawn length of the median residual.
 constexpr double kTypicalArrow_px = 9.0;
 
 constexpr const char* kStyle = R"(.raywalk-residuals { --ink: #1f2933; --soft: #98a3af;
@@ -56,7 +56,7 @@ double median_size_px(const std::vector<LensResidual>& residuals) {
 
 std::string px(double value) { return plain_number(value, 1); }
 
-// Arrows start where the camera has the point, marked by a dot, and end where it was seen.
+// Arrows start at the fitted point, marked by a dot, and end at the observed one.
 std::string arrow(const LensResidual& residual, const FisheyeLens& lens, double per_px,
                   double enlarged) {
   const double middle = kMargin_px + 0.5 * kSide_px;
@@ -85,7 +85,7 @@ std::string residual_picture(const LensFit& fit, bool back) {
   svg += fmt::format("<circle class=\"rim\" cx=\"{0}\" cy=\"{0}\" r=\"{1}\"/>\n", px(0.5 * width),
                      px(0.5 * kSide_px));
   for (const LensResidual& residual : residuals) svg += arrow(residual, lens, per_px, enlarged);
-  // The scale is as long as five typical residuals, which is long enough to measure by.
+  // The scale bar is as long as five typical residuals.
   constexpr double kScale = 5.0;
   const double y = width + 0.3 * kFooter_px;
   svg += fmt::format(

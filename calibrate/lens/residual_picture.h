@@ -7,9 +7,8 @@
 
 namespace raywalk::calibrate {
 
-// A complete <svg> element that follows the reader's light or dark mode. Arrows are enlarged so
-// that typical ones can be seen; a scale tells by how much. Of very many residuals an even share is
-// drawn.
+// A complete <svg> element that follows the reader's light or dark mode. Arrows are enlarged to be
+// visible, with a scale bar. Of very many residuals an evenly spaced subset is drawn.
 std::string residual_picture(const LensFit& fit, bool back);
 
 }  // namespace raywalk::calibrate

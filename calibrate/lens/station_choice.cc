@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kLeastPerLine = 5;
 
-// `count` of the numbers 0 ... size - 1, evenly spread, the ends included.
+// `count` of the numbers 0 ... size - 1, evenly spaced, including the ends.
 std::vector<int> evenly(int size, int count) {
   std::vector<int> chosen;
   if (count >= size) {
@@ -22,7 +22,7 @@ std::vector<int> evenly(int size, int count) {
   return chosen;
 }
 
-// Along x and along z in turn, each axis evenly spread, in the order of the set.
+// Alternating along x and along z, evenly spaced on each axis, in the order of the set.
 std::vector<int> choose_lines(const CaptureSet& set, int count) {
   std::vector<int> along_x, along_z;
   for (std::size_t i = 0; i < set.lines.size(); ++i) {

@@ -1,4 +1,4 @@
-// Which stations of a capture the lenses are fitted to, and which of them to compare.
+// Chooses the stations of a capture that the lenses are fitted to, and the pairs to match.
 #pragma once
 
 #include <vector>
@@ -7,14 +7,14 @@
 
 namespace raywalk::calibrate {
 
-// About `count` frames, shared among all lines and evenly spread over each; at least five per line
-// as far as it has them, and fewer lines, of both axes in turn, where that would be more than
-// `count`: lines of one axis alone leave the lens weakly determined in their plane. Indices into
-// CaptureSet::frames, line by line.
+// About `count` frames, shared among all lines and evenly spaced on each; at least five per line,
+// if it has so many. Where that would be more than `count`, fewer lines are used, alternating
+// between the axes: lines of one axis alone leave the lens weakly determined in their plane.
+// Indices into CaptureSet::frames, line by line.
 //
-// Evenly over the whole line, not groups of neighbours: what tells about the lens is how features
-// move, and they move most over the whole line. Between chosen neighbours they move by less than a
-// sixth of the line's length over their distance, which features survive in rooms of any size.
+// The frames are spread over the whole line, not grouped, because the motion of features determines
+// the lens and is largest over the whole line. Between chosen neighbours a feature moves by less
+// than a sixth of the line's length over its distance, little enough to match in rooms of any size.
 std::vector<int> choose_stations(const CaptureSet& set, int count);
 
 // Two of the chosen stations, as indices into what choose_stations returned.
@@ -23,8 +23,8 @@ struct StationPair {
   int second = 0;
 };
 
-// Neighbours on a line and neighbours but one, and stations of different lines that are no further
-// apart than neighbours are.
+// Pairs of next and second-next stations on a line, and of stations of different lines that are no
+// further apart than neighbours.
 std::vector<StationPair> pairs_to_match(const CaptureSet& set, const std::vector<int>& stations);
 
 }  // namespace raywalk::calibrate

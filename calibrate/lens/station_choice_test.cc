@@ -31,7 +31,7 @@ CaptureSet grid_of(int along_x, int along_z, int stations) {
   return set;
 }
 
-TEST(StationChoiceTest, EveryLineGivesBothEndsAndWhatIsBetween) {
+TEST(StationChoiceTest, EveryLineHasItsEndsAndMiddle) {
   const CaptureSet set = grid_of(2, 2, 31);
   const std::vector<int> chosen = choose_stations(set, 24);
   EXPECT_THAT(chosen, ::testing::SizeIs(24));
@@ -57,7 +57,7 @@ TEST(StationChoiceTest, FewStationsAreOnFewLinesButOfBothAxes) {
   }
 }
 
-TEST(StationChoiceTest, ShortCapturesAreTakenWhole) {
+TEST(StationChoiceTest, ShortCapturesAreUsedWhole) {
   EXPECT_THAT(choose_stations(grid_of(1, 0, 4), 24), ::testing::ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(choose_stations(grid_of(1, 1, 2), 24), ::testing::SizeIs(4));
   EXPECT_THAT(choose_stations(CaptureSet{}, 24), ::testing::IsEmpty());

@@ -21,8 +21,8 @@ TrackPoint anchored_at(const ViewRay& ray) {
 
 }  // namespace
 
-// The cross product of a seen unit direction with the predicted ray is the sine of their angle (the
-// predicted ray is near unit length) and linear in the three unknowns: normal equations 3 x 3.
+// The cross product of an observed unit direction with the predicted ray is the sine of their angle
+// (the predicted ray is near unit length) and linear in the three unknowns.
 std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays) {
   TrackPoint point = anchored_at(rays.front());
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -35,10 +35,10 @@ std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays) {
     normal += slope.transpose() * slope;
     right_side -= slope.transpose() * ray.direction.cross(point.axis);
   }
-  // Rays that are parallel, or leave from one place, do not tell the distance; far away is then as
-  // good an answer as any. Against what rays of some millimetres' parallax tell this is nothing.
-  constexpr double kVanishing_m2 = 1e-8;
-  normal(2, 2) += kVanishing_m2;
+  // Parallel rays, or rays of one origin, do not determine the distance. A small prior then puts
+  // the point at infinity; it is negligible for a parallax of some millimetres.
+  constexpr double kPrior_m2 = 1e-8;
+  normal(2, 2) += kPrior_m2;
   const Eigen::LDLT<Eigen::Matrix3d> factors(normal);
   point.value = factors.solve(right_side);
   if (factors.info() != Eigen::Success || !point.value.allFinite()) return std::nullopt;

@@ -1,4 +1,4 @@
-// The scene point of a track, from the rays on which it was seen.
+// Triangulates the scene point of a track.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@ struct ViewRay {
 
 // The point `from_m` + `direction` / inverse_distance, the direction being
 //   axis + right a + up b, with a, b and the inverse distance in `value`.
-// In the inverse distance, points infinitely far are as good as near ones: a ray from p to the
-// point runs along direction - inverse_distance (p - from_m), which is linear in all three.
+// The inverse distance also represents points at infinity: a ray from p to the point runs along
+// direction - inverse_distance (p - from_m), which is linear in all three.
 struct TrackPoint {
   Eigen::Vector3d from_m{0, 0, 0};
   Eigen::Vector3d axis{0, 0, 1};
@@ -29,8 +29,8 @@ struct TrackPoint {
   }
 };
 
-// The point nearest to the rays in the least-squares sense of their angles, anchored at the first
-// of at least two rays; none where it is behind a ray or the rays do not determine it.
+// The point with the least squared angles to the rays, anchored at the first of at least two rays;
+// nullopt if it is behind a ray or the rays do not determine it.
 std::optional<TrackPoint> triangulate(std::span<const ViewRay> rays);
 
 }  // namespace raywalk::calibrate

@@ -15,7 +15,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// The view straight down that stations are compared in: equidistant, the nadir in its middle.
+// The downward view in which stations are compared: equidistant, the nadir in its middle.
 constexpr double kReach_deg = 60.0;
 constexpr double kPixel_deg = 0.5;
 constexpr int kRadius_px = static_cast<int>(kReach_deg / kPixel_deg);
@@ -23,11 +23,11 @@ constexpr int kSide_px = 2 * kRadius_px + 1;
 
 constexpr std::size_t kFewestStations = 8;
 constexpr std::size_t kMostStations = 24;  // of a line
-// The camera's own mount covers this much around the nadir, if anything stands under it.
+// Half angle about the nadir that the camera's mount covers, if there is one.
 constexpr double kMount_deg = 4.0;
-constexpr double kNoiseFactor = 4.0;        // deviations up to so many times the mount's are noise
+constexpr double kNoiseFactor = 4.0;  // deviations up to this multiple of the mount's are noise
 constexpr double kLeastNoise_levels = 0.5;  // rounding and compression
-constexpr double kStillShare = 0.5;  // the mount's deviation is at most that of the room times this
+constexpr double kStillShare = 0.5;         // largest ratio of the mount's deviation to the room's
 constexpr double kMargin_deg = 2.0;
 constexpr int kClosing_px = 2;
 
@@ -43,7 +43,7 @@ Polar polar_at(int u, int v) {
 
 cv::Mat view_down(const cv::Mat& panorama) {
   const PanoramaSampler sampler(panorama);
-  // Averaged first to the view's own resolution or so.
+  // Averaged first to about the resolution of the view.
   cv::Mat view(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0));
   for (int v = 0; v < kSide_px; ++v) {
     for (int u = 0; u < kSide_px; ++u) {
@@ -104,7 +104,7 @@ double median_of(const cv::Mat& values, const cv::Mat& where) {
   return median(std::move(chosen));
 }
 
-// Exposure may wander from station to station; the mount, if there is one, shows how far.
+// Exposure may drift from station to station; the mount, if there is one, measures it.
 void equalise(std::vector<cv::Mat>* views, const cv::Mat& mount) {
   const auto brightness = [&](const cv::Mat& view) {
     const cv::Scalar mean = cv::mean(view, mount);
@@ -114,7 +114,7 @@ void equalise(std::vector<cv::Mat>* views, const cv::Mat& mount) {
   for (cv::Mat& view : *views) view *= first / brightness(view);
 }
 
-// Standard deviation over the stations, of the colour that varies most, CV_32FC1.
+// Standard deviation over the stations, maximum over the colours, CV_32FC1.
 cv::Mat deviation_of(const std::vector<cv::Mat>& views) {
   cv::Mat sum(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0)), squares = sum.clone();
   for (const cv::Mat& view : views) {
@@ -128,7 +128,7 @@ cv::Mat deviation_of(const std::vector<cv::Mat>& views) {
   return cv::max(cv::max(colours[0], colours[1]), colours[2]);
 }
 
-// What is connected with the middle of the view, its holes filled.
+// The region connected to the middle of the view, with its holes filled.
 cv::Mat connected_with_nadir(const cv::Mat& still) {
   cv::Mat closed, labels;
   const int side = 2 * kClosing_px + 1;
@@ -143,14 +143,14 @@ cv::Mat connected_with_nadir(const cv::Mat& still) {
   return component;
 }
 
-// 255 where the line's stations all see the same around the nadir; empty where nothing does.
+// 255 in the static region of a line around the nadir; empty if there is none.
 cv::Mat still_region(std::vector<cv::Mat> views) {
   const cv::Mat mount = within(kMount_deg), view = within(kReach_deg);
   equalise(&views, mount);
   cv::Mat deviation = deviation_of(views);
   cv::GaussianBlur(deviation, deviation, {3, 3}, 0.0);
   const double noise = std::max(median_of(deviation, mount), kLeastNoise_levels);
-  // The room's deviation as the upper half of the view has it: a dolly covers less than that.
+  // The room's deviation is measured in the outer half of the view, outside of a dolly.
   const double moving = median_of(deviation, view - within(kReach_deg * std::sqrt(0.5)));
   if (noise > kStillShare * moving) return {};
   return connected_with_nadir((deviation < std::min(kNoiseFactor * noise, moving)) & view);
@@ -193,7 +193,7 @@ std::vector<std::vector<int>> stations_by_line(const CaptureSet& set) {
   }
   if (stations.empty()) {
     throw Error(
-        "no line has the 8 stations that are needed to see what goes along with the "
+        "no line has the 8 stations that are needed to detect what moves with the "
         "camera; give a cone or a picture of the mask instead");
   }
   return stations;
@@ -216,8 +216,8 @@ std::optional<DollyDetection> detect_dolly(const CaptureSet& panoramas) {
   found.reach_deg = reach_of(region) + kMargin_deg;
   if (found.reach_deg >= kReach_deg) {
     throw Error(
-        "what stands still under the camera cannot be told from a floor without texture; "
-        "give a cone or a picture of the mask instead");
+        "a dolly cannot be distinguished from a floor without texture; give a cone or a "
+        "picture of the mask instead");
   }
   const int margin = static_cast<int>(std::lround(kMargin_deg / kPixel_deg));
   cv::dilate(region, region,

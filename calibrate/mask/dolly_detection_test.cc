@@ -37,7 +37,7 @@ class DollyDetectionTest : public testing::Test {
     cv::RNG random(5);
     for (int i = 0; i < stations; ++i) {
       const std::string name = "s" + std::to_string(i);
-      // Exposure wanders by some percent.
+      // Exposure drifts by some per cent.
       write_image(directory_ / (name + ".png"),
                   seen_from(0.05 * i, floor, random.uniform(0.95, 1.05), &random));
       set.lines[0].frames.push_back(i);
@@ -74,7 +74,7 @@ class DollyDetectionTest : public testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(DollyDetectionTest, FindsWhatGoesAlongWithTheCamera) {
+TEST_F(DollyDetectionTest, FindsWhatMovesWithTheCamera) {
   for (const double dolly_deg : {12.0, 25.0}) {
     const auto found = detect_dolly(line_of(12, {.dolly_deg = dolly_deg}));
     ASSERT_TRUE(found);
@@ -93,15 +93,15 @@ TEST_F(DollyDetectionTest, FindsWhatGoesAlongWithTheCamera) {
   }
 }
 
-TEST_F(DollyDetectionTest, BareFloorIsNoDolly) {
+TEST_F(DollyDetectionTest, BareFloorIsNotADolly) {
   EXPECT_FALSE(detect_dolly(line_of(10, {.dolly_deg = 0.0})));
 }
 
-TEST_F(DollyDetectionTest, NothingIsFoundWhereNothingMoves) {
+TEST_F(DollyDetectionTest, NothingIsFoundIfNothingMoves) {
   EXPECT_FALSE(detect_dolly(line_of(10, {.pattern_from_x = 2.0})));
 }
 
-TEST_F(DollyDetectionTest, FloorWithoutTextureCannotBeToldFromADolly) {
+TEST_F(DollyDetectionTest, FloorWithoutTextureIsAnError) {
   try {
     detect_dolly(line_of(10, {.pattern_from_x = -0.1}));
     FAIL();

@@ -45,22 +45,22 @@ std::string mask_json(const MaskReport& report, PanoramaSize size) {
 }
 
 std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama) {
-  HtmlPage page("What is not to be used",
-                "The same in every frame, as it goes along with the camera");
+  HtmlPage page("Mask of the frames",
+                "The same in every frame: it hides what moves with the camera");
   std::vector<HtmlFact> facts{
       {"of the sphere is masked", fmt::format("{:.2f} %", 100.0 * report.masked_share)}};
   if (report.options.cone_deg > 0.0) {
     facts.push_back({"cone about the nadir", fmt::format("{:g} degrees", report.options.cone_deg)});
   }
   if (report.dolly) {
-    facts.push_back({"found, reaches", fmt::format("{:.1f} degrees", report.dolly->reach_deg)});
+    facts.push_back(
+        {"reach of the detected dolly", fmt::format("{:.1f} degrees", report.dolly->reach_deg)});
   }
   page.add_facts(facts);
   if (report.options.picture) page.add_paragraph("Picture: " + report.options.picture->string());
   if (report.dolly) {
-    page.add_paragraph(
-        fmt::format("What stands still under the camera was looked for at {} stations of {} lines.",
-                    report.dolly->stations, report.dolly->lines));
+    page.add_paragraph(fmt::format("The dolly was detected from {} stations of {} lines.",
+                                   report.dolly->stations, report.dolly->lines));
   }
   const std::string caption = "Station " + report.station + "; red: masked";
   page.add_figures(

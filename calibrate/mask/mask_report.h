@@ -13,15 +13,15 @@ namespace raywalk::calibrate {
 struct MaskReport {
   MaskOptions options{};
   double masked_share = 0.0;  // of the sphere
-  std::string station{};      // that the page shows
+  std::string station{};      // shown on the page
   std::optional<DollyDetection> dolly{};
 };
 
 // Keys: format_version, width_px, height_px, masked_share, cone_deg, picture (null: none),
-// automatic (null: not asked for, or nothing found) {reach_deg, lines, stations}.
+// automatic (null: disabled, or nothing found) {reach_deg, lines, stations}.
 std::string mask_json(const MaskReport& report, PanoramaSize size);
 
-// `panorama` is the station's, CV_8UC3, of the mask's size.
+// `panorama` is that of the station, CV_8UC3, of the mask's size.
 std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama);
 
 }  // namespace raywalk::calibrate

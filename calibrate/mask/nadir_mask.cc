@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kWidestCone_deg = 89.0;
 constexpr double kLeastValidShare = 0.01;
-constexpr double kDark = 127.0;  // and darker is masked: JPEG does not keep black black
+constexpr double kDark = 127.0;  // levels up to this are masked, as JPEG changes black a little
 
 void require_cone(double cone_deg) {
   if (cone_deg >= 0.0 && cone_deg <= kWidestCone_deg) return;
@@ -42,9 +42,9 @@ cv::Mat read_scaled(const std::filesystem::path& file, cv::Size size) {
   return scaled > kDark;
 }
 
-void require_something_left(const cv::Mat& mask) {
+void require_unmasked_area(const cv::Mat& mask) {
   if (1.0 - masked_share(mask) >= kLeastValidShare) return;
-  throw Error("the mask hides everything; mark what is to be hidden black and all else white");
+  throw Error("the mask hides everything; draw the masked area black and all else white");
 }
 
 }  // namespace
@@ -65,13 +65,13 @@ cv::Mat make_mask(PanoramaSize size, const MaskOptions& options) {
   cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(255));
   if (options.cone_deg > 0.0) mask_cone(options.cone_deg, &mask);
   if (options.picture) cv::bitwise_and(mask, read_scaled(*options.picture, mask.size()), mask);
-  require_something_left(mask);
+  require_unmasked_area(mask);
   return mask;
 }
 
 std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions& options) {
   if (panoramas.layout != FrameLayout::kPanorama) {
-    throw Error("masks are made for panoramas; run raywalk-calibrate stitch first");
+    throw Error("masks need panoramas; run raywalk-calibrate stitch first");
   }
   cv::Mat mask = make_mask(panoramas.frame, options);
   std::optional<DollyDetection> dolly;
@@ -81,8 +81,8 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
       cv::bitwise_and(mask, dolly->mask, mask);
     } else {
       spdlog::warn(
-          "nothing under the camera stands still while the floor moves by, so nothing is masked "
-          "for it; if there is a dolly in view, give a cone or a picture of the mask");
+          "no dolly was detected under the camera; if there is one in view, give a cone or a "
+          "picture of the mask");
     }
   }
   if (cv::countNonZero(mask) == mask.rows * mask.cols) {
@@ -91,7 +91,7 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
     }
     return std::nullopt;
   }
-  require_something_left(mask);
+  require_unmasked_area(mask);
   const CaptureFrame& sample = panoramas.frames[panoramas.frames.size() / 2];
   const MaskReport report{options, masked_share(mask), sample.name, dolly};
   make_directories(options.out);

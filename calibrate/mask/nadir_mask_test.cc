@@ -72,7 +72,7 @@ TEST_F(NadirMaskTest, SharesAreSolidAngles) {
   }
 }
 
-TEST_F(NadirMaskTest, NothingAskedForMasksNothing) {
+TEST_F(NadirMaskTest, NoOptionsMaskNothing) {
   EXPECT_EQ(cv::countNonZero(make_mask(kSize, {})), kSize.width * kSize.height);
   EXPECT_FALSE(write_mask(one_panorama(), {.out = directory_ / "out"}));
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
@@ -104,13 +104,13 @@ TEST_F(NadirMaskTest, WritesMaskFiguresAndPage) {
   EXPECT_THAT(page, HasSubstr("6.70 %"));
 }
 
-TEST_F(NadirMaskTest, MaskNoLongerAskedForGoes) {
+TEST_F(NadirMaskTest, MaskIsRemovedWhenDisabled) {
   write_mask(one_panorama(), {.cone_deg = 30.0, .out = directory_ / "out"});
   EXPECT_FALSE(write_mask(one_panorama(), {.out = directory_ / "out"}));
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out/mask.png"));
 }
 
-TEST_F(NadirMaskTest, MaskThatLeavesNothingIsRefused) {
+TEST_F(NadirMaskTest, MaskOfEverythingIsRefused) {
   EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC1, cv::Scalar(0)))),
               HasSubstr("hides everything"));
   EXPECT_THROW(write_mask(one_panorama(), with_picture(cv::Mat(90, 180, CV_8UC1, cv::Scalar(0)))),
@@ -118,7 +118,7 @@ TEST_F(NadirMaskTest, MaskThatLeavesNothingIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out"));
 }
 
-TEST_F(NadirMaskTest, OtherPicturesAreRefusedByName) {
+TEST_F(NadirMaskTest, InvalidPicturesAreRefusedByName) {
   EXPECT_THAT(message_of(with_picture(cv::Mat(100, 180, CV_8UC1, cv::Scalar(255)))),
               HasSubstr("picture.png: 180x100 is not a panorama"));
   EXPECT_THAT(message_of(with_picture(cv::Mat(90, 180, CV_8UC3, cv::Scalar::all(255)))),
@@ -132,7 +132,7 @@ TEST_F(NadirMaskTest, ConesOutOfRangeAreUsageErrors) {
   }
 }
 
-TEST_F(NadirMaskTest, FisheyeFramesHaveToBeStitchedFirst) {
+TEST_F(NadirMaskTest, FisheyeFramesAreAnError) {
   CaptureSet set = one_panorama();
   set.layout = FrameLayout::kDualFisheye;
   EXPECT_THROW(write_mask(set, cone(20.0)), Error);

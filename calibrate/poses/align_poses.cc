@@ -12,11 +12,11 @@
 namespace raywalk::calibrate {
 namespace {
 
-// The smallest spread, relative to the largest, that counts as a dimension of its own: a rail's bow
-// and jitter are a few thousandths of its length.
+// The smallest spread, relative to the largest, that counts as a dimension: a rail's bow and jitter
+// are a few thousandths of its length.
 constexpr double kFlatShare = 0.01;
-// Of the orientations against the centres: they decide only what these leave open. A camera is
-// easily mounted a few degrees askew, which must not turn the grid.
+// Weight of the orientations relative to the centres: they decide only what the centres leave
+// undetermined. A camera mounted a few degrees askew must not rotate the grid.
 constexpr double kOrientationWeight = 1e-4;
 
 std::vector<std::size_t> frames_with_both(const FramePoses& a, const FramePoses& b) {
@@ -33,8 +33,8 @@ Eigen::Vector3d mean_position(const FramePoses& poses, const std::vector<std::si
   return sum / static_cast<double>(frames.size());
 }
 
-// Feedback over solved distance of every station and the one half a line further on: the longest
-// distances that still give as many ratios as there are stations on half a line.
+// Ratios of feedback to solved distance, of every station and the one half a line further on: the
+// longest distances that still give as many ratios as there are stations on half a line.
 std::vector<double> rail_ratios(const CaptureSet& set, const FramePoses& solved) {
   std::vector<double> ratios;
   for (const CaptureLine& line : set.lines) {
@@ -69,7 +69,7 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& sum) {
 PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
                           const FramePoses& nominal) {
   const std::vector<std::size_t> frames = frames_with_both(solved, nominal);
-  if (frames.empty()) throw Error("no frame has a pose: there is nothing to align");
+  if (frames.empty()) throw Error("no frame has a solved pose to align");
   PoseAlignment alignment;
   alignment.frames = static_cast<int>(frames.size());
   const std::vector<double> ratios = rail_ratios(set, solved);
@@ -96,7 +96,7 @@ PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
   }
   Eigen::Matrix3d sum = kOrientationWeight * orientations;
   if (alignment.rank > 0) {
-    // Without what bow and jitter put beside the axes that count: it tells nothing about a turn.
+    // Without the components off the counted axes: they are bow and jitter.
     const auto counting = axes.matrixU().leftCols(alignment.rank);
     const double mean_square_m2 = spread.trace() / count;
     sum += counting * counting.transpose() * centres / mean_square_m2;

@@ -10,7 +10,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// The poses as another frame of another scale would have them.
+// The poses in another frame and scale.
 FramePoses moved_away(const FramePoses& poses, double scale, unsigned seed) {
   std::mt19937 random(seed);
   PoseAlignment away;
@@ -49,9 +49,9 @@ TEST(AlignPoses, TakesTheRollOfASingleLineFromOrientations) {
   }
 }
 
-// 1 mm of jitter on a line bends it out of straight, but tells nothing about its roll: a similarity
-// of the centres would take the jitter's word for it.
-TEST(AlignPoses, IsNotMisledAboutTheRollByJitter) {
+// 1 mm of jitter makes a line not exactly straight, but contains no information about its roll: a
+// similarity of the centres alone would fit the jitter.
+TEST(AlignPoses, TakesTheRollOfALineWithJitterFromOrientations) {
   const CaptureSet set = test_line(30);
   const FramePoses nominal = nominal_poses(set);
   const FramePoses truth = test_truth(set, {0, 0, 1e-3, 0.1}, 4);
@@ -61,7 +61,7 @@ TEST(AlignPoses, IsNotMisledAboutTheRollByJitter) {
   EXPECT_LT(largest_difference(back, truth).rotation_rad, radians_from_degrees(0.1));
 }
 
-TEST(AlignPoses, DoesNotTurnTheGridForACameraThatIsMountedAskew) {
+TEST(AlignPoses, IgnoresACommonErrorOfTheCameraMount) {
   const CaptureSet set = test_grid(9);
   const FramePoses nominal = nominal_poses(set);
   FramePoses truth = nominal;
@@ -73,9 +73,9 @@ TEST(AlignPoses, DoesNotTurnTheGridForACameraThatIsMountedAskew) {
   EXPECT_LT(largest_difference(back, truth).position_m, 1e-4);
 }
 
-TEST(AlignPoses, TakesTheScaleFromTheSliderNotFromWhereRailsWerePlanned) {
+TEST(AlignPoses, TakesTheScaleFromTheSliderNotFromThePlan) {
   const CaptureSet set = test_grid(30);
-  // Rails planned 1 m apart that stand 1.2 m apart.
+  // Rails planned 1 m apart that are 1.2 m apart.
   FramePoses truth = nominal_poses(set);
   for (const int line : {1, 3}) {
     for (const int frame : set.lines[static_cast<std::size_t>(line)].frames) {

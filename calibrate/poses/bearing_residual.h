@@ -1,4 +1,4 @@
-// How far a scene point is seen from where a pose expects it.
+// The reprojection residual of a scene point in a panorama.
 #pragma once
 
 #include <ceres/cost_function.h>
@@ -11,8 +11,7 @@
 
 namespace raywalk::calibrate {
 
-// The width that residuals are given for: in pixels of a panorama so wide, whatever the width of
-// those that were matched.
+// Residuals are in pixels of a panorama of this width, whatever the width of those matched.
 inline constexpr double kResidualWidth_px = 4096.0;
 inline constexpr double kResidualPx_per_rad = kResidualWidth_px / kTwoPi;
 
@@ -21,17 +20,17 @@ struct PointObservation {
   int frame = 0;                      // index into the poses
   int point = 0;                      // index into the points
   Eigen::Vector3d bearing{0, 0, 1};   // unit vector
-  Eigen::Vector3d centre_m{0, 0, 0};  // where it was seen from: the lens's position
+  Eigen::Vector3d centre_m{0, 0, 0};  // centre of projection: the lens's position
 };
 
 // Parameters: six of the pose (a rotation vector w and the position t, so that world_from_camera =
-// reference * exp(w)), three of the point. Two residuals: the sine of the angle between where the
-// point should be seen and where it is, along two axes across the bearing, times
-// kResidualPx_per_rad: pixels as long as it is small, and bounded where it is not.
+// reference * exp(w)), three of the point. Two residuals: the sine of the angle between the
+// predicted and the observed bearing, along two axes across the bearing, times kResidualPx_per_rad:
+// pixels for small angles, bounded for large ones.
 std::unique_ptr<ceres::CostFunction> bearing_cost(const PointObservation& observation,
                                                   const Eigen::Matrix3d& reference);
 
-// The same in short, at w = 0.
+// The norm of the residual at w = 0.
 double bearing_error_px(const PointObservation& observation,
                         const Eigen::Matrix3d& world_from_camera, const Eigen::Vector3d& position_m,
                         const Eigen::Vector3d& point_m);

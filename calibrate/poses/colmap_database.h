@@ -1,5 +1,4 @@
-// What COLMAP found in the pictures: the parts of its database (colmap.github.io/database.html)
-// that the calibration reads.
+// Reads images and verified matches from COLMAP's database (colmap.github.io/database.html).
 #pragma once
 
 #include <cstdint>
@@ -18,19 +17,19 @@ struct DatabaseImage {
   int features = 0;
 };
 
-// By the image's name.
+// By the image's name. Throws Error naming the file if it is missing, not a database or damaged.
 std::map<std::string, DatabaseImage> read_database_images(const std::filesystem::path& database);
 
-// Two images and where they show the same things, as far as one geometry explains the matches.
+// Two images and the pixels of their geometrically verified matches.
 struct VerifiedPair {
   std::uint32_t first = 0;  // ids
   std::uint32_t second = 0;
   std::vector<FacePixel> in_first{};
-  std::vector<FacePixel> in_second{};  // as many
+  std::vector<FacePixel> in_second{};  // of the same size
 };
 
 // Pairs with at least one verified match, in the order of the database. Throws Error naming the
-// file: missing, no database, damaged.
+// file if it is missing, not a database or damaged.
 std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& database);
 
 }  // namespace raywalk::calibrate

@@ -33,7 +33,7 @@ void write_database(const std::filesystem::path& file) {
       "INSERT INTO two_view_geometries VALUES (2147483650, 0, 2, NULL);");
 }
 
-TEST(ColmapDatabase, TellsImages) {
+TEST(ColmapDatabase, ReadsImages) {
   const TestDirectory directory;
   write_database(directory / "database.db");
   const auto images = read_database_images(directory / "database.db");
@@ -44,7 +44,7 @@ TEST(ColmapDatabase, TellsImages) {
   EXPECT_EQ(images.at("f0/3.png").features, 0);
 }
 
-TEST(ColmapDatabase, TellsVerifiedMatches) {
+TEST(ColmapDatabase, ReadsVerifiedMatches) {
   const TestDirectory directory;
   write_database(directory / "database.db");
   const std::vector<VerifiedPair> pairs = read_verified_pairs(directory / "database.db");

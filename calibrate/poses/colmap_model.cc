@@ -46,7 +46,7 @@ class ByteReader {
       : file_(file), bytes_(read_file(file, std::numeric_limits<std::uint32_t>::max())) {}
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(fmt::format("{}: {}; it is no model of COLMAP 3.8", file_.string(), what));
+    throw Error(fmt::format("{}: {}; it is not a model of COLMAP 3.8", file_.string(), what));
   }
 
   template <typename Number>
@@ -60,7 +60,7 @@ class ByteReader {
 
   double take_number() {
     const auto number = take<double>();
-    if (!std::isfinite(number)) fail("a coordinate is no number");
+    if (!std::isfinite(number)) fail("a coordinate is not a finite number");
     return number;
   }
 
@@ -70,8 +70,8 @@ class ByteReader {
     return {x, y, take_number()};
   }
 
-  // How many elements follow; each takes at least `element_bytes`, so that a damaged count cannot
-  // ask for more memory than the file is large.
+  // The number of elements that follow. Each takes at least `element_bytes`, which bounds a damaged
+  // count by the size of the file.
   std::size_t take_count(std::size_t element_bytes) {
     const auto count = take<std::uint64_t>();
     if (count > (bytes_.size() - at_) / element_bytes) fail("cut short");
@@ -139,7 +139,7 @@ std::string point_bytes(const std::vector<ColmapPoint>& points) {
     out.put(point.id);
     for (const double value : point.position) out.put(value);
     for (int channel = 0; channel < 3; ++channel) out.put(std::uint8_t{0});
-    out.put(0.0);  // its error, which COLMAP computes anew
+    out.put(0.0);  // its error, which COLMAP recomputes
     out.put(static_cast<std::uint64_t>(point.track.size()));
     for (const ColmapTrackElement& element : point.track) {
       out.put(element.image);
@@ -154,7 +154,7 @@ std::vector<ColmapCamera> read_cameras(const std::filesystem::path& file) {
   std::vector<ColmapCamera> cameras(in.take_count(56));
   for (ColmapCamera& camera : cameras) {
     camera.id = in.take<std::uint32_t>();
-    if (in.take<std::int32_t>() != kPinhole) in.fail("a camera is no pinhole");
+    if (in.take<std::int32_t>() != kPinhole) in.fail("a camera is not a pinhole");
     const auto width = in.take<std::uint64_t>();
     const auto height = in.take<std::uint64_t>();
     camera.focal_px = in.take_number();
@@ -164,7 +164,7 @@ std::vector<ColmapCamera> read_cameras(const std::filesystem::path& file) {
     const double middle = 0.5 * static_cast<double>(width);
     if (width != height || width > 100000 || focal_y_px != camera.focal_px || middle_x != middle ||
         middle_y != middle) {
-      in.fail("a camera is not one that raywalk-calibrate made");
+      in.fail("a camera was not written by raywalk-calibrate");
     }
     camera.side_px = static_cast<int>(width);
   }
@@ -176,7 +176,7 @@ ColmapPose take_pose(ByteReader* in) {
   const double w = in->take_number();
   const Eigen::Vector3d xyz = in->take_vector();
   const Eigen::Quaterniond rotation(w, xyz.x(), xyz.y(), xyz.z());
-  if (rotation.norm() < 0.5) in->fail("a rotation is none");
+  if (rotation.norm() < 0.5) in->fail("a rotation is not a quaternion");
   return {rotation.normalized(), in->take_vector()};
 }
 
@@ -216,7 +216,7 @@ std::vector<ColmapPoint> read_points(const std::filesystem::path& file,
       element.feature = in.take<std::uint32_t>();
       const auto image = feature_count.find(element.image);
       if (image == feature_count.end() || element.feature >= image->second) {
-        in.fail("a point names a feature that is not there");
+        in.fail("a point refers to a feature that does not exist");
       }
     }
   }

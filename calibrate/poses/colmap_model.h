@@ -1,4 +1,4 @@
-// COLMAP's sparse models as its programs exchange them: cameras.bin, images.bin, points3D.bin
+// COLMAP's sparse models in their binary format: cameras.bin, images.bin, points3D.bin
 // (colmap.github.io/format.html, "Binary file format"; little-endian, no padding).
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace raywalk::calibrate {
 
-// A pinhole camera of square pixels whose axis meets the middle of its pictures.
+// A pinhole camera with square pixels and the principal point in the middle of its picture.
 struct ColmapCamera {
   std::uint32_t id = 0;
   int side_px = 0;  // width and height
@@ -34,7 +34,7 @@ struct ColmapImage {
   std::vector<ColmapFeature> features{};
 };
 
-// Where a point is seen.
+// An observation of a point.
 struct ColmapTrackElement {
   std::uint32_t image = 0;    // id
   std::uint32_t feature = 0;  // index into ColmapImage::features
@@ -52,11 +52,11 @@ struct ColmapModel {
   std::vector<ColmapPoint> points{};
 };
 
-// Writes the three files into an existing directory.
+// Writes the three files into an existing directory. Throws Error if it cannot.
 void write_colmap_model(const std::filesystem::path& directory, const ColmapModel& model);
 
-// Throws Error naming the file: missing, cut short, bytes left over, a camera of another model, a
-// number that is none, a track that names an image or feature that is not there.
+// Throws Error naming the file if it is missing, truncated, has extra bytes, a camera of another
+// model, a non-finite number, or a track of an image or feature that does not exist.
 ColmapModel read_colmap_model(const std::filesystem::path& directory);
 
 }  // namespace raywalk::calibrate

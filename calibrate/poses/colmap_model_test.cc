@@ -27,7 +27,7 @@ ColmapModel small_model() {
   return model;
 }
 
-// Without the flushing to disk of write_file_atomically, as some hundred are written.
+// Without the flush to disk of write_file_atomically, as hundreds of files are written.
 void write_bytes(const std::filesystem::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
@@ -86,7 +86,7 @@ TEST(ColmapModel, WritesTheDocumentedLayout) {
   EXPECT_EQ(read_file(directory / "cameras.bin")[12], 1);  // PINHOLE
 }
 
-TEST(ColmapModel, RefusesFilesCutShortAnywhere) {
+TEST(ColmapModel, RefusesTruncatedFiles) {
   const TestDirectory directory;
   write_colmap_model(directory.path(), small_model());
   for (const std::string name : {"cameras.bin", "images.bin", "points3D.bin"}) {
@@ -102,39 +102,44 @@ TEST(ColmapModel, RefusesFilesCutShortAnywhere) {
   EXPECT_NO_THROW(read_colmap_model(directory.path()));
 }
 
-// Any byte changed gives a model or an Error, never a crash or an allocation without bounds.
+// With any changed byte, reading gives a model or an Error, never a crash or an unbounded
+// allocation.
 TEST(ColmapModel, SurvivesAnyDamagedByte) {
   const TestDirectory directory;
   write_colmap_model(directory.path(), small_model());
   for (const std::string name : {"cameras.bin", "images.bin", "points3D.bin"}) {
     const std::string whole = read_file(directory / name);
+    int refused = 0;
     for (std::size_t at = 0; at < whole.size(); ++at) {
       std::string damaged = whole;
       damaged[at] = static_cast<char>(damaged[at] ^ 0xFF);
       write_bytes(directory / name, damaged);
       try {
         read_colmap_model(directory.path());
-      } catch (const Error&) {
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr(directory.path().string())) << at;
+        ++refused;
       }
     }
+    EXPECT_GT(refused, 0) << name;  // the number of records at least
     write_bytes(directory / name, whole);
   }
 }
 
-TEST(ColmapModel, RefusesTracksToFeaturesThatAreNotThere) {
+TEST(ColmapModel, RefusesTracksOfFeaturesThatDoNotExist) {
   const TestDirectory directory;
   ColmapModel model = small_model();
   model.points[0].track[1].feature = 1;
   write_colmap_model(directory.path(), model);
   EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }),
-              HasSubstr("a feature that is not there"));
+              HasSubstr("a feature that does not exist"));
   model.points[0].track[1] = {99, 0};
   write_colmap_model(directory.path(), model);
   EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }),
-              HasSubstr("a feature that is not there"));
+              HasSubstr("a feature that does not exist"));
 }
 
-TEST(ColmapModel, SaysWhichFileIsMissing) {
+TEST(ColmapModel, NamesAMissingFile) {
   const TestDirectory directory;
   EXPECT_THAT(error_of([&] { read_colmap_model(directory.path()); }), HasSubstr("cameras.bin"));
 }

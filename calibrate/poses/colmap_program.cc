@@ -49,7 +49,7 @@ std::optional<std::filesystem::path> find_in_path(const std::string& program) {
   return std::nullopt;
 }
 
-// What is appended to a file, line by line.
+// Reads what is appended to a file, line by line.
 class LogFollower {
  public:
   explicit LogFollower(const std::filesystem::path& log) : log_(log) {
@@ -58,10 +58,10 @@ class LogFollower {
     if (!ignored) at_ = static_cast<std::streamoff>(size);
   }
 
-  // Everything that has come since the follower was made.
+  // Everything appended since the follower was constructed.
   const std::string& output() const { return output_; }
 
-  void read_on(const ColmapProgram::LineReader& on_line) {
+  void read_new_lines(const ColmapProgram::LineReader& on_line) {
     std::ifstream file(log_, std::ios::binary);
     file.seekg(at_);
     std::array<char, 65536> bytes{};
@@ -93,7 +93,7 @@ void note_command(const std::vector<std::string>& arguments, const std::filesyst
 
 }  // namespace
 
-std::string telling_line(std::string_view output) {
+std::string error_line(std::string_view output) {
   const std::vector<std::string> lines = lines_of(output);
   const auto tells = [](const std::string& line) {
     return line.find("Check failed") != std::string::npos ||
@@ -112,7 +112,7 @@ std::string telling_line(std::string_view output) {
 ColmapProgram ColmapProgram::find() {
   const auto executable = find_in_path("colmap");
   if (!executable) throw Error(fmt::format("no COLMAP found in PATH; {}", kInstall));
-  // Its help is the one command that every release has; it starts with "COLMAP 3.8 -- …".
+  // `help` is the only command that every release has; its output starts with "COLMAP 3.8 -- …".
   std::string name = (std::filesystem::temp_directory_path() / "raywalk-colmap-XXXXXX").string();
   const int file = mkstemp(name.data());
   if (file < 0) throw Error(fmt::format("{}: cannot be written", name));
@@ -131,12 +131,12 @@ ColmapProgram ColmapProgram::find() {
   std::smatch match;
   static const std::regex kVersion(R"((^|\n)COLMAP (\d+(\.\d+)*))");
   if (!std::regex_search(text, match, kVersion)) {
-    throw Error(fmt::format("{} does not say which COLMAP it is ({}); {}", executable->string(),
-                            excerpt(telling_line(text)), kInstall));
+    throw Error(fmt::format("{} does not print its COLMAP version ({}); {}", executable->string(),
+                            excerpt(error_line(text)), kInstall));
   }
   const std::string version = match[2];
   if (version != kColmapRelease && !version.starts_with(std::string(kColmapRelease) + ".")) {
-    throw Error(fmt::format("{} is COLMAP {}, whose options and files differ from 3.8's; {}",
+    throw Error(fmt::format("{} is COLMAP {}, whose options and files differ from 3.8; {}",
                             executable->string(), version, kInstall));
   }
   return {*executable, version};
@@ -147,22 +147,22 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
   throw_if_interrupted();
   note_command(arguments, log);
   LogFollower follower(log);
-  // COLMAP links Qt, which would look for a screen.
+  // COLMAP links Qt, which would need a display.
   ChildProcess child(executable_, arguments, log, {"QT_QPA_PLATFORM=offscreen"});
-  while (!child.ended()) {
-    follower.read_on(on_line);
+  while (!child.try_wait()) {
+    follower.read_new_lines(on_line);
     if (interrupt_requested()) {
       child.stop();
       throw Interrupted("interrupted");
     }
     std::this_thread::sleep_for(kPollEvery);
   }
-  follower.read_on(on_line);
-  const int status = child.ended().value_or(0);
+  follower.read_new_lines(on_line);
+  const int status = child.try_wait().value_or(0);
   if (succeeded(status)) return;
-  const std::string line = telling_line(follower.output());
+  const std::string line = error_line(follower.output());
   throw Error(fmt::format("colmap {} {}{}; see {}", arguments.empty() ? "" : arguments.front(),
-                          ending_of(status), line.empty() ? "" : ": " + excerpt(line),
+                          describe_failure(status), line.empty() ? "" : ": " + excerpt(line),
                           log.string()));
 }
 

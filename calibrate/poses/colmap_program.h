@@ -1,4 +1,4 @@
-// COLMAP as a program of its own: found in PATH, run without a shell, its output kept in a log.
+// Runs COLMAP as a child process: found in PATH, run without a shell, its output kept in a log.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@ inline constexpr std::string_view kColmapRelease = "3.8";
 
 class ColmapProgram {
  public:
-  // Finds `colmap` in the directories of PATH and asks it for its version. Throws Error where there
-  // is none, or it is of another release than 3.8, naming what was found, what is needed and the
-  // way that needs no COLMAP.
+  // Finds `colmap` in the directories of PATH and reads its version. Throws Error if there is none,
+  // or it is another release than 3.8, naming what was found, what is needed and the option that
+  // needs no COLMAP.
   static ColmapProgram find();
 
   const std::filesystem::path& executable() const { return executable_; }
@@ -26,8 +26,8 @@ class ColmapProgram {
   using LineReader = std::function<void(std::string_view)>;
 
   // Runs `colmap arguments...` until it ends and appends its output to `log`. It cannot outlive
-  // this process. Throws Error where it cannot be started, fails or is killed, quoting the line of
-  // its output that tells most, and the log's path; Interrupted on Ctrl-C, after the command ended.
+  // this process. Throws Error if it cannot be started, fails or is killed, quoting the error line
+  // of its output and the log's path; Interrupted on Ctrl-C, after the command ended.
   void run(const std::vector<std::string>& arguments, const std::filesystem::path& log,
            const LineReader& on_line = {}) const;
 
@@ -39,8 +39,8 @@ class ColmapProgram {
   std::string version_;
 };
 
-// The line of a command's output that tells best what went wrong: the last failed check or error,
-// else the last line that is not part of a stack trace; empty if there is none.
-std::string telling_line(std::string_view output);
+// The line of a command's output to quote in an error message: the last failed check or error, else
+// the last line that is not part of a stack trace; empty if there is none.
+std::string error_line(std::string_view output);
 
 }  // namespace raywalk::calibrate

@@ -26,7 +26,7 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// PATH and a `colmap` in it for as long as the object lives.
+// Sets PATH to a directory with a `colmap` during the object's lifetime.
 class FakeColmap {
  public:
   FakeColmap() : path_before_(std::getenv("PATH")) {
@@ -45,7 +45,7 @@ class FakeColmap {
                         << commands << "\n";
     std::filesystem::permissions(file, std::filesystem::perms::owner_all);
   }
-  // Nothing in PATH at all.
+  // Empties PATH.
   void remove_all() { setenv("PATH", (directory_ / "bin").c_str(), 1); }
 
   std::filesystem::path log() const { return directory_ / "log.txt"; }
@@ -74,7 +74,7 @@ TEST(ColmapProgram, IsFoundInPathWithItsVersion) {
   EXPECT_EQ(ColmapProgram::find().version(), "3.8.1");
 }
 
-TEST(ColmapProgram, IsMissedWithAWayOut) {
+TEST(ColmapProgram, IsReportedMissingWithAdvice) {
   FakeColmap fake;
   fake.remove_all();
   EXPECT_THAT(error_of([] { ColmapProgram::find(); }),
@@ -96,7 +96,7 @@ TEST(ColmapProgram, OfAnotherReleaseIsRefusedByName) {
   EXPECT_THAT(error_of([] { ColmapProgram::find(); }), HasSubstr("something else"));
 }
 
-TEST(ColmapProgram, GetsItsArgumentsAsTheyAreAndNoScreen) {
+TEST(ColmapProgram, GetsItsArgumentsUnchangedAndNoDisplay) {
   FakeColmap fake;
   fake.install("3.8", "for a in \"$@\"; do echo \"[$a]\"; done; echo $QT_QPA_PLATFORM");
   std::vector<std::string> lines;
@@ -106,7 +106,7 @@ TEST(ColmapProgram, GetsItsArgumentsAsTheyAreAndNoScreen) {
   EXPECT_THAT(fake.log_text(), HasSubstr("$ colmap mapper --path"));
 }
 
-TEST(ColmapProgram, FailsWithTheLineThatTellsMostAndTheLog) {
+TEST(ColmapProgram, FailsWithTheErrorLineAndTheLog) {
   FakeColmap fake;
   fake.install("3.8",
                "echo 'Loading'; echo 'E1122 10:00:00 model.cc:9] Check failed: x == y' >&2; "
@@ -118,7 +118,7 @@ TEST(ColmapProgram, FailsWithTheLineThatTellsMostAndTheLog) {
   EXPECT_THAT(fake.log_text(), HasSubstr("Aborted"));
 }
 
-TEST(ColmapProgram, SaysWhenItWasKilled) {
+TEST(ColmapProgram, ReportsThatItWasKilled) {
   FakeColmap fake;
   fake.install("3.8", "kill -9 $$");
   const ColmapProgram colmap = ColmapProgram::find();
@@ -137,7 +137,7 @@ TEST(ColmapProgram, QuotesOnlyItsOwnRun) {
               Not(HasSubstr("of the first")));
 }
 
-TEST(ColmapProgram, CannotWriteItsLog) {
+TEST(ColmapProgram, ReportsALogThatCannotBeWritten) {
   FakeColmap fake;
   fake.install("3.8", "");
   const ColmapProgram colmap = ColmapProgram::find();
@@ -145,8 +145,8 @@ TEST(ColmapProgram, CannotWriteItsLog) {
               HasSubstr("cannot be written"));
 }
 
-// In a process of its own, as the request to stop cannot be taken back.
-TEST(ColmapProgram, IsEndedByCtrlCWithAllThatItStarted) {
+// In a child process, as the interrupt request cannot be cleared.
+TEST(ColmapProgram, IsEndedByCtrlCWithItsChildren) {
   FakeColmap fake;
   fake.install("3.8", "sleep 300 & echo $!; sleep 300");
   const pid_t child = fork();
@@ -166,7 +166,7 @@ TEST(ColmapProgram, IsEndedByCtrlCWithAllThatItStarted) {
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 42);
-  // Its second line is the number of the sleep that it started.
+  // Its second line is the process id of its child.
   std::istringstream log(fake.log_text());
   pid_t grandchild = 0;
   for (std::string line; std::getline(log, line);) {
@@ -175,7 +175,7 @@ TEST(ColmapProgram, IsEndedByCtrlCWithAllThatItStarted) {
     }
   }
   ASSERT_GT(grandchild, 0);
-  // Adopted by init, which may take a moment to bury it.
+  // It is reparented to init, which may take a moment to reap it.
   for (int i = 0; i < 100 && kill(grandchild, 0) == 0; ++i) {
     std::ifstream stat("/proc/" + std::to_string(grandchild) + "/stat");
     std::string word;
@@ -186,10 +186,10 @@ TEST(ColmapProgram, IsEndedByCtrlCWithAllThatItStarted) {
   }
 }
 
-TEST(TellingLine, PrefersErrorsToWhatCameLast) {
-  EXPECT_EQ(telling_line("a\nERROR: no images\nb\n"), "ERROR: no images");
-  EXPECT_EQ(telling_line("first\nlast words\n*** Aborted\n    @  0x1 x\n\n"), "last words");
-  EXPECT_EQ(telling_line(""), "");
+TEST(ErrorLine, PrefersErrorsToTheLastLine) {
+  EXPECT_EQ(error_line("a\nERROR: no images\nb\n"), "ERROR: no images");
+  EXPECT_EQ(error_line("first\nlast words\n*** Aborted\n    @  0x1 x\n\n"), "last words");
+  EXPECT_EQ(error_line(""), "");
 }
 
 }  // namespace

@@ -11,8 +11,8 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
-#include "core/files/sha256.h"
 #include "core/files/sqlite_connection.h"
 
 namespace raywalk::calibrate {
@@ -20,30 +20,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Changes when faces, features or matches are made in another way, so that old ones are not used.
+// Incremented when faces, features or matches change for the same inputs, to discard old ones.
 constexpr int kWorkspaceVersion = 1;
-// More features lengthen matching by their square and add little: a face has a few hundred that are
-// found again in its neighbours.
+// The time of matching grows with the square of the number of features, and more add little: a face
+// has a few hundred that match in its neighbours.
 constexpr int kMostFeatures = 1024;
-// Features closer to the seam between two lenses may come from either.
+// Features closer to the seam may come from either lens.
 constexpr double kSeam_deg = 2.0;
-// COLMAP's own least number of matches between two pictures.
+// COLMAP's minimum number of matches between two pictures.
 constexpr std::size_t kLeastPairMatches = 15;
-constexpr double kRoundFace_px = 512.0;  // what TriangulationRound::error_px refers to
-
-std::string file_stamp(const fs::path& file) {
-  std::error_code error;
-  const auto size = fs::file_size(file, error);
-  if (error) {
-    throw Error(fmt::format("{}: cannot be read ({})", file.string(), error.message()));
-  }
-  const auto time = fs::last_write_time(file, error).time_since_epoch().count();
-  return fmt::format("{} {} {}", file.string(), size, time);
-}
+constexpr double kRoundFace_px = 512.0;  // unit of TriangulationRound::error_px
 
 std::int64_t count_rows(const fs::path& database, const std::string& table) {
   if (!fs::exists(database)) return 0;
-  SqliteConnection connection = open_sqlite_to_look(database);
+  SqliteConnection connection = open_sqlite_read_only(database);
   if (connection.integer("SELECT count(*) FROM sqlite_master WHERE name = '" + table + "'") == 0) {
     return 0;
   }
@@ -73,18 +63,14 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyfram
   start_anew_if_changed();
 }
 
-// Whether there are lenses decides about masks; where they are matters to poses alone.
+// Masks depend on whether there are lenses; the lenses' positions affect only poses.
 std::string ColmapWorkspace::inputs_text() const {
   std::string text = fmt::format("version {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
                                  options_.face_px, options_.lenses.has_value());
-  if (options_.mask) {
-    const cv::Mat mask = options_.mask->isContinuous() ? *options_.mask : options_.mask->clone();
-    const cv::Mat bytes = mask.reshape(1, 1);
-    text +=
-        "mask " + sha256_hex(std::as_bytes(std::span(bytes.ptr<uchar>(), bytes.total()))) + "\n";
-  }
+  if (options_.mask) text += "mask " + sha256_of_pixels(*options_.mask) + "\n";
   for (const int frame : keyframes_) {
-    text += file_stamp(set_.frames[static_cast<std::size_t>(frame)].file) + "\n";
+    const fs::path& file = set_.frames[static_cast<std::size_t>(frame)].file;
+    text += file.string() + " " + stamp_of(file).text() + "\n";
   }
   return text;
 }
@@ -107,7 +93,7 @@ bool ColmapWorkspace::cut_faces() {
   for (int face = 0; face < kFaceCount; ++face) make_directories(images / fmt::format("f{}", face));
   std::vector<int> missing;
   for (const int frame : keyframes_) {
-    // The last face is written last.
+    // Faces are written in order, so the last one marks completion.
     if (!fs::exists(images / image_name(frame, kFaceCount - 1))) missing.push_back(frame);
   }
   cut_masks();
@@ -138,7 +124,7 @@ void ColmapWorkspace::cut_masks() {
     make_directories(folder);
     const fs::path one = options_.directory / "masks" / fmt::format("f{}.png", face);
     write_image(one, cut[static_cast<std::size_t>(face)]);
-    // COLMAP wants a mask for every picture, of its name and ".png"; all of a face are the same.
+    // COLMAP needs a mask for every picture, named like it plus ".png"; all of a face are the same.
     for (const int frame : keyframes_) {
       const fs::path link = options_.directory / "masks" / (image_name(frame, face) + ".png");
       if (!fs::is_symlink(link)) fs::create_symlink(fs::path("..") / one.filename(), link);
@@ -162,7 +148,7 @@ bool ColmapWorkspace::find_features() {
         "--ImageReader.single_camera_per_folder",
         "1",
         "--ImageReader.camera_params",
-        fmt::format("{0},{0},{0},{0}", focal_px),  // focal lengths and the middle
+        fmt::format("{0},{0},{0},{0}", focal_px),  // focal lengths and principal point
         "--SiftExtraction.use_gpu",
         "0",
         "--SiftExtraction.num_threads",
@@ -273,7 +259,7 @@ ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {
   std::set<std::uint32_t> cameras;
   for (const auto& [id, image] : images_) {
     const auto& pose = poses[static_cast<std::size_t>(image.frame)];
-    // COLMAP cannot do with pictures that nothing matches.
+    // COLMAP fails on pictures without matches.
     if (!pose || !usable_.contains(id)) continue;
     if (cameras.insert(image.camera).second) {
       model.cameras.push_back({image.camera, options_.face_px, 0.5 * options_.face_px});

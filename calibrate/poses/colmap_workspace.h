@@ -2,8 +2,8 @@
 // matches of chosen pairs, triangulation from given poses.
 //
 //   images/f<face>/<frame>.png, masks/f<face>/<frame>.png.png, database.db, model/, log.txt
-//   inputs.txt: what the rest was made from; where that changes the rest is made anew, else a run
-//   that was interrupted goes on with what is there
+//   inputs.txt: fingerprint of the inputs; if they are unchanged an interrupted run is resumed,
+//   else the directory is emptied
 #pragma once
 
 #include <filesystem>
@@ -34,14 +34,14 @@ struct WorkspaceOptions {
   std::optional<DualFisheyeLayout> lenses{};  // whose seams are kept clear of features
 };
 
-// Two frames and what COLMAP matched between all of their faces.
+// Two frames and the matches of all their faces.
 struct FrameMatches {
   FramePair frames{};
   std::vector<BearingMatch> matches{};
 };
 
-// How strict a triangulation is: angles between a ray and a pose's expectation, and errors in
-// pixels of a face of 512.
+// Thresholds of a triangulation: the angle between an observed and a predicted ray, and the
+// reprojection error in pixels of a face of 512.
 struct TriangulationRound {
   double angle_deg = 2.0;
   double error_px = 4.0;
@@ -49,25 +49,25 @@ struct TriangulationRound {
 
 class ColmapWorkspace {
  public:
-  // Makes the directory or takes up what an interrupted run on the same inputs left. `set` has to
-  // outlive it; `keyframes` are the frames that are looked at.
+  // Creates the directory, or resumes an interrupted run with the same inputs. `set` and `colmap`
+  // must outlive it; `keyframes` are the frames to work on.
   ColmapWorkspace(const CaptureSet& set, std::vector<int> keyframes, const ColmapProgram& colmap,
                   WorkspaceOptions options);
 
-  // Each returns whether it found its work done. Throw Error as ColmapProgram::run and what files
-  // can fail with; Interrupted.
+  // Each returns whether its work was already done. They throw Error as ColmapProgram::run does and
+  // for files that cannot be read or written; Interrupted.
   bool cut_faces();
   bool find_features();
-  // Faces of each pair that look the same way by the poses (of both frames) are compared.
+  // Matches the faces of each pair that look the same way by the frames' poses.
   bool match(std::span<const FramePair> pairs, const FramePoses& poses);
 
-  // Of each keyframe, over its faces.
+  // Number of features of each keyframe, over its faces.
   std::map<int, int> feature_counts() const;
-  // What was verified, by pair of frames in ascending order; of each pair at most one entry.
+  // Verified matches, at most one entry per pair of frames, in ascending order.
   const std::vector<FrameMatches>& matches() const { return matches_; }
   int matched_face_pairs() const { return matched_face_pairs_; }
 
-  // Scene points from the matches, seen from these poses: COLMAP's point_triangulator.
+  // Scene points triangulated from the matches at these poses by COLMAP's point_triangulator.
   SeenPoints triangulate(const FramePoses& poses, const TriangulationRound& round);
 
  private:
@@ -84,7 +84,7 @@ class ColmapWorkspace {
   void read_images();
   void read_matches();
   Eigen::Vector3d bearing(const FaceImage& image, FacePixel pixel) const;
-  // The images that COLMAP can use, where the poses have them, and no points.
+  // The usable images at these poses, without points.
   ColmapModel model_of(const FramePoses& poses) const;
   SeenPoints points_of(const ColmapModel& model) const;
 

@@ -17,7 +17,7 @@ std::vector<std::set<int>> frames_by_point(const SeenPoints& points) {
   return frames;
 }
 
-// Sets of frames that are joined one pair at a time (union-find with path halving).
+// Union-find over frames, with path halving.
 class FrameSets {
  public:
   explicit FrameSets(int frames) : parent_(static_cast<std::size_t>(frames)) {

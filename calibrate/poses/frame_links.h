@@ -1,4 +1,4 @@
-// Which frames the pictures hold together.
+// Connected groups of frames that share scene points.
 #pragma once
 
 #include <span>
@@ -8,18 +8,17 @@
 
 namespace raywalk::calibrate {
 
-// Frames that share points, as groups; index of the group for each frame, -1 for one that shares
-// none. Two frames belong together when the points that both see, or a chain of such frames, are at
-// least `least_points` in number.
+// The index of each frame's group, -1 for a frame that shares no points. Two frames are linked if
+// they share at least `least_points` points; groups are the connected components.
 std::vector<int> linked_groups(int frames, const SeenPoints& points, int least_points);
 
-// The group with the most frames; -1 where there is none.
+// The group with the most frames; -1 if there is none.
 int largest_group(std::span<const int> groups);
 
-// Points that frames of both sets see.
+// Number of points that are seen by frames of both sets.
 int common_points(const SeenPoints& points, const std::vector<bool>& a, const std::vector<bool>& b);
 
-// Observations whose error is within `inlier_px`, and the points they see.
+// Observations whose error is within `inlier_px`, and their points.
 SeenPoints inliers_of(const RefinedPoses& refined);
 
 }  // namespace raywalk::calibrate

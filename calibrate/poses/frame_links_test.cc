@@ -34,7 +34,7 @@ TEST(LinkedGroups, JoinsFramesThatShareEnough) {
   EXPECT_EQ(largest_group(std::vector<int>{-1, -1}), -1);
 }
 
-TEST(LinkedGroups, AddsUpWhatPointsOfManyFramesShare) {
+TEST(LinkedGroups, CountsPointsOfManyFrames) {
   SeenPoints points;
   add_shared(&points, {0, 1, 2}, 6);
   add_shared(&points, {0, 2, 5}, 6);
@@ -50,7 +50,7 @@ TEST(CommonPoints, CountsEachPointOnce) {
   EXPECT_EQ(common_points(points, {true, true, false, false}, {false, false, true, true}), 4);
 }
 
-TEST(Inliers, LeaveOutWrongObservations) {
+TEST(Inliers, ExcludeWrongObservations) {
   RefinedPoses refined;
   add_shared(&refined.points, {0, 1}, 1);
   refined.errors_px = {0.5, 9.0};

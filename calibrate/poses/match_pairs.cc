@@ -15,7 +15,7 @@ constexpr double kReachAlong = 0.25;  // of the cell's side
 constexpr double kReachAcross = 0.2;  // to each side of a crossing
 constexpr int kAcross = 5;            // keyframes of each line at a crossing
 
-// Where a crossing lies on the rail of one of its lines.
+// Rail position of a crossing on one of its lines.
 double rail_position_m(const CaptureLine& line, PlanPoint crossing) {
   return line.axis == LineAxis::kX ? crossing.x_m : crossing.z_m;
 }
@@ -49,12 +49,12 @@ void mark_around(const CaptureSet& set, const CaptureLine& line, double at_m,
   if (behind != line.frames.begin()) (*chosen)[static_cast<std::size_t>(*(behind - 1))] = true;
 }
 
-// Marks further stations so that neighbours are at most `gap_m` apart where stations are close
-// enough for that.
+// Marks further stations so that marked neighbours are at most `gap_m` apart, where stations are
+// dense enough.
 void mark_between(const CaptureSet& set, const CaptureLine& line, double gap_m,
                   std::vector<bool>* chosen) {
   const std::vector<int>& frames = line.frames;
-  // The slider's feedback is good to well under a thousandth of any distance worth asking for.
+  // Tolerance for the slider's feedback, which is far more exact.
   const double reach_m = gap_m * 1.001;
   int last = frames.front();
   for (std::size_t i = 1; i < frames.size(); ++i) {
@@ -80,9 +80,8 @@ void add_pair(int a, int b, std::set<FramePair>* pairs) {
   if (a != b) pairs->insert({std::min(a, b), std::max(a, b)});
 }
 
-// How many keyframes on the partners of a keyframe are: the next, and then four times as far each
-// time within the reach; where that leaves the next alone, the one after it too, so that a spoilt
-// picture does not cut the line in two.
+// Offsets of a keyframe's partners in keyframes: 1, 4, 16, ... within the reach. If only 1 is, then
+// also 2, so that a bad picture does not cut the line in two.
 std::vector<std::size_t> steps_along(const CaptureSet& set, const std::vector<int>& frames,
                                      std::size_t from, double reach_m) {
   std::vector<std::size_t> steps{1};
@@ -103,7 +102,7 @@ void add_along(const CaptureSet& set, const std::vector<int>& frames, double rea
   }
 }
 
-// The keyframe nearest to each of kAcross places spread over the reach, each frame once.
+// The keyframes nearest to kAcross positions spread over the reach, without duplicates.
 std::vector<int> spread_around(const CaptureSet& set, const std::vector<int>& frames, double at_m,
                                double reach_m) {
   std::set<int> chosen;

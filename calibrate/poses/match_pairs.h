@@ -1,5 +1,5 @@
-// Which stations are solved, and which pictures are compared: neighbours on a rail and stations
-// around crossings. Everything else would cost hours and add nothing.
+// Chooses the stations to solve and the pairs of panoramas to match: neighbours on a rail and
+// stations around crossings. Exhaustive matching would take hours and add nothing.
 #pragma once
 
 #include <array>
@@ -13,15 +13,14 @@
 
 namespace raywalk::calibrate {
 
-// The length that distances in a capture are measured by: the side of a cell, as the median
-// distance of neighbouring crossings along the lines. Where no line has two crossings it is two
-// thirds of the longest line, as lines reach beyond their cell. Metres, larger than 0 unless all
-// stations of all lines coincide.
+// The reference length of a capture: the side of a cell, as the median distance of neighbouring
+// crossings along the lines. If no line has two crossings, it is two thirds of the longest line, as
+// lines reach beyond their cell. Metres, above 0 unless all stations of all lines coincide.
 double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossings);
 
-// Indices of frames in ascending order: on every line stations that are at most `keyframes_mm`
-// apart as far as there are such, with the first, the last and the two around each crossing; all
-// for 0.
+// Indices of frames in ascending order: on every line, stations at most `keyframes_mm` apart where
+// the line is dense enough, with the first, the last and the two around each crossing. 0 selects
+// all.
 std::vector<int> choose_keyframes(const CaptureSet& set, std::span<const LineCrossing> crossings,
                                   double keyframes_mm);
 
@@ -35,21 +34,22 @@ struct FramePair {
   }
 };
 
-// Along a line: the next keyframe and the 4th, 16th, … from it as long as they lie within a quarter
-// of the cell's side (neighbours make long tracks, far ones keep them true); where the 4th does
-// not, the two next. Across: at every crossing five keyframes of each line, spread over a fifth of
-// the cell's side to both sides of it, each with each. Sorted, each once.
+// Along a line: each keyframe with the next and the 4th, 16th, … after it within a quarter of the
+// cell's side (near pairs make long tracks, far ones limit drift); where the 4th is further, with
+// the two next. Across: at every crossing, five keyframes of each line, spread over a fifth of the
+// cell's side on both sides of it, all pairs. Sorted, without duplicates.
 std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineCrossing> crossings,
                                     std::span<const int> keyframes);
 
-// Two faces of two panoramas that see much the same.
+// Overlapping faces of two panoramas.
 struct FacePair {
   int first = 0;
   int second = 0;
 };
 
-// For every face of the first camera the one of the second that looks closest to the same way; in
-// cameras turned against each other by more than 20 degrees every one within 60.
+// For every face of the first camera, the face of the second with the closest viewing direction; if
+// the cameras are rotated by more than 20 degrees relative to each other, all faces within 60
+// degrees.
 std::vector<FacePair> overlapping_faces(const std::array<PanoramaFace, kFaceCount>& faces,
                                         const Eigen::Matrix3d& world_from_first,
                                         const Eigen::Matrix3d& world_from_second);

@@ -23,16 +23,16 @@ TEST(CellSide, IsTheDistanceOfNeighbouringCrossings) {
   }
 }
 
-TEST(CellSide, IsGuessedFromTheLengthOfALineThatCrossesNone) {
+TEST(CellSide, IsEstimatedFromTheLongestLineWithoutCrossings) {
   EXPECT_NEAR(cell_side_m(test_line(7, 1.5), {}), 1.0, 1e-12);
 }
 
-TEST(Keyframes, AreAllStationsWithoutADistance) {
+TEST(Keyframes, AreAllStationsByDefault) {
   const CaptureSet set = test_grid(5);
   EXPECT_EQ(all_frames(set).size(), set.frames.size());
 }
 
-TEST(Keyframes, AreAsFarApartAsAskedAndHoldEndsAndCrossings) {
+TEST(Keyframes, HaveTheRequestedSpacingAndIncludeEndsAndCrossings) {
   const CaptureSet set = test_grid(61);  // 25 mm apart; crossings at stations 10 and 50
   const std::vector<LineCrossing> crossings = crossings_of(set);
   ASSERT_EQ(crossings.size(), 4U);
@@ -72,7 +72,7 @@ TEST(Pairs, OfADenseLineReachAQuarterOfACell) {
   EXPECT_THAT(pairs, Contains(FramePair{10, 11}));
   EXPECT_THAT(pairs, Contains(FramePair{10, 14}));
   for (const FramePair& pair : pairs) EXPECT_LE(pair.second - pair.first, 10);
-  // The last have no 4th, but the one after the next.
+  // The last ones have no 4th and are paired with the second next.
   EXPECT_EQ(pairs.size(), 60U + 57U + 2U);
 }
 
@@ -99,7 +99,7 @@ TEST(Pairs, CrossBetweenLinesOnlyWhereTheyCross) {
   EXPECT_THAT(across, ElementsAre(25, 25, 25, 25));
 }
 
-TEST(Pairs, LeaveOutStationsThatAreNoKeyframes) {
+TEST(Pairs, AreOfKeyframesOnly) {
   const CaptureSet set = test_line(5);
   const std::vector<int> keyframes{0, 3, 4};
   EXPECT_THAT(choose_pairs(set, {}, keyframes),
@@ -115,7 +115,7 @@ TEST(OverlappingFaces, AreTheSameInCamerasThatLookTheSameWay) {
   for (const FacePair& pair : pairs) EXPECT_EQ(pair.first, pair.second);
 }
 
-TEST(OverlappingFaces, FollowACameraThatWasTurned) {
+TEST(OverlappingFaces, FollowARotatedCamera) {
   const auto faces = panorama_faces(std::nullopt);
   const Eigen::Matrix3d ahead = Eigen::Matrix3d::Identity();
   const auto to_right = overlapping_faces(faces, ahead, world_from_camera({kHalfPi, 0, 0}));
@@ -128,7 +128,7 @@ TEST(OverlappingFaces, FollowACameraThatWasTurned) {
         faces[static_cast<std::size_t>(pair.second)].camera_from_face.col(2);
     EXPECT_NEAR(first.dot(second), 1.0, 1e-12);
   }
-  // Half way between two faces both share half of what is seen.
+  // Half way between two faces, both overlap by half.
   EXPECT_EQ(overlapping_faces(faces, ahead, world_from_camera({0.5 * kHalfPi, 0, 0})).size(), 8U);
 }
 

@@ -20,8 +20,7 @@ Eigen::Matrix3d flip() { return Eigen::Vector3d(1, -1, 1).asDiagonal(); }
 // A face of 90 degrees is as wide as twice its focal length.
 double focal_px(int face_px) { return 0.5 * face_px; }
 
-// A panorama has as many pixels per radian as the middle of a face of this side: W / 2 pi = face_px
-// / 2.
+// The side of a face with the panorama's resolution in its middle: W / 2 pi = face_px / 2.
 int native_width(int face_px) { return static_cast<int>(std::ceil(kPi * face_px / 2.0)) * 2; }
 
 }  // namespace
@@ -61,7 +60,7 @@ Eigen::Vector3d flipped(const Eigen::Vector3d& point) { return {point.x(), -poin
 ColmapPose colmap_pose(const FramePose& camera, const PanoramaFace& face) {
   const Eigen::Matrix3d world_from_face = camera.world_from_camera * face.camera_from_face;
   const Eigen::Vector3d centre_m = camera.position_m + camera.world_from_camera * face.centre_m;
-  // Flipped on both sides the determinant stays +1: a rotation in the right-handed frames.
+  // Flipped on both sides, the determinant stays +1: a rotation in right-handed frames.
   const Eigen::Matrix3d rotation = flip() * world_from_face.transpose() * flip();
   return {Eigen::Quaterniond(rotation).normalized(), -rotation * flipped(centre_m)};
 }
@@ -108,10 +107,8 @@ std::array<cv::Mat, kFaceCount> FaceCutter::cut_mask(const cv::Mat& mask, double
     for (int y = 0; y < face_px_; ++y) {
       for (int x = 0; x < face_px_; ++x) {
         const Eigen::Vector3d direction = direction_of(faces_[i], face_px_, {x + 0.5, y + 0.5});
-        const PixelPosition at = pixel_from_angles(angles_from_direction(direction), panorama_);
-        const cv::Point pixel = wrapped_pixel(static_cast<int>(std::lround(at.u)),
-                                              static_cast<int>(std::lround(at.v)), mask.size());
-        const bool usable = mask.at<uchar>(pixel) != 0 && std::abs(direction.z()) >= seam;
+        const bool usable = mask.at<uchar>(nearest_pixel(direction, mask.size())) != 0 &&
+                            std::abs(direction.z()) >= seam;
         faces[i].at<uchar>(y, x) = usable ? 255 : 0;
       }
     }

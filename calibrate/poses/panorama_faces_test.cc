@@ -75,8 +75,7 @@ TEST(PanoramaFaces, LieEachInOneLensAndMeetAtFrontSidesAndBack) {
   EXPECT_EQ(panorama_faces(std::nullopt)[2].centre_m.norm(), 0.0);
 }
 
-// A panorama whose colours tell the direction: what a face shows at a pixel is what the panorama
-// holds in the pixel's direction.
+// A panorama whose levels are a function of the direction, for comparison with a face's pixels.
 cv::Mat direction_panorama(int width) {
   cv::Mat panorama(width / 2, width, CV_8UC3);
   for (int v = 0; v < panorama.rows; ++v) {
@@ -91,7 +90,7 @@ cv::Mat direction_panorama(int width) {
   return panorama;
 }
 
-TEST(FaceCutter, ShowsWhatThePanoramaHoldsInEachDirection) {
+TEST(FaceCutter, SamplesThePanoramaInEachDirection) {
   const auto faces = panorama_faces(std::nullopt);
   for (const int width : {256, 2048}) {  // sampled as it is, and reduced before
     const FaceCutter cutter(faces, {width, width / 2}, kFace_px);
@@ -111,7 +110,7 @@ TEST(FaceCutter, ShowsWhatThePanoramaHoldsInEachDirection) {
   }
 }
 
-TEST(FaceCutter, CutsMasksAndKeepsSeamsClear) {
+TEST(FaceCutter, CutsMasksAndMasksSeams) {
   const auto faces = panorama_faces(std::nullopt);
   const FaceCutter cutter(faces, {256, 128}, kFace_px);
   cv::Mat mask(128, 256, CV_8UC1, cv::Scalar(255));
@@ -132,7 +131,7 @@ TEST(FaceCutter, CutsMasksAndKeepsSeamsClear) {
   }
 }
 
-TEST(FaceSize, FollowsThePanoramaWithinBounds) {
+TEST(FaceSize, FollowsThePanoramaWithinLimits) {
   EXPECT_EQ(default_face_px(256), 384);
   EXPECT_EQ(default_face_px(1024), 512);
   EXPECT_EQ(default_face_px(4096), 768);

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "calibrate/base/cauchy_loss.h"
+
 namespace raywalk::calibrate {
 namespace {
 
@@ -16,7 +18,7 @@ using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 constexpr int kMostFramesInFull = 500;
 
-// What an observation tells about its pose and its point, in standard deviations.
+// The residual and Jacobians of an observation, in standard deviations.
 struct LinearObservation {
   int column = 0;  // of the pose's six in the normal equations
   Eigen::Matrix<double, 2, 6> by_pose{};
@@ -24,8 +26,8 @@ struct LinearObservation {
   Eigen::Vector2d error{};
 };
 
-// The unknowns: a pose's rotation in radians and its position in `unit_m`, so that both are of the
-// same size whatever the size of the capture.
+// The unknowns: a pose's rotation in radians and its position in units of `unit_m`, so that both
+// have the same scale for any size of the capture.
 struct Unknowns {
   std::vector<int> columns{};  // of each posed frame in the normal equations; -1 for others
   int size = 0;
@@ -68,8 +70,8 @@ LinearObservation linearised(const RefinedPoses& refined, const Unknowns& unknow
   Eigen::Vector2d error;
   bearing_cost(observation, pose.world_from_camera)
       ->Evaluate(parameters.data(), error.data(), jacobians.data());
-  // The Cauchy loss weighs an error e as 1 / (1 + (e / width)^2).
-  const double share = refined.errors_px[index] / (kCauchyWidth * refined.noise_px);
+  // The Cauchy loss weights an error e by 1 / (1 + (e / width)^2).
+  const double share = refined.errors_px[index] / (kCauchySigmas * refined.noise_px);
   const double scale = 1.0 / (refined.noise_px * std::sqrt(1.0 + share * share));
   by_pose.rightCols<3>() *= unknowns.unit_m;
   const int column = unknowns.columns[static_cast<std::size_t>(observation.frame)];
@@ -87,9 +89,8 @@ std::vector<std::vector<LinearObservation>> by_point(const RefinedPoses& refined
   return observations;
 }
 
-// What a point's observations add to the normal equations of the poses once the point is eliminated
-// (what it could explain is no evidence about a pose), and to their right side: one for each
-// observation.
+// The contribution of a point's observations to the normal equations of the poses and their right
+// side, after eliminating the point (Schur complement): one element per observation.
 struct PointEvidence {
   std::vector<Matrix63> mixed{};      // pose by point
   std::vector<Matrix63> explained{};  // mixed, times the inverse of the point's own block
@@ -103,7 +104,7 @@ PointEvidence evidence_of(const std::vector<LinearObservation>& observations) {
     of_point += one.by_point.transpose() * one.by_point;
     point_pull += one.by_point.transpose() * one.error;
   }
-  // Guards a point that lies so far off that its distance is not determined at all.
+  // For a point so far away that its distance is undetermined.
   of_point += 1e-12 * of_point.trace() * Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d inverse = of_point.inverse();
   PointEvidence evidence;
@@ -116,7 +117,7 @@ PointEvidence evidence_of(const std::vector<LinearObservation>& observations) {
   return evidence;
 }
 
-// The normal equations' matrix of the poses, and the spread of its right side.
+// The matrix of the normal equations of the poses, and the covariance of its right side.
 struct PoseEquations {
   Eigen::MatrixXd normal{};
   Eigen::MatrixXd spread{};
@@ -137,7 +138,7 @@ void add_point(const std::vector<LinearObservation>& observations, PoseEquations
   }
 }
 
-// The seven motions of all poses together that pictures cannot tell: an orthonormal basis.
+// An orthonormal basis of the seven unobservable common motions of all poses.
 Eigen::MatrixXd common_motions(const FramePoses& poses, const Unknowns& unknowns) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(unknowns.size, 7);
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -174,14 +175,15 @@ Matrix6 anchor_information(const PoseAnchor& anchor, double unit_m) {
   return diagonal.asDiagonal();
 }
 
-// By how much weights overstate what the observations tell. The curvature of the loss decides,
-// which for an error e along itself is w^2 (1 - (e / c)^2) and across it w, with the weight w = 1 /
-// (1 + (e / c)^2): the mean of both over the mean weight (Huber 1981, section 7.6).
+// The factor by which the weights overstate the information of the observations. The information is
+// the curvature of the loss: w^2 (1 - (e / c)^2) along an error e and w across it, with the weight
+// w = 1 / (1 + (e / c)^2). The factor is the mean of both over the mean weight (Huber 1981, section
+// 7.6).
 double curvature_share(const RefinedPoses& refined) {
   double curvature = 0.0;
   double weights = 0.0;
   for (const double error_px : refined.errors_px) {
-    const double share = error_px / (kCauchyWidth * refined.noise_px);
+    const double share = error_px / (kCauchySigmas * refined.noise_px);
     const double weight = 1.0 / (1.0 + share * share);
     curvature += 0.5 * (weight + weight * weight * (1.0 - share * share));
     weights += weight;
@@ -197,8 +199,8 @@ void set_from_full_matrix(RefinedPoses* refined, const PoseAnchor& anchor,
   Eigen::MatrixXd& normal = equations.normal;
   const Matrix6 anchored = anchor_information(anchor, unknowns.unit_m);
   for (int at = 0; at < unknowns.size; at += 6) normal.block<6, 6>(at, at) += anchored;
-  // With a large weight w on the orthonormal basis N of what is unknown, (A + w N N^T)^-1 is the
-  // pseudo-inverse of A and 1 / w along N: the covariance of a free network.
+  // With a large weight w on the orthonormal basis N of the unobservable motions, (A + w N N^T)^-1
+  // is the pseudo-inverse of A plus 1 / w along N: the covariance of a free network.
   const Eigen::MatrixXd motions = common_motions(refined->poses, unknowns);
   const double weight = normal.diagonal().maxCoeff();
   normal.noalias() += weight * motions * motions.transpose();

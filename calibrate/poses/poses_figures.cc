@@ -10,7 +10,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// A line further from its plan than this share of a cell was hardly laid where it was meant to be.
+// A line further from its plan than this share of a cell was probably laid at a wrong place.
 constexpr double kFarOff = 0.25;
 constexpr int kFewFeatures = 100;  // over all faces of a panorama
 
@@ -40,7 +40,7 @@ LinePoses figures_of(const CaptureSet& set, const PosesResult& result, const Fra
   return figures;
 }
 
-// Stations of a line near a place, as flags over all frames.
+// Flags of the frames of a line near a position.
 std::vector<bool> frames_near(const CaptureSet& set, int line, PlanPoint at, double reach_m) {
   std::vector<bool> near(set.frames.size(), false);
   const CaptureLine& of = set.lines[static_cast<std::size_t>(line)];
@@ -59,11 +59,12 @@ void warn_of_line(const CaptureSet& set, const MatchSummary& summary, const Line
         summary.motions[static_cast<std::size_t>(line.line)] == RailMotion::kReversed;
     warnings->push_back(
         reversed
-            ? fmt::format("line {}: its pictures move against the slider, unlike the others': the "
-                          "rail was laid the other way round, or its pictures are in reverse order",
-                          id)
+            ? fmt::format(
+                  "line {}: its pictures move against the slider, unlike those of the others: the "
+                  "rail was laid the other way round, or its pictures are in reverse order",
+                  id)
             : fmt::format("line {}: nothing in its pictures connects it to the rest of the grid; "
-                          "its stations have no pose. Was the rail laid where the plan has it, and "
+                          "its stations have no pose. Was the rail laid where it was planned, and "
                           "are these its pictures?",
                           id));
     return;
@@ -74,8 +75,8 @@ void warn_of_line(const CaptureSet& set, const MatchSummary& summary, const Line
   }
   if (line.moved_mm > kFarOff * 1e3 * cell_m) {
     warnings->push_back(
-        fmt::format("line {}: found {:.0f} mm from where the plan has it; if the rail was not laid "
-                    "there, look at the matches before trusting this",
+        fmt::format("line {}: found {:.0f} mm from where it was planned; if the rail was not laid "
+                    "there, check the matches",
                     id, line.moved_mm));
   }
 }
@@ -124,7 +125,7 @@ std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, i
   }
   const int matches = count(summary.matches);
   if (matches == 0) {
-    return "shows nothing that its neighbours show: is it a picture of this station?";
+    return "no matches with its neighbours: is it a picture of this station?";
   }
   return fmt::format("too few scene points in common with the others ({} matches)", matches);
 }
@@ -145,7 +146,7 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
     if (crossing.points >= kLeastSharedPoints) continue;
     warnings.push_back(
         fmt::format("lines {} and {} have only {} scene points in common where they should cross: "
-                    "there they are held together by other crossings alone",
+                    "they are connected only by other crossings",
                     set.line_id(crossing.along_x), set.line_id(crossing.along_z), crossing.points));
   }
   return warnings;

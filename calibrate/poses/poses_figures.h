@@ -1,5 +1,4 @@
-// What is worth telling about solved poses: figures per line and crossing, why frames have none,
-// and what a user has to know.
+// Figures of solved poses per line and crossing, reasons for missing poses, and warnings.
 #pragma once
 
 #include <map>
@@ -15,8 +14,8 @@
 
 namespace raywalk::calibrate {
 
-// Fewer scene points than these do not tie frames or lines together, nor carry a pose: a handful of
-// wrong matches may agree by chance.
+// Fewer common scene points do not connect frames or lines, and fewer observations do not determine
+// a pose: a handful of wrong matches may agree by chance.
 inline constexpr int kLeastSharedPoints = 15;
 inline constexpr int kLeastObservations = 30;
 
@@ -24,22 +23,22 @@ inline constexpr int kLeastObservations = 30;
 std::vector<LinePoses> line_figures(const CaptureSet& set, const PosesResult& result,
                                     const FramePoses& start);
 
-// For each crossing the points that stations within half a cell of it see from both lines.
+// For each crossing, the number of points seen from both lines by stations within half a cell.
 std::vector<CrossingPoints> crossing_figures(const CaptureSet& set,
                                              std::span<const LineCrossing> crossings,
                                              const SeenPoints& inliers);
 
-// What pictures and matches showed before anything was solved.
+// Features, matches and motions of the pictures before the bundle adjustment.
 struct MatchSummary {
   std::map<int, int> features{};      // by keyframe
-  std::map<int, int> matches{};       // verified, by keyframe, with all others
+  std::map<int, int> matches{};       // verified, with all other frames, by keyframe
   std::vector<RailMotion> motions{};  // by line
 };
 
 // Why a keyframe has no pose.
 std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, int frame);
 
-// By the finished figures of `result`: what is missing or not as planned.
+// Warnings by the figures of `result`: poses that are missing or not as planned.
 std::vector<std::string> pose_warnings(const CaptureSet& set,
                                        std::span<const LineCrossing> crossings,
                                        const MatchSummary& summary, const PosesResult& result);

@@ -66,39 +66,39 @@ TEST(LineFigures, SumUpTheStations) {
   EXPECT_EQ(lines[1].moved_mm, 0.0);
 }
 
-TEST(PoseWarnings, AreNoneWhereAllIsWell) { EXPECT_THAT(SolvedGrid().warnings(), IsEmpty()); }
+TEST(PoseWarnings, AreEmptyForGoodPoses) { EXPECT_THAT(SolvedGrid().warnings(), IsEmpty()); }
 
-TEST(PoseWarnings, NameALineThatNothingConnects) {
+TEST(PoseWarnings, NameAnUnconnectedLine) {
   SolvedGrid grid;
   grid.forget(2);
   EXPECT_THAT(grid.warnings(), ElementsAre(AllOf(HasSubstr("line z0: nothing in its pictures"),
                                                  HasSubstr("Was the rail laid"))));
 }
 
-TEST(PoseWarnings, NameALineThatRunsTheOtherWay) {
+TEST(PoseWarnings, NameAReversedLine) {
   SolvedGrid grid;
   grid.forget(1);
   grid.summary.motions[1] = RailMotion::kReversed;
   EXPECT_THAT(grid.warnings(), ElementsAre(HasSubstr("line x1: its pictures move against")));
 }
 
-TEST(PoseWarnings, NameARailOnAnothersPlace) {
+TEST(PoseWarnings, NameARailAtAnotherPlace) {
   SolvedGrid grid;
   for (const int frame : grid.set.lines[3].frames) {
     grid.result.poses[static_cast<std::size_t>(frame)]->position_m.x() -= 1.0;
   }
   EXPECT_THAT(grid.warnings(),
-              ElementsAre(HasSubstr("line z1: found 1000 mm from where the plan has it")));
+              ElementsAre(HasSubstr("line z1: found 1000 mm from where it was planned")));
 }
 
-TEST(PoseWarnings, NameACrossingThatDoesNotHold) {
+TEST(PoseWarnings, NameACrossingWithFewCommonPoints) {
   SolvedGrid grid;
   grid.result.crossings[1].points = 3;
   EXPECT_THAT(grid.warnings(),
               ElementsAre(HasSubstr("lines x0 and z1 have only 3 scene points in common")));
 }
 
-TEST(UnposedReason, TellsTheFirstThingThatFailed) {
+TEST(UnposedReason, NamesTheFirstCause) {
   SolvedGrid grid;
   grid.summary.features = {{0, 20}, {1, 3000}, {2, 3000}, {31, 3000}};
   grid.summary.matches = {{2, 40}};
@@ -144,12 +144,11 @@ TEST(PosesReport, IsWellFormedWhateverTheNames) {
   const std::string page = read_file(directory / "poses.html");
   EXPECT_EQ(markup_fault(page), "");
   EXPECT_THAT(page, AllOf(HasSubstr("too &lt;plain&gt;"), HasSubstr("Warning: "),
-                          HasSubstr("times too far")));
+                          HasSubstr("exaggerated")));
 }
 
-// A grid of no extent has no plan to draw, and a solution of no pose no figures: the page is
-// written all the same.
-TEST(PosesReport, CopesWithNothingSolved) {
+// The page is written even for a grid without extent or a solution without poses.
+TEST(PosesReport, IsWrittenWithNothingSolved) {
   const TestDirectory directory;
   SolvedGrid grid;
   for (CaptureFrame& frame : grid.set.frames) frame.nominal_m.setZero();

@@ -32,11 +32,10 @@ double total_seconds(const PosesResult& result) {
 }
 
 const char* rank_text(int rank) {
-  constexpr std::array kTexts{
-      "all stations at one point: orientations alone turn the solution",
-      "all stations on one line: orientations tell the rotation about it (its roll)",
-      "stations in a plane: positions tell the rotation",
-      "stations in space: positions tell the rotation"};
+  constexpr std::array kTexts{"all stations at one point: the rotation is from orientations alone",
+                              "all stations on one line: the roll about it is from orientations",
+                              "stations in a plane: the rotation is from positions",
+                              "stations in space: the rotation is from positions"};
   return kTexts[static_cast<std::size_t>(std::clamp(rank, 0, 3))];
 }
 
@@ -103,16 +102,16 @@ void add_headline(const CaptureSet& set, const PosesResult& result, HtmlPage* pa
        {"time", fmt::format("{:.0f} s", total_seconds(result))}});
   for (const std::string& warning : result.warnings) page->add_paragraph("Warning: " + warning);
   page->add_paragraph(fmt::format(
-      "{} of {} stations were solved as keyframes; the others follow from their rail "
+      "{} of {} stations were solved as keyframes; the others are predicted from their rail "
       "(raywalk-calibrate grid). --keyframes-mm trades time for accuracy: a skipped station is "
-      "known only as well as the carriage repeats, a solved one to the sigma above. Residuals are "
+      "known only to the carriage's repeatability, a solved one to the sigma above. Residuals are "
       "in pixels of a panorama 4096 wide; sigmas are medians over the stations, each against all "
       "others.",
       result.keyframes.size(), set.frames.size()));
 }
 
 void add_lines(const CaptureSet& set, const PosesResult& result, HtmlPage* page) {
-  HtmlTable table{.caption = "moved and turned: largest over the stations, against the start",
+  HtmlTable table{.caption = "moved and rotated: largest over the stations, relative to the start",
                   .header = {"line", "stations", "keyframes", "posed", "observations",
                              "residual / px", "moved / mm", "turned / °"}};
   for (const LinePoses& line : result.lines) {
@@ -146,7 +145,7 @@ void add_crossings(const CaptureSet& set, const PosesResult& result, HtmlPage* p
 
 void add_unposed(const CaptureSet& set, const PosesResult& result, HtmlPage* page) {
   if (result.unposed.empty()) return;
-  HtmlTable table{.caption = "", .header = {"station", "why it has no pose"}};
+  HtmlTable table{.caption = "", .header = {"station", "reason"}};
   for (const UnposedFrame& unposed : result.unposed) {
     table.rows.push_back({{frame_name(set, unposed.frame)}, {unposed.reason}});
   }
@@ -158,15 +157,15 @@ void add_alignment(const PosesResult& result, HtmlPage* page) {
   const PoseAlignment& alignment = result.alignment;
   page->add_section("Alignment");
   page->add_paragraph(fmt::format(
-      "Pictures tell neither scale nor a common turn. Scale: {:.6f}, the median over {} pairs of "
-      "stations of what the slider says over what was solved. Rank of the stations' positions: {} "
-      "({}); their spread is {:.3f}, {:.3f} and {:.3f} m.",
+      "Pictures determine neither the scale nor the common rotation. Scale: {:.6f}, the median "
+      "ratio of the slider's distance to the solved one over {} pairs of stations. Rank of the "
+      "stations' positions: {} ({}); their spread is {:.3f}, {:.3f} and {:.3f} m.",
       alignment.scale, alignment.scale_pairs, alignment.rank, rank_text(alignment.rank),
       alignment.spread_m[0], alignment.spread_m[1], alignment.spread_m[2]));
 }
 
-// How many times too far solved stations are drawn from their start, so that it shows: a round
-// number that makes the largest a twentieth of the drawing.
+// The factor by which displacements are exaggerated in the drawing: a round number that makes the
+// largest a twentieth of the drawing.
 double exaggeration(const FramePoses& start, const FramePoses& solved, double extent_m) {
   double largest_m = 0.0;
   for (std::size_t i = 0; i < solved.size(); ++i) {
@@ -205,8 +204,8 @@ void add_plan(const CaptureSet& set, const FramePoses& start, const PosesResult&
                   ".raywalk-plan .moved { stroke: var(--accent); stroke-width: 1; }\n");
   page->add_section("Plan");
   page->add_figures({svg_figure(
-      svg, fmt::format("Where stations were planned (grey) and solved (coloured), {:g} times too "
-                       "far from there",
+      svg, fmt::format("Stations as planned (grey) and as solved (coloured), with displacements "
+                       "exaggerated {:g} times",
                        times))});
 }
 

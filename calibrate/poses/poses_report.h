@@ -1,4 +1,4 @@
-// The page and the file that tell about solved poses.
+// The report of solved poses, as HTML and JSON.
 #pragma once
 
 #include "calibrate/base/capture_set.h"
@@ -7,8 +7,8 @@
 
 namespace raywalk::calibrate {
 
-// Writes poses-report.json and poses.html into `out`. `start` are the poses that the solution
-// started from.
+// Writes poses-report.json and poses.html into `out`. `start` are the initial poses of the
+// solution. Throws Error if a file cannot be written.
 void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
                         const FramePoses& start, const PosesResult& result);
 

@@ -12,14 +12,14 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr std::size_t kLeastMotionMatches = 20;
-constexpr double kSure = 4.0;       // standard deviations that make a pair's evidence count
-constexpr double kMajority = 0.75;  // of the pairs that tell
+constexpr double kSure = 4.0;       // standard deviations of significant evidence of a pair
+constexpr double kMajority = 0.75;  // of the pairs with significant evidence
 
-// Unknown: three of the small rotation between the two cameras, one of the mean inverse distance.
+// Unknowns: three of the small rotation between the two cameras, one of the mean inverse distance.
 using Vector4 = Eigen::Vector4d;
 
-// To first order a bearing b (world axes) of a thing at the distance rho moves, when the camera
-// moves by t and turns by w, by -(t - (t b) b) / rho - w x b.
+// To first order, when the camera moves by t and rotates by w, the bearing b (world axes) of a
+// point at the distance rho moves by -(t - (t b) b) / rho - w x b.
 struct FlowRow {
   Eigen::Matrix<double, 3, 4> design{};
   Eigen::Vector3d moved{0, 0, 0};
@@ -49,8 +49,8 @@ double motion_evidence(const FramePose& first, const FramePose& second,
   for (const BearingMatch& match : matches) {
     rows.push_back(flow_row(first, second, motion.normalized(), match));
   }
-  // Least squares with Cauchy weights, a few times: the matches were verified, few are wrong, but
-  // things of all distances are fitted by one.
+  // Least squares with Cauchy weights, a few iterations: the matches are verified, so few are
+  // wrong, but points of all distances are fitted by a single one.
   Vector4 unknown = Vector4::Zero();
   double sigma = 0.0;
   double spread = 0.0;
@@ -90,7 +90,7 @@ RailMotion rail_motion(std::span<const double> evidence) {
 }
 
 std::string common_fault(const CaptureSet& set, std::span<const RailMotion> motions) {
-  // By axis: lines that run as planned, and that are reversed.
+  // Number of lines by axis that run as planned and that are reversed.
   std::array<int, 2> as_planned{};
   std::array<int, 2> reversed{};
   for (std::size_t i = 0; i < motions.size(); ++i) {

@@ -10,8 +10,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Things around two stations 25 mm apart, seen with an error of a pixel and a tenth of wrong
-// matches. The cameras are turned by a degree against where they are believed to look.
+// Points around two stations 25 mm apart, with a noise of a pixel and a tenth of wrong matches. The
+// cameras are rotated by a degree from their assumed attitudes.
 std::vector<BearingMatch> matches_between(const Eigen::Vector3d& motion_m, double distance_m,
                                           unsigned seed) {
   std::mt19937 random(seed);
@@ -35,7 +35,7 @@ FramePose at(const Eigen::Vector3d& position_m) {
   return pose;
 }
 
-TEST(MotionEvidence, IsPositiveForThingsThatStand) {
+TEST(MotionEvidence, IsPositiveForStaticPoints) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     for (const Eigen::Vector3d& motion :
          {Eigen::Vector3d(0.025, 0, 0), Eigen::Vector3d(0, 0, 0.025)}) {
@@ -76,7 +76,7 @@ TEST(MotionEvidence, UsesTheGivenAttitude) {
   EXPECT_GT(motion_evidence(first, second, matches), 10);
 }
 
-TEST(MotionEvidence, IsWeakWhereNothingIsNear) {
+TEST(MotionEvidence, IsWeakForDistantPoints) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Eigen::Vector3d motion(0.001, 0, 0);
     const double evidence =
@@ -87,7 +87,7 @@ TEST(MotionEvidence, IsWeakWhereNothingIsNear) {
   EXPECT_EQ(motion_evidence(at({0, 0, 0}), at({0, 0, 0}), matches_between({0, 0, 1}, 2, 1)), 0.0);
 }
 
-TEST(RailMotion, FollowsTheMajorityOfWhatIsSure) {
+TEST(RailMotion, FollowsTheMajorityOfSignificantEvidence) {
   const std::vector<double> mostly{20, 15, 1, -2, 30, -8};
   EXPECT_EQ(rail_motion(mostly), RailMotion::kAsPlanned);
   const std::vector<double> against{-20, -15, 1, 3};

@@ -1,7 +1,6 @@
 #include "calibrate/poses/refine_poses.h"
 
 #include <ceres/autodiff_cost_function.h>
-#include <ceres/iteration_callback.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
@@ -15,20 +14,21 @@
 #include <numeric>
 #include <set>
 
+#include "calibrate/base/cauchy_loss.h"
+#include "calibrate/base/stop_on_interrupt.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
+#include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-// The Cauchy loss that loses 5 % of efficiency on normal errors is as wide as 2.385 standard
-// deviations (Holland and Welsch 1977).
 constexpr double kInlierWidth = 4.0;     // standard deviations
 constexpr double kLeastNoise_px = 1e-3;  // below the rounding of COLMAP's features
-constexpr int kPasses = 3;               // of solving and measuring the spread again
+constexpr int kPasses = 3;               // of solving and estimating the noise
 constexpr int kIterations = 20;
-// The slider's distances count as known no better than to this share of the distance.
+// Lower bound of the relative sigma of the slider's distances.
 constexpr double kLeastRailSpread = 1e-3;
 
 // Rotation vector and position of a frame, in the order of bearing_cost.
@@ -53,7 +53,7 @@ class AnchorResidual {
   PoseAnchor anchor_;
 };
 
-// Two stations are as far apart as the slider says.
+// The distance of two stations against the slider's.
 class RailResidual {
  public:
   RailResidual(double distance_m, double sigma_m) : distance_m_(distance_m), sigma_m_(sigma_m) {}
@@ -71,13 +71,6 @@ class RailResidual {
  private:
   double distance_m_;
   double sigma_m_;
-};
-
-class StopOnInterrupt final : public ceres::IterationCallback {
- public:
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return interrupt_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
-  }
 };
 
 // Neighbouring stations on a rail that both have a pose, and the slider's distance.
@@ -106,17 +99,16 @@ std::vector<RailStep> rail_steps(const CaptureSet& set, const FramePoses& poses)
   return steps;
 }
 
-// How far distances of the poses spread about the slider's, relative to them: the carriage rocks,
-// so that the feedback tells less than its own resolution promises.
+// Relative spread of the poses' distances about the slider's: the carriage rocks, so the feedback
+// is less accurate than its resolution.
 double rail_spread(const std::vector<RailStep>& steps, const FramePoses& poses) {
   std::vector<double> deviations;
   for (const RailStep& step : steps) {
     const double distance_m = (poses[step.b]->position_m - poses[step.a]->position_m).norm();
     deviations.push_back(std::abs(distance_m / step.distance_m - 1.0));
   }
-  constexpr double kNormalFromMedian = 1.4826;
   return deviations.empty() ? kLeastRailSpread
-                            : std::max(kLeastRailSpread, kNormalFromMedian * median(deviations));
+                            : std::max(kLeastRailSpread, robust_sigma(std::move(deviations)));
 }
 
 FramePoses observed_only(const FramePoses& poses, const SeenPoints& points) {
@@ -143,7 +135,7 @@ std::vector<double> errors_of(const FramePoses& poses, const SeenPoints& points)
   return errors;
 }
 
-// One solution from `poses` and `points` with a given width of the loss; both are replaced.
+// Solves from `poses` and `points` with a given width of the loss; replaces both.
 class Adjustment {
  public:
   Adjustment(FramePoses* poses, SeenPoints* points) : poses_(*poses), points_(*points) {
@@ -156,9 +148,9 @@ class Adjustment {
   }
 
   void add_observations(double noise_px) {
-    // In standard deviations, as the other residuals are. The problem takes the loss, which its
-    // blocks share.
-    auto cauchy = std::make_unique<ceres::CauchyLoss>(kCauchyWidth * noise_px);
+    // In standard deviations, like the other residuals. The problem takes ownership of the loss,
+    // which all blocks share.
+    auto cauchy = std::make_unique<ceres::CauchyLoss>(kCauchySigmas * noise_px);
     auto* loss =
         new ceres::ScaledLoss(cauchy.release(), 1.0 / (noise_px * noise_px), ceres::TAKE_OWNERSHIP);
     for (const PointObservation& observation : points_.observations) {
@@ -198,7 +190,7 @@ class Adjustment {
     options.logging_type = ceres::SILENT;
     StopOnInterrupt stop;
     options.callbacks.push_back(&stop);
-    // Points first: each is seen by few poses, so that they can be eliminated one by one.
+    // Points are eliminated first: each is seen by few poses.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (const PointObservation& observation : points_.observations) {
       ordering->AddElementToGroup(point(observation.point), 0);
@@ -326,8 +318,8 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
   if (refined.errors_px.empty()) throw Error("no scene point is seen by any panorama");
   const FramePoses anchors = refined.poses;
   const std::vector<RailStep> steps = rail_steps(set, refined.poses);
-  // Unknown until the pictures alone have told: the start may repeat the slider's own distances,
-  // and an adjustment tied to them would find its own assumption confirmed.
+  // Without the slider's distances in the first pass: the start may repeat them exactly, and the
+  // spread estimated from it would be too small.
   std::optional<double> spread;
   for (int pass = 0; pass < kPasses; ++pass) {
     const double before_px = std::max(noise_of(refined.errors_px), kLeastNoise_px);
@@ -339,7 +331,7 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
     if (!spread) spread = rail_spread(steps, refined.poses);
     refined.errors_px = errors_of(refined.poses, refined.points);
     refined.noise_px = std::max(noise_of(refined.errors_px), kLeastNoise_px);
-    // Another pass would change little where the noise has settled.
+    // Stops when the noise has converged.
     if (pass > 0 && refined.noise_px > 0.95 * before_px) break;
   }
   refined.inlier_px = kInlierWidth * refined.noise_px;

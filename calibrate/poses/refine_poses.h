@@ -1,4 +1,4 @@
-// Bundle adjustment: the poses and scene points that explain best where the points are seen.
+// Bundle adjustment of poses and scene points.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,13 +19,9 @@ struct SeenPoints {
 // Without points that fewer than `least_frames` different panoramas see, and their observations.
 SeenPoints widely_seen(const SeenPoints& points, int least_frames);
 
-// So many points that every frame sees about `per_frame` of them, as far as it has so many, those
-// with the most observations first: they tie the most poses together for the time they take.
+// A subset of points of which every frame sees about `per_frame`, if it has so many. Points with
+// the most observations come first: they constrain the most poses for their computing time.
 SeenPoints strongest(const SeenPoints& points, int per_frame);
-
-// Width of the Cauchy loss in standard deviations of the residuals: 95 % efficient where they are
-// normal (Holland and Welsch 1977).
-inline constexpr double kCauchyWidth = 2.385;
 
 struct RefinedPoses {
   FramePoses poses{};  // those of the start that observe points; observations and residuals are set
@@ -33,27 +29,26 @@ struct RefinedPoses {
   std::vector<double> errors_px{};  // by observation: bearing_error_px
   // Standard deviation of an inlier's error along one axis, robust, panorama 4096 wide.
   double noise_px = 0.0;
-  // Errors beyond count for little; those within inlier_px are a pose's observations.
+  // Observations with smaller errors are inliers and count as a pose's observations.
   double inlier_px = 0.0;
 };
 
-// How far poses may lie from where they start, as far as nothing else tells: standard deviations.
-// So weak that they only keep what pictures cannot tell, the common frame and its scale, from
-// drifting.
+// Standard deviations of a weak prior at the initial poses. It only keeps the unobservable common
+// frame and scale from drifting.
 struct PoseAnchor {
   double position_m = 1.0;
   double rotation_rad = 0.1;
 };
 
 // One pose for each panorama, whatever number of faces it was matched in. Observations have a
-// Cauchy loss whose width follows from their own spread, so that a wrong match pulls less the
-// farther off it is. Distances between neighbouring stations of a line are tied to the slider's
-// feedback within their own spread. Throws Error where no frame observes a point; Interrupted.
+// Cauchy loss with a scale from their own spread. Distances between neighbouring stations of a line
+// are constrained to the slider's feedback, also within their own spread. Throws Error if no frame
+// observes a point; Interrupted.
 RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const SeenPoints& points,
                           const PoseAnchor& anchor, int threads);
 
-// The robust standard deviation along one axis of two-dimensional errors: their median length over
-// that of unit noise, sqrt(2 ln 2). 0 for none.
+// The robust standard deviation along one axis of two-dimensional errors: their median length
+// divided by that of unit noise, sqrt(2 ln 2). 0 for no errors.
 double noise_of(const std::vector<double>& errors_px);
 
 }  // namespace raywalk::calibrate

@@ -16,7 +16,7 @@ namespace {
 
 constexpr PoseAnchor kAnchor{0.1, 0.1};
 
-// Points where the start would triangulate them: off by a few centimetres.
+// Points with initial errors of a few centimetres, as by triangulation from the start.
 SeenPoints blurred(SeenPoints points, double size_m, unsigned seed) {
   std::mt19937 random(seed);
   for (Eigen::Vector3d& point : points.points_m) point += random_vector(&random, size_m);
@@ -37,8 +37,8 @@ PoseSums sums_of(const FramePoses& poses) {
   return sums;
 }
 
-// Moved onto the truth by a similarity, which pictures do not tell: the one that leaves the
-// smallest squares of rotations (radians) and positions (in their spread) together.
+// Aligned to the truth by a similarity, which is unobservable: the least-squares one for rotations
+// (radians) and positions (in units of their spread) together.
 FramePoses onto_truth(const FramePoses& poses, const FramePoses& truth) {
   const PoseSums solved = sums_of(poses);
   const PoseSums right = sums_of(truth);
@@ -72,19 +72,19 @@ TEST(RefinePoses, FindsExactPosesFromExactBearings) {
   EXPECT_LT(refined.noise_px, 0.02);
 }
 
-TEST(RefinePoses, IsAsExactAsItsNoiseAllowsAndTellsTheNoise) {
+TEST(RefinePoses, HasTheAccuracyOfItsNoiseAndEstimatesIt) {
   const CaptureSet set = test_grid(6);
   const FramePoses truth = test_truth(set, {}, 5);
   const SeenPoints points = blurred(test_points(set, truth, 1500, 1.0, 0.5, 6), 0.05, 7);
   const RefinedPoses refined = refine_poses(set, nominal_poses(set), points, kAnchor, 1);
-  // Points and poses take up part of the noise: 24 * 6 + 1500 * 3 unknowns in 24000 equations.
+  // The unknowns absorb part of the noise: 24 * 6 + 1500 * 3 unknowns in 24000 equations.
   EXPECT_NEAR(refined.noise_px, 0.5 * std::sqrt(1.0 - 4644.0 / 24000.0), 0.04);
   EXPECT_LT(shape_difference(refined.poses, truth).position_m, 1e-3);
 }
 
-// The carriage rocks by a millimetre, which feedback does not tell, and the start has every station
-// exactly where feedback has it. The pictures know better and have to win.
-TEST(RefinePoses, DoesNotTakeTheSlidersWordForEveryStation) {
+// The carriage rocks by a millimetre, which the feedback does not contain, and the start has every
+// station exactly at its feedback's position. The pictures have to outweigh it.
+TEST(RefinePoses, FollowsThePicturesWhereTheSliderIsWrong) {
   const CaptureSet set = test_line(31);
   const FramePoses truth = test_truth(set, {0.0, 0.0, 1e-3, 0.1}, 40);
   const SeenPoints points = blurred(test_points(set, truth, 1500, 1.0, 0.4, 41), 0.05, 42);
@@ -94,7 +94,7 @@ TEST(RefinePoses, DoesNotTakeTheSlidersWordForEveryStation) {
   EXPECT_LT(shape_difference(refined.poses, truth).position_m, 0.35 * unsolved_m);
 }
 
-TEST(RefinePoses, SurvivesAFifthOfWrongMatches) {
+TEST(RefinePoses, IsRobustToAFifthOfWrongMatches) {
   const CaptureSet set = test_grid(6);
   const FramePoses truth = test_truth(set, {}, 8);
   SeenPoints points = blurred(test_points(set, truth, 1000, 1.0, 0.3, 9), 0.05, 10);
@@ -110,9 +110,9 @@ TEST(RefinePoses, SurvivesAFifthOfWrongMatches) {
   EXPECT_NEAR(static_cast<double>(inliers), 0.8 * 8000, 0.02 * 8000);
 }
 
-// The lenses of a two-lens camera see from in front and from behind its middle. What one lens alone
-// sees moves along with it and does not tell; what both see does.
-TEST(RefinePoses, SeesEachBearingFromItsOwnLens) {
+// The centres of the two lenses are in front of and behind the camera's middle. Points seen by one
+// lens alone do not constrain its offset; those seen by both do.
+TEST(RefinePoses, UsesTheCentreOfEachLens) {
   const CaptureSet set = test_grid(6);
   const FramePoses truth = test_truth(set, {}, 12);
   SeenPoints points = test_points(set, truth, 400, 1.0, 0.0, 13);
@@ -132,8 +132,8 @@ TEST(RefinePoses, SeesEachBearingFromItsOwnLens) {
   EXPECT_GT(without.noise_px, 3 * refined.noise_px);
 }
 
-// Start, truth and figures grow with the capture: nothing is measured in metres of one room.
-TEST(RefinePoses, IsTheSameAtAnySize) {
+// The result scales with the capture: no threshold is in metres.
+TEST(RefinePoses, IsIndependentOfScale) {
   for (const double size : {1e-3, 1e3}) {
     const CaptureSet set = test_grid(5, size);
     const FramePoses truth = test_truth(set, {0.02 * size, 1.5, 0.0, 0.1}, 14);
@@ -147,7 +147,7 @@ TEST(RefinePoses, IsTheSameAtAnySize) {
   }
 }
 
-TEST(RefinePoses, LeavesFramesThatSeeNothingWithoutAPose) {
+TEST(RefinePoses, FramesWithoutPointsHaveNoPose) {
   const CaptureSet set = test_grid(4);
   FramePoses truth = test_truth(set, {}, 17);
   truth[5].reset();
@@ -160,12 +160,12 @@ TEST(RefinePoses, LeavesFramesThatSeeNothingWithoutAPose) {
   EXPECT_GT(refined.poses[4]->residual_px, 0.1);
 }
 
-TEST(RefinePoses, SaysWhenNothingIsSeen) {
+TEST(RefinePoses, ThrowsWithoutObservations) {
   const CaptureSet set = test_grid(4);
   EXPECT_THROW(refine_poses(set, nominal_poses(set), {}, kAnchor, 1), Error);
 }
 
-// Mean squares of errors over sigmas in several draws: 1 where sigmas are right.
+// Mean squares of errors over sigmas in several draws: 1 if the sigmas are right.
 struct SigmaRatio {
   double position = 0.0;
   double rotation = 0.0;
@@ -195,15 +195,15 @@ SigmaRatio sigma_ratio(const Spoil& spoil) {
   return {ratio.position / count, ratio.rotation / count};
 }
 
-TEST(PoseCovariance, TellsTheSpreadThatRepeatedNoiseCauses) {
+TEST(PoseCovariance, MatchesTheSpreadOfRepeatedDraws) {
   const SigmaRatio ratio = sigma_ratio([](unsigned, SeenPoints*) {});
   EXPECT_NEAR(ratio.position, 1.0, 0.35);
   EXPECT_NEAR(ratio.rotation, 1.0, 0.35);
 }
 
-// Every observation counts four times, its error too: there are not more than before, and sigmas
-// must not shrink for them.
-TEST(PoseCovariance, IsNotFooledByErrorsThatRepeat) {
+// Every observation is repeated four times with the same error: there is no more information, so
+// sigmas must not shrink.
+TEST(PoseCovariance, AccountsForRepeatedErrors) {
   const SigmaRatio ratio = sigma_ratio([](unsigned, SeenPoints* points) {
     std::vector<PointObservation> doubled;
     for (const PointObservation& one : points->observations) {
@@ -218,7 +218,7 @@ TEST(PoseCovariance, IsNotFooledByErrorsThatRepeat) {
 TEST(SeenPoints, KeepsPointsOfEnoughFrames) {
   SeenPoints points;
   points.points_m = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
-  // The second is seen twice by the same frame, which is one panorama all the same.
+  // The second is seen twice by the same frame, which counts as one.
   points.observations = {{0, 0, {0, 0, 1}, {0, 0, 0}}, {1, 0, {0, 0, 1}, {0, 0, 0}},
                          {2, 1, {0, 0, 1}, {0, 0, 0}}, {2, 1, {0, 0, 1}, {0, 0, 0}},
                          {0, 2, {0, 0, 1}, {0, 0, 0}}, {2, 2, {0, 0, 1}, {0, 0, 0}}};

@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/colmap_workspace.h"
@@ -18,20 +17,21 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
+#include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-// From wide, as the nominal poses are degrees off, to as narrow as features are exact.
+// From wide, as the nominal poses are degrees off, to the accuracy of the features.
 constexpr std::array kRounds{TriangulationRound{6.0, 25.0}, TriangulationRound{2.0, 6.0},
                              TriangulationRound{1.0, 1.5}};
-// Scene points for each panorama in the adjustments that lead up to the last one, and in that one.
+// Scene points per panorama in the adjustments before the last one, and in the last one.
 constexpr int kPointsOnTheWay = 300;
 constexpr int kPointsAtLast = 1500;
-constexpr int kLeastFrames = 3;  // that a point is seen from: of two, one direction is not checked
-// How loosely poses are held to where a round starts, in cells and radians: far beyond any error of
-// laying a rail that still matches, and thousands of times what the pictures tell.
+constexpr int kLeastFrames = 3;  // of a point; with two frames, one direction is not checked
+// Sigmas of the prior at a round's initial poses, in cells and radians: far beyond the errors of
+// placing a rail, and thousands of times the uncertainty by the pictures.
 constexpr double kAnchorCells = 0.1;
 constexpr double kAnchor_rad = 0.1;
 constexpr int kLeastFaceOption_px = 64;
@@ -68,9 +68,9 @@ class PoseSolver {
     std::string fault = common_fault(set_, summary_.motions);
     if (fault.empty()) {
       refine_in_rounds(&workspace);
-      if (!solved_) fault = nothing_solved();
+      if (!solved_) fault = unsolved_reason();
     }
-    tell(fault);
+    write_reports(fault);
     if (!fault.empty()) throw Error(one_line(fmt::format("{}: {}", set_.source.string(), fault)));
     return result_;
   }
@@ -78,11 +78,10 @@ class PoseSolver {
  private:
   template <typename Step>
   void timed(const std::string& name, const Step& step) {
-    const auto begin = std::chrono::steady_clock::now();
-    const bool reused = step();
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    result_.times.push_back({name, seconds.count(), reused});
-    spdlog::info("{}: {:.1f} s{}", name, seconds.count(), reused ? " (done before)" : "");
+    bool reused = false;
+    const double seconds = times_of([&] { reused = step(); }).wall_s;
+    result_.times.push_back({name, seconds, reused});
+    spdlog::info("{}: {:.1f} s{}", name, seconds, reused ? " (done before)" : "");
   }
 
   void match(ColmapWorkspace* workspace) {
@@ -115,7 +114,7 @@ class PoseSolver {
                                     set_.lines.begin());
   }
 
-  // Where the first round starts: the keyframes of lines that do not run against the slider.
+  // Initial poses of the first round: the keyframes of lines that do not run against the slider.
   FramePoses first_poses() const {
     FramePoses poses(set_.frames.size());
     for (const int frame : result_.keyframes) {
@@ -139,7 +138,7 @@ class PoseSolver {
       if (seen.observations.empty()) return;
       timed(fmt::format("adjustment {}", round + 1), [&] {
         refined_ = refine_poses(set_, poses, seen, anchor_, threads_);
-        // The next round starts anew with frames that found no points in this one.
+        // Initial poses of the next round, including frames that found no points in this one.
         const PoseAlignment alignment = align_poses(set_, refined_.poses, nominal_);
         const FramePoses moved = aligned(refined_.poses, alignment);
         for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -154,7 +153,7 @@ class PoseSolver {
     });
   }
 
-  // Leaves the frames that hold together, with their accuracy, in the world's frame.
+  // Keeps the largest connected group of frames, with sigmas, in the world frame.
   void finish() {
     const SeenPoints inliers = widely_seen(inliers_of(refined_), 2);
     const std::vector<int> groups =
@@ -192,7 +191,7 @@ class PoseSolver {
     refined_.errors_px = std::move(errors_px);
   }
 
-  std::string nothing_solved() const {
+  std::string unsolved_reason() const {
     int features = 0;
     for (const auto& [frame, count] : summary_.features) features += count;
     const double each =
@@ -200,14 +199,14 @@ class PoseSolver {
             ? 0.0
             : static_cast<double>(features) / static_cast<double>(result_.keyframes.size());
     return fmt::format(
-        "no pose could be solved: {:.0f} features in a panorama, {} pairs of faces match; the "
-        "pictures are too plain, too dark or too far apart, or not of this capture: look at them, "
+        "no pose could be solved: {:.0f} features per panorama, {} pairs of faces match; the "
+        "pictures are too plain, too dark or too far apart, or not of this capture: check them, "
         "capture stations closer together, or use --method rotation",
         each, result_.matched_pairs);
   }
 
-  // Fills in the figures and writes the files, poses.json only where there are poses.
-  void tell(const std::string& fault) {
+  // Fills in the figures and writes the files, poses.json only if there are poses.
+  void write_reports(const std::string& fault) {
     result_.lines = line_figures(set_, result_, start_);
     result_.crossings = crossing_figures(set_, crossings_, inliers_of(refined_));
     std::vector<double> position_mm;
@@ -248,7 +247,7 @@ class PoseSolver {
 void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
   if (panoramas.layout != FrameLayout::kPanorama) {
     throw Error(
-        fmt::format("{}: its frames are not panoramas yet; run raywalk-calibrate stitch "
+        fmt::format("{}: its frames are not panoramas; run raywalk-calibrate stitch "
                     "first",
                     panoramas.source.string()));
   }
@@ -264,7 +263,7 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
   }
   if (options.face_px != 0 &&
       (options.face_px < kLeastFaceOption_px || options.face_px > kMostFaceOption_px)) {
-    throw UsageError(fmt::format("a face's side is {} px; give 0 to choose it, or {} to {}",
+    throw UsageError(fmt::format("a face's side is {} px; give 0 for the default, or {} to {}",
                                  options.face_px, kLeastFaceOption_px, kMostFaceOption_px));
   }
   if (options.mask &&

@@ -66,7 +66,7 @@ const std::vector<cv::Mat>& corner_pictures() {
   return pictures;
 }
 
-// Writes the pictures where the set has them; `change` may spoil that of a frame.
+// Writes the pictures of the set; `change` may modify each of them.
 template <typename Change>
 CaptureSet captured(const std::filesystem::path& directory, const Change& change) {
   CaptureSet set = corner_set();
@@ -87,7 +87,7 @@ PosesOptions options_in(const TestDirectory& directory) {
   return options;
 }
 
-// From one station to another, in the first one's frame.
+// Error of the relative pose of two stations, in the first one's frame.
 PoseDifference relative_error(const FramePoses& poses, const FramePoses& truth, int from, int to) {
   const auto relative = [&](const FramePoses& of) {
     const FramePose& a = *of[static_cast<std::size_t>(from)];
@@ -108,15 +108,15 @@ class SolvePoses : public ::testing::Test {
   }
 };
 
-TEST_F(SolvePoses, FindsHowTwoRailsTrulyCross) {
+TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   const TestDirectory directory;
   const FramePoses truth = corner_truth();
-  // One picture shows another place altogether.
+  // One picture does not show the room.
   const CaptureSet set = captured(directory.path(), [](int frame, cv::Mat* picture) {
     if (frame == 3) cv::randu(*picture, 0, 255);
   });
   const PosesResult result = solve_poses(set, options_in(directory));
-  // Stations 1 and 5 stand where the lines cross.
+  // Stations 1 and 5 are at the crossing.
   const PoseDifference error = relative_error(result.poses, truth, 1, 5);
   EXPECT_LT(error.position_m, 0.5e-3);
   EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 0.5);
@@ -135,7 +135,7 @@ TEST_F(SolvePoses, FindsHowTwoRailsTrulyCross) {
   const FramePoses read = read_frame_poses(directory / "out/poses.json", set);
   EXPECT_LT(largest_difference(read, result.poses).position_m, 1e-9);
 
-  // Again: nothing is matched anew.
+  // A second run matches nothing again.
   const PosesResult again = solve_poses(set, options_in(directory));
   const auto reused = std::count_if(again.times.begin(), again.times.end(),
                                     [](const StepTime& time) { return time.reused; });
@@ -143,7 +143,7 @@ TEST_F(SolvePoses, FindsHowTwoRailsTrulyCross) {
   EXPECT_LT(relative_error(again.poses, truth, 1, 5).position_m, 0.5e-3);
 }
 
-TEST_F(SolvePoses, SaysThatACameraIsMirrored) {
+TEST_F(SolvePoses, ReportsAMirroredCamera) {
   const TestDirectory directory;
   const CaptureSet set = captured(directory.path(), [](int /*frame*/, cv::Mat* picture) {
     cv::flip(picture->clone(), *picture, 1);
@@ -158,7 +158,7 @@ TEST_F(SolvePoses, SaysThatACameraIsMirrored) {
   EXPECT_THAT(read_file(directory / "out/poses-report.json"), HasSubstr("mirrored"));
 }
 
-TEST_F(SolvePoses, SaysThatPicturesShowTooLittle) {
+TEST_F(SolvePoses, ReportsPicturesWithoutFeatures) {
   const TestDirectory directory;
   const CaptureSet set = captured(directory.path(), [](int /*frame*/, cv::Mat* picture) {
     picture->setTo(cv::Scalar(90, 90, 90));

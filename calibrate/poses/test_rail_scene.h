@@ -1,5 +1,4 @@
-// For tests: lines of stations, where they truly are, and scene points around them, without
-// pictures.
+// For tests: lines of stations with true poses, and scene points around them, without pictures.
 #pragma once
 
 #include <Eigen/Core>
@@ -53,7 +52,7 @@ inline CaptureSet test_line(int stations, double length_m = 1.5) {
   return set;
 }
 
-// How far rails and stations are off.
+// Errors of placing rails and stations.
 struct RailErrors {
   double line_m = 0.02;
   double line_deg = 1.5;
@@ -72,7 +71,7 @@ inline Eigen::Matrix3d random_turn(std::mt19937* random, double deg) {
   return rotation_from_vector(random_vector(random, radians_from_degrees(deg)));
 }
 
-// Every line turned and moved as a whole, every station a little more.
+// Every line rotated and moved as a whole, plus jitter of every station.
 inline FramePoses test_truth(const CaptureSet& set, const RailErrors& errors, unsigned seed) {
   std::mt19937 random(seed);
   FramePoses poses = nominal_poses(set);
@@ -92,7 +91,7 @@ inline FramePoses test_truth(const CaptureSet& set, const RailErrors& errors, un
   return poses;
 }
 
-// Points 1.5 to 4 cells away all around, seen by all of a run of stations with normal errors of
+// Points 1.5 to 4 cells away in all directions, each seen by eight stations with normal errors of
 // `noise_px` (panorama 4096 wide) along each of two axes.
 inline SeenPoints test_points(const CaptureSet& set, const FramePoses& truth, int count,
                               double scale, double noise_px, unsigned seed) {
@@ -123,7 +122,7 @@ inline SeenPoints test_points(const CaptureSet& set, const FramePoses& truth, in
   return seen;
 }
 
-// How far poses are from others, at worst.
+// The largest differences of two sets of poses.
 struct PoseDifference {
   double position_m = 0.0;
   double rotation_rad = 0.0;

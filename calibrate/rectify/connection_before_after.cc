@@ -23,7 +23,7 @@ constexpr const char* kGeneration = "initial";
 // Sub-cells per side of a cell: their centres are the viewpoints.
 constexpr const char* kViewpoints = "5";
 
-// A directory that goes away with what is in it.
+// A temporary directory, removed with its contents.
 class WorkDirectory {
  public:
   explicit WorkDirectory(fs::path directory) : directory_(std::move(directory)) {
@@ -47,15 +47,15 @@ fs::path program_in(const std::optional<fs::path>& programs, const std::string& 
       programs ? *programs : fs::read_symlink("/proc/self/exe", none).parent_path();
   fs::path program = directory / name;
   if (fs::is_regular_file(program, none)) return program;
-  throw Error(fmt::format("{} is not there; name the directory that holds it with --programs",
-                          program.string()));
+  throw Error(
+      fmt::format("{} does not exist; give its directory with --programs", program.string()));
 }
 
 void run(const fs::path& program, const std::vector<std::string>& arguments, const fs::path& log) {
   ChildProcess child(program, arguments, log);
   const int status = child.wait();
   if (succeeded(status)) return;
-  throw Error(fmt::format("{} {}: {}", program.filename().string(), ending_of(status),
+  throw Error(fmt::format("{} {}: {}", program.filename().string(), describe_failure(status),
                           one_line(read_file(log))));
 }
 
@@ -65,13 +65,13 @@ cv::Mat shrunk(const cv::Mat& picture, cv::InterpolationFlags how) {
   return result;
 }
 
-// Copies of wide pictures and masks at the width measured; the frames that list them.
+// Frames with copies of pictures and masks at the measured width.
 std::vector<ListedFrame> shrunk_frames(const std::vector<ListedFrame>& frames, PanoramaSize size,
                                        const fs::path& directory) {
   if (size.width <= kWidestPicture) return frames;
   make_directories(directory);
   std::vector<ListedFrame> listed = frames;
-  std::map<std::string, std::string> masks;  // one file may serve many frames
+  std::map<std::string, std::string> masks;  // many frames may share one file
   for (ListedFrame& frame : listed) {
     if (frame.mask.empty()) continue;
     const auto [known, is_new] = masks.emplace(frame.mask, "");
@@ -96,7 +96,7 @@ ConnectionErrorMeasurement measure(const ConnectionInput& input, PanoramaSize si
                                    const std::optional<fs::path>& programs, const fs::path& work) {
   const WorkDirectory directory(work);
   const auto grid = grid_of(input.frames, input.lines);
-  if (!grid || grid->cells.empty()) throw Error("no four lines of the grid close a cell");
+  if (!grid || grid->cells.empty()) throw Error("no four lines of the grid form a cell");
   const fs::path list = work / "poses.csv", room = work / "room.lf", log = work / "log.txt";
   write_file_atomically(list, frame_list_text(shrunk_frames(input.frames, size, work / "frames")));
   std::vector<std::string> pack{"pack", "--frames", list.string(), "--out", room.string()};

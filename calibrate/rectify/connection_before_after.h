@@ -1,6 +1,6 @@
-// How well the lines connect, E_connect of the paper's equation (11), before and after the
-// calibration: measured by raywalk-build-lf and raywalk-render, run as programs on a small room
-// made of either frames.
+// The connection error of the lines, E_connect of the paper's equation (11), before and after the
+// calibration: measured by running raywalk-build-lf and raywalk-render on a small light field of
+// each.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace raywalk::calibrate {
 
-// Squared 8-bit levels of initial views; NaN where no column could be compared.
+// Squared 8-bit levels of initial views; NaN if no column could be compared.
 struct ConnectionAtK {
   double k_deg = 0.0;
   double before = 0.0;
@@ -25,16 +25,16 @@ struct ConnectionBeforeAfter {
   std::string note{};                 // why it was not measured
 };
 
-// A frame list for raywalk-build-lf; `frames` name their files by absolute paths.
+// A frame list for raywalk-build-lf, with absolute paths.
 struct ConnectionInput {
   std::vector<ListedFrame> frames{};
-  int lines = 0;  // that they lie on
+  int lines = 0;
 };
 
-// `programs` is the directory that holds the two programs; none: that of the running executable.
-// Works in the directory `work`, which is removed afterwards. Pictures wider than 1024 pixels are
-// measured at that width. What keeps it from measuring (a program that is missing or fails, no
-// cell) is told in the note; throws Interrupted.
+// `programs` is the directory of the two programs; nullopt: that of the running executable. Works
+// in the directory `work`, which is removed afterwards. Pictures wider than 1024 pixels are reduced
+// to that width. If it cannot be measured (a program is missing or fails, there is no cell), the
+// note gives the reason; throws Interrupted.
 ConnectionBeforeAfter measure_connection(const ConnectionInput& before,
                                          const ConnectionInput& after,
                                          const std::optional<std::filesystem::path>& programs,

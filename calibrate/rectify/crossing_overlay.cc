@@ -26,8 +26,8 @@ cv::Mat grey(const cv::Mat& picture) {
   return levels;
 }
 
-// How much a picture changes from column to column and from row to row.
-double structure_of(const cv::Mat& levels) {
+// Texture as the sum of a picture's horizontal and vertical differences.
+double texture_of(const cv::Mat& levels) {
   cv::Mat along, down;
   cv::Sobel(levels, along, CV_32F, 1, 0);
   cv::Sobel(levels, down, CV_32F, 0, 1);
@@ -54,7 +54,7 @@ std::optional<CrossingPair> nearest_pair(const CaptureSet& set, const LineCrossi
   return nearest;
 }
 
-HorizonWindow telling_window(const cv::Mat& panorama) {
+HorizonWindow most_textured_window(const cv::Mat& panorama) {
   const int width = panorama.cols / 4, height = std::max(1, panorama.rows * 2 / 9);
   HorizonWindow best;
   double most = -1.0;
@@ -62,7 +62,7 @@ HorizonWindow telling_window(const cv::Mat& panorama) {
   for (int i = 0; i < kDirections; ++i) {
     const HorizonWindow window{i * panorama.cols / kDirections, width, (panorama.rows - height) / 2,
                                height};
-    const double structure = structure_of(grey(cut(panorama, window)));
+    const double structure = texture_of(grey(cut(panorama, window)));
     if (structure <= most) continue;
     most = structure;
     best = window;

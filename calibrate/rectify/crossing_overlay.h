@@ -1,5 +1,5 @@
-// What two lines' panoramas nearest to a crossing show over one another: where they agree the
-// picture is grey and sharp, where they do not it has red and cyan edges.
+// Red-cyan overlays of the two lines' panoramas nearest to a crossing: grey and sharp where they
+// agree, with red and cyan edges where they do not.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -16,12 +16,12 @@ struct CrossingPair {
   int along_z = 0;
 };
 
-// The frames of the two lines that come nearest to one another at the crossing; none where a line
-// has no frame with a pose.
+// The frames of the two lines that are nearest to each other at the crossing; nullopt if a line has
+// no frame with a pose.
 std::optional<CrossingPair> nearest_pair(const CaptureSet& set, const LineCrossing& crossing,
                                          const FramePoses& poses);
 
-// A piece of a panorama around the horizon.
+// A window of a panorama around the horizon.
 struct HorizonWindow {
   int left = 0;  // column; it may wrap at the seam
   int width = 0;
@@ -29,8 +29,8 @@ struct HorizonWindow {
   int height = 0;
 };
 
-// The ninety degrees with the most structure in `panorama` (CV_8UC3), forty degrees high.
-HorizonWindow telling_window(const cv::Mat& panorama);
+// The window, 90 degrees wide and 40 high, with the most texture in `panorama` (CV_8UC3).
+HorizonWindow most_textured_window(const cv::Mat& panorama);
 
 struct Overlay {
   cv::Mat picture{};               // CV_8UC3: the first in red, the second in cyan

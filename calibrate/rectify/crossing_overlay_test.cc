@@ -9,7 +9,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Grey but for stripes over one eighth of the turn that starts at column `left`.
+// Grey, with stripes over an eighth of the width that starts at column `left`.
 cv::Mat panorama_with_stripes(int left) {
   cv::Mat panorama(64, 128, CV_8UC3, cv::Scalar(100, 100, 100));
   for (int u = 0; u < 16; ++u) {
@@ -18,9 +18,9 @@ cv::Mat panorama_with_stripes(int left) {
   return panorama;
 }
 
-TEST(CrossingOverlayTest, WindowIsWhereTheStructureIs) {
+TEST(CrossingOverlayTest, WindowHasTheMostTexture) {
   for (const int left : {0, 40, 120}) {
-    const HorizonWindow window = telling_window(panorama_with_stripes(left));
+    const HorizonWindow window = most_textured_window(panorama_with_stripes(left));
     EXPECT_EQ(window.width, 32);
     const int into = (left - window.left + 128) % 128;
     EXPECT_LE(into, 16) << left;  // all sixteen columns within the window
@@ -30,7 +30,7 @@ TEST(CrossingOverlayTest, WindowIsWhereTheStructureIs) {
 
 TEST(CrossingOverlayTest, PicturesThatAgreeAreGrey) {
   const cv::Mat panorama = panorama_with_stripes(120);
-  const HorizonWindow window = telling_window(panorama);
+  const HorizonWindow window = most_textured_window(panorama);
   const Overlay same = overlay_of(panorama, panorama, window);
   EXPECT_EQ(same.difference_levels, 0.0);
   std::vector<cv::Mat> channels;

@@ -1,4 +1,4 @@
-// The crossings before and after, as a table of a page.
+// The crossings before and after, as an HTML table.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ namespace raywalk::calibrate {
 // "x0 / z1".
 std::string crossing_name(const CaptureSet& set, int along_x, int along_z);
 
-// How far the two lines disagree at every crossing, before and after.
+// The disagreement of the two lines at every crossing, before and after.
 HtmlTable crossing_table(const CaptureSet& set, const std::vector<CrossingFigures>& crossings);
 
 }  // namespace raywalk::calibrate

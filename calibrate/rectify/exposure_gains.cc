@@ -12,12 +12,12 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Pictures are turned at this width, twice that of the comparison, as interpolation blurs.
+// Pictures are rotated at this width, twice that of the comparison, as interpolation blurs.
 constexpr int kTurnedWidth = 2 * kComparisonWidth;
-// Exposure changes by a factor of about this may be expected of a camera; weak beside any link.
+// Prior sigma of a camera's exposure changes; weak relative to any link.
 constexpr double kPriorLog = 0.5;
 
-// Position of a frame's solved pose in the plan.
+// Position of a frame's pose in the x-z plane.
 Eigen::Vector2d plan_position(const FramePoses& poses, int frame) {
   const Eigen::Vector3d& at = poses[static_cast<std::size_t>(frame)]->position_m;
   return {at.x(), at.z()};
@@ -51,8 +51,8 @@ cv::Mat shrunk_to_width(const cv::Mat& picture, int width) {
   return shrunk;
 }
 
-// The mask grown by half a window of the flow, reduced so that every pixel that a masked one went
-// into is masked.
+// The mask grown by half a window of the flow. A reduced pixel is masked if any of its source
+// pixels is.
 cv::Mat reduced_validity(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camera) {
   const cv::Mat turned = rotate_mask(shrunk_to_width(mask, kTurnedWidth) == 255, world_from_camera);
   const cv::Mat reduced = shrunk_to_width(turned, kComparisonWidth) == 255;

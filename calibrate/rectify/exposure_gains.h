@@ -1,13 +1,13 @@
 // The gains that make the frames of a capture equally bright.
 //
-// A camera's exposure and white balance wander while it travels, even where they were locked.
-// Frames that were taken near to one another show the same surfaces, so that the ratios of their
-// light tell how the exposure changed between them (core/panorama/colour_comparison.h). Frames are
-// linked to their neighbours on the line and, where lines cross, to the nearest ones of the other
-// line. The gains are the robust least-squares solution of
+// A camera's exposure and white balance drift during a capture, even if they were locked. Frames
+// taken near each other show the same surfaces, so the ratio of their light measures the change of
+// exposure (core/panorama/colour_comparison.h). Frames are linked to their neighbours on the line
+// and, where lines cross, to the nearest ones of the other line. The gains are the robust
+// least-squares solution of
 //   log gain(i) - log gain(j) = log(light in j / light in i)   for every link,
 //   log gain(i) = 0                                            weakly,
-// channel by channel. The second keeps the mean as captured.
+// channel by channel. The second term keeps the mean brightness as captured.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,21 +37,20 @@ struct FrameLink {
 std::vector<FrameLink> links_of(const CaptureSet& set, const FramePoses& poses);
 
 // A frame reduced for comparison, in world axes. `mask` is CV_8UC1 of the panorama's size in the
-// camera's frame, 0 = not to be used, or empty.
+// camera's frame, 0 = masked, or empty.
 ComparedPicture picture_to_compare(const cv::Mat& panorama, const cv::Mat& mask,
                                    const Eigen::Matrix3d& world_from_camera);
 
-// What a link tells: the light in `to` over that in `from`.
+// The measurement of a link: the light in `to` divided by that in `from`.
 struct ComparedLink {
   FrameLink link{};
   ColourComparison colours{};
 };
 
-// A gain for each of `frames` frames; 1 for those that no link reaches.
+// A gain for each of `frames` frames; 1 for frames without links.
 std::vector<LightGain> solve_gains(int frames, std::span<const ComparedLink> links);
 
-// The levels (0..255, sRGB) that a frame's levels become under a gain; what is brighter than white
-// stays white.
+// Applies a gain of linear light to sRGB levels (0..255), clamped to 255.
 class LevelsUnderGain {
  public:
   explicit LevelsUnderGain(const LightGain& gain);

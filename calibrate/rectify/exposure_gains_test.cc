@@ -10,7 +10,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Two lines of ten frames that cross once; every channel with gains of its own.
+// Two lines of ten frames that cross once; every channel has its own gains.
 class SolveGainsTest : public ::testing::Test {
  protected:
   SolveGainsTest() {
@@ -37,7 +37,7 @@ class SolveGainsTest : public ::testing::Test {
     }
     links_.push_back(compared);
   }
-  // The largest error of a logarithm of a gain, but for the factor common to all frames.
+  // The largest error of a logarithm of a gain, up to a factor common to all frames.
   double worst_error(const std::vector<LightGain>& gains) const {
     double worst = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -54,7 +54,7 @@ class SolveGainsTest : public ::testing::Test {
   std::vector<ComparedLink> links_{};
 };
 
-TEST_F(SolveGainsTest, GainsAreFoundUpToACommonFactorThatStaysOne) {
+TEST_F(SolveGainsTest, GainsAreRecoveredUpToACommonFactor) {
   const std::vector<LightGain> gains = solve_gains(20, links_);
   // Along ten links of 0.002 the error grows to about 0.006.
   EXPECT_LT(worst_error(gains), 0.015);
@@ -65,12 +65,12 @@ TEST_F(SolveGainsTest, GainsAreFoundUpToACommonFactorThatStaysOne) {
   }
 }
 
-TEST_F(SolveGainsTest, OneWrongLinkIsOutvoted) {
+TEST_F(SolveGainsTest, IsRobustToAWrongLink) {
   links_[18].colours.log_ratio = {1.0, 1.0, 1.0};  // a link at the crossing
   EXPECT_LT(worst_error(solve_gains(20, links_)), 0.015);
 }
 
-TEST_F(SolveGainsTest, FramesThatNothingReachesKeepTheirLight) {
+TEST_F(SolveGainsTest, UnlinkedFramesHaveUnitGain) {
   links_.push_back({.link = {20, 21}, .colours = {.log_ratio = {1.0, 1.0, 1.0}}});
   const std::vector<LightGain> gains = solve_gains(22, links_);
   EXPECT_EQ(gains[20], (LightGain{1.0, 1.0, 1.0}));
@@ -87,7 +87,7 @@ TEST(LevelsUnderGainTest, LightIsMultiplied) {
   }
 }
 
-TEST(LevelsUnderGainTest, OvershootOfCubicsIsTakenForTheNearestLevel) {
+TEST(LevelsUnderGainTest, OvershootOfCubicsIsClamped) {
   const LevelsUnderGain levels(LightGain{1.0, 1.0, 1.0});
   const cv::Vec3f changed = levels({-20.0f, 300.0f, 255.0f});
   EXPECT_NEAR(changed[0], 0.0, 0.001);

@@ -11,7 +11,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// As RFC 4180 has it.
+// Quoting by RFC 4180.
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos && !text.starts_with('#') &&
       !text.starts_with(' ')) {
@@ -25,7 +25,7 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
-// Adding zero turns -0 into 0.
+// Adding zero converts -0 to 0.
 std::string number(double value) { return fmt::format("{:.9f}", value + 0.0); }
 
 std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
@@ -35,7 +35,8 @@ std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
   return stations;
 }
 
-// Stations that lie to both sides of their line may pass for two lines beside one another.
+// nullopt if another number of lines is found: stations on both sides of their line may look like
+// two parallel lines.
 std::optional<Grid> grid_at(const std::vector<StationPose>& stations, GridTolerance tolerance,
                             int lines) {
   try {
@@ -59,7 +60,7 @@ std::optional<FoundGrid> find_with_tolerance(const std::vector<ListedFrame>& fra
   if (auto grid = grid_at(stations, {}, lines)) return FoundGrid{std::move(*grid), 0.0};
   const double spacing_mm = 1000.0 * median_nearest_distance(stations);
   for (const double share : {0.15, 0.2, 0.3, 0.4, 0.5}) {
-    // Two digits, as a user types it.
+    // Rounded to two significant digits for the command line.
     const double step_mm = std::pow(10.0, std::floor(std::log10(share * spacing_mm)) - 1.0);
     const double tolerance_mm = std::round(share * spacing_mm / step_mm) * step_mm;
     if (auto grid = grid_at(stations, {.off_line_m = tolerance_mm / 1000.0}, lines)) {

@@ -15,7 +15,7 @@ namespace raywalk::calibrate {
 struct ListedFrame {
   std::string file{};  // relative to the list, or absolute
   Eigen::Vector3d position_m{0, 0, 0};
-  std::optional<Attitude> attitude{};  // none: in world axes
+  std::optional<Attitude> attitude{};  // nullopt: the picture is in world axes
   std::string mask{};                  // as file; empty: none
 };
 
@@ -23,12 +23,11 @@ struct ListedFrame {
 // attitude and a column mask where one has a mask.
 std::string frame_list_text(const std::vector<ListedFrame>& frames);
 
-// How far from its line, in millimetres, raywalk-build-lf pack has to let a station be to find
-// these frames on so many lines (its --line-tolerance-mm); 0: what it takes without being told.
-// None where no tolerance up to half the stations' spacing does.
+// The --line-tolerance-mm with which raywalk-build-lf pack finds these frames on `lines` lines; 0:
+// its default is sufficient. nullopt if no tolerance up to half the stations' spacing is.
 std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines);
 
-// The grid of these frames at that tolerance; none where there is none.
+// The grid of these frames at that tolerance; nullopt if there is none.
 std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines);
 
 }  // namespace raywalk::calibrate

@@ -17,7 +17,7 @@ std::vector<Frame> written_and_read(const std::vector<ListedFrame>& frames) {
   return read_frame_list(directory / "poses.csv");
 }
 
-// Two lines of `count` stations that cross, every other station `off_m` beside its line.
+// Two crossing lines of `count` stations, every other station `off_m` off its line.
 std::vector<ListedFrame> cross(int count, double off_m) {
   std::vector<ListedFrame> frames;
   for (int i = 0; i < count; ++i) {
@@ -28,7 +28,7 @@ std::vector<ListedFrame> cross(int count, double off_m) {
   return frames;
 }
 
-TEST(FrameTablesTest, ListIsReadAsItWasMeant) {
+TEST(FrameTablesTest, ListRoundTrips) {
   const Attitude attitude{0.1, -0.2, 3.0};
   const std::vector<Frame> read = written_and_read(
       {{.file = "plain.png", .position_m = {1.0 / 3.0, -0.0, 1e-9}, .mask = "masks/plain.png"},
@@ -52,7 +52,7 @@ TEST(FrameTablesTest, ColumnsAppearOnlyWhereTheyAreNeeded) {
             "file,x,y,z\na.png,1.000000000,0.000000000,-2.000000000\n");
 }
 
-TEST(FrameTablesTest, ToleranceIsAskedForOnlyWhereTheDefaultDoesNotDo) {
+TEST(FrameTablesTest, ToleranceIsNeededOnlyIfTheDefaultFails) {
   EXPECT_EQ(line_tolerance_needed_mm(cross(10, 0.0), 2), 0.0);
   const auto needed = line_tolerance_needed_mm(cross(10, 0.02), 2);
   ASSERT_TRUE(needed);

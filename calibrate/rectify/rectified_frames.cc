@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <span>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
 #include "core/panorama/panorama_rotation.h"
@@ -28,36 +28,32 @@ std::vector<int> posed_frames(const FramePoses& poses) {
   return frames;
 }
 
-// Everything that the pictures depend on.
+// Fingerprint of everything that the pictures depend on.
 std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
                       const std::vector<LightGain>& gains, const cv::Mat& mask) {
   std::string inputs;
   for (const int index : posed_frames(poses)) {
     const auto i = static_cast<std::size_t>(index);
     const fs::path& file = set.frames[i].file;
-    inputs +=
-        fmt::format("{} {} {} {}", set.frames[i].name, fs::absolute(file).string(),
-                    fs::file_size(file), fs::last_write_time(file).time_since_epoch().count());
+    inputs += fmt::format("{} {} {}", set.frames[i].name, fs::absolute(file).string(),
+                          stamp_of(file).text());
     for (const double element : poses[i]->world_from_camera.reshaped()) {
       inputs += fmt::format(" {:.17g}", element);
     }
     for (const double gain : gains[i]) inputs += fmt::format(" {:.17g}", gain);
     inputs += '\n';
   }
-  if (!mask.empty()) {
-    const cv::Mat whole = mask.clone();  // without gaps between its rows
-    inputs += sha256_hex(std::as_bytes(std::span(whole.data, whole.total())));
-  }
-  return sha256_hex(std::as_bytes(std::span(inputs)));
+  if (!mask.empty()) inputs += sha256_of_pixels(mask);
+  return sha256_hex(inputs);
 }
 
-// The directory being filled: begun anew unless it was begun with the same inputs.
+// Prepares the partial directory: emptied unless it has the same inputs.
 void prepare(const fs::path& partial, const std::string& inputs) {
-  const fs::path told = partial / "inputs.txt";
-  if (!fs::exists(told) || read_file(told) != inputs) {
+  const fs::path inputs_file = partial / "inputs.txt";
+  if (!fs::exists(inputs_file) || read_file(inputs_file) != inputs) {
     fs::remove_all(partial);
     make_directories(partial / "masks");
-    write_file_atomically(told, inputs);
+    write_file_atomically(inputs_file, inputs);
   }
 }
 

@@ -1,4 +1,5 @@
-// The frames of a capture in the world's axes and of one brightness, each resampled once.
+// Rectifies the frames of a capture: rotated to world axes and equalised in brightness, in a single
+// resampling.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +13,7 @@
 
 namespace raywalk::calibrate {
 
-// The gains of all frames, from the pictures (exposure_gains.h); reads every frame with a pose.
+// The gains of all frames (exposure_gains.h); reads the picture of every frame with a pose.
 std::vector<LightGain> measure_gains(const CaptureSet& panoramas, const FramePoses& poses,
                                      const cv::Mat& mask);
 
@@ -20,11 +21,11 @@ std::vector<LightGain> measure_gains(const CaptureSet& panoramas, const FramePos
 std::filesystem::path rectified_file(const CaptureFrame& frame);
 std::filesystem::path rectified_mask_file(const CaptureFrame& frame);
 
-// Writes OUT/rectified: every frame with a pose, turned by its attitude, its light times its gain;
-// with a mask (CV_8UC1 of the panoramas' size in the camera's frame, 0 = not to be used; may be
-// empty) also the mask turned likewise. The directory appears complete and replaces one that is
-// there; what an interrupted run of the same inputs has made in OUT/rectified.partial is kept.
-// Throws Error naming a file that cannot be read or written; Interrupted.
+// Writes OUT/rectified: every frame with a pose, rotated by its attitude, its light times its gain;
+// with a mask (CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked; may be empty) also
+// the mask, rotated alike. The directory is created under the name OUT/rectified.partial and
+// replaces OUT/rectified when complete; an interrupted run with the same inputs is resumed. Throws
+// Error naming a file that cannot be read or written; Interrupted.
 void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
                             const std::vector<LightGain>& gains, const cv::Mat& mask,
                             const std::filesystem::path& out);

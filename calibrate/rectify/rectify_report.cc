@@ -10,6 +10,7 @@
 #include "calibrate/rectify/rectified_frames.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/image_file.h"
 #include "core/report/markup.h"
 #include "core/report/svg_plot.h"
@@ -18,13 +19,13 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
 constexpr const char* kReport = "rectify.json";
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-// Photographic stops, as cameras count exposure.
+// Photographic stops (factors of two).
 double stops(double gain) { return std::log2(gain); }
 
 double mean_stops(const LightGain& gain) {
@@ -78,62 +79,53 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
           {"frames", frames}};
 }
 
-// A number, or NaN where JSON has null for one.
-double number_or_nan(const json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+int line_named(const CaptureSet& set, const CheckedJson& id) {
+  const std::optional<int> line = set.find_line(id.text());
+  if (!line) id.fail("line " + excerpt(id.text()) + " is not in the capture");
+  return *line;
 }
 
-int line_named(const CaptureSet& set, const std::string& id) {
-  for (std::size_t i = 0; i < set.lines.size(); ++i) {
-    if (set.lines[i].id == id) return static_cast<int>(i);
-  }
-  throw Error("the capture has no line " + excerpt(id));
+CrossingComparison comparison_of(const CheckedJson& document, const CaptureSet& set) {
+  return {.along_x = line_named(set, document.at("along_x")),
+          .along_z = line_named(set, document.at("along_z")),
+          .frame_x = document.at("frame_x").text(),
+          .frame_z = document.at("frame_z").text(),
+          .before = document.at("before").text(),
+          .after = document.at("after").text(),
+          .difference_before = document.at("difference_before").number_or(kNotMeasured),
+          .difference_after = document.at("difference_after").number_or(kNotMeasured)};
 }
 
-CrossingComparison comparison_of(const json& document, const CaptureSet& set) {
-  return {.along_x = line_named(set, document.at("along_x").get<std::string>()),
-          .along_z = line_named(set, document.at("along_z").get<std::string>()),
-          .frame_x = document.at("frame_x").get<std::string>(),
-          .frame_z = document.at("frame_z").get<std::string>(),
-          .before = document.at("before").get<std::string>(),
-          .after = document.at("after").get<std::string>(),
-          .difference_before = number_or_nan(document.at("difference_before")),
-          .difference_after = number_or_nan(document.at("difference_after"))};
-}
-
-ConnectionBeforeAfter connection_of(const json& document) {
-  ConnectionBeforeAfter connection{.width_px = document.at("width_px").get<int>(),
-                                   .note = document.at("note").get<std::string>()};
-  for (const json& row : document.at("rows")) {
-    connection.rows.push_back({.k_deg = row.at("k_deg").get<double>(),
-                               .before = number_or_nan(row.at("before")),
-                               .after = number_or_nan(row.at("after"))});
+ConnectionBeforeAfter connection_of(const CheckedJson& document) {
+  ConnectionBeforeAfter connection{.width_px = document.at("width_px").integer(),
+                                   .note = document.at("note").text()};
+  for (const CheckedJson& row : document.at("rows").items()) {
+    connection.rows.push_back({.k_deg = row.at("k_deg").number(),
+                               .before = row.at("before").number_or(kNotMeasured),
+                               .after = row.at("after").number_or(kNotMeasured)});
   }
   return connection;
 }
 
-RectifyResult result_of(const json& document, const CaptureSet& set) {
-  if (document.at("format_version").get<int>() > kFormatVersion) {
-    throw Error("written by a newer version of this program");
-  }
-  RectifyResult result{.frames = document.at("grid_frames").get<int>(),
-                       .validation_frames = document.at("validation_frames").get<int>(),
-                       .left_out = document.at("left_out").get<std::vector<std::string>>()};
+RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
+  document.require_version(kFormatVersion);
+  RectifyResult result{.frames = document.at("grid_frames").integer(),
+                       .validation_frames = document.at("validation_frames").integer(),
+                       .left_out = document.at("left_out").texts()};
   result.gains.assign(set.frames.size(), LightGain{1.0, 1.0, 1.0});
-  for (const json& frame : document.at("frames")) {
-    const auto index = set.find(frame.at("name").get<std::string>());
-    if (!index) throw Error("names a frame that the capture does not have");
-    const json& gain = frame.at("gain");
-    result.gains[static_cast<std::size_t>(*index)] = {gain.at("red").get<double>(),
-                                                      gain.at("green").get<double>(),
-                                                      gain.at("blue").get<double>()};
+  for (const CheckedJson& frame : document.at("frames").items()) {
+    const auto index = set.find(frame.at("name").text());
+    if (!index) frame.at("name").fail("is not in the capture");
+    const CheckedJson gain = frame.at("gain");
+    result.gains[static_cast<std::size_t>(*index)] = {
+        gain.at("red").number(), gain.at("green").number(), gain.at("blue").number()};
   }
-  for (const json& crossing : document.at("crossings")) {
+  for (const CheckedJson& crossing : document.at("crossings").items()) {
     result.crossings.push_back(comparison_of(crossing, set));
   }
   result.connection = connection_of(document.at("e_connect"));
-  const json& tolerance = document.at("line_tolerance_mm");
-  if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.get<double>();
+  const CheckedJson tolerance = document.at("line_tolerance_mm");
+  if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.number();
   return result;
 }
 
@@ -159,14 +151,10 @@ void add_gains(const CaptureSet& set, const FramePoses& poses, const RectifyResu
   }
   page->add_section("Exposure");
   page->add_paragraph(fmt::format(
-      "What each frame's light was multiplied by so that neighbours and crossing lines agree; at "
+      "The factor of each frame's light that makes neighbours and crossing lines agree; at "
       "most {:.3f} stops.",
       largest));
   page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the colours")});
-}
-
-std::string facts_text(double value, int decimals) {
-  return std::isfinite(value) ? fixed_number(value, decimals) : "–";
 }
 
 void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) {
@@ -176,17 +164,17 @@ void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) 
   if (!result.connection.rows.empty()) {
     const ConnectionAtK& row = result.connection.rows.back();
     facts.push_back({fmt::format("E_connect at k = {:g}", row.k_deg),
-                     facts_text(row.before, 1) + " → " + facts_text(row.after, 1)});
+                     number_or_dash(row.before, 1) + " → " + number_or_dash(row.after, 1)});
   }
   page->add_facts(facts);
   page->add_paragraph(
-      "Frames are turned onto the world's axes in one resampling; positions are as "
-      "measured, lines as they were fitted. The next step:");
+      "Frames are rotated to world axes in one resampling; their positions are those of the "
+      "estimated poses. The next step:");
   page->add_paragraph(pack_command(result, out));
   if (!result.left_out.empty()) {
     std::string names;
     for (const std::string& name : result.left_out) names += (names.empty() ? "" : ", ") + name;
-    page->add_paragraph("Left out, as they have no pose: " + names + ".");
+    page->add_paragraph("Omitted, without a pose: " + names + ".");
   }
 }
 
@@ -204,11 +192,11 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
 void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::path& out,
                   HtmlPage* page) {
   if (result.crossings.empty()) return;
-  page->add_section("The lines over one another");
+  page->add_section("Overlays of the lines");
   page->add_paragraph(
       "The two panoramas nearest to each crossing, one in red, the other in cyan, in the direction "
-      "with the most structure: where they agree the picture is grey. They were not taken at "
-      "exactly one place, so that near things keep a little parallax.");
+      "with the most texture: where they agree the picture is grey. They were not taken at exactly "
+      "the same position, so near objects keep a little parallax.");
   for (const CrossingComparison& crossing : result.crossings) {
     const std::string what =
         fmt::format("{}, frames {} and {}", crossing_name(set, crossing.along_x, crossing.along_z),
@@ -223,22 +211,22 @@ void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::
 }
 
 void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page) {
-  page->add_section("How well neighbouring lines connect");
+  page->add_section("Connection error of neighbouring lines");
   if (connection.rows.empty()) {
     page->add_paragraph("E_connect was not measured: " + connection.note + ".");
     return;
   }
   page->add_paragraph(fmt::format(
       "E_connect, equation (11) of the paper, of initial views at {} pixels of width: the mean "
-      "squared difference of 8-bit RGB between what the two lines of a corner show. Before: frames "
-      "as captured, at their planned positions. Initial views keep the vertical parallax, whoever "
-      "calibrated them; what is left of the difference after depth estimation is smaller.",
+      "squared difference of 8-bit RGB between the two lines of a corner. Before: frames as "
+      "captured, at their planned positions. Initial views have vertical parallax even with exact "
+      "poses; after depth estimation the difference is smaller.",
       connection.width_px));
   HtmlTable table{.header = {"k / deg", "before", "after"}};
   for (const ConnectionAtK& row : connection.rows) {
     table.rows.push_back({{fmt::format("{:g}", row.k_deg)},
-                          {facts_text(row.before, 1)},
-                          {facts_text(row.after, 1), row.after < row.before}});
+                          {number_or_dash(row.before, 1)},
+                          {number_or_dash(row.after, 1), row.after < row.before}});
   }
   page->add_table(table);
 }
@@ -259,14 +247,7 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const 
 }
 
 RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {
-  const std::string text = read_file(file);
-  try {
-    return result_of(json::parse(text), set);
-  } catch (const json::exception& e) {
-    throw Error(one_line(fmt::format("{}: damaged ({}); rectify again", file.string(), e.what())));
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: {}; rectify again", file.string(), e.what()));
-  }
+  return result_of(CheckedJson::read(file, "rectify again"), set);
 }
 
 }  // namespace raywalk::calibrate

@@ -8,11 +8,11 @@
 
 namespace raywalk::calibrate {
 
-// Writes both into OUT. `grid` may be null.
+// Writes both into OUT. `grid` may be null. Throws Error if a file cannot be written.
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const std::filesystem::path& out);
 
-// Parts of the page that others show too: the overlays, read from OUT, and the connection errors.
+// Parts shared with other pages: the overlays, read from OUT, and the connection errors.
 void add_overlays(const CaptureSet& set, const RectifyResult& result,
                   const std::filesystem::path& out, HtmlPage* page);
 void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page);

@@ -36,7 +36,7 @@ std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses&
   return rows;
 }
 
-// The frames as they were before: where they were planned, in the camera's axes.
+// The frames before calibration: at their initial positions, in the camera's axes.
 std::vector<ListedFrame> start_rows(const CaptureSet& set, const FramePoses& start,
                                     const FramePoses& poses, const std::string& mask) {
   std::vector<ListedFrame> rows;
@@ -50,7 +50,7 @@ std::vector<ListedFrame> start_rows(const CaptureSet& set, const FramePoses& sta
   return rows;
 }
 
-// Lines of poses.csv.
+// Number of lines in poses.csv.
 int count_lines(const CaptureSet& set, const FramePoses& poses) {
   return static_cast<int>(
       std::count_if(set.lines.begin(), set.lines.end(), [&poses](const CaptureLine& line) {
@@ -81,7 +81,7 @@ CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossin
   };
   const auto after = [&](int i) { return read_panorama(out / rectified_file(frame_of(i))); };
   const cv::Mat first = after(pair.along_x);
-  const HorizonWindow window = telling_window(first);
+  const HorizonWindow window = most_textured_window(first);
   const Overlay agreed = overlay_of(first, after(pair.along_z), window);
   const Overlay captured = overlay_of(before(pair.along_x), before(pair.along_z), window);
   const std::string name =
@@ -161,7 +161,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
         options.out / "connection.partial");
     fs::remove(camera_mask);
   } else {
-    result.connection.note = "not asked for";
+    result.connection.note = "disabled by --no-connection";
   }
   write_rectify_report(panoramas, poses, grid, result, options.out);
   return result;

@@ -1,5 +1,5 @@
-// The step `rectify`: frames in the world's axes and of one brightness, listed where they were
-// taken, for raywalk-build-lf.
+// The step `rectify`: frames in world axes and of equal brightness, listed with their positions for
+// raywalk-build-lf.
 #pragma once
 
 #include <filesystem>
@@ -21,14 +21,14 @@ struct RectifyOptions {
       mask{};  // CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked
   bool equalise_gain = true;
   bool measure_connection = true;
-  // What the comparison "before" is made with: empty: nominal_poses.
+  // Poses before the calibration, for comparison; empty: nominal_poses.
   FramePoses start{};
-  // Where raywalk-build-lf and raywalk-render are; none: beside the running program.
+  // Directory of raywalk-build-lf and raywalk-render; nullopt: that of the running program.
   std::optional<std::filesystem::path> programs{};
   std::filesystem::path out{};  // of the calibration
 };
 
-// Two lines' pictures at a crossing.
+// The comparison of two lines' pictures at a crossing.
 struct CrossingComparison {
   int along_x = 0;  // indices into CaptureSet::lines
   int along_z = 0;
@@ -46,18 +46,19 @@ struct RectifyResult {
   std::vector<LightGain> gains{};       // by frame
   std::vector<CrossingComparison> crossings{};
   ConnectionBeforeAfter connection{};
-  // What to give raywalk-build-lf pack as --line-tolerance-mm; 0: nothing. None: no lines found.
+  // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: no lines found.
   std::optional<double> line_tolerance_mm{};
 };
 
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
-// (file,x,y,z[,mask]), OUT/gt.csv of validation lines where there are any, rectify.json and
-// rectify.html. Positions are the poses' own. `grid` adds its figures to the page; may be null.
-// Throws Error where no frame has a pose, or a file cannot be read or written; Interrupted.
+// (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines, rectify.json and rectify.html.
+// Positions are those of `poses`. `grid` adds its figures to the page; may be null. Throws Error if
+// no frame has a pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const GridResult* grid, const RectifyOptions& options);
 
-// The result as rectify.json holds it. Throws Error naming the file: missing, damaged, newer.
+// Reads rectify.json. Throws Error naming the file if it is missing, damaged or of a newer format
+// version.
 RectifyResult read_rectify_result(const std::filesystem::path& file, const CaptureSet& set);
 
 }  // namespace raywalk::calibrate

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/median.h"
+#include "calibrate/base/cauchy_loss.h"
+#include "core/base/robust_sigma.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::calibrate {
@@ -22,16 +23,14 @@ constexpr int kRounds = 12;
 constexpr double kGainPrior = 1.0;
 constexpr double kFalloff2Prior = 0.3;
 constexpr double kFalloff4Prior = 0.1;
-// Scatter below this is the rounding of levels.
+// Lower bound of the scatter: the rounding of levels.
 constexpr double kLeastScatter = 1e-3;
-constexpr double kSigmaOfMedianDeviation = 1.4826;
-constexpr double kCauchy = 2.385;  // 95 % as efficient as least squares where errors are normal
 
 double square(double x) { return x * x; }
 
-// The part of a ratio's equation that all colours share.
+// The coefficients of a ratio's equation that are common to all colours.
 struct Equation {
-  double back;       // -1, 0 or 1: how many times more the second is in the back lens
+  double back;       // -1, 0 or 1: second is in the back lens minus first is
   double falloff_2;  // difference of t^2
   double falloff_4;
   std::optional<int> exposure;  // index of the unknown
@@ -93,7 +92,7 @@ double scatter_of(const std::vector<LightRatio>& ratios, const Eigen::VectorXd& 
       deviations.push_back(std::abs(residual_of(equation, colour, measured, unknowns)));
     }
   }
-  return std::max(kSigmaOfMedianDeviation * median(std::move(deviations)), kLeastScatter);
+  return std::max(robust_sigma(std::move(deviations)), kLeastScatter);
 }
 
 NormalEquations equations_about(const std::vector<LightRatio>& ratios,
@@ -103,14 +102,15 @@ NormalEquations equations_about(const std::vector<LightRatio>& ratios,
     const Equation equation = equation_of(ratio);
     for (int colour = 0; colour < 3; ++colour) {
       const double measured = ratio.log_light[static_cast<std::size_t>(colour)];
-      const double off = residual_of(equation, colour, measured, unknowns) / (kCauchy * scatter);
+      const double off =
+          residual_of(equation, colour, measured, unknowns) / (kCauchySigmas * scatter);
       normal.add(equation, colour, measured, 1.0 / (square(scatter) * (1.0 + square(off))));
     }
   }
   return normal;
 }
 
-// Of ln share at an angle, a linear function of the two coefficients.
+// Sigma of ln share at an angle, which is linear in the two coefficients.
 double share_sigma(const Eigen::MatrixXd& covariance, double angle_rad) {
   const Eigen::Vector2d by(square(angle_rad), square(square(angle_rad)));
   return std::sqrt(by.dot(covariance.block<2, 2>(kFalloff, kFalloff) * by));

@@ -1,5 +1,5 @@
-// The balance of two lenses, fitted to how bright the same things look in different places of their
-// pictures.
+// Fits the balance of two lenses to the brightness of the same surfaces at different places of
+// their pictures.
 #pragma once
 
 #include <array>
@@ -10,26 +10,26 @@
 
 namespace raywalk::calibrate {
 
-// Where in a lens's picture something was seen.
+// The place of an observation in a lens's picture.
 struct LensPlace {
   bool back = false;
   double angle_rad = 0.0;  // from the lens's axis
 };
 
-// The same thing seen twice.
+// The same surface seen twice.
 struct LightRatio {
   LensPlace first{};
   LensPlace second{};
   std::array<double, 3> log_light{};  // ln(light at second / light at first): blue, green, red
-  // Which pair of frames it comes from, from 0, as two frames may be exposed differently; none:
-  // both from one frame.
+  // Number of the pair of frames, from 0, as each pair has its own ratio of exposures; nullopt:
+  // both observations are from one frame.
   std::optional<int> frames{};
 };
 
 struct BalanceFit {
   LensBalance balance{};
-  // Standard deviations of the logarithm: of the back lens's gain, and of the share of light at 45
-  // and 90 degrees. From the scatter of the ratios, taken to be independent.
+  // Standard deviations of the logarithms of the back lens's gain and of the share of light at 45
+  // and 90 degrees. From the scatter of the ratios, assumed independent.
   double gain_sigma = 0.0;
   double share_45_sigma = 0.0;
   double share_90_sigma = 0.0;
@@ -40,10 +40,10 @@ struct BalanceFit {
 // Least squares of the logarithms, in which the model is linear:
 //   ln ratio = ln gain (back - front) + falloff_2 (t2^2 - t1^2) + falloff_4 (t2^4 - t1^4) +
 //   exposure,
-// with Cauchy's weights against what is not the same thing after all. Weak priors (a lens passes
-// much of its light at the rim) keep what the ratios do not determine near "no falloff": ratios
-// from the overlap of two lenses alone tell the falloff's slope at the rim, not its course within.
-// Without ratios: a balance that changes nothing, sigmas those of the priors.
+// with Cauchy weights against wrong correspondences. Weak priors towards no falloff fix what the
+// ratios do not determine: those from the overlap of two lenses alone determine the slope of the
+// falloff at the rim, not its values further in. Without ratios the balance is the identity and the
+// sigmas are those of the priors.
 BalanceFit fit_balance(const std::vector<LightRatio>& ratios);
 
 }  // namespace raywalk::calibrate

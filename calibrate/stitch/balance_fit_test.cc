@@ -39,7 +39,7 @@ class Scene {
     return ratios;
   }
 
-  // Every pair of frames has an exposure of its own.
+  // Every pair of frames has its own exposure ratio.
   std::vector<LightRatio> motion(int count, double noise) {
     std::vector<LightRatio> ratios;
     for (int i = 0; i < count; ++i) {
@@ -71,7 +71,7 @@ double log_share_error(const LensBalance& balance, double angle_deg) {
   return std::log(balance.share_at(angle) / kTruth.share_at(angle));
 }
 
-TEST(BalanceFitTest, FindsGainsAndFalloffWithinItsOwnUncertainty) {
+TEST(BalanceFitTest, RecoversGainsAndFalloffWithinItsSigmas) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     Scene scene(seed);
     const BalanceFit fit = fit_balance(joined(scene.overlap(1000, 0.02), scene.motion(2000, 0.02)));
@@ -86,7 +86,7 @@ TEST(BalanceFitTest, FindsGainsAndFalloffWithinItsOwnUncertainty) {
   }
 }
 
-TEST(BalanceFitTest, AThirdOfWrongRatiosDoesLittle) {
+TEST(BalanceFitTest, IsRobustToAThirdOfOutliers) {
   Scene scene(1);
   auto ratios = joined(scene.overlap(1000, 0.02), scene.motion(2000, 0.02));
   for (std::size_t i = 0; i < ratios.size(); i += 3) {
@@ -97,8 +97,8 @@ TEST(BalanceFitTest, AThirdOfWrongRatiosDoesLittle) {
   EXPECT_NEAR(log_share_error(fit.balance, 90.0), 0.0, 0.03);
 }
 
-// The slope at the rim is all that the overlap tells of the falloff, and the fit says so.
-TEST(BalanceFitTest, OverlapAloneLeavesTheCourseOpen) {
+// The overlap determines only the slope of the falloff at the rim, and the sigmas show it.
+TEST(BalanceFitTest, OverlapAloneDoesNotDetermineTheFalloff) {
   Scene scene(2);
   const BalanceFit fit = fit_balance(scene.overlap(3000, 0.02));
   EXPECT_NEAR(fit.balance.back_gain[1], kTruth.back_gain[1], 0.005);
@@ -110,7 +110,7 @@ TEST(BalanceFitTest, OverlapAloneLeavesTheCourseOpen) {
   EXPECT_LT(std::abs(log_share_error(fit.balance, 90.0)), 3.0 * fit.share_90_sigma);
 }
 
-TEST(BalanceFitTest, NothingSeenChangesNothing) {
+TEST(BalanceFitTest, IsTheIdentityWithoutRatios) {
   const BalanceFit fit = fit_balance({});
   EXPECT_EQ(fit.balance.back_gain[0], 1.0);
   EXPECT_EQ(fit.balance.share_at(1.5), 1.0);

@@ -1,5 +1,5 @@
-// What the kernels have in common. No functions: every kernel file is compiled for another
-// processor.
+// Constants shared by the kernels. No functions, as every kernel file is compiled for another
+// instruction set.
 #pragma once
 
 #include "core/panorama/srgb.h"

@@ -17,7 +17,7 @@ void set_cubic_weights(float t, float* weights) {
   }
 }
 
-// Even and odd columns are added up apart, as the processor with wider registers does it.
+// Even and odd columns are summed separately, in the same order as in the AVX2 kernel.
 void sample_portably(const FisheyePixels& picture, const FisheyeSample* samples, int count,
                      const ColourRoots& colours, std::int16_t* levels) {
   for (int i = 0; i < count; ++i) {
@@ -43,7 +43,7 @@ void sample_portably(const FisheyePixels& picture, const FisheyeSample* samples,
       const float root = sample.root * colours.bgr[c];
       const float toe = std::min(level * (1.0F / kToe), 1.0F);
       const float corrected = root * level + (kShift * (root - 1.0F)) * toe;
-      // Never negative, so that cutting the fraction off rounds, as the AVX2 loop does.
+      // Never negative, so truncation after adding a half rounds, as in the AVX2 kernel.
       const float parts = std::min(std::max(corrected, 0.0F), kBrightest) * kLevelParts + 0.5F;
       levels[kColours * i + c] = static_cast<std::int16_t>(parts);
     }

@@ -1,12 +1,11 @@
-// The inner loop of stitching: reads a fisheye picture between its pixels, with Catmull-Rom cubics
-// in floating point, and corrects what exposure and vignetting did.
+// The inner loop of stitching: samples a fisheye picture with Catmull-Rom cubics in floating point,
+// and corrects exposure and vignetting.
 //
-// cv::remap's cubics have weights for every 32nd of a pixel, so that what it reads lies up to a
-// 64th of a pixel beside where it should. That costs 0.03 dB only against a ray-traced panorama
-// 4096 wide (44.21 dB, this 44.24), but positions are what a calibration measures, to a 25th of a
-// pixel.
+// cv::remap quantises positions to 1/32 pixel, an error of up to 1/64 pixel. Against a ray-traced
+// panorama 4096 wide that costs only 0.03 dB (44.21 dB instead of 44.24), but a calibration
+// measures positions to 1/25 pixel.
 //
-// Compiled for any processor and for AVX2, and picked at run time; both do the same arithmetic, so
+// There are a portable and an AVX2 version, selected at run time. Both do the same arithmetic, so
 // panoramas do not depend on the machine.
 #pragma once
 
@@ -14,20 +13,20 @@
 
 namespace raywalk::calibrate {
 
-// Pixels around the picture, repeated from its edge, that cubics read.
+// Replicated border pixels around the picture that the cubics read.
 inline constexpr int kFisheyeBorder = 2;
-// Results are levels times this, so that what follows need not round to whole levels.
+// Results are levels times this, which keeps fractions of a level.
 inline constexpr int kLevelParts = 16;
 
-// Four bytes a pixel: blue, green, red and any. `pixels` is the top left one, with at least
-// kFisheyeBorder pixels around the picture.
+// Four bytes a pixel: blue, green, red and unused. `pixels` is the top left pixel of the picture,
+// which has a border of at least kFisheyeBorder pixels.
 struct FisheyePixels {
   const std::uint8_t* pixels = nullptr;
   std::int64_t row_bytes = 0;
 };
 
-// Where a pixel of the panorama is read, within half a pixel of the picture; and by what the
-// correction multiplies shifted levels there (see core/panorama/srgb.h).
+// The source position of a panorama's pixel, at most half a pixel outside of the picture, and the
+// factor that corrects shifted levels there (see core/panorama/srgb.h).
 struct FisheyeSample {
   float u = 0.0F;
   float v = 0.0F;
@@ -46,7 +45,7 @@ struct FisheyeKernels {
                  const ColourRoots& colours, std::int16_t* levels);
 };
 
-// Those this processor runs best, and those every processor runs.
+// The fastest kernels for this processor, and the portable ones.
 const FisheyeKernels& fisheye_kernels();
 const FisheyeKernels& portable_fisheye_kernels();
 

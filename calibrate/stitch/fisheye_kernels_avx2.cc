@@ -22,7 +22,7 @@ __m128 cubic_weights(float position) {
   return weights;
 }
 
-// Weights number I and I + 1 for a pixel each.
+// Weights I and I + 1, one for each of the two pixels.
 template <int I>
 __m256 two_weights(__m128 weights) {
   return _mm256_set_m128(_mm_permute_ps(weights, (I + 1) * 0x55),

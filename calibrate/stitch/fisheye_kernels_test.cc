@@ -66,7 +66,7 @@ double interpolated(const cv::Mat& picture, const FisheyeSample& sample, int cha
   return std::clamp(sum, 0.0, 255.0);
 }
 
-TEST(FisheyeKernelsTest, InterpolatesCubicallyWithoutRoundingToPartsOfAPixel) {
+TEST(FisheyeKernelsTest, InterpolatesCubicallyAtSubpixelPositions) {
   const cv::Mat picture = random_picture();
   const auto samples = random_samples(500, 1.0F, 1.0F);
   const auto levels = sampled(portable_fisheye_kernels(), picture, samples, {});
@@ -88,7 +88,7 @@ TEST(FisheyeKernelsTest, EveryProcessorGetsTheSamePanorama) {
 }
 
 // Dark levels lie on sRGB's straight toe, for which the correction is an approximation.
-TEST(FisheyeKernelsTest, CorrectsLightAsTheTransferCurveHasIt) {
+TEST(FisheyeKernelsTest, CorrectsLightByTheTransferCurve) {
   for (const double factor : {0.7, 0.95, 1.1, 1.6}) {
     for (int level = 0; level <= 255; ++level) {
       const cv::Mat picture(kHeight + 2 * kFisheyeBorder, kWidth + 2 * kFisheyeBorder, CV_8UC4,

@@ -11,9 +11,9 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Flare and the lens's mount may be lit a little; a panorama's corners are as bright as its rest.
+// The border may be lit a little by flare; a panorama is as bright there as elsewhere.
 constexpr double kBrightBorder_levels = 64.0;
-constexpr double kBorder = 1.04;  // of the image circle's radius, that the border begins at
+constexpr double kBorder = 1.04;  // start of the border, relative to the image circle's radius
 constexpr int kLeastBorder_px = 64;
 
 double circle_radius_px(const FisheyeLens& lens) {
@@ -29,22 +29,22 @@ void clear_circle(const FisheyeLens& lens, cv::Mat* border) {
       static_cast<int>(std::ceil(kBorder * circle_radius_px(lens))), cv::Scalar(0), cv::FILLED);
 }
 
-// A panorama may have the size of a dual-fisheye frame; it has no dark border around two circles.
+// Detects panoramas of the size of a dual-fisheye frame: they have no dark border around circles.
 void require_dark_border(const cv::Mat& picture, const cv::Mat& border,
                          const std::filesystem::path& file) {
   if (cv::countNonZero(border) < kLeastBorder_px) return;
   const cv::Scalar mean = cv::mean(picture, border);
   if ((mean[0] + mean[1] + mean[2]) / 3.0 < kBrightBorder_levels) return;
   throw Error(file.string() +
-              ": bright around the image circles of the lens file; a panorama among the frames, or "
-              "the lens file of another camera");
+              ": bright around the image circles of the lens file; it is a panorama, or the lens "
+              "file is of another camera");
 }
 
 cv::Mat read_checked(const std::filesystem::path& file, PanoramaSize size) {
   cv::Mat picture = read_picture(file);
   if (picture.cols != size.width || picture.rows != size.height) {
     throw Error(
-        fmt::format("{}: {}x{}, but the other frames are {}x{}; take it out, or capture the "
+        fmt::format("{}: {}x{}, but the other frames are {}x{}; remove it, or capture the "
                     "station again",
                     file.string(), picture.cols, picture.rows, size.width, size.height));
   }

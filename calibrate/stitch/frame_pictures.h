@@ -1,4 +1,4 @@
-// A station's pictures as they are read for stitching.
+// Reads a station's pictures for stitching.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -8,14 +8,14 @@
 
 namespace raywalk::calibrate {
 
-// CV_8UC3; the same picture twice for cameras that give one file.
+// CV_8UC3; the same picture twice for cameras with one file.
 struct FramePictures {
   cv::Mat front{};
   cv::Mat back{};
 };
 
-// Throws Error naming the file: unreadable or damaged, of another size than the camera's pictures,
-// or bright where the camera's pictures are dark.
+// Throws Error naming the file if it is unreadable or damaged, of another size than the camera's
+// pictures, or bright outside of the image circles.
 FramePictures read_frame_pictures(const CaptureFrame& frame, const DualFisheyeCamera& camera);
 
 }  // namespace raywalk::calibrate

@@ -1,15 +1,15 @@
-// What makes two lenses of one camera differ in brightness, and how it is undone.
+// The difference in brightness of a camera's two lenses, and its correction.
 #pragma once
 
 #include <array>
 
 namespace raywalk::calibrate {
 
-// Of the light that a lens would pass along its axis it passes, at the angle t from it,
-//   exp(falloff_2 t^2 + falloff_4 t^4),
-// the same for both lenses; the back one passes `back_gain` (blue, green, red) times as much as the
-// front one. The default changes nothing. An even polynomial as t -> -t is the same place's
-// mirror image; in the exponent, as then it never falls to 0 and measured ratios of light are
+// Vignetting model: relative to its axis, a lens transmits at the angle t
+//   exp(falloff_2 t^2 + falloff_4 t^4)
+// of the light, the same for both lenses. The back lens transmits `back_gain` (blue, green, red)
+// times as much as the front lens. The default is the identity. The polynomial is even by symmetry
+// about the axis. In the exponent it never reaches 0, and the logarithms of measured ratios are
 // linear in its coefficients.
 struct LensBalance {
   std::array<double, 3> back_gain{1.0, 1.0, 1.0};
@@ -20,8 +20,8 @@ struct LensBalance {
   double share_at(double angle_rad) const;
 };
 
-// By what levels, shifted as core/panorama/srgb.h has it, have to be multiplied to undo a factor of
-// light: the front lens's exposure on its axis stays as it is.
+// The factor for shifted sRGB levels (core/panorama/srgb.h) that corrects a factor of light. The
+// reference is the front lens on its axis.
 double root_of_light(double factor);
 
 }  // namespace raywalk::calibrate

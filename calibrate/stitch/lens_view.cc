@@ -5,7 +5,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Pixels reach half of one beyond their centres.
+// Pixels extend half a pixel beyond their centres.
 bool is_within(PixelPosition pixel, PanoramaSize picture) {
   return pixel.u >= -0.5 && pixel.v >= -0.5 && pixel.u <= picture.width - 0.5 &&
          pixel.v <= picture.height - 0.5;

@@ -1,4 +1,4 @@
-// What one of a camera's two lenses sees of a direction.
+// Projects directions into one of a camera's two lenses.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 namespace raywalk::calibrate {
 
-// Where a lens images something.
+// The image of a direction in a lens.
 struct LensImage {
   PixelPosition pixel{};
   double angle_rad = 0.0;   // from the lens's axis
@@ -17,11 +17,12 @@ struct LensImage {
 
 class LensView {
  public:
-  // What is looked at lies `distance_m` from the camera's origin; infinity: only direction counts.
+  // The scene is at `distance_m` from the camera's origin; infinity: no parallax.
   LensView(const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
            const Eigen::Vector3d& position_m, PanoramaSize picture, double distance_m);
 
-  // A unit direction in the camera's frame; none where the lens or its picture does not reach.
+  // The image of a unit direction in the camera's frame; nullopt outside of the field of view or
+  // the picture.
   std::optional<LensImage> look(const Eigen::Vector3d& direction) const;
 
   const FisheyeLens& lens() const { return lens_; }

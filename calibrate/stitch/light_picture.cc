@@ -9,14 +9,14 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Of a Gauss function; what lies beyond kPatchRadius_px, dark where a lens ends, has a thousandth
-// of the weight.
+// Sigma of a Gaussian. Pixels beyond kPatchRadius_px, which may be outside of the image circle,
+// have a thousandth of the weight.
 constexpr double kSmoothing_px = 1.5;
-// sRGB's toe and what rounding leaves of dark levels; where cameras clip or bend highlights.
+// Excludes sRGB's toe and coarsely rounded dark levels, and clipped or compressed highlights.
 constexpr double kDarkest_levels = 16.0;
 constexpr double kBrightest_levels = 240.0;
 
-// 255 where all colours all over the patch are neither dark nor clipped.
+// 255 where no colour of any pixel of the patch is too dark or too bright.
 cv::Mat usable_in(const cv::Mat& picture) {
   cv::Mat in_range, usable;
   cv::inRange(picture, cv::Scalar::all(kDarkest_levels), cv::Scalar::all(kBrightest_levels),

@@ -1,4 +1,4 @@
-// A small version of a lens's picture, to measure light in.
+// A reduced lens picture for measuring light.
 #pragma once
 
 #include <array>
@@ -9,17 +9,17 @@
 
 namespace raywalk::calibrate {
 
-// Bright and dark are measured over patches, as far as neither clips.
+// Light is measured as means over patches without clipped pixels.
 class LightPicture {
  public:
   // Averages over `shrink` pixels (at least 1) in each direction. `picture` is CV_8UC3.
   LightPicture(const cv::Mat& picture, int shrink);
 
-  // Mean levels (blue, green, red) of the patch around a position of the full picture; none where
-  // it reaches beyond the picture, or some of it is too dark or too bright to tell light by.
+  // Mean levels (blue, green, red) of the patch around a position of the full picture; nullopt if
+  // it reaches beyond the picture or contains pixels that are too dark or too bright.
   std::optional<std::array<double, 3>> levels_at(PixelPosition full) const;
 
-  // CV_8UC1, to follow features in.
+  // CV_8UC1, for tracking features.
   const cv::Mat& grey() const { return grey_; }
   PixelPosition small_from_full(PixelPosition full) const;
   PixelPosition full_from_small(PixelPosition small) const;
@@ -31,11 +31,11 @@ class LightPicture {
   cv::Mat grey_;
 };
 
-// Pixels of the small picture that a patch reaches from its middle.
+// Radius of a patch in pixels of the reduced picture.
 inline constexpr double kPatchRadius_px = 5.0;
 
 // ln of light, up to a constant, from a mean level. A change of exposure is an affine function of
-// sRGB levels (core/panorama/srgb.h), so it does the same to their means.
+// sRGB levels (core/panorama/srgb.h), so it is the same function of their means.
 double log_light(double level);
 
 // ln(light of b / light of a) for each colour.

@@ -10,18 +10,17 @@ namespace {
 constexpr int kSpacing_px = 10;
 constexpr int kWindow_px = 15;
 constexpr int kPyramidLevels = 3;
-// Smallest eigenvalue of a window's gradient matrix, as OpenCV scales it: a hundred times its
-// default, as shading without texture would be matched where it is as bright, which hides what is
-// looked for.
+// Smallest eigenvalue of a window's gradient matrix in OpenCV's scale, a hundred times its default:
+// shading without texture would be matched where it is equally bright, which hides the vignetting.
 constexpr double kLeastTexture = 1e-2;
 constexpr double kMostReturnError_px = 0.3;
-constexpr double kLeastMotion_px = 1.5;  // less stands still, or tells nothing
+constexpr double kLeastMotion_px = 1.5;  // smaller motions are static or not informative
 
 double distance(cv::Point2f a, cv::Point2f b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 PixelPosition position(cv::Point2f point) { return {point.x, point.y}; }
 
-// Of a place in a lens's full picture from its axis; none outside of its field of view.
+// Angle of a pixel of a lens's full picture from the axis; nullopt outside of the field of view.
 std::optional<double> angle_at(const FisheyeLens& lens, PixelPosition full) {
   const auto direction = unproject(lens, full);
   if (!direction) return std::nullopt;
@@ -48,10 +47,9 @@ LightTracks::LightTracks(const DualFisheyeCamera& camera, LightPictures first)
   for (Lens& lens : lenses_) place_points(&lens);
 }
 
-// On a lattice, whatever is there. Corners would be followed better, but differ from what surrounds
-// them, so that a patch around one gets brighter or darker as it comes nearer, which goes along
-// with the angle: on average one lens of a simulated camera then seemed to lose a tenth more than
-// it did. Only within the lens's own image circle.
+// On a regular lattice within the lens's own image circle. Corners would be tracked better, but the
+// mean of a patch around a corner changes with its distance, which is correlated with the angle: in
+// a simulated camera this overestimated the light loss by a tenth.
 void LightTracks::place_points(Lens* lens) const {
   const LightPicture& picture = picture_of(first_, *lens);
   for (int v = kSpacing_px / 2; v < picture.grey().rows; v += kSpacing_px) {

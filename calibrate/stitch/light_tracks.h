@@ -1,5 +1,4 @@
-// The same things seen in different places of a lens's picture as the camera moves: what tells how
-// much light a lens loses towards its rim.
+// Tracks points through a lens's picture as the camera moves, to measure the lens's vignetting.
 #pragma once
 
 #include <utility>
@@ -11,18 +10,17 @@
 
 namespace raywalk::calibrate {
 
-// Follows points from picture to picture along a line (Lucas and Kanade, forwards and back) and
-// compares their light where they begin and where they end. What stands still, as a dolly does, is
-// left out. Surfaces that shine differently into different directions are left to the fit's robust
-// weights.
+// Tracks points from picture to picture along a line (Lucas and Kanade, with a forward-backward
+// check) and compares their light at the first and the last picture. Static points, as on a dolly,
+// are dropped. Surfaces that are not Lambertian are left to the fit's robust weights.
 class LightTracks {
  public:
-  // `first` and what follows are the pictures of stations one after the other.
+  // `first` and those passed to follow() are the pictures of consecutive stations.
   LightTracks(const DualFisheyeCamera& camera, LightPictures first);
 
   void follow(const LightPictures& next);
 
-  // Ratios between the first and the last picture; `frames` is their number in LightRatio.
+  // Ratios between the first and the last picture; `frames` is stored in LightRatio::frames.
   std::vector<LightRatio> ratios(int frames) const;
 
  private:

@@ -16,14 +16,14 @@ namespace raywalk::calibrate {
 namespace {
 
 constexpr int kGroups = 10;
-constexpr int kGroupFrames = 6;  // neighbours; features seldom live longer
+constexpr int kGroupFrames = 6;  // neighbours; longer tracks are rare
 constexpr double kLeastCorrelation = 0.5;
 constexpr int kFewestRatios = 200;
 
-// Indices of frames, neighbours on one line in the order of the rail.
+// Indices of consecutive frames of one line.
 using Group = std::vector<int>;
 
-// Groups that start at even distances in the whole set; a line shorter than a group is one.
+// Groups that start at even intervals in the whole set; a line shorter than a group is one group.
 std::vector<Group> groups_of(const CaptureSet& set) {
   std::vector<Group> all;
   for (const CaptureLine& line : set.lines) {
@@ -96,12 +96,12 @@ SeamFigures median_figures(const std::vector<GroupLight>& groups,
 void warn(const SeamFigures& figures, BalanceReport* report) {
   if (report->overlap_ratios < kFewestRatios) {
     report->warnings.push_back(
-        "the lenses' overlap is too narrow, too dark or too bright to compare them in; their "
-        "exposure is not balanced");
+        "the lenses' overlap is too narrow, too dark or too bright to compare them; their exposure "
+        "is not balanced");
   } else if (figures.correlation < kLeastCorrelation) {
     report->warnings.push_back(fmt::format(
         "the two lenses do not show the same along their seam (correlation {:.2f}); check that the "
-        "lens file is this camera's and turns the back lens as it is mounted",
+        "lens file is of this camera and has the right attitude of the back lens",
         figures.correlation));
   }
 }
@@ -130,7 +130,7 @@ BalanceReport measure_balance(const CaptureSet& set, const DualFisheyeCamera& ca
     report.overlap_ratios += static_cast<int>(group.overlap.size());
     report.motion_ratios += static_cast<int>(group.motion.size());
   }
-  // Without an overlap gain and falloff cannot be told apart from what the room does.
+  // Without an overlap, gain and falloff cannot be separated from the room's own light.
   if (balance && report.overlap_ratios >= kFewestRatios) report.fit = fit_balance(ratios);
   report.step_before_levels = median_figures(light, directions, {}).step_levels;
   const SeamFigures after = median_figures(light, directions, report.fit.balance);

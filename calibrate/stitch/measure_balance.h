@@ -1,4 +1,4 @@
-// The balance of a camera's lenses, measured once for all frames of a capture.
+// Measures the balance of a camera's lenses, once for all frames of a capture.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@ namespace raywalk::calibrate {
 
 struct BalanceReport {
   BalanceFit fit{};
-  int overlap_ratios = 0;  // both lenses in one frame
-  int motion_ratios = 0;   // one lens in two frames
-  int frames = 0;          // that were looked at
+  int overlap_ratios = 0;  // between both lenses in one frame
+  int motion_ratios = 0;   // between two frames in one lens
+  int frames = 0;          // used
   // Over the frames, medians of SeamFigures: absolute step, correlation.
   double step_before_levels = 0.0;
   double step_after_levels = 0.0;
@@ -22,9 +22,9 @@ struct BalanceReport {
   std::vector<std::string> warnings{};
 };
 
-// Looks at a few dozen frames, in groups of neighbours, spread over all lines. `balance` false: the
-// figures alone, with a balance that changes nothing. Throws Error as read_frame_pictures does;
-// Interrupted.
+// Uses a few dozen frames, in groups of neighbours, spread over all lines. With `balance` false
+// only the figures are measured and the balance is the identity. Throws Error as
+// read_frame_pictures does; Interrupted.
 BalanceReport measure_balance(const CaptureSet& set, const DualFisheyeCamera& camera, bool balance);
 
 }  // namespace raywalk::calibrate

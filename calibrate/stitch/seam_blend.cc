@@ -17,7 +17,7 @@ int bands_for(double blend_px) {
   return std::clamp(static_cast<int>(std::log2(std::max(blend_px, 1.0))), 1, kMostBands);
 }
 
-// The tiles that hold pixels of both lenses.
+// The tiles that contain pixels of both lenses.
 std::vector<cv::Rect> seam_tiles(const cv::Mat& region, int side) {
   std::vector<cv::Rect> tiles;
   const cv::Rect whole({0, 0}, region.size());
@@ -41,8 +41,8 @@ SeamBlend::SeamBlend(const StitchTables& tables, const StitcherOptions& options)
   tiles_ = seam_tiles(region_, std::max(kSmallestTile_px, 4 * reach_px_));
 }
 
-// Outside of the seam's surroundings both pictures handed to the blender are the same, which it
-// then returns unchanged; so a tile's border needs no more than what its coarsest band reads.
+// Away from the seam both pictures passed to the blender are the same, so it returns them
+// unchanged, and a tile needs only the border that its coarsest band reads.
 cv::Mat SeamBlend::multi_band(const cv::Mat& front, const cv::Mat& back,
                               const cv::Rect& tile) const {
   const cv::Size size(tile.width + 2 * reach_px_, tile.height + 2 * reach_px_);
@@ -68,7 +68,7 @@ cv::Mat SeamBlend::multi_band(const cv::Mat& front, const cv::Mat& back,
   return blended(cv::Rect(reach_px_, reach_px_, tile.width, tile.height));
 }
 
-// Tiles read beyond their borders, so that none may be written before all have been read.
+// Tiles read beyond their borders, so none is written before all have been read.
 void SeamBlend::blend_bands(cv::Mat* front, const cv::Mat& back) const {
   std::vector<cv::Mat> blended;
   blended.reserve(tiles_.size());

@@ -1,4 +1,4 @@
-// Joins the two lenses' halves of a panorama along their seam.
+// Blends the two lenses' halves of a panorama along their seam.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -8,15 +8,14 @@
 
 namespace raywalk::calibrate {
 
-// Works tile by tile, and only on those that the seam's surroundings touch: a fifth of the panorama
-// or so. Safe to use from several threads at once.
+// Works only on tiles near the seam, about a fifth of the panorama. Thread-safe.
 class SeamBlend {
  public:
   // Keeps a reference to the tables' pictures (cv::Mat shares them).
   SeamBlend(const StitchTables& tables, const StitcherOptions& options);
 
   // `front` and `back` are CV_16SC3, levels times kLevelParts, of the tables' size, each valid
-  // where the region has its lens. Makes `front` the panorama.
+  // where StitchTables::region includes its lens. Writes the panorama to `front`.
   void blend(cv::Mat* front, const cv::Mat& back) const;
 
  private:
@@ -28,7 +27,7 @@ class SeamBlend {
   cv::Mat region_;
   cv::Mat front_weight_;
   int bands_ = 1;
-  int reach_px_ = 0;  // how far beyond a tile its coarsest band reads
+  int reach_px_ = 0;  // distance beyond a tile that its coarsest band reads
   std::vector<cv::Rect> tiles_{};
 };
 

@@ -10,14 +10,14 @@
 namespace raywalk::calibrate {
 namespace {
 
-constexpr double kLightFocal_px = 250.0;    // of pictures that light is measured in, about
+constexpr double kLightFocal_px = 250.0;    // approximate, of the reduced pictures
 constexpr PanoramaSize kLattice{720, 360};  // half a degree
 constexpr std::size_t kMostDirections = 4000;
 constexpr int kFewestDirections = 3;
 
 using Levels = std::array<double, 3>;
 
-// As the stitcher corrects them.
+// Levels corrected as by the stitcher.
 Levels corrected(const Levels& levels, const LensBalance& balance, bool back, double angle_rad) {
   Levels result{};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -58,7 +58,7 @@ std::vector<SeamDirection> seam_directions(const DualFisheyeCamera& camera) {
   const double patch_px = light_shrink(camera) * kPatchRadius_px;
   std::vector<SeamDirection> all;
   for (int v = 0; v < kLattice.height; ++v) {
-    // Fewer columns near the poles, so that directions are as dense there as elsewhere.
+    // Fewer columns near the poles for a uniform density of directions.
     const double phi = angles_from_pixel({0.0, static_cast<double>(v)}, kLattice).phi_rad;
     const int columns = std::max(1, static_cast<int>(std::lround(kLattice.width * std::cos(phi))));
     for (int u = 0; u < columns; ++u) {

@@ -1,4 +1,4 @@
-// Directions that both lenses see, and how well the lenses agree on them.
+// Directions in the overlap of both lenses, and the agreement of the lenses there.
 #pragma once
 
 #include <vector>
@@ -10,18 +10,18 @@
 
 namespace raywalk::calibrate {
 
-// A direction of the overlap, in both pictures.
+// A direction of the overlap, imaged in both pictures.
 struct SeamDirection {
   LensImage front{};
   LensImage back{};
 };
 
-// How many pixels of the pictures are averaged for measuring light, so that what they show is about
-// as large whatever their resolution.
+// The factor by which pictures are reduced for measuring light, chosen so that a patch covers the
+// same angle at any resolution.
 int light_shrink(const DualFisheyeCamera& camera);
 
-// Evenly spread over the overlap, far enough from the rims for patches of light; at most a few
-// thousand.
+// Directions spread evenly over the overlap, far enough from the rims for the patches of
+// LightPicture; at most a few thousand.
 std::vector<SeamDirection> seam_directions(const DualFisheyeCamera& camera);
 
 struct LightPictures {
@@ -30,15 +30,15 @@ struct LightPictures {
 };
 LightPictures light_pictures(const FramePictures& pictures, int shrink);
 
-// Front against back in every direction where both can be measured.
+// Ratios of back to front in every direction where both can be measured.
 std::vector<LightRatio> seam_ratios(const LightPictures& pictures,
                                     const std::vector<SeamDirection>& directions);
 
-// What a frame shows of its seam under a balance.
+// The agreement of a frame's two halves along the seam under a balance.
 struct SeamFigures {
   double step_levels = 0.0;  // median of front minus back, mean of the colours
   double correlation = 0.0;  // of front and back along the seam
-  int directions = 0;        // that could be measured; below 3 the others are 0
+  int directions = 0;        // measured; below 3 the other figures are 0
 };
 SeamFigures seam_figures(const LightPictures& pictures,
                          const std::vector<SeamDirection>& directions, const LensBalance& balance);

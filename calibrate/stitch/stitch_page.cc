@@ -54,9 +54,9 @@ void add_balance(const StitchRecord& record, HtmlPage* page) {
   const auto& bgr = fit.balance.back_gain;
   page->add_section("Balance of the lenses");
   page->add_paragraph(fmt::format(
-      "Measured once for all frames, in {} of them: in {} places that both lenses see, and in {} "
-      "that one lens sees at two stations. The overlap alone tells the gain and how steeply light "
-      "falls off at the rim; what moves through the picture tells the course within.",
+      "Measured once for all frames, in {} of them: at {} points seen by both lenses, and at {} "
+      "seen by one lens from two stations. The overlap determines the gain and the slope of the "
+      "falloff at the rim; points that move through the picture determine the falloff further in.",
       record.balance.frames, record.balance.overlap_ratios, record.balance.motion_ratios));
   page->add_table({.caption = "Standard deviations follow from the scatter of the ratios",
                    .header = {"figure", "value", "standard deviation"},
@@ -75,24 +75,26 @@ void add_balance(const StitchRecord& record, HtmlPage* page) {
                             {{"light at 90 degrees"},
                              {fmt::format("{:.4f}", fit.balance.share_at(kHalfPi))},
                              {fmt::format("{:.4f}", fit.share_90_sigma)}}}});
-  page->add_figures({svg_figure(falloff_plot(fit), "Vignetting as it is undone")});
+  page->add_figures({svg_figure(falloff_plot(fit), "Vignetting that is corrected")});
 }
 
 }  // namespace
 
 std::string stitch_page(const StitchRecord& record, const StitchSample& sample) {
-  HtmlPage page("Panoramas of two lenses",
+  HtmlPage page("Stitched panoramas",
                 fmt::format("{} frames, {} x {}, {} blend over {:g} degrees", record.frames,
                             record.panorama.width, record.panorama.height,
                             name_of(record.options.blend), record.options.blend_deg));
   page.add_facts(
       {{"step at the seam before", fmt::format("{:.2f} levels", record.balance.step_before_levels)},
        {"after balancing", fmt::format("{:.2f} levels", record.balance.step_after_levels)},
-       {"lenses agree along the seam", fmt::format("{:.3f}", record.balance.correlation)}});
+       {"correlation of the lenses along the seam",
+        fmt::format("{:.3f}", record.balance.correlation)}});
   page.add_paragraph(
-      "The step is the median difference of brightness between the lenses where both see, the "
-      "agreement the correlation of what they see there (1 is perfect; what is near shifts between "
-      "lenses that stand apart). Medians over the frames looked at.");
+      "The step is the median difference of brightness between the lenses in their overlap. The "
+      "correlation is that of their levels there (1 is perfect; near objects lower it by "
+      "parallax). "
+      "Both are medians over the frames used.");
   for (const std::string& warning : record.balance.warnings)
     page.add_paragraph("Warning: " + warning);
   page.add_section("Station " + sample.station);

@@ -1,4 +1,4 @@
-// stitch.html: what the panoramas of a capture look like and how well their halves agree.
+// stitch.html: a sample panorama of a capture and the agreement of the lenses.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -8,10 +8,10 @@
 
 namespace raywalk::calibrate {
 
-// One frame, stitched in two ways, CV_8UC3.
+// One frame stitched with and without correction, CV_8UC3.
 struct StitchSample {
   std::string station{};
-  cv::Mat panorama{};    // as it is
+  cv::Mat panorama{};    // balanced and blended
   cv::Mat unbalanced{};  // neither balanced nor blended
 };
 

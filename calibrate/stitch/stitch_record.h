@@ -1,4 +1,5 @@
-// stitch.json: what panoramas were stitched by, so that an interrupted step can go on, and figures.
+// stitch.json: the inputs and figures of the stitched panoramas, from which an interrupted step is
+// resumed.
 #pragma once
 
 #include <filesystem>
@@ -27,12 +28,12 @@ struct StitchRecord {
 // correlation}, warnings [text].
 std::string to_json(const StitchRecord& record);
 
-// None where there is no such file, or it is not one of this version's.
+// nullopt if there is no such file, or it is damaged or of another version.
 std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file);
 
 // The name of a blend method in files and on the command line.
 std::string name_of(BlendMethod method);
-// Throws UsageError for a word that is neither.
+// Throws UsageError for an unknown name.
 BlendMethod blend_method_named(const std::string& name);
 
 }  // namespace raywalk::calibrate

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <span>
 
 #include "calibrate/stitch/frame_pictures.h"
 #include "calibrate/stitch/measure_balance.h"
@@ -18,6 +17,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
 
@@ -26,13 +26,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What the frames in work may take in all, and what a frame takes per pixel of its pictures (read,
-// copied with a fourth channel) and of its panorama (levels of two lenses, the result, its PNG).
+// Memory for all frames in work, and of one frame per pixel of its pictures (read, copied with a
+// fourth channel) and of its panorama (levels of two lenses, the result, its PNG).
 constexpr double kWorkBytes = 1.5e9;
 constexpr double kBytesPerFramePixel = 10.0;
 constexpr double kBytesPerPanoramaPixel = 20.0;
 
-// As blend of the page's picture that shows what blending is for.
+// Blend width of the unblended sample on the page.
 constexpr double kHardSeam_deg = 1e-3;
 
 DualFisheyeCamera fitting_camera(const CaptureSet& set,
@@ -45,7 +45,7 @@ DualFisheyeCamera fitting_camera(const CaptureSet& set,
   for (const CaptureFrame& frame : set.frames) {
     if (camera->two_files == frame.back.has_value()) continue;
     throw Error(fmt::format(
-        "station {}: {}, but the lens file is for a camera that gives {}; capture the station "
+        "station {}: {}, but the lens file is for a camera with {}; capture the station "
         "again, or give this camera's lens file",
         frame.name, frame.back ? "front and back in a file each" : "one picture, no back half",
         camera->two_files ? "two files" : "one file"));
@@ -64,13 +64,10 @@ void append(std::string* text, const FisheyeLens& lens, const Eigen::Vector3d& p
 }
 
 void append(std::string* text, const fs::path& file) {
-  std::error_code missing;  // reading it will say so
-  const auto bytes = fs::file_size(file, missing);
-  const auto time = fs::last_write_time(file, missing).time_since_epoch().count();
-  *text += fmt::format("{} {} {}\n", file.string(), bytes, time);
+  *text += file.string() + " " + stamp_of(file).text() + "\n";
 }
 
-// Of all that panoramas depend on.
+// Hash of everything that the panoramas depend on.
 std::string fingerprint_of(const CaptureSet& set, const DualFisheyeCamera& camera,
                            const StitchOptions& options, int width) {
   std::string text = fmt::format("stitch 1 {} {} {} {} {}\n", width, name_of(options.blend),
@@ -85,7 +82,7 @@ std::string fingerprint_of(const CaptureSet& set, const DualFisheyeCamera& camer
     append(&text, frame.file);
     if (frame.back) append(&text, *frame.back);
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 class SetStitcher {
@@ -120,7 +117,8 @@ class SetStitcher {
     return {options_.blend, options_.blend_deg, options_.seam_distance_m};
   }
 
-  // Panoramas of other frames or options go before the record that would vouch for them comes.
+  // Panoramas of other inputs are removed before a new record is written, which would make them
+  // valid.
   void begin(const std::string& fingerprint) {
     record_ = {.fingerprint = fingerprint,
                .panorama = size(),
@@ -140,7 +138,7 @@ class SetStitcher {
     return missing;
   }
 
-  // As many frames at once as there are threads, and memory allows.
+  // Number of concurrent frames, limited by threads and memory.
   int frames_at_once(const Stitcher& stitcher) const {
     const double files = camera_.two_files ? 2.0 : 1.0;
     const double bytes =
@@ -149,8 +147,8 @@ class SetStitcher {
     return std::clamp(static_cast<int>(kWorkBytes / bytes), 1, thread_count());
   }
 
-  // A worker per frame at once takes one after the other: tasks that waited for memory could be
-  // picked up by the very thread that holds it.
+  // One worker per concurrent frame, each taking the next frame. Tasks that wait for memory could
+  // deadlock, as the thread that holds it may pick them up.
   void stitch(const Stitcher& stitcher, const std::vector<int>& frames) const {
     Progress progress("stitching", static_cast<std::int64_t>(frames.size()), "panoramas");
     std::atomic<std::size_t> next = 0;

@@ -26,8 +26,8 @@ using testing::HasSubstr;
 constexpr int kStations = 12;
 constexpr capture::LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
 
-// A line of stations 25 mm apart, through lenses that lose light and a sensor with noise. Rendered
-// once for all tests.
+// A line of stations 25 mm apart, with vignetting lenses and sensor noise. Rendered once for all
+// tests.
 const std::vector<cv::Mat>& line_frames() {
   static const std::vector<cv::Mat> frames = [] {
     const DualFisheyeCamera camera = test_camera(220, 0.01);
@@ -117,8 +117,8 @@ TEST_F(StitchSetTest, WritesPanoramasFiguresAndPage) {
   EXPECT_THAT(page, HasSubstr("levels"));
 }
 
-// The lenses' true laws, which another formula made (capture/simulated/virtual_room/lens_light.h).
-TEST_F(StitchSetTest, FindsWhatTheLensesDidToTheLight) {
+// The true vignetting is from another formula (capture/simulated/virtual_room/lens_light.h).
+TEST_F(StitchSetTest, RecoversGainAndVignetting) {
   stitch_set(line(kStations), camera_, options());
   const auto record = read_stitch_record(directory_ / "out/stitch.json");
   ASSERT_TRUE(record);
@@ -139,25 +139,25 @@ TEST_F(StitchSetTest, FindsWhatTheLensesDidToTheLight) {
   EXPECT_TRUE(report.warnings.empty());
 }
 
-TEST_F(StitchSetTest, GoesOnWhereItStopped) {
+TEST_F(StitchSetTest, ResumesAnInterruptedRun) {
   const CaptureSet set = line(3);
   stitch_set(set, camera_, options());
   const std::string first = read_file(panorama(1));
-  // One is missing, another is marked: only the missing one is made again.
+  // One is missing, another is marked: only the missing one is stitched again.
   fs::remove(panorama(1));
   const cv::Mat marked(128, 256, CV_8UC3, cv::Scalar(1, 2, 3));
   write_image(panorama(2), marked);
   stitch_set(set, camera_, options());
   EXPECT_EQ(read_file(panorama(1)), first);
   EXPECT_EQ(cv::norm(read_panorama(panorama(2)), marked, cv::NORM_INF), 0.0);
-  // Another camera makes them all anew.
+  // With another camera all are stitched again.
   camera_.layout.front.focal_px += 0.5;
   stitch_set(set, camera_, options());
   EXPECT_GT(cv::norm(read_panorama(panorama(2)), marked, cv::NORM_INF), 50.0);
   EXPECT_NE(read_file(panorama(1)), first);
 }
 
-TEST_F(StitchSetTest, PanoramasPassThrough) {
+TEST_F(StitchSetTest, PanoramasAreReturnedUnchanged) {
   CaptureSet set = line(2);
   set.layout = FrameLayout::kPanorama;
   const CaptureSet same = stitch_set(set, std::nullopt, options());
@@ -165,7 +165,7 @@ TEST_F(StitchSetTest, PanoramasPassThrough) {
   EXPECT_FALSE(fs::exists(directory_ / "out"));
 }
 
-TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledWhereProportionsAgree) {
+TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledIfTheAspectRatioAgrees) {
   const CaptureSet set = stitch_set(line(1), test_camera(440, 0.01), {.out = directory_ / "out"});
   EXPECT_NEAR(set.frame.width, default_panorama_width(camera_), 16);
   DualFisheyeCamera square = camera_;
@@ -173,7 +173,7 @@ TEST_F(StitchSetTest, LensFileOfAnotherSizeIsScaledWhereProportionsAgree) {
   EXPECT_THROW(stitch_set(line(1), square, options()), Error);
 }
 
-TEST_F(StitchSetTest, WithoutALensFileItSaysHowToGetOne) {
+TEST_F(StitchSetTest, MissingLensFileIsAnErrorWithAdvice) {
   EXPECT_THAT(message_of(line(1), std::nullopt), HasSubstr("raywalk-calibrate lens"));
   EXPECT_THROW(stitch_set(line(1), std::nullopt, options()), UsageError);
 }
@@ -198,7 +198,7 @@ TEST_F(StitchSetTest, BackHalfOfAnotherSizeIsNamed) {
               HasSubstr("small.png: 100x100, but the other frames are 220x220"));
 }
 
-TEST_F(StitchSetTest, DamagedPicturesAreNamedAndLeaveNoHalfPanorama) {
+TEST_F(StitchSetTest, DamagedPicturesAreNamedAndLeaveNoPartialPanorama) {
   const CaptureSet set = line(3);
   const std::string whole = read_file(set.frames[1].file);
   std::ofstream(set.frames[1].file, std::ios::binary) << whole.substr(0, whole.size() / 2);
@@ -206,12 +206,12 @@ TEST_F(StitchSetTest, DamagedPicturesAreNamedAndLeaveNoHalfPanorama) {
   EXPECT_FALSE(fs::exists(panorama(1)));
   fs::remove(set.frames[1].file);
   EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_1.png"));
-  // The whole file back, it goes on.
+  // With the whole file restored, it resumes.
   write_file_atomically(set.frames[1].file, whole);
   EXPECT_EQ(message_of(set, camera_), "no error");
 }
 
-TEST_F(StitchSetTest, PanoramaAmongTheFramesIsFoundOut) {
+TEST_F(StitchSetTest, PanoramaAmongTheFramesIsDetected) {
   const CaptureSet set = line(3);
   write_image(set.frames[2].file, test_room().panorama(kTestPose, camera_.picture));
   EXPECT_THAT(message_of(set, camera_), HasSubstr("x0_2.png: bright around the image circles"));
@@ -225,7 +225,7 @@ TEST_F(StitchSetTest, FilesForEachLensGiveTheSamePanoramas) {
   EXPECT_GT(psnr_db(read_panorama(panorama(1)), of_one), 45.0);
 }
 
-// As some cameras mount their second sensor, and the lens file does not say.
+// Some cameras mount their second sensor this way, and the lens file here does not.
 TEST_F(StitchSetTest, BackLensUpsideDownIsFlagged) {
   const CaptureSet set = in_halves(4);
   for (const CaptureFrame& frame : set.frames) {
@@ -239,7 +239,7 @@ TEST_F(StitchSetTest, BackLensUpsideDownIsFlagged) {
   EXPECT_THAT(record->balance.warnings[0], HasSubstr("do not show the same along their seam"));
 }
 
-TEST(BlendMethodTest, NamesGoBothWays) {
+TEST(BlendMethodTest, NamesRoundTrip) {
   EXPECT_EQ(blend_method_named("feather"), BlendMethod::kFeather);
   EXPECT_EQ(blend_method_named(name_of(BlendMethod::kMultiBand)), BlendMethod::kMultiBand);
   EXPECT_THROW(blend_method_named("none"), UsageError);

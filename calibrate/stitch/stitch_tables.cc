@@ -13,7 +13,7 @@
 namespace raywalk::calibrate {
 namespace {
 
-// Cubics read two pixels on, and the outermost pixel of an image circle is dim.
+// Cubics read two pixels further, and the outermost pixel of an image circle is dim.
 constexpr double kRim_px = 3.0;
 constexpr int kRowsAtOnce = 16;
 
@@ -31,10 +31,10 @@ class TableBuilder {
         back_(back_view(camera, options.seam_distance_m)),
         balance_(balance),
         blend_rad_(radians_from_degrees(options.blend_deg)),
-        // A multi-band blender's coarse bands reach as far beyond the ramp again.
+        // The coarse bands of multi-band blending extend half a ramp beyond the ramp on each side.
         reach_rad_(options.blend == BlendMethod::kFeather ? 0.5 * blend_rad_ : blend_rad_) {}
 
-  // Fills a row of the tables' pictures; returns how many pixels neither lens sees.
+  // Fills a row of the tables' pictures; returns the number of pixels seen by neither lens.
   int fill_row(int row, StitchTables* tables, RowTables* in_row) const {
     auto* region = tables->region.ptr<unsigned char>(row);
     auto* weight = tables->front_weight.ptr<float>(row);
@@ -55,8 +55,8 @@ class TableBuilder {
   }
 
  private:
-  // Half the difference of the margins is the angle from the seam, half their sum the angle that
-  // the lenses' overlap reaches from it.
+  // Half the difference of the margins is the angle from the seam; half their sum is the half
+  // width of the overlap.
   unsigned char region_of(const std::optional<LensImage>& in_front,
                           const std::optional<LensImage>& in_back, float* front_weight) const {
     *front_weight = in_front ? 1.0F : 0.0F;
@@ -126,7 +126,7 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
       unseen[at] = builder.fill_row(row, &tables, &rows[at]);
     }
   });
-  // By solid angle: rows near the poles count less.
+  // Weighted by solid angle.
   double unseen_share = 0.0;
   for (int row = 0; row < size.height; ++row) {
     const double phi = angles_from_pixel({0.0, static_cast<double>(row)}, size).phi_rad;
@@ -136,7 +136,7 @@ StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize si
   if (unseen_share > 0.0) {
     throw Error(
         fmt::format("the two lenses leave a gap of {:.2g} % of all directions between "
-                    "them; give both a largest_angle_deg that reaches the other's view",
+                    "them; increase largest_angle_deg of both until they overlap",
                     100.0 * unseen_share));
   }
   tables.front = joined(&rows, &RowTables::front);

@@ -1,4 +1,4 @@
-// Which pixel of which lens's picture every pixel of a panorama is read from.
+// Lookup tables of stitching: the lens and the source position of every pixel of a panorama.
 #pragma once
 
 #include <cstddef>
@@ -18,23 +18,23 @@ enum class BlendMethod {
   kFeather,    // one linear ramp: faster
 };
 
-// Wide enough to hide what balancing leaves, narrow enough that what both lenses see at different
-// places (they stand apart) shows twice in little of the picture.
+// Wide enough to hide residual differences in brightness, narrow enough to limit ghosting by the
+// parallax between the lenses.
 inline constexpr double kDefaultBlend_deg = 2.0;
 
 struct StitcherOptions {
   BlendMethod blend = BlendMethod::kMultiBand;
   double blend_deg = kDefaultBlend_deg;  // above 0 and at most 30
-  // How far the scene is taken to be at; see StitchOptions.
+  // Assumed distance of the scene; see StitchOptions.
   double seam_distance_m = std::numeric_limits<double>::infinity();
 };
 
-// Neighbouring pixels of a panorama's row that are read from one lens.
+// Consecutive pixels of a panorama's row that are read from one lens.
 struct SampleRun {
   int row = 0;
   int column = 0;
   int count = 0;
-  std::size_t first = 0;  // into LensSamples::samples
+  std::size_t first = 0;  // index into LensSamples::samples
 };
 
 struct LensSamples {
@@ -55,8 +55,8 @@ struct StitchTables {
   cv::Mat front_weight{};  // CV_32FC1, 0..1: a ramp across the seam; 0.5 on it
 };
 
-// The seam runs where both lenses see as far from their rims. Throws Error where directions are
-// left that neither lens sees.
+// The seam is at equal angles from the rims of both lenses. Throws Error if some direction is seen
+// by neither lens.
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
                                 const StitcherOptions& options, const LensBalance& balance);
 

@@ -12,7 +12,7 @@
 
 namespace raywalk::calibrate {
 
-// Lenses that are neither equidistant nor centred, the back one turned a little, 194 degrees each.
+// Lenses that are neither equidistant nor centred, the back one rotated a little, 194 degrees each.
 inline DualFisheyeCamera test_camera(int height_px, double lens_distance_m) {
   DualFisheyeCamera camera;
   camera.picture = {2 * height_px, height_px};

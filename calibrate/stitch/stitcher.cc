@@ -14,8 +14,8 @@ namespace {
 constexpr int kSmallestWidth_px = 64;
 constexpr int kLargestWidth_px = 32768;
 constexpr double kWidestBlend_deg = 30.0;
-// What a panorama may be coarser than the frames before edges get jagged. Along their rims
-// equidistant frames are pi / 2 times as fine as in their middle anyway.
+// Largest ratio of the frames' resolution to the panorama's without aliasing. At the rim,
+// equidistant frames are pi / 2 times as fine as in the middle anyway.
 constexpr double kMostMinification = 1.25;
 
 double native_width(const DualFisheyeCamera& camera) {
@@ -39,8 +39,8 @@ const StitcherOptions& checked(const StitcherOptions& options) {
   }
   if (!(options.seam_distance_m > 0.0)) {
     throw UsageError(
-        fmt::format("the seam cannot be made for a distance of {:g} m; give more than "
-                    "0, or leave it out for infinity",
+        fmt::format("the seam distance is {:g} m; give more than 0, or leave it out for "
+                    "infinity",
                     options.seam_distance_m));
   }
   return options;
@@ -50,13 +50,13 @@ PanoramaSize scaled(PanoramaSize size, int factor) {
   return {factor * size.width, factor * size.height};
 }
 
-// With the border that cubics read, and a fourth channel so that a pixel is one machine word.
+// With the border that cubics read, and a fourth channel so that a pixel has 32 bits.
 cv::Mat padded(const cv::Mat& picture) {
   constexpr int kBorder = kFisheyeBorder;
   cv::Mat bordered(picture.rows + 2 * kBorder, picture.cols + 2 * kBorder, CV_8UC4);
   cv::Mat inner = bordered(cv::Rect({kBorder, kBorder}, picture.size()));
   cv::cvtColor(picture, inner, cv::COLOR_BGR2BGRA);
-  // Writes the border alone, as its source lies in the middle of its result already.
+  // Writes only the border, as the source is already in the middle of the result.
   cv::copyMakeBorder(inner, bordered, kBorder, kBorder, kBorder, kBorder,
                      cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
   return bordered;

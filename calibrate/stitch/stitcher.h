@@ -1,4 +1,4 @@
-// Turns the frames of one dual-fisheye camera into panoramas.
+// Stitches the frames of one dual-fisheye camera to panoramas.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -11,13 +11,13 @@
 
 namespace raywalk::calibrate {
 
-// The width at which a panorama's pixels are as large as those in the middle of the camera's
-// pictures, 2 pi focal lengths, rounded to a multiple of 16.
+// The width at which a panorama has the resolution of the camera's pictures at the lens axis, 2 pi
+// focal lengths, rounded to a multiple of 16.
 int default_panorama_width(const DualFisheyeCamera& camera);
 
-// Built once for all frames of a camera: its tables take a second or so. A panorama coarser than
-// the frames is stitched at a multiple of its size and averaged down, so that it has no jagged
-// edges. Safe to use from several threads at once; one frame keeps one thread busy.
+// Construct once for all frames of a camera: its tables take about a second. A panorama coarser
+// than the frames is stitched at a multiple of its size and averaged down to avoid aliasing.
+// Thread-safe; each frame is stitched by one thread.
 class Stitcher {
  public:
   // `width` of the panoramas is even, 64 to 32768. Throws UsageError for width and options out of
@@ -26,7 +26,7 @@ class Stitcher {
            const LensBalance& balance);
 
   PanoramaSize size() const { return size_; }
-  // Of the picture that is worked on.
+  // Number of pixels of the tables, before averaging down.
   double table_pixels() const {
     return static_cast<double>(tables_.size.width) * tables_.size.height;
   }

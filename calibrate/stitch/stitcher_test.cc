@@ -30,8 +30,7 @@ const cv::Mat& truth() {
   return panorama;
 }
 
-// What reading a picture between its pixels costs by itself: a panorama taken with the camera
-// turned, and turned back.
+// The PSNR of resampling alone: a panorama of the rotated camera, rotated back.
 double resampling_psnr_db() {
   const Eigen::Matrix3d turned = world_from_camera({0.7, 0.4, -0.2});
   const Eigen::Matrix3d pose = world_from_camera(kTestPose.attitude);
@@ -41,7 +40,7 @@ double resampling_psnr_db() {
 
 DualFisheyeCamera grey_camera() { return test_camera(200, 0.0); }
 
-// One level in the front lens's half of the picture, another in the back's.
+// One level in the front lens's half of the picture, another in the back lens's.
 cv::Mat two_levels(PanoramaSize picture, int front, int back) {
   cv::Mat frame(picture.height, picture.width, CV_8UC3, cv::Scalar::all(front));
   frame(cv::Rect(picture.width / 2, 0, picture.width / 2, picture.height)).setTo(back);
@@ -74,9 +73,9 @@ TEST(StitcherTest, AgreesWithTheRoomAsWellAsResamplingAllows) {
   }
 }
 
-// Lenses that stand 10 mm apart see what is near at different places. Taking the scene to be at the
-// room's typical distance makes up for most of that.
-TEST(StitcherTest, LensesApartCostLessWhereTheSceneIsTakenToBeNear) {
+// Lenses 10 mm apart image near objects at different places. A seam distance at the room's typical
+// distance corrects most of that.
+TEST(StitcherTest, SeamDistanceReducesParallaxErrors) {
   const DualFisheyeCamera camera = test_camera(kHeight, 0.01);
   const cv::Mat frame = frame_of(camera), seam = near_seam(kSize, 4.0);
   const cv::Mat far = Stitcher(camera, kWidth, {.seam_distance_m = kInfinity}, {}).stitch(frame);
@@ -86,7 +85,7 @@ TEST(StitcherTest, LensesApartCostLessWhereTheSceneIsTakenToBeNear) {
   EXPECT_GT(psnr_db(far, truth(), seam), 30.0);
 }
 
-// Half the width: edges stay smooth, as all of the frame's pixels count.
+// At half the width edges stay smooth, as all of the frame's pixels are averaged.
 TEST(StitcherTest, CoarsePanoramaIsAveragedDown) {
   const DualFisheyeCamera camera = test_camera(kHeight, 0.0);
   const cv::Mat frame = frame_of(camera);
@@ -96,7 +95,7 @@ TEST(StitcherTest, CoarsePanoramaIsAveragedDown) {
   EXPECT_GT(psnr_db(coarse, averaged), 40.0);
 }
 
-TEST(StitcherTest, TwoPicturesGiveWhatTheirHalvesInOneDo) {
+TEST(StitcherTest, TwoFilesGiveTheSamePanoramaAsOne) {
   DualFisheyeCamera camera = test_camera(kHeight, 0.0);
   const cv::Mat both = frame_of(camera);
   const cv::Mat joined = Stitcher(camera, kWidth, {}, {}).stitch(both);
@@ -111,7 +110,7 @@ TEST(StitcherTest, TwoPicturesGiveWhatTheirHalvesInOneDo) {
 }
 
 // Light times 1.3 in the back lens, and falling off in both.
-TEST(StitcherTest, BalanceUndoesGainAndFalloff) {
+TEST(StitcherTest, BalanceCorrectsGainAndFalloff) {
   const DualFisheyeCamera camera = grey_camera();
   const LensBalance balance{{1.3, 1.3, 1.3}, 0.0, 0.0};
   // 1.3 times the light of level 120 is 135.5 (core/panorama/srgb.h).
@@ -164,7 +163,7 @@ TEST(StitcherTest, GapBetweenTheLensesIsAnError) {
   }
 }
 
-TEST(StitcherTest, UnequalLensesMeetWhereBothReach) {
+TEST(StitcherTest, SeamOfUnequalLensesIsWhereBothReach) {
   DualFisheyeCamera camera = grey_camera();
   camera.layout.back.largest_angle_rad = radians_from_degrees(86.0);
   const cv::Mat panorama =

@@ -16,7 +16,7 @@ void SystemClock::sleep(Duration duration) {
   if (duration <= Duration::zero()) return;
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(duration);
   const timespec wait{seconds.count(), (duration - seconds).count()};
-  // Unlike std::this_thread::sleep_for, nanosleep is not begun again when a signal ends it.
+  // Unlike std::this_thread::sleep_for, nanosleep is not resumed after a signal.
   nanosleep(&wait, nullptr);
 }
 

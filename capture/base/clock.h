@@ -1,4 +1,4 @@
-// The time a capture runs on, so that a test can run a thousand stations in seconds.
+// The clock of a capture. Tests replace it by a manual one and run a thousand stations in seconds.
 #pragma once
 
 #include <chrono>
@@ -23,12 +23,12 @@ class Clock {
 
   virtual SteadyTime now() const = 0;
   virtual WallTime wall_now() const = 0;
-  // Returns after the duration, or earlier where a signal arrives: whoever waits for long waits in
-  // short steps and looks at interrupt_requested() between them.
+  // Returns after the duration, or earlier if a signal arrives. Long waits are made of short ones,
+  // with a check of interrupt_requested() after each.
   virtual void sleep(Duration duration) = 0;
 };
 
-// What the wall clock showed, or will show, at a steady time, going by what both show now.
+// The wall-clock time at a steady time, from the present difference of the two clocks.
 WallTime wall_time_of(const Clock& clock, SteadyTime time);
 
 // The clocks of the machine.

@@ -1,4 +1,4 @@
-// What a device can do wrong, as an error that says what to do about it.
+// Errors of devices: the kind of the fault and a message that says what to do.
 #pragma once
 
 #include <string>
@@ -10,20 +10,20 @@ namespace raywalk::capture {
 
 enum class FaultKind {
   kNoContact,       // no answer, or only damaged ones, after every retry
-  kWrongDevice,     // answers, but not as the configuration says it would
+  kWrongDevice,     // answers, but is not the configured device
   kAlarm,           // the drive reports an alarm
-  kStall,           // told to move and does not
-  kFollowingError,  // is not where it should be on its way, or stopped short
-  kLimitSwitch,     // ran into a limit switch, or left the soft limits
+  kStall,           // commanded to move, but does not
+  kFollowingError,  // too far off its planned motion, or stopped short of the target
+  kLimitSwitch,     // reached a limit switch, or left the soft limits
   kTimeout,         // did not finish in time
   kBusy,            // the camera stays busy
-  kCardFull,        // no room for the next picture
-  kMissingPicture,  // fewer pictures than were asked for
-  kBadPicture,      // empty, cut short, of another size, or no picture at all
-  kExposure,        // exposure or white balance is not what was locked
+  kCardFull,        // no room for another picture on the camera's card
+  kMissingPicture,  // fewer pictures than requested
+  kBadPicture,      // empty, truncated, of another size, or not a picture
+  kExposure,        // exposure or white balance differs from the locked values
 };
 
-// The word that the session's database holds for it: "no-contact", "stall", ...
+// The name in the session's database: "no-contact", "stall", ...
 std::string_view name_of(FaultKind kind);
 
 // A device failed. The message is one line: what happened, and after a semicolon what to do next.
@@ -32,9 +32,9 @@ class DeviceFault : public Error {
   DeviceFault(FaultKind kind, const std::string& what) : Error(what), kind_(kind) {}
 
   FaultKind kind() const { return kind_; }
-  // Whether shooting the same station again may help: a picture that did not arrive whole. A
-  // slider's fault never is retried unseen: the operator looks first.
-  bool worth_another_shot() const {
+  // Whether shooting the same station again may help: only after an incomplete picture. Faults of
+  // the slider are never retried, since an operator has to look at the rail first.
+  bool is_retryable() const {
     return kind_ == FaultKind::kMissingPicture || kind_ == FaultKind::kBadPicture;
   }
 

@@ -1,4 +1,4 @@
-// A clock that stands still until someone sleeps on it: simulated time for tests and fakes.
+// Simulated time for tests and fakes: a clock that advances only by sleep().
 #pragma once
 
 #include <atomic>
@@ -7,8 +7,8 @@
 
 namespace raywalk::capture {
 
-// sleep() moves the time of every reader forward at once. The wall clock starts at
-// 2026-01-01T00:00:00Z and can be set, also backwards.
+// sleep() advances the clock for all threads at once. The wall clock starts at 2026-01-01T00:00:00Z
+// and can be shifted, also backwards.
 class ManualClock final : public Clock {
  public:
   SteadyTime now() const override { return SteadyTime{Duration{passed_ns_.load()}}; }
@@ -19,7 +19,7 @@ class ManualClock final : public Clock {
   void sleep(Duration duration) override {
     if (duration > Duration::zero()) passed_ns_ += duration.count();
   }
-  // Moves the wall clock alone, as an operator or a time server does.
+  // Shifts the wall clock alone, as an operator or a time server does.
   void shift_wall(Duration by) { wall_start_ns_ += by.count(); }
 
  private:

@@ -1,4 +1,4 @@
-// For tests: calls that have to end in a device's fault.
+// For tests: calls that must throw a DeviceFault.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 
 namespace raywalk::capture {
 
-// The fault that the call throws.
+// The fault that the call throws; a test failure if it throws none.
 template <typename Call>
 DeviceFault fault_of(const Call& call) {
   try {
@@ -22,7 +22,7 @@ DeviceFault fault_of(const Call& call) {
   return {FaultKind::kStall, ""};
 }
 
-// That it is of this kind, and its message one line with `words` in it that says what to do next.
+// Expects a fault of this kind, whose message is one line, contains `words` and says what to do.
 template <typename Call>
 void expect_fault(FaultKind kind, const std::string& words, const Call& call) {
   const DeviceFault fault = fault_of(call);

@@ -7,7 +7,8 @@ namespace {
 
 [[noreturn]] void refuse_film(const Camera& camera) {
   throw UsageError(camera.description() +
-                   " cannot be told to film; set run.mode to stations, or film with a gpio camera");
+                   " cannot film under the program's control; set run.mode to stations, or film "
+                   "with a gpio camera");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A 360-degree camera that takes a picture when told to.
+// Interface to a 360-degree camera that is triggered by the program.
 #pragma once
 
 #include <cstdint>
@@ -12,64 +12,64 @@
 
 namespace raywalk::capture {
 
-// What is locked for a session, so that all its pictures can be blended. Without values the camera
-// measures once, when it is prepared, and keeps what it found.
+// The exposure that is locked for a session, so that all its pictures can be blended. Values of 0
+// are measured once by the camera, when it is prepared.
 struct ExposureSettings {
   bool lock = true;
-  double shutter_s = 0.0;               // 0: as the camera measures
-  int iso = 0;                          // 0: as the camera measures
-  int white_balance_k = 0;              // 0: as the camera measures
-  std::vector<double> bracket_ev{0.0};  // one exposure per station each, relative to the above
+  double shutter_s = 0.0;               // 0: measured
+  int iso = 0;                          // 0: measured
+  int white_balance_k = 0;              // 0: measured
+  std::vector<double> bracket_ev{0.0};  // the exposures of a station, relative to the above
 };
 
-// What a camera says of itself; what it cannot tell is none.
+// The state that a camera reports; values that it does not report are none.
 struct CameraReport {
   std::string identity;                    // maker, model, serial number, firmware
   std::string state;                       // "idle", "busy", ...
   std::optional<double> clock_offset_s{};  // the camera's clock minus this machine's
-  std::string clock_source{};              // how it tells the time: "option dateTimeZone, +-0.5 s"
+  std::string clock_source{};              // source of the offset: "option dateTimeZone, +-0.5 s"
   std::optional<std::int64_t> free_bytes{};
   std::optional<int> pictures_left{};
   std::optional<double> battery_share{};  // 0 to 1
 };
 
-// One picture as the camera gave it: a whole JPEG or PNG file, checked for format, size and end.
+// One picture as sent by the camera: a complete JPEG or PNG file of checked format and size.
 struct Picture {
   std::string bytes;
   std::string extension;    // "jpg" or "png"
-  std::string camera_name;  // on the camera's card; empty where it has none
+  std::string camera_name;  // file name on the camera's card; empty if none
   PanoramaSize size{};
-  std::string exposure;  // settings read back for this picture, as JSON; empty where unknown
+  std::string exposure;  // settings read back for this picture, as JSON; empty if unknown
 };
 
 struct Shot {
-  std::vector<Picture> pictures;  // one per bracket exposure, in its order; none if they stay on
-                                  // the camera's card
+  std::vector<Picture> pictures;  // one per exposure of the bracket, in its order; empty if they
+                                  // stay on the camera's card
   WallTime triggered_at{};
-  WallTime exposed_at{};     // as near as the camera lets it be known
+  WallTime exposed_at{};     // as precisely as the camera reports it
   double exposing_ms = 0.0;  // from the trigger to the picture being ready
-  double transfer_ms = 0.0;  // fetching it
+  double transfer_ms = 0.0;  // transfer to this machine
 };
 
-// Calls throw DeviceFault; Interrupted where they wait.
+// Calls throw DeviceFault, and Interrupted while they wait.
 class Camera {
  public:
   virtual ~Camera() = default;
 
   virtual std::string description() const = 0;
-  // Moves and changes nothing.
+  // Changes nothing.
   virtual CameraReport report() = 0;
-  // Once before the first shot of a run: sets and locks exposure and white balance, reads them back
-  // and returns what holds, as JSON; empty where the camera cannot. `earlier` is what an earlier
-  // run of the same session returned (empty: none): it is set again rather than measured anew.
+  // Called once before the first shot of a run: sets and locks exposure and white balance, reads
+  // them back and returns them as JSON; empty if the camera cannot. `earlier` is the return value
+  // of an earlier run of the session (empty: none), whose values are set again instead of measured.
   virtual std::string prepare(const ExposureSettings& exposure, const std::string& earlier) = 0;
-  // Takes all exposures of one station. Nothing exposed before `settled_at` is returned.
+  // Takes all exposures of one station. Returns no picture exposed before `settled_at`.
   virtual Shot shoot(SteadyTime settled_at) = 0;
   // Start and end a film, for capture while the slider moves slowly. Throw UsageError for a camera
-  // that this program cannot have film.
+  // that cannot film under the program's control.
   virtual void start_film();
   virtual void stop_film();
-  // Whether pictures stay on the camera's card, to be imported later.
+  // Whether pictures stay on the camera's card and are imported later.
   virtual bool keeps_pictures() const { return false; }
 };
 

@@ -1,12 +1,58 @@
-// What a user says of the camera. configs/capture-*.yaml explain every key.
+// The camera section of a configuration. configs/capture-*.yaml explain every key.
 #pragma once
 
+#include <array>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "capture/camera/camera.h"
 #include "capture/trigger/trigger_config.h"
 
 namespace raywalk::capture {
+
+// How the camera is driven: over Open Spherical Camera (HTTP), as a Video4Linux2 device, or by its
+// shutter line.
+enum class CameraKind { kOsc, kV4l2, kGpio };
+inline constexpr std::array kCameraKinds{CameraKind::kOsc, CameraKind::kV4l2, CameraKind::kGpio};
+
+// 2:1 equirectangular, or two fisheye circles side by side.
+enum class FrameKind { kPanorama, kDualFisheye };
+inline constexpr std::array kFrameKinds{FrameKind::kPanorama, FrameKind::kDualFisheye};
+
+enum class PixelFormat { kMjpg, kYuyv };
+inline constexpr std::array kPixelFormats{PixelFormat::kMjpg, PixelFormat::kYuyv};
+
+// The words of the configuration file; the session's database holds those of camera and frames.
+constexpr std::string_view name_of(CameraKind kind) {
+  switch (kind) {
+    case CameraKind::kOsc:
+      return "osc";
+    case CameraKind::kV4l2:
+      return "v4l2";
+    case CameraKind::kGpio:
+      return "gpio";
+  }
+  throw std::logic_error("unknown kind of camera");
+}
+constexpr std::string_view name_of(FrameKind frames) {
+  switch (frames) {
+    case FrameKind::kPanorama:
+      return "panorama";
+    case FrameKind::kDualFisheye:
+      return "dual-fisheye";
+  }
+  throw std::logic_error("unknown kind of frames");
+}
+constexpr std::string_view name_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kMjpg:
+      return "mjpg";
+    case PixelFormat::kYuyv:
+      return "yuyv";
+  }
+  throw std::logic_error("unknown pixel format");
+}
 
 struct OscConfig {
   std::string url;  // "http://192.168.1.1"
@@ -16,18 +62,18 @@ struct OscConfig {
 };
 
 struct V4l2Config {
-  std::string device;                 // "/dev/v4l/by-id/..."
-  std::string pixel_format = "mjpg";  // "mjpg" or "yuyv"
+  std::string device;  // "/dev/v4l/by-id/..."
+  PixelFormat pixel_format = PixelFormat::kMjpg;
   double frame_timeout_ms = 3000.0;
-  double exposure_ms =
-      40.0;               // a frame stamped less than this after the carriage settled is dropped
+  // A frame stamped less than this after the carriage settled is dropped.
+  double exposure_ms = 40.0;
   int jpeg_quality = 95;  // of frames that arrive as yuyv
 };
 
 struct CameraConfig {
-  std::string kind = "osc";         // "osc", "v4l2" or "gpio"
-  std::string frames = "panorama";  // "panorama" (2:1 equirectangular) or "dual-fisheye"
-  int width_px = 0;                 // of a frame; 0: take what comes, and hold the rest to it
+  CameraKind kind = CameraKind::kOsc;
+  FrameKind frames = FrameKind::kPanorama;
+  int width_px = 0;  // of a frame; 0: the size of the first frame holds for the rest
   int height_px = 0;
   ExposureSettings exposure{};
   OscConfig osc{};

@@ -27,7 +27,7 @@ std::string start_of(const std::string& bytes) {
   return start;
 }
 
-// What servers send when they have no picture.
+// Error pages and messages that servers send instead of a picture.
 void refuse_text(const std::string& bytes, const std::string& source) {
   const std::string start = start_of(bytes);
   if (start.starts_with("<!doctype") || start.starts_with("<html") || start.starts_with("<?xml")) {
@@ -36,7 +36,7 @@ void refuse_text(const std::string& bytes, const std::string& source) {
   }
   if (start.starts_with("{") || start.starts_with("[")) {
     refuse(source + ": a message instead of a picture: " + excerpt(bytes) +
-           "; switch the camera off and on if it stays so");
+           "; if this persists, switch the camera off and on");
   }
 }
 
@@ -60,7 +60,7 @@ CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
   const std::optional<ImageHeader> header = header_of(data, source);
   if (!header || !is_complete_image(data, header->format)) {
     refuse(
-        fmt::format("{}: the picture is cut short after {} bytes; check the camera's card and "
+        fmt::format("{}: the picture is truncated after {} bytes; check the camera's card and "
                     "its connection",
                     source, bytes.size()));
   }

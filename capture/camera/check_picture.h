@@ -1,4 +1,4 @@
-// Whether what a camera sent is a picture.
+// Checks that the bytes sent by a camera are a complete picture.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@ struct CheckedPicture {
   PanoramaSize size{};
 };
 
-// What a whole JPEG or PNG file is. Throws DeviceFault kBadPicture naming
-// `source`: empty, a web page, another format, cut short, or not of the size `expected` (0 x 0
-// accepts any).
+// Format and size of a complete JPEG or PNG file. Throws DeviceFault kBadPicture, naming `source`,
+// if it is empty, a web page, of another format, truncated, or not of the size `expected` (0 x 0:
+// any).
 CheckedPicture check_picture(const std::string& bytes, PanoramaSize expected,
                              const std::string& source);
 

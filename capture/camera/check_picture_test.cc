@@ -20,7 +20,7 @@ std::string encoded(const std::string& extension, int width, int height) {
   return {bytes.begin(), bytes.end()};
 }
 
-// What is said of bytes that are no picture.
+// The error message for bytes that are not a picture.
 std::string refusal_of(const std::string& bytes, PanoramaSize expected = {}) {
   try {
     check_picture(bytes, expected, "camera, R0010001.JPG");
@@ -43,7 +43,7 @@ TEST(CheckPicture, TellsFormatAndSizeOfAWholePicture) {
   EXPECT_EQ(png.size, (PanoramaSize{48, 24}));
 }
 
-TEST(CheckPicture, SaysWhatCameInstead) {
+TEST(CheckPicture, NamesWhatWasSentInstead) {
   EXPECT_THAT(refusal_of(""), HasSubstr("empty"));
   EXPECT_THAT(refusal_of("<!DOCTYPE html><html></html>"), HasSubstr("web page"));
   EXPECT_THAT(refusal_of("\n  <HTML>\n<body>Log in</body></HTML>"), HasSubstr("web page"));
@@ -57,7 +57,7 @@ TEST(CheckPicture, NoPrefixOfAPictureIsAccepted) {
   for (const std::string extension : {".jpg", ".png"}) {
     const std::string whole = encoded(extension, 64, 32);
     for (std::size_t length = 1; length < whole.size(); ++length) {
-      ASSERT_THAT(refusal_of(whole.substr(0, length)), HasSubstr("cut short"));
+      ASSERT_THAT(refusal_of(whole.substr(0, length)), HasSubstr("truncated"));
     }
   }
 }

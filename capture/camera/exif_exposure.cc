@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kLargestExifIso = 65535.0;  // the tag is a SHORT
 
-// Exiv2 warns on stderr of what it finds odd in makers' notes, which are not read here.
+// Exiv2 prints warnings about makers' notes to stderr; they are not read here.
 void silence_exiv2() { Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute); }
 
 double number_of(const Exiv2::ExifData& exif, const char* key) {

@@ -1,4 +1,4 @@
-// What a picture's own Exif data say of its exposure.
+// The exposure of a picture from its Exif data.
 #pragma once
 
 #include <optional>
@@ -12,9 +12,8 @@ struct ExifExposure {
 };
 
 // From the tags ExposureTime and PhotographicSensitivity (Exif 2.32, CIPA DC-008, called
-// ISOSpeedRatings before) of a JPEG file; none where one is missing, not positive, or the bytes
-// hold no readable Exif data. Not for several threads at once: Exiv2 sets itself up at its first
-// use.
+// ISOSpeedRatings before) of a JPEG file; none if one is missing or not positive, or the bytes hold
+// no readable Exif data. Not thread-safe: Exiv2 initializes itself at its first use.
 std::optional<ExifExposure> exif_exposure(const std::string& jpeg);
 
 }  // namespace raywalk::capture

@@ -29,7 +29,7 @@ TEST(ExifExposure, IsReadBackFromFastToSlow) {
   }
 }
 
-TEST(ExifExposure, IsNoneWhereThePictureDoesNotTell) {
+TEST(ExifExposure, IsNoneIfTheTagsAreMissing) {
   EXPECT_FALSE(exif_exposure(plain_jpeg()));
   EXPECT_FALSE(exif_exposure(""));
   EXPECT_FALSE(exif_exposure("<html></html>"));

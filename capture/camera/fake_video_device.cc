@@ -3,8 +3,10 @@
 #include <linux/v4l2-controls.h>
 
 #include <algorithm>
+#include <array>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "capture/base/device_fault.h"
@@ -13,29 +15,30 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr int kMostFrames = 1000000;
+constexpr int kMaxFrames = 1000000;
 
 SettingsSchema schema_of(FakeVideoSettings* settings) {
   SettingsSchema schema;
   schema.integer("width_px", &settings->width_px, 2, 16384)
       .integer("height_px", &settings->height_px, 1, 8192)
       .boolean("any_size", &settings->any_size)
-      .choice("pixel_format", &settings->pixel_format, {"any", "mjpg", "yuyv"})
+      .choice("pixel_format", &settings->pixel_format,
+              std::array{OfferedPixels::kAny, OfferedPixels::kMjpg, OfferedPixels::kYuyv})
       .number("frames_per_second", &settings->frames_per_second, 0.01, 1000.0)
       .boolean("full_range", &settings->full_range)
       .integer("line_padding_bytes", &settings->line_padding_bytes, 0, 4096)
       .boolean("huffman_tables", &settings->huffman_tables)
-      .choice("stamps", &settings->stamps, {"monotonic", "unknown"})
+      .choice("stamps", &settings->stamps, std::array{StampClock::kMonotonic, StampClock::kUnknown})
       .boolean("controls", &settings->controls)
       .integer("sensor_exposure", &settings->sensor_exposure, 1, 10000)
       .integer("exposure_delay_frames", &settings->exposure_delay_frames, 0, 10)
       .text("refused_control", &settings->refused_control)
-      .integer("drift_after_frame", &settings->drift_after_frame, 0, kMostFrames)
-      .integer("damaged_every", &settings->damaged_every, 0, kMostFrames)
-      .integer("short_every", &settings->short_every, 0, kMostFrames)
-      .integer("empty_every", &settings->empty_every, 0, kMostFrames)
-      .integer("gone_after_frame", &settings->gone_after_frame, 0, kMostFrames)
-      .integer("silent_after_frame", &settings->silent_after_frame, 0, kMostFrames)
+      .integer("drift_after_frame", &settings->drift_after_frame, 0, kMaxFrames)
+      .integer("damaged_every", &settings->damaged_every, 0, kMaxFrames)
+      .integer("short_every", &settings->short_every, 0, kMaxFrames)
+      .integer("empty_every", &settings->empty_every, 0, kMaxFrames)
+      .integer("gone_after_frame", &settings->gone_after_frame, 0, kMaxFrames)
+      .integer("silent_after_frame", &settings->silent_after_frame, 0, kMaxFrames)
       .boolean("taken", &settings->taken);
   return schema;
 }
@@ -94,6 +97,22 @@ std::string yuyv_from_bgr(const cv::Mat& bgr, const VideoFormat& format) {
 
 }  // namespace
 
+std::string_view name_of(OfferedPixels pixels) {
+  switch (pixels) {
+    case OfferedPixels::kAny:
+      return "any";
+    case OfferedPixels::kMjpg:
+      return "mjpg";
+    case OfferedPixels::kYuyv:
+      return "yuyv";
+  }
+  throw std::logic_error("unknown pixels of a fake video device");
+}
+
+std::string_view name_of(StampClock clock) {
+  return clock == StampClock::kMonotonic ? "monotonic" : "unknown";
+}
+
 FakeVideoSettings parse_fake_video(std::string_view yaml) {
   FakeVideoSettings settings;
   schema_of(&settings).parse(yaml, "fake video");
@@ -122,9 +141,9 @@ PanoramaSize FakeVideoDevice::current_size() { return format_.size; }
 
 VideoFormat FakeVideoDevice::try_format(const std::string& pixels, PanoramaSize size) {
   VideoFormat format;
-  format.pixels = settings_.pixel_format == "any"    ? pixels
-                  : settings_.pixel_format == "mjpg" ? "MJPG"
-                                                     : "YUYV";
+  format.pixels = settings_.pixel_format == OfferedPixels::kAny    ? pixels
+                  : settings_.pixel_format == OfferedPixels::kMjpg ? "MJPG"
+                                                                   : "YUYV";
   format.size = settings_.any_size ? size : PanoramaSize{settings_.width_px, settings_.height_px};
   format.bytes_per_line = 2 * static_cast<std::size_t>(format.size.width) +
                           static_cast<std::size_t>(settings_.line_padding_bytes);
@@ -208,7 +227,7 @@ std::optional<VideoFrame> FakeVideoDevice::next_frame(Duration timeout) {
   }
   if (is_over(settings_.gone_after_frame, frames_) && queued_.empty()) {
     throw DeviceFault(FaultKind::kNoContact,
-                      "camera " + path() + " has gone; plug it in again and resume");
+                      "camera " + path() + " was unplugged; plug it in again and resume");
   }
   if (queued_.empty()) return std::nullopt;
   const Exposed exposed = queued_.front();
@@ -217,7 +236,7 @@ std::optional<VideoFrame> FakeVideoDevice::next_frame(Duration timeout) {
   return frame_of(exposed);
 }
 
-// A frame that finds no free buffer is lost, as it is with a real driver.
+// Without a free buffer a frame is lost, as with a real driver.
 void FakeVideoDevice::expose_until_now() {
   for (; next_exposed_ <= clock_->now(); next_exposed_ += period_) {
     const bool has_ended = is_over(settings_.silent_after_frame, frames_) ||
@@ -245,7 +264,7 @@ VideoFrame FakeVideoDevice::frame_of(const Exposed& exposed) {
   VideoFrame frame;
   frame.bytes = std::as_bytes(std::span(bytes_));
   frame.is_damaged = is_due(settings_.damaged_every, exposed.number);
-  if (settings_.stamps == "monotonic") frame.stamped_at = exposed.at;
+  if (settings_.stamps == StampClock::kMonotonic) frame.stamped_at = exposed.at;
   return frame;
 }
 

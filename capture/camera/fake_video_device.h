@@ -1,5 +1,5 @@
-// For tests: a video device that gives frames by a Clock, so that with a ManualClock nothing waits,
-// and whose faults are configured.
+// For tests: a video device with configured faults. Frames follow a Clock; with a ManualClock
+// nothing waits.
 #pragma once
 
 #include <deque>
@@ -14,40 +14,49 @@
 
 namespace raywalk::capture {
 
-// Read from YAML with keys of the same names. Frames are counted from 1; 0 is never.
+// kMjpg, kYuyv: any other format snaps to it.
+enum class OfferedPixels { kAny, kMjpg, kYuyv };
+// The clock that frames are stamped by: CLOCK_MONOTONIC, or none that the host knows.
+enum class StampClock { kMonotonic, kUnknown };
+
+// The words of the YAML.
+std::string_view name_of(OfferedPixels pixels);
+std::string_view name_of(StampClock clock);
+
+// Read from YAML with keys of the same names. Frames are counted from 1; 0 disables a fault.
 struct FakeVideoSettings {
   int width_px = 64;
   int height_px = 32;
-  bool any_size = true;              // else every other size snaps to width_px x height_px
-  std::string pixel_format = "any";  // "mjpg" or "yuyv": the other one snaps to it
+  bool any_size = true;  // else every other size snaps to width_px x height_px
+  OfferedPixels pixel_format = OfferedPixels::kAny;
   double frames_per_second = 25.0;
-  bool full_range = false;           // of YUYV
-  int line_padding_bytes = 0;        // of YUYV
-  bool huffman_tables = false;       // in MJPG frames
-  std::string stamps = "monotonic";  // "unknown": by no clock of ours
+  bool full_range = false;      // of YUYV
+  int line_padding_bytes = 0;   // of YUYV
+  bool huffman_tables = false;  // in MJPG frames
+  StampClock stamps = StampClock::kMonotonic;
 
   bool controls = true;           // exposure, gain and white balance
-  int sensor_exposure = 300;      // what the automatic measures, 0.1 ms
-  int exposure_delay_frames = 2;  // until a new exposure time is seen
-  std::string refused_control;    // by its name in name_of(VideoControl)
-  int drift_after_frame = 0;      // the exposure changes by itself then
+  int sensor_exposure = 300;      // measured by the automatic exposure, in 0.1 ms
+  int exposure_delay_frames = 2;  // until a new exposure time takes effect
+  std::string refused_control;    // as named by name_of(VideoControl)
+  int drift_after_frame = 0;      // the exposure changes after this frame
 
   int damaged_every = 0;       // with the driver's error flag
-  int short_every = 0;         // half of it, without the flag
+  int short_every = 0;         // truncated to half, without the flag
   int empty_every = 0;         // no bytes, without the flag
-  int gone_after_frame = 0;    // ENODEV then
-  int silent_after_frame = 0;  // no more frames then
-  bool taken = false;          // another program streams
+  int gone_after_frame = 0;    // ENODEV after this frame
+  int silent_after_frame = 0;  // no more frames after this one
+  bool taken = false;          // another program streams from it
 };
 
 // Throws UsageError as SettingsSchema does.
 FakeVideoSettings parse_fake_video(std::string_view yaml);
 
-// What the camera sees: BGR in CV_8UC3 of the size, exposed until a moment for a time of so many
-// 0.1 ms.
+// The scene: a BGR picture (CV_8UC3) of the given size, exposed until the time `exposed` for
+// `exposure_100us` times 0.1 ms.
 using FakeScene = std::function<cv::Mat(SteadyTime exposed, int exposure_100us, PanoramaSize size)>;
 
-// Frames are grey, darker the shorter the exposure, unless there is a scene.
+// Without a scene, frames are grey and proportional in brightness to the exposure time.
 class FakeVideoDevice final : public VideoDevice {
  public:
   FakeVideoDevice(FakeVideoSettings settings, Clock* clock, FakeScene scene = {});
@@ -83,12 +92,12 @@ class FakeVideoDevice final : public VideoDevice {
   std::map<VideoControl, int> controls_;
   Duration period_{};
   SteadyTime next_exposed_{};
-  int frames_ = 0;  // given to a buffer so far
+  int frames_ = 0;  // number of frames exposed into a buffer
   int free_buffers_ = 0;
   bool lends_ = false;
   std::deque<Exposed> queued_;
-  std::deque<int> exposures_;  // of the next frames, while a change is on its way
-  std::string bytes_;          // of the frame last given
+  std::deque<int> exposures_;  // of the next frames, while a change is pending
+  std::string bytes_;          // of the frame returned last
 };
 
 }  // namespace raywalk::capture

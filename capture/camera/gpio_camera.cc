@@ -25,7 +25,7 @@ CameraReport GpioCamera::report() {
 std::string GpioCamera::prepare(const ExposureSettings& exposure, const std::string& /*earlier*/) {
   if (exposure.shutter_s != 0.0 || exposure.iso != 0 || exposure.white_balance_k != 0) {
     throw UsageError(
-        "a gpio camera cannot be told its exposure; lock it on the camera and leave "
+        "the exposure of a gpio camera cannot be set; lock it on the camera and leave "
         "camera.exposure.shutter_s, iso and white_balance_k at 0");
   }
   presses_ = press_per_exposure_ ? std::max<std::size_t>(exposure.bracket_ev.size(), 1) : 1;

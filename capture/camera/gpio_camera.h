@@ -1,5 +1,4 @@
-// A camera behind a shutter line: it is told when, and nothing else. Its pictures stay on its card
-// and are imported later.
+// A camera triggered by a shutter line. Its pictures stay on its card and are imported later.
 #pragma once
 
 #include <memory>
@@ -12,24 +11,24 @@
 
 namespace raywalk::capture {
 
-// Exposure and white balance are locked on the camera itself, before the session. Bracketed
-// exposures too are the camera's: it takes one of them at each press, so a station is as many
-// presses as exposures, or all at one press (TriggerConfig::press_per_exposure).
+// Exposure, white balance and bracketing are set on the camera itself, before the session. A camera
+// that brackets takes one exposure at each press, or all at one press
+// (TriggerConfig::press_per_exposure).
 class GpioCamera final : public Camera {
  public:
-  // Throws what Shutter's constructor does.
+  // Throws as Shutter's constructor does.
   GpioCamera(const TriggerConfig& config, std::unique_ptr<GpioChip> chip, Clock* clock);
 
   std::string description() const override;
   // State from the busy line: "idle", "busy", or "unknown" without one.
   CameraReport report() override;
-  // Empty: nothing can be set or read back. Throws UsageError where shutter time, ISO or white
-  // balance are asked for.
+  // Returns an empty text: nothing can be set or read back. Throws UsageError if shutter time, ISO
+  // or white balance are given.
   std::string prepare(const ExposureSettings& exposure, const std::string& earlier) override;
   // exposed_at is when the camera became busy with the first exposure; without a busy line, when
-  // it was pressed.
+  // the shutter was pressed.
   Shot shoot(SteadyTime settled_at) override;
-  // A press each, for a camera switched to film.
+  // One press each, for a camera that is set to film.
   void start_film() override;
   void stop_film() override;
   bool keeps_pictures() const override { return true; }

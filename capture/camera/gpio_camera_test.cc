@@ -61,7 +61,7 @@ TEST(GpioCamera, BracketIsAPressPerExposure) {
   EXPECT_EQ(rig.gpio.presses(), 6);
 }
 
-TEST(GpioCamera, BracketIsOnePressWhereTheCameraTakesAllByItself) {
+TEST(GpioCamera, BracketIsOnePressIfTheCameraTakesAll) {
   TriggerConfig config = wired();
   config.press_per_exposure = false;
   Rig rig("{}", config);
@@ -70,7 +70,7 @@ TEST(GpioCamera, BracketIsOnePressWhereTheCameraTakesAllByItself) {
   EXPECT_EQ(rig.gpio.presses(), 1);
 }
 
-TEST(GpioCamera, CannotBeToldAnExposure) {
+TEST(GpioCamera, RefusesExposureSettings) {
   Rig rig("{}");
   ExposureSettings settings;
   settings.shutter_s = 0.01;
@@ -95,7 +95,7 @@ TEST(GpioCamera, ReportsItsStateFromTheBusyLine) {
 
 TEST(GpioCamera, MissedPictureIsWorthAnotherShot) {
   Rig rig("{camera: never-busy, bad_press: 1}");
-  EXPECT_TRUE(fault_of([&] { rig.camera.shoot(rig.clock.now()); }).worth_another_shot());
+  EXPECT_TRUE(fault_of([&] { rig.camera.shoot(rig.clock.now()); }).is_retryable());
   EXPECT_NO_THROW(rig.camera.shoot(rig.clock.now()));
 }
 

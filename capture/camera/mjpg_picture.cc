@@ -48,7 +48,7 @@ constexpr std::array<std::uint8_t, 420> kStandardTables = {
     0xE8, 0xE9, 0xEA, 0xF2, 0xF3, 0xF4, 0xF5, 0xF6, 0xF7, 0xF8, 0xF9, 0xFA};
 
 struct FirstScan {
-  std::size_t offset = 0;  // of its marker
+  std::size_t offset = 0;  // of the marker of the first scan
   bool has_tables = false;
 };
 
@@ -65,7 +65,7 @@ std::optional<FirstScan> find_first_scan(std::span<const std::byte> frame) {
       continue;
     }
     if (marker == kHuffmanTables) scan.has_tables = true;
-    // The length counts its own two bytes, but not the marker's.
+    // The length includes its own two bytes, but not those of the marker.
     const std::size_t length = std::size_t{256} * byte(scan.offset + 2) + byte(scan.offset + 3);
     if (length < 2) return std::nullopt;
     scan.offset += 2 + length;

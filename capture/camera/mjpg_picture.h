@@ -8,10 +8,10 @@
 
 namespace raywalk::capture {
 
-// The frame as a JPEG file that every decoder reads. Motion-JPEG may leave out the Huffman tables
-// (the AVI1 convention, which the USB video class follows): then the standard ones of ITU-T T.81
-// annex K.3, which such a frame is coded with, are put before its first scan. None where the
-// markers up to there are not those of a JPEG.
+// The frame as a JPEG file that every decoder reads. Motion-JPEG may omit the Huffman tables (the
+// AVI1 convention, followed by the USB video class) and then uses the standard tables of ITU-T T.81
+// annex K.3; these are inserted before the first scan. None if the markers up to the first scan are
+// not those of a JPEG.
 std::optional<std::string> jpeg_from_mjpg(std::span<const std::byte> frame);
 
 }  // namespace raywalk::capture

@@ -13,7 +13,7 @@ std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));
 }
 
-// Every code of the tables is used by noise.
+// Noise uses every code of the tables.
 cv::Mat noise(int width, int height) {
   cv::Mat picture(height, width, CV_8UC3);
   cv::RNG random(7);
@@ -21,7 +21,7 @@ cv::Mat noise(int width, int height) {
   return picture;
 }
 
-// libjpeg codes with the standard tables unless told to optimise.
+// libjpeg uses the standard tables unless it optimizes them.
 std::string jpeg_of(const cv::Mat& picture, int optimise = 0) {
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", picture, bytes,
@@ -64,7 +64,7 @@ cv::Mat decoded(const std::string& file) {
   return cv::imdecode(std::vector<unsigned char>(file.begin(), file.end()), cv::IMREAD_COLOR);
 }
 
-TEST(MjpgPicture, PutsTheStandardTablesWhereTheyAreMissing) {
+TEST(MjpgPicture, InsertsMissingStandardTables) {
   const std::string file = jpeg_of(noise(160, 80));
   const std::string frame = without_tables(file);
   ASSERT_LT(frame.size(), file.size());
@@ -79,7 +79,7 @@ TEST(MjpgPicture, KeepsAFrameWithItsOwnTables) {
   EXPECT_EQ(jpeg_from_mjpg(bytes_of(file)), file);
 }
 
-TEST(MjpgPicture, PassesOverFillBytesBeforeMarkers) {
+TEST(MjpgPicture, SkipsFillBytesBeforeMarkers) {
   const std::string file = jpeg_of(noise(32, 16));
   std::string padded = file;
   padded.insert(2, "\xFF\xFF\xFF");
@@ -91,7 +91,7 @@ TEST(MjpgPicture, PassesOverFillBytesBeforeMarkers) {
   EXPECT_EQ(cv::norm(decoded(*made), decoded(file), cv::NORM_INF), 0.0);
 }
 
-TEST(MjpgPicture, RefusesEveryBeginningThatHasNoScan) {
+TEST(MjpgPicture, RefusesEveryPrefixWithoutAScan) {
   const std::string frame = without_tables(jpeg_of(noise(32, 16)));
   std::size_t scan = frame.find("\xFF\xDA");
   for (std::size_t size = 0; size < scan; ++size) {

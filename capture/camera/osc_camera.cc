@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/check_picture.h"
@@ -36,13 +37,13 @@ std::string in_parentheses(const OscRefusal& refusal) {
   return fmt::format(" ({}: {})", refusal.code(), refusal.what());
 }
 
-// A refusal that waiting does not help against.
+// A refusal that waiting does not resolve.
 DeviceFault fault_of(const OscRefusal& refusal, const std::string& url) {
-  return {
-      refusal.is_passing() ? FaultKind::kBusy : FaultKind::kWrongDevice,
-      fmt::format("{}: the camera refuses to work{}; see what it shows, and close other programs "
-                  "that use it",
-                  url, in_parentheses(refusal))};
+  return {refusal.is_temporary() ? FaultKind::kBusy : FaultKind::kWrongDevice,
+          fmt::format(
+              "{}: the camera refuses the command{}; check its display, and close other programs "
+              "that use it",
+              url, in_parentheses(refusal))};
 }
 
 // The last part of a file's address.
@@ -61,11 +62,20 @@ std::string shown_sizes(const Json& formats) {
 
 }  // namespace
 
+struct OscCamera::Options {
+  Json supported = Json::object();  // exposure_option_names()
+  Json lock;                        // at 0 EV; null without a lock
+  Json set = Json::object();        // the options set last
+};
+
 OscCamera::OscCamera(const CameraConfig& config, Clock& clock)
     : config_(config),
       clock_(clock),
       client_(config.osc, clock),
+      options_(std::make_unique<Options>()),
       frame_{config.width_px, config.height_px} {}
+
+OscCamera::~OscCamera() = default;
 
 std::string OscCamera::description() const { return "camera at " + client_.url(); }
 
@@ -83,8 +93,8 @@ CameraReport OscCamera::report() {
   const WallTime asked_at = clock_.wall_now();
   try {
     const Json options = client_.options(report_option_names());
-    const WallTime told_at = asked_at + (clock_.wall_now() - asked_at) / 2;
-    return osc_report(info, state, options, told_at, client_.header_clock_offset_s());
+    const WallTime options_at = asked_at + (clock_.wall_now() - asked_at) / 2;
+    return osc_report(info, state, options, options_at, client_.header_clock_offset_s());
   } catch (const OscRefusal& refusal) {
     CameraReport report =
         osc_report(info, state, Json::object(), asked_at, client_.header_clock_offset_s());
@@ -103,7 +113,7 @@ void OscCamera::set(const Json& options) {
       set_at_ = clock_.now();
       return;
     } catch (const OscRefusal& refusal) {
-      if (!refusal.is_passing()) {
+      if (!refusal.is_temporary()) {
         throw DeviceFault(FaultKind::kExposure,
                           fmt::format("{}: the camera refuses the settings {}{}; change "
                                       "camera.exposure or set its lock to false",
@@ -131,7 +141,7 @@ void OscCamera::choose_file_format() {
     throw DeviceFault(
         FaultKind::kWrongDevice,
         fmt::format(
-            "{}: the camera has no pictures of {}x{}, only of {}; change camera.width_px and "
+            "{}: the camera cannot take pictures of {}x{}, only of {}; change camera.width_px and "
             "camera.height_px",
             client_.url(), config_.width_px, config_.height_px, shown_sizes(*formats)));
   }
@@ -143,7 +153,7 @@ std::optional<ExifExposure> OscCamera::measured_exposure() {
   const std::string bytes = client_.fetch(take_picture().file);
   check_picture(bytes, frame_, client_.url());
   if (const auto exposure = exif_exposure(bytes)) return exposure;
-  // Ricoh's options are 0 while automatic; Insta360's tell the present values.
+  // Ricoh's options are 0 in automatic mode; Insta360's hold the current values.
   const Json options = client_.options({"shutterSpeed", "iso"});
   const double shutter_s = number_at(options, "shutterSpeed").value_or(0.0);
   const std::int64_t iso = count_at(options, "iso").value_or(0);
@@ -162,13 +172,13 @@ Json OscCamera::chosen_lock(const ExposureSettings& exposure) {
 
 std::string OscCamera::prepare(const ExposureSettings& exposure, const std::string& earlier) {
   exposure_ = exposure;
-  lock_ = nullptr;
-  set_ = Json::object();
+  options_->lock = nullptr;
+  options_->set = Json::object();
   client_.open_session();
   try {
     choose_file_format();
     if (!exposure.lock) {
-      supported_ = client_.options(exposure_option_names());
+      options_->supported = client_.options(exposure_option_names());
       return {};
     }
     const Json recorded = Json::parse(earlier, nullptr, false);
@@ -177,45 +187,45 @@ std::string OscCamera::prepare(const ExposureSettings& exposure, const std::stri
       throw DeviceFault(FaultKind::kExposure, "the session's record of the exposure is damaged: " +
                                                   excerpt(earlier) + "; start a new session");
     }
-    lock_ = earlier.empty() ? chosen_lock(exposure) : recorded;
-    set_ = lock_;
-    set(set_);
-    // Ricoh lists the shutter times and sensitivities of the present exposureProgram only.
-    supported_ = client_.options(exposure_option_names());
-    check_promise();
-    return lock_.dump();
+    options_->lock = earlier.empty() ? chosen_lock(exposure) : recorded;
+    options_->set = options_->lock;
+    set(options_->set);
+    // Ricoh lists the shutter times and sensitivities of the current exposureProgram only.
+    options_->supported = client_.options(exposure_option_names());
+    check_held_options();
+    return options_->lock.dump();
   } catch (const OscRefusal& refusal) {
     throw fault_of(refusal, client_.url());
   }
 }
 
 Json OscCamera::exposure_options(double ev) const {
-  if (!lock_.is_null()) return bracketed(lock_, ev, supported_);
+  if (!options_->lock.is_null()) return bracketed(options_->lock, ev, options_->supported);
   const bool single = exposure_.bracket_ev.size() < 2 && ev == 0.0;
   if (single) return Json::object();
-  return {{"exposureCompensation", nearest_compensation(supported_, ev)}};
+  return {{"exposureCompensation", nearest_compensation(options_->supported, ev)}};
 }
 
-// Reads back what was set.
-void OscCamera::check_promise() {
-  if (set_.empty()) return;
+// Reads back the options that were set.
+void OscCamera::check_held_options() {
+  if (options_->set.empty()) return;
   std::vector<std::string> names;
-  for (const auto& item : set_.items()) names.push_back(item.key());
-  const std::string broken = broken_promise(set_, client_.options(names));
+  for (const auto& item : options_->set.items()) names.push_back(item.key());
+  const std::string broken = first_difference(options_->set, client_.options(names));
   if (broken.empty()) return;
   throw DeviceFault(FaultKind::kExposure,
-                    fmt::format("{}: the camera does not keep its exposure: {}; see that nobody "
-                                "changes its settings, then run again",
+                    fmt::format("{}: the camera does not keep its exposure: {}; make sure that "
+                                "nobody changes its settings, then run again",
                                 client_.url(), broken));
 }
 
-void OscCamera::check_promise(const std::string& bytes) {
+void OscCamera::check_held_options(const std::string& bytes) {
   const auto taken = exif_exposure(bytes);
-  if (!taken || !set_.contains("shutterSpeed")) return;
-  const std::string broken = broken_promise(set_, *taken);
+  if (!taken || !options_->set.contains("shutterSpeed")) return;
+  const std::string broken = first_difference(options_->set, *taken);
   if (broken.empty()) return;
   throw DeviceFault(FaultKind::kExposure,
-                    fmt::format("{}: the picture is not exposed as it was set: {}; see that nobody "
+                    fmt::format("{}: the picture is not exposed as set: {}; make sure that nobody "
                                 "changes its settings, then run again",
                                 client_.url(), broken));
 }
@@ -236,9 +246,9 @@ Shot OscCamera::shoot(SteadyTime settled_at) {
 
 Picture OscCamera::expose(double ev, Shot* shot) {
   const Json wanted = exposure_options(ev);
-  if (wanted != set_) {
+  if (wanted != options_->set) {
     set(wanted);
-    set_ = wanted;
+    options_->set = wanted;
   }
   const Taken taken = take_picture();
   if (shot->pictures.empty()) shot->triggered_at = shot->exposed_at = taken.triggered_at;
@@ -253,14 +263,14 @@ Picture OscCamera::expose(double ev, Shot* shot) {
   frame_ = checked.size;
   picture.extension = checked.extension;
   picture.size = checked.size;
-  check_promise();
-  check_promise(picture.bytes);
+  check_held_options();
+  check_held_options(picture.bytes);
   picture.exposure = exposure_record(ev, picture.bytes);
   return picture;
 }
 
 std::string OscCamera::exposure_record(double ev, const std::string& bytes) const {
-  Json record = set_;
+  Json record = options_->set;
   if (const auto taken = exif_exposure(bytes); taken && !record.contains("shutterSpeed")) {
     record["shutterSpeed"] = taken->shutter_s;
     record["iso"] = taken->iso;
@@ -286,13 +296,13 @@ OscCamera::Taken OscCamera::take_picture() {
   }
 }
 
-// None if the camera refuses at the moment.
+// None if the camera refuses temporarily.
 std::optional<OscCommand> OscCamera::begin_picture(SteadyTime deadline) {
   try {
     return client_.begin_picture();
   } catch (const OscRefusal& refusal) {
     if (is_card_full()) throw_card_full();
-    if (!refusal.is_passing()) throw;
+    if (!refusal.is_temporary()) throw;
     if (clock_.now() >= deadline) {
       throw busy_fault(client_.url(), in_parentheses(refusal), config_.osc.picture_timeout_ms);
     }
@@ -326,21 +336,20 @@ std::string OscCamera::finished_file(OscCommand command, SteadyTime deadline) {
     sleep_poll();
     command = client_.status_of(command.id);
   }
-  std::string file = OscClient::file_in(command.results);
-  if (!file.empty()) return file;
+  if (!command.file.empty()) return command.file;
   if (is_card_full()) throw_card_full();
   throw DeviceFault(FaultKind::kMissingPicture,
                     client_.url() +
-                        ": the camera says that it is done but took no picture; see what "
-                        "it shows");
+                        ": the camera reports that it is done but took no picture; check "
+                        "its display");
 }
 
 bool OscCamera::is_card_full() {
   try {
     const Json state = client_.state();
-    return tells_full_card(state, client_.options({"remainingPictures"}));
+    return reports_full_card(state, client_.options({"remainingPictures"}));
   } catch (const OscRefusal&) {
-    return false;  // it is busy, and says so itself
+    return false;  // busy; the caller reports that
   }
 }
 

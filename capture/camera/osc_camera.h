@@ -1,7 +1,8 @@
-// A camera that speaks the Open Spherical Camera API over HTTP: Ricoh Theta, Insta360 and others.
+// A camera with the Open Spherical Camera API over HTTP: Ricoh Theta, Insta360 and others.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -11,34 +12,35 @@
 
 namespace raywalk::capture {
 
-// Pictures are fetched whole and checked, and stay on the camera's card as well. The file format is
-// set to the configured size where there is one; else the first picture's size holds for the rest.
+// Pictures are downloaded and checked; they also stay on the camera's card. The file format is set
+// to the configured size, if any; otherwise all pictures must have the size of the first one.
 //
-// Faults: kNoContact, kWrongDevice (something else answers there), kBusy (not done in time, or
-// taken by another program), kCardFull, kMissingPicture, kBadPicture, kExposure.
+// Faults: kNoContact, kWrongDevice (another device answers), kBusy (not done in time, or in use by
+// another program), kCardFull, kMissingPicture, kBadPicture, kExposure.
 //
-// A trigger whose answer is lost is not repeated here, for the camera may have taken the picture:
-// once the camera is idle this is kMissingPicture, the station is shot again, and the first
-// picture, if there is one, remains on the card.
+// A trigger whose reply is lost is not repeated, because the camera may have taken the picture:
+// once the camera is idle, kMissingPicture is thrown and the station is shot again. The first
+// picture, if any, remains on the card.
 class OscCamera final : public Camera {
  public:
-  // The clock must outlive the camera. Throws UsageError for an address that is none.
+  // The clock must outlive the camera. Throws UsageError for an invalid address.
   OscCamera(const CameraConfig& config, Clock& clock);
+  ~OscCamera() override;
 
   std::string description() const override;
-  // The state is "idle", "shooting" or "ready", and what the camera complains of: "idle,
-  // NO_MEMORY".
+  // The state is "idle", "shooting" or "ready", with the camera's errors: "idle, NO_MEMORY".
   CameraReport report() override;
-  // Without values the camera takes one picture in automatic mode, which stays on its card; its
-  // Exif data tell the exposure. The answer holds the options that were set, by their names in the
-  // API.
+  // For values that are not given, the camera takes one picture in automatic mode, which stays on
+  // its card, and the exposure is read from its Exif data. Returns the options that were set, by
+  // their names in the API.
   std::string prepare(const ExposureSettings& exposure, const std::string& earlier) override;
-  // exposed_at is the moment the first trigger was sent: the API does not tell it better.
+  // exposed_at is the time the first trigger was sent: the API reports no better one.
   Shot shoot(SteadyTime settled_at) override;
 
  private:
+  struct Options;
   struct Taken {
-    std::string file;  // as the API names it
+    std::string file;  // name in the API
     WallTime triggered_at{};
     double exposing_ms = 0.0;
   };
@@ -48,8 +50,8 @@ class OscCamera final : public Camera {
   nlohmann::json chosen_lock(const ExposureSettings& exposure);
   void set(const nlohmann::json& options);
   nlohmann::json exposure_options(double ev) const;
-  void check_promise();
-  void check_promise(const std::string& bytes);
+  void check_held_options();
+  void check_held_options(const std::string& bytes);
   Picture expose(double ev, Shot* shot);
   Taken take_picture();
   std::optional<OscCommand> begin_picture(SteadyTime deadline);
@@ -64,11 +66,9 @@ class OscCamera final : public Camera {
   Clock& clock_;
   OscClient client_;
   ExposureSettings exposure_;
-  nlohmann::json supported_ = nlohmann::json::object();  // exposure_option_names()
-  nlohmann::json lock_;                                  // at 0 EV; null without a lock
-  nlohmann::json set_ = nlohmann::json::object();        // what was set last
+  std::unique_ptr<Options> options_;
   std::optional<SteadyTime> set_at_;
-  PanoramaSize frame_;  // 0 x 0 before the first picture where none is configured
+  PanoramaSize frame_;  // 0 x 0 before the first picture if none is configured
 };
 
 }  // namespace raywalk::capture

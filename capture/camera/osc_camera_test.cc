@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/base/manual_clock.h"
@@ -30,7 +31,7 @@ double level_of(const Picture& picture) {
   return cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR))[0];
 }
 
-// The program's camera and the rig's, with loopback between them.
+// The camera under test and the simulated one, connected over loopback.
 class OscCameraTest : public testing::Test {
  protected:
   OscCameraTest() { start({}); }
@@ -52,7 +53,7 @@ class OscCameraTest : public testing::Test {
     camera_ = std::make_unique<OscCamera>(config_, clock_);
   }
 
-  // A camera that gives up soon, for tests in which it has to wait in vain.
+  // A camera with short timeouts, for tests of faults.
   void use_short_timeouts() {
     config_.osc.connect_timeout_ms = 300.0;
     camera_ = std::make_unique<OscCamera>(config_, clock_);
@@ -69,7 +70,7 @@ class OscCameraTest : public testing::Test {
   std::unique_ptr<OscCamera> camera_;
 };
 
-// --- A camera in order --------------------------------------------------------------------------
+// --- Without faults --------------------------------------------------------------------------
 
 TEST_F(OscCameraTest, FetchesThePictureThatItTook) {
   const WallTime before = clock_.wall_now();
@@ -93,7 +94,7 @@ TEST_F(OscCameraTest, NothingIsExposedBeforeTheCarriageSettled) {
   EXPECT_GE(exposed_at_[0], settled_at);
 }
 
-TEST_F(OscCameraTest, ReportTellsWhatTheCameraSays) {
+TEST_F(OscCameraTest, ReportsTheStateOfTheCamera) {
   SimulatedCameraSettings settings;
   settings.clock_offset_s = -3600.0;
   settings.battery_share = 0.25;
@@ -124,7 +125,7 @@ TEST_F(OscCameraTest, ReportOfAFullCardSaysSo) {
 
 // --- Exposure -----------------------------------------------------------------------------------
 
-TEST_F(OscCameraTest, LocksWhatItMeasuredOnce) {
+TEST_F(OscCameraTest, LocksTheMeasuredExposure) {
   const Json lock = Json::parse(camera_->prepare({}, ""));
   EXPECT_EQ(lock.at("exposureProgram"), 1);
   const double measured = lock.at("shutterSpeed").get<double>() * lock.at("iso").get<double>();
@@ -137,7 +138,7 @@ TEST_F(OscCameraTest, LocksWhatItMeasuredOnce) {
   }
 }
 
-TEST_F(OscCameraTest, WithoutALockTheExposureIsTheCameras) {
+TEST_F(OscCameraTest, WithoutALockTheCameraChoosesTheExposure) {
   ExposureSettings exposure;
   exposure.lock = false;
   EXPECT_EQ(camera_->prepare(exposure, ""), "");
@@ -168,7 +169,7 @@ TEST_F(OscCameraTest, AnEarlierRunsExposureIsSetAgain) {
   simulated_->restart();
   OscCamera again(config_, clock_);
   EXPECT_EQ(again.prepare({}, first), first);
-  EXPECT_EQ(simulated_->pictures_taken(), taken) << "measured anew";
+  EXPECT_EQ(simulated_->pictures_taken(), taken) << "measured again";
   EXPECT_EQ(simulated_->options().exposure_program, 1);
   expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "{\"iso\": 100}"); });
   expect_fault(FaultKind::kExposure, "damaged", [&] { again.prepare({}, "nonsense"); });
@@ -202,7 +203,7 @@ TEST_F(OscCameraTest, BracketWithoutALockCompensates) {
   EXPECT_GT(level_of(shot.pictures[1]), 8.0 * level_of(shot.pictures[0]));
 }
 
-TEST_F(OscCameraTest, CameraThatForgetsItsExposureIsFound) {
+TEST_F(OscCameraTest, ACameraThatLosesItsExposureIsAFault) {
   ExposureSettings exposure;
   exposure.shutter_s = 1.0 / 250.0;
   exposure.iso = 100;
@@ -212,7 +213,7 @@ TEST_F(OscCameraTest, CameraThatForgetsItsExposureIsFound) {
   expect_fault(FaultKind::kExposure, "instead of", [&] { shoot(); });
 }
 
-TEST_F(OscCameraTest, SizeThatTheCameraDoesNotHaveIsRefusedBeforehand) {
+TEST_F(OscCameraTest, AnUnsupportedSizeIsRefusedAtTheStart) {
   config_.width_px = 128;
   config_.height_px = 64;
   camera_ = std::make_unique<OscCamera>(config_, clock_);
@@ -231,7 +232,7 @@ struct PictureFault {
 class OscCameraPictureFaultTest : public OscCameraTest,
                                   public testing::WithParamInterface<PictureFault> {};
 
-TEST_P(OscCameraPictureFaultTest, IsToldAndTheNextShotSucceeds) {
+TEST_P(OscCameraPictureFaultTest, IsReportedAndTheNextShotSucceeds) {
   shoot();
   simulated_->faults().inject(GetParam().injected);
   expect_fault(GetParam().kind, GetParam().part, [&] { shoot(); });
@@ -242,12 +243,12 @@ INSTANTIATE_TEST_SUITE_P(
     All, OscCameraPictureFaultTest,
     testing::Values(
         PictureFault{CameraFault::kMissingPicture, FaultKind::kMissingPicture, "took no picture"},
-        PictureFault{CameraFault::kTruncatedPicture, FaultKind::kBadPicture, "cut short"},
+        PictureFault{CameraFault::kTruncatedPicture, FaultKind::kBadPicture, "truncated"},
         PictureFault{CameraFault::kEmptyPicture, FaultKind::kBadPicture, "empty"},
         PictureFault{CameraFault::kWebPage, FaultKind::kBadPicture, "web page"},
         PictureFault{CameraFault::kWrongSize, FaultKind::kBadPicture, "32x16"}));
 
-TEST_F(OscCameraTest, FullCardIsToldAsSuch) {
+TEST_F(OscCameraTest, AFullCardIsReported) {
   SimulatedCameraSettings settings;
   settings.card_bytes = 2500;
   settings.typical_picture_bytes = 1000;
@@ -259,7 +260,7 @@ TEST_F(OscCameraTest, FullCardIsToldAsSuch) {
   expect_fault(FaultKind::kCardFull, "card is full", [&] { shoot(); });
 }
 
-TEST_F(OscCameraTest, CameraThatStaysBusyIsGivenUpInTime) {
+TEST_F(OscCameraTest, ACameraThatStaysBusyIsAFaultInTime) {
   simulated_->faults().inject(CameraFault::kBusy);
   const SteadyTime before = clock_.now();
   expect_fault(FaultKind::kBusy, "still busy after 20 s", [&] { shoot(); });
@@ -281,7 +282,7 @@ TEST_F(OscCameraTest, TriggerWhoseAnswerIsLostIsNotRepeated) {
   use_short_timeouts();
   shoot();
   simulated_->faults().inject(CameraFault::kSilent);
-  // The first request of a shot is the trigger, for this camera needs no session.
+  // The first request of a shot is the trigger, because this camera needs no session.
   expect_fault(FaultKind::kMissingPicture, "answer to the trigger was lost", [&] { shoot(); });
   EXPECT_EQ(simulated_->pictures_taken(), 2U);
   EXPECT_FALSE(simulated_->is_exposing()) << "it was waited for";
@@ -296,10 +297,10 @@ TEST_F(OscCameraTest, ReadsAreRepeatedAfterALostAnswer) {
   EXPECT_EQ(camera_->report().state, "idle");
 }
 
-TEST_F(OscCameraTest, SilentCameraIsGivenUp) {
+TEST_F(OscCameraTest, ASilentCameraIsNoContact) {
   use_short_timeouts();
   simulated_->faults().inject(CameraFault::kSilent, 1e9);
-  expect_fault(FaultKind::kNoContact, "no whole answer", [&] { camera_->report(); });
+  expect_fault(FaultKind::kNoContact, "no complete reply", [&] { camera_->report(); });
 }
 
 TEST_F(OscCameraTest, CameraThatIsSwitchedOffIsNoContact) {
@@ -311,7 +312,7 @@ TEST_F(OscCameraTest, CameraThatIsSwitchedOffIsNoContact) {
   EXPECT_EQ(shoot().pictures.size(), 1U);
 }
 
-TEST_F(OscCameraTest, AddressThatIsNoneIsWrongUsage) {
+TEST_F(OscCameraTest, AnInvalidAddressIsAUsageError) {
   for (const char* url : {"", "192.168.1.1", "https://192.168.1.1", "http://", "http://a/b"}) {
     config_.osc.url = url;
     EXPECT_THROW(OscCamera(config_, clock_), UsageError) << url;

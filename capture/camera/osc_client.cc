@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/osc_time.h"
@@ -25,17 +26,27 @@ constexpr std::size_t kLargestAnswer = std::size_t{4} << 20;
 // More than any camera's panorama: 8 bytes for each pixel of 11008x5504 (Ricoh Theta X) fit in.
 constexpr std::size_t kLargestPicture = std::size_t{512} << 20;
 
-// A member that should be an object; an empty one where it is not.
+// A member that should be an object; an empty object if it is not one.
 Json object_at(const Json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_object() ? *found : Json::object();
 }
 
-// Text, or what another type looks like.
+// Text as it is, any other type as JSON.
 std::string shown_at(const Json& object, const char* key) {
   const auto found = object.find(key);
   if (found == object.end() || found->is_null()) return {};
   return found->is_string() ? found->get<std::string>() : found->dump();
+}
+
+// The file named by the results of a picture; empty if none.
+std::string file_in(const Json& results) {
+  // Level 2; then level 1 as Google and as Ricoh name it.
+  for (const char* key : {"fileUrl", "fileUri", "_fileUri"}) {
+    std::string file = shown_at(results, key);
+    if (!file.empty()) return file;
+  }
+  return {};
 }
 
 void throw_if_refused(const Json& reply) {
@@ -44,14 +55,14 @@ void throw_if_refused(const Json& reply) {
   throw OscRefusal(shown_at(error, "code"), one_line(shown_at(error, "message")));
 }
 
-bool tells_level_2(const Json& info) {
+bool has_level_2(const Json& info) {
   const auto levels = info.find("apiLevel");
   return levels != info.end() && levels->is_array() &&
          std::find(levels->begin(), levels->end(), Json(2)) != levels->end();
 }
 
-// The path of a file's address. The camera gives its address as it sees itself, which behind an
-// access point or a forwarded port is not the one it is reached at.
+// The path of a file's address. The host in it is the camera's own view, which differs from the
+// configured one behind an access point or a forwarded port.
 std::string path_in(const std::string& url) {
   const std::size_t scheme = url.find("://");
   if (scheme == std::string::npos) return url.starts_with('/') ? url : "/" + url;
@@ -61,7 +72,16 @@ std::string path_in(const std::string& url) {
 
 }  // namespace
 
-bool OscRefusal::is_passing() const {
+// The reply to a command.
+struct OscClient::Answer {
+  bool done = false;
+  std::string id;  // of a command in progress
+  Json results;    // an object; empty while in progress
+
+  OscCommand command() const { return {done, id, file_in(results)}; }
+};
+
+bool OscRefusal::is_temporary() const {
   // Theta: "cannot be executed due to the camera status", "cannot be received temporarily"; Google:
   // cameraInExclusiveUse.
   static const std::array<std::string, 3> passing = {"disabledCommand", "serviceUnavailable",
@@ -92,7 +112,7 @@ HttpReply OscClient::answered(Repeat repeat, const std::function<HttpReply()>& s
 void OscClient::note_date(const HttpReply& reply) {
   const auto date = time_from_http_date(reply.date);
   if (!date) return;
-  // The header is cut to whole seconds: on average half a second is missing.
+  // The header is truncated to whole seconds: half a second is missing on average.
   const std::chrono::duration<double> offset = *date - clock_.wall_now();
   header_clock_offset_s_ = offset.count() + 0.5;
 }
@@ -142,12 +162,13 @@ Json OscClient::state() {
   return json.at("state");
 }
 
-OscCommand OscClient::command_of(const Json& reply) const {
+OscClient::Answer OscClient::answer_in(const HttpReply& http_reply, const std::string& path) const {
+  const Json reply = object_in(http_reply, path);
   throw_if_refused(reply);
   const std::string state = shown_at(reply, "state");
   if (state == "inProgress") {
-    OscCommand command{false, shown_at(reply, "id"), Json::object()};
-    if (!command.id.empty()) return command;
+    Answer answer{false, shown_at(reply, "id"), Json::object()};
+    if (!answer.id.empty()) return answer;
     throw DeviceFault(FaultKind::kWrongDevice,
                       url() + kExecute + ": a command in progress without an id: " +
                           excerpt(reply.dump()) + "; update the camera's firmware");
@@ -161,7 +182,7 @@ OscCommand OscClient::command_of(const Json& reply) const {
                         "; update the camera's firmware");
 }
 
-OscCommand OscClient::execute(const std::string& name, Json parameters, Repeat repeat) {
+OscClient::Answer OscClient::execute(const std::string& name, Json parameters, Repeat repeat) {
   if (!session_id_.empty()) parameters["sessionId"] = session_id_;
   Json request = {{"name", name}};
   if (!parameters.empty()) request["parameters"] = std::move(parameters);
@@ -169,12 +190,12 @@ OscCommand OscClient::execute(const std::string& name, Json parameters, Repeat r
   const HttpReply reply = answered(repeat, [&] {
     return http_.post_json(kExecute, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
   });
-  return command_of(object_in(reply, kExecute));
+  return answer_in(reply, kExecute);
 }
 
 void OscClient::open_session() {
   if (!level_known_) {
-    needs_session_ = !tells_level_2(info()) || shown_at(state(), "_apiVersion") == "1";
+    needs_session_ = !has_level_2(info()) || shown_at(state(), "_apiVersion") == "1";
     level_known_ = true;
   }
   if (!needs_session_) return;
@@ -187,11 +208,12 @@ void OscClient::open_session() {
     session_id_.clear();
     needs_session_ = false;
   } catch (const OscRefusal& refusal) {
-    if (refusal.is_passing()) {
+    if (refusal.is_temporary()) {
       throw DeviceFault(FaultKind::kBusy, url() + ": " + refusal.what() + " (" + refusal.code() +
                                               "); close other programs that use the camera");
     }
-    // Without sessions it is of level 2, and with one but without clientVersion of level 1.
+    // A camera without sessions has level 2; one with sessions but without clientVersion has
+    // level 1.
     needs_session_ = !session_id_.empty();
   }
 }
@@ -202,30 +224,30 @@ Json OscClient::options(const std::vector<std::string>& names) {
                [this](const std::string& name) { return !unknown_options_.contains(name); });
   if (wanted.empty()) return Json::object();
   try {
-    const OscCommand command =
+    const Answer answer =
         execute("camera.getOptions", {{"optionNames", wanted}}, Repeat::kIfUnanswered);
-    return object_at(command.results, "options");
+    return object_at(answer.results, "options");
   } catch (const OscRefusal& refusal) {
-    if (refusal.is_passing() && wanted.size() == 1) throw;
+    if (refusal.is_temporary() && wanted.size() == 1) throw;
     if (wanted.size() == 1) {
       unknown_options_.insert(wanted.front());
       return Json::object();
     }
   }
-  // One name that it does not know makes a camera refuse all: ask for each alone.
+  // A single unknown name makes a camera refuse all: request each option alone.
   Json all = Json::object();
   for (const std::string& name : wanted) all.update(options({name}));
   return all;
 }
 
 void OscClient::set_options(const Json& options) {
-  // The same values twice do no harm.
+  // Setting the same values twice is harmless.
   execute("camera.setOptions", {{"options", options}}, Repeat::kIfUnanswered);
 }
 
 OscCommand OscClient::begin_picture() {
   http_.use_fresh_connection();
-  return execute("camera.takePicture", Json::object(), Repeat::kNever);
+  return execute("camera.takePicture", Json::object(), Repeat::kNever).command();
 }
 
 OscCommand OscClient::status_of(const std::string& id) {
@@ -233,16 +255,7 @@ OscCommand OscClient::status_of(const std::string& id) {
   const HttpReply reply = answered(Repeat::kIfUnanswered, [&] {
     return http_.post_json(kStatus, body, 2.0 * config_.connect_timeout_ms, kLargestAnswer);
   });
-  return command_of(object_in(reply, kStatus));
-}
-
-std::string OscClient::file_in(const Json& results) {
-  // Level 2; then level 1 as Google and as Ricoh name it.
-  for (const char* key : {"fileUrl", "fileUri", "_fileUri"}) {
-    std::string file = shown_at(results, key);
-    if (!file.empty()) return file;
-  }
-  return {};
+  return answer_in(reply, kStatus).command();
 }
 
 std::string OscClient::fetch(const std::string& file) {
@@ -261,7 +274,7 @@ std::string OscClient::fetch(const std::string& file) {
   }
   if (reply.promised_bytes && *reply.promised_bytes != reply.body.size()) {
     throw DeviceFault(FaultKind::kBadPicture,
-                      fmt::format("{}: the picture is cut short, {} of {} bytes; check the "
+                      fmt::format("{}: the picture is truncated, {} of {} bytes; check the "
                                   "connection to the camera",
                                   url() + path, reply.body.size(), *reply.promised_bytes));
   }

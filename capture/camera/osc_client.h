@@ -1,4 +1,4 @@
-// The commands of the Open Spherical Camera API, as a client sends them.
+// A client of the Open Spherical Camera API.
 //
 // Sources: developers.google.com/streetview/open-spherical-camera (levels 1 and 2); the Ricoh Theta
 // Web API v2.0 and v2.1 (github.com/ricohapi/theta-api-specs); Insta360's
@@ -6,7 +6,7 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -19,60 +19,61 @@
 
 namespace raywalk::capture {
 
-// The camera understood a command and does not carry it out. what() is the API's message.
+// The camera rejected a command. what() is the API's message.
 class OscRefusal : public std::runtime_error {
  public:
   OscRefusal(std::string code, const std::string& message)
       : std::runtime_error(message), code_(std::move(code)) {}
   const std::string& code() const { return code_; }  // "disabledCommand", ...
-  // Whether the same command may be carried out later.
-  bool is_passing() const;
+  // Whether the same command may succeed later.
+  bool is_temporary() const;
 
  private:
   std::string code_;
 };
 
-// A command that was begun.
+// A command that was started.
 struct OscCommand {
   bool done = false;
-  std::string id;          // to ask for its status; empty once done
-  nlohmann::json results;  // an object, once done
+  std::string id;    // for status_of; empty once done
+  std::string file;  // of a picture, once done; empty if the results name none
 };
 
-// Reads are repeated twice where there is no answer; a command that changes something may have been
-// carried out although its answer was lost, and is repeated only where that does no harm. All calls
-// throw DeviceFault (kNoContact, kWrongDevice) and Interrupted; those that say so, OscRefusal.
+// Reads without a reply are repeated twice. A command that changes something may have been executed
+// although its reply was lost, and is repeated only if that is harmless. All calls throw
+// DeviceFault (kNoContact, kWrongDevice) and Interrupted; those that say so also throw OscRefusal.
 class OscClient {
  public:
-  // Throws UsageError for an address that is none.
+  // Throws UsageError for an invalid address.
   OscClient(const OscConfig& config, Clock& clock);
 
   const std::string& url() const { return http_.url(); }
 
   nlohmann::json info();   // of /osc/info: manufacturer, model, ...
   nlohmann::json state();  // the state object of /osc/state: batteryLevel, _captureStatus, ...
-  // Level 1 of the API wants a session before any command; the Ricoh Theta S is raised to level 2,
-  // as its documentation asks. Called before each group of commands: sessions expire.
+  // Level 1 of the API requires a session before any command; a Ricoh Theta S is switched to level
+  // 2, as its documentation requires. Call it before each group of commands, because sessions
+  // expire.
   void open_session();
 
-  // Values of options, by name, those that the camera does not have left out.
+  // Values of options by name, without those that the camera does not have.
   nlohmann::json options(const std::vector<std::string>& names);
   void set_options(const nlohmann::json& options);  // throws OscRefusal
   OscCommand begin_picture();                       // never repeated; throws OscRefusal
   OscCommand status_of(const std::string& id);      // throws OscRefusal
-  // The file that the results of a picture name; empty if they name none.
-  static std::string file_in(const nlohmann::json& results);
   std::string fetch(const std::string& file);
 
-  // The camera's clock minus this machine's by the Date header of its last answer; none if it sent
-  // none. Good to a second.
+  // The camera's clock minus this machine's, from the Date header of its last reply; none without
+  // one. Accurate to about a second.
   std::optional<double> header_clock_offset_s() const { return header_clock_offset_s_; }
 
  private:
   enum class Repeat { kNever, kIfUnanswered };
 
-  OscCommand execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
-  OscCommand command_of(const nlohmann::json& reply) const;
+  struct Answer;
+
+  Answer execute(const std::string& name, nlohmann::json parameters, Repeat repeat);
+  Answer answer_in(const HttpReply& reply, const std::string& path) const;
   HttpReply answered(Repeat repeat, const std::function<HttpReply()>& send);
   nlohmann::json object_in(const HttpReply& reply, const std::string& path) const;
   void note_date(const HttpReply& reply);

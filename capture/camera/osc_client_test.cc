@@ -6,6 +6,7 @@
 
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "capture/base/device_fault.h"
@@ -19,7 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-// A camera that answers as the test says, and remembers which commands came.
+// A camera with scripted replies that records the commands.
 class ScriptedCamera {
  public:
   using Answer = std::function<Json(const Json& parameters)>;
@@ -89,7 +90,7 @@ class ScriptedCamera {
   std::thread thread_;
 };
 
-// Keeps a set of options, and refuses a request that names any other, as Ricoh and Insta360 do.
+// Holds a set of options and refuses requests with any other, as Ricoh and Insta360 do.
 ScriptedCamera::Answer options_from(const Json& known) {
   return [known](const Json& parameters) {
     Json options = Json::object();
@@ -109,7 +110,7 @@ class OscClientTest : public testing::Test {
   ScriptedCamera camera_;
 };
 
-TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotAskedForAgain) {
+TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotRequestedAgain) {
   camera_.answers["camera.getOptions"] = options_from({{"iso", 100}, {"shutterSpeed", 0.5}});
   OscClient client(camera_.config(), clock_);
   const Json expected = {{"iso", 100}, {"shutterSpeed", 0.5}};
@@ -120,7 +121,7 @@ TEST_F(OscClientTest, UnknownOptionsAreLeftOutAndNotAskedForAgain) {
   EXPECT_EQ(client.options({"remainingPictures"}), Json::object());
 }
 
-TEST_F(OscClientTest, SendsTheHeaderThatTheApiAsksFor) {
+TEST_F(OscClientTest, SendsTheHeaderThatTheApiRequires) {
   camera_.answers["camera.getOptions"] = options_from({{"iso", 100}});
   OscClient client(camera_.config(), clock_);
   client.options({"iso"});
@@ -137,8 +138,8 @@ TEST_F(OscClientTest, CameraOfLevel2NeedsNoSession) {
   EXPECT_THAT(camera_.commands(), ElementsAre("camera.getOptions"));
 }
 
-// A Ricoh Theta S has both levels and begins with the first.
-TEST_F(OscClientTest, CameraOfBothLevelsIsRaisedToTheSecondOnce) {
+// A Ricoh Theta S has both levels and starts with the first.
+TEST_F(OscClientTest, CameraOfBothLevelsIsSwitchedToTheSecondOnce) {
   camera_.info["apiLevel"] = {1, 2};
   camera_.state["_apiVersion"] = 1;
   Json raised;
@@ -186,7 +187,7 @@ TEST_F(OscClientTest, CameraOfLevel1IsUsedWithinASession) {
   client.open_session();
   const OscCommand command = client.begin_picture();
   EXPECT_TRUE(command.done);
-  EXPECT_EQ(OscClient::file_in(command.results), "S2.JPG");
+  EXPECT_EQ(command.file, "S2.JPG");
   EXPECT_EQ(client.fetch("S2.JPG"), "{\"the\":\"picture\"}");
   EXPECT_EQ(fetched, (Json{{"fileUri", "S2.JPG"}}));
 }
@@ -206,7 +207,7 @@ TEST_F(OscClientTest, CameraInUseByAnotherProgramIsBusy) {
   }
 }
 
-// Insta360's errors come without a state.
+// Insta360's errors have no state.
 TEST_F(OscClientTest, RefusalsCarryCodeAndMessage) {
   camera_.answers["camera.setOptions"] = [](const Json&) {
     return Json{{"error", {{"code", "invalidParameterName"}, {"message", "unsupported\noption"}}}};
@@ -221,17 +222,17 @@ TEST_F(OscClientTest, RefusalsCarryCodeAndMessage) {
   } catch (const OscRefusal& refusal) {
     EXPECT_EQ(refusal.code(), "invalidParameterName");
     EXPECT_STREQ(refusal.what(), "unsupported option");
-    EXPECT_FALSE(refusal.is_passing());
+    EXPECT_FALSE(refusal.is_temporary());
   }
   try {
     client.begin_picture();
     FAIL();
   } catch (const OscRefusal& refusal) {
-    EXPECT_TRUE(refusal.is_passing());
+    EXPECT_TRUE(refusal.is_temporary());
   }
 }
 
-TEST_F(OscClientTest, AnswersWithoutWhatTheyMustHoldAreAWrongDevice) {
+TEST_F(OscClientTest, IncompleteRepliesAreAWrongDevice) {
   OscClient client(camera_.config(), clock_);
   const auto refused = [&](const Json& answer) {
     camera_.answers["camera.takePicture"] = [answer](const Json&) { return answer; };
@@ -253,10 +254,17 @@ TEST_F(OscClientTest, AnswersWithoutWhatTheyMustHoldAreAWrongDevice) {
 }
 
 TEST_F(OscClientTest, DoneWithoutUsableResultsNamesNoFile) {
-  for (const Json& results : {Json::object(), Json{{"fileUrl", ""}}, Json{{"fileUrl", nullptr}}}) {
-    EXPECT_EQ(OscClient::file_in(results), "");
-  }
-  EXPECT_EQ(OscClient::file_in({{"fileUrl", "http://a/b.JPG"}}), "http://a/b.JPG");
+  OscClient client(camera_.config(), clock_);
+  const auto file_of = [&](const Json& results) {
+    camera_.answers["camera.takePicture"] = [results](const Json&) {
+      return ScriptedCamera::done(results);
+    };
+    return client.begin_picture().file;
+  };
+  EXPECT_EQ(file_of(Json::object()), "");
+  EXPECT_EQ(file_of({{"fileUrl", ""}}), "");
+  EXPECT_EQ(file_of({{"fileUrl", nullptr}}), "");
+  EXPECT_EQ(file_of({{"fileUrl", "http://a/b.JPG"}}), "http://a/b.JPG");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "capture/base/device_fault.h"
 
@@ -36,7 +37,7 @@ bool supports_word(const Json& options, const std::string& name, const std::stri
          std::find(list->begin(), list->end(), Json(word)) != list->end();
 }
 
-// Cameras take a whole number for iso.
+// Cameras expect whole numbers for iso.
 Json number(double value) {
   const double whole = std::round(value);
   const bool is_whole = whole == value && std::abs(value) < 1e9;
@@ -107,10 +108,10 @@ ExifExposure chosen_exposure(const ExposureSettings& wanted,
   const bool complete = wanted.shutter_s > 0.0 && wanted.iso > 0;
   if (!complete && !measured) {
     throw DeviceFault(FaultKind::kExposure,
-                      "the camera does not tell which exposure it measured; set "
+                      "the camera does not report the exposure that it measured; set "
                       "camera.exposure.shutter_s and camera.exposure.iso");
   }
-  // A picture is as bright as shutter time times sensitivity.
+  // Brightness is proportional to shutter time times sensitivity.
   const double brightness = complete ? 0.0 : measured->shutter_s * measured->iso;
   const double iso = nearest_supported(options, "iso",
                                        wanted.iso > 0         ? wanted.iso
@@ -136,7 +137,7 @@ Json bracketed(const Json& locking, double ev, const Json& options) {
   return brighter;
 }
 
-std::string broken_promise(const Json& set, const Json& held) {
+std::string first_difference(const Json& set, const Json& held) {
   for (const auto& [name, value] : set.items()) {
     const Json present = held.value(name, Json());
     if (!holds(value, present)) {
@@ -146,7 +147,7 @@ std::string broken_promise(const Json& set, const Json& held) {
   return {};
 }
 
-std::string broken_promise(const Json& set, const ExifExposure& taken) {
+std::string first_difference(const Json& set, const ExifExposure& taken) {
   const auto shutter_s = set.at("shutterSpeed").get<double>();
   const auto iso = set.at("iso").get<double>();
   if (std::abs(std::log2(taken.shutter_s / shutter_s)) > kExifTolerance_ev) {

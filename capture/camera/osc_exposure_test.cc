@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "capture/base/device_fault.h"
@@ -14,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
-// As a Ricoh Theta lists them, shortened; Insta360's lists begin with 0, which means automatic.
+// The lists of a Ricoh Theta, shortened; Insta360's lists start with 0, which means automatic.
 Json theta_options() {
   return {{"shutterSpeedSupport", {0, 0.001, 0.002, 0.004, 0.008, 0.01666666, 0.03333333, 0.125}},
           {"isoSupport", {0, 100, 200, 400, 800, 1600}},
@@ -58,7 +59,7 @@ TEST(OscExposure, NoSupportedValueIsNearerThanTheChosenOne) {
   }
 }
 
-TEST(OscExposure, WhatIsNotGivenKeepsTheMeasuredBrightness) {
+TEST(OscExposure, ValuesThatAreNotGivenKeepTheMeasuredBrightness) {
   const Json any = Json::object();
   const ExifExposure measured{0.01, 200};
   const ExifExposure by_shutter = chosen_exposure(wanted(0.002, 0), measured, any);
@@ -72,7 +73,7 @@ TEST(OscExposure, WhatIsNotGivenKeepsTheMeasuredBrightness) {
   EXPECT_EQ(both.iso, 50);
 }
 
-TEST(OscExposure, SensitivityThatTheCameraLacksIsMadeUpForByTime) {
+TEST(OscExposure, ShutterTimeCompensatesForAnUnsupportedSensitivity) {
   const ExifExposure chosen =
       chosen_exposure(wanted(0.0, 0), ExifExposure{0.008, 100}, theta_options());
   EXPECT_EQ(chosen.iso, 100);
@@ -117,24 +118,24 @@ TEST(OscExposure, BracketsByShutterTime) {
 
 TEST(OscExposure, NamesTheFirstOptionThatIsNotHeld) {
   const Json set = {{"exposureProgram", 1}, {"iso", 100}, {"shutterSpeed", 0.01666666}};
-  EXPECT_EQ(broken_promise(set, set), "");
+  EXPECT_EQ(first_difference(set, set), "");
   Json held = set;
   held["shutterSpeed"] = 1.0 / 60.0;
-  EXPECT_EQ(broken_promise(set, held), "") << "rounded";
+  EXPECT_EQ(first_difference(set, held), "") << "rounded";
   held["shutterSpeed"] = 0.02;
-  EXPECT_THAT(broken_promise(set, held), HasSubstr("shutterSpeed is 0.02 instead of 0.01666666"));
+  EXPECT_THAT(first_difference(set, held), HasSubstr("shutterSpeed is 0.02 instead of 0.01666666"));
   held = set;
   held["iso"] = 0;
-  EXPECT_EQ(broken_promise(set, held), "iso is 0 instead of 100");
+  EXPECT_EQ(first_difference(set, held), "iso is 0 instead of 100");
   held.erase("iso");
-  EXPECT_EQ(broken_promise(set, held), "iso is unknown instead of 100");
+  EXPECT_EQ(first_difference(set, held), "iso is unknown instead of 100");
 }
 
 TEST(OscExposure, PictureMayDifferByRoundingOnly) {
   const Json set = {{"iso", 100}, {"shutterSpeed", 0.01666666}};
-  EXPECT_EQ(broken_promise(set, ExifExposure{1.0 / 60.0, 100}), "");
-  EXPECT_THAT(broken_promise(set, ExifExposure{1.0 / 50.0, 100}), HasSubstr("0.02 s"));
-  EXPECT_THAT(broken_promise(set, ExifExposure{1.0 / 60.0, 125}), HasSubstr("ISO 125"));
+  EXPECT_EQ(first_difference(set, ExifExposure{1.0 / 60.0, 100}), "");
+  EXPECT_THAT(first_difference(set, ExifExposure{1.0 / 50.0, 100}), HasSubstr("0.02 s"));
+  EXPECT_THAT(first_difference(set, ExifExposure{1.0 / 60.0, 125}), HasSubstr("ISO 125"));
 }
 
 }  // namespace

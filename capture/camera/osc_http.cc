@@ -14,7 +14,7 @@
 namespace raywalk::capture {
 namespace {
 
-// What a client of the Open Spherical Camera API must send (Google's protocol page and Insta360's).
+// Headers required by the Open Spherical Camera API (protocol pages of Google and of Insta360).
 const httplib::Headers kHeaders = {{"Accept", "*/*"}, {"X-XSRF-Protected", "1"}};
 constexpr const char* kJson = "application/json;charset=utf-8";
 
@@ -29,8 +29,8 @@ std::string checked_url(std::string url) {
   return url;
 }
 
-// httplib's timeouts are per system call, so that a byte now and then would keep it waiting for
-// ever. This ends a request once its time is over.
+// Ends a request after its total time. httplib's timeouts are per system call, so a server that
+// sends single bytes could delay it without end.
 class RequestDeadline {
  public:
   RequestDeadline(httplib::Client& client, double timeout_ms)
@@ -118,8 +118,8 @@ class OscHttp::Connection {
             ? fmt::format("{}: no connection to the camera; switch it on, let this computer join "
                           "its network, and check camera.osc.url",
                           where)
-            : fmt::format("{}: no whole answer from the camera within {:g} ms; see that it is near "
-                          "and switched on",
+            : fmt::format("{}: no complete reply from the camera within {:g} ms; check that it is "
+                          "near and switched on",
                           where, timeout_ms));
   }
 

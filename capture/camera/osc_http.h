@@ -1,4 +1,4 @@
-// HTTP to a camera: every request ends in time, whatever the other side does.
+// HTTP to a camera. Every request has a time limit, whatever the server does.
 #pragma once
 
 #include <chrono>
@@ -14,13 +14,12 @@ struct HttpReply {
   int status = 0;
   std::string body;
   std::string content_type;
-  std::string date;                               // the Date header; empty where there is none
+  std::string date;                               // the Date header; empty if none
   std::optional<std::uint64_t> promised_bytes{};  // Content-Length of a body that is not compressed
 };
 
-// The timeouts are those of the machine's own clock, for that is the one sockets know: to connect,
-// and for each piece of an answer, connect_timeout_ms; for a request as a whole, as its caller
-// says.
+// Timeouts use the machine's clock, as sockets do: connect_timeout_ms to connect and for each part
+// of a reply, total_timeout_ms for a request as a whole.
 class OscHttp {
  public:
   // `url` is "http://host" or "http://host:port". Throws UsageError for anything else.
@@ -29,14 +28,14 @@ class OscHttp {
   OscHttp(const OscHttp&) = delete;
   OscHttp& operator=(const OscHttp&) = delete;
 
-  // Throws DeviceFault: kNoContact if there was no connection or no whole answer, kWrongDevice if
-  // the answer is longer than max_bytes; Interrupted while a body arrives. An HTTP error is an
-  // answer.
+  // Throws DeviceFault: kNoContact without a connection or a complete reply, kWrongDevice if the
+  // reply is longer than max_bytes; Interrupted while a body arrives. HTTP errors are returned as
+  // replies.
   HttpReply get(const std::string& path, double total_timeout_ms, std::size_t max_bytes);
   HttpReply post_json(const std::string& path, const std::string& json, double total_timeout_ms,
                       std::size_t max_bytes);
-  // The next request opens a connection of its own. A connection that is kept may have been closed
-  // by the other side, which is noticed only when a request is lost on it.
+  // The next request opens a new connection. A kept connection may have been closed by the server,
+  // which is noticed only when a request on it is lost.
   void use_fresh_connection();
 
   const std::string& url() const { return url_; }

@@ -28,7 +28,7 @@ using std::chrono::steady_clock;
 using testing::HasSubstr;
 using testing::Not;
 
-// A server below HTTP: does to each connection what the test says, once a request has arrived.
+// A TCP server that runs the test's script on each connection after a request.
 class RawServer {
  public:
   using Act = std::function<void(int socket, const std::atomic<bool>& ending)>;
@@ -103,7 +103,7 @@ OscConfig config_of(const RawServer& server) {
   return config;
 }
 
-// What a client says of such a server when it asks for the camera's name.
+// The message of the fault when a client requests the camera's info from such a server.
 std::string fault_of(FaultKind kind, RawServer::Act act) {
   RawServer server(std::move(act));
   ManualClock clock;
@@ -121,7 +121,7 @@ std::string fault_of(FaultKind kind, RawServer::Act act) {
   return {};
 }
 
-TEST(OscHttp, ServerThatIsNoCameraIsToldFromWhatItSays) {
+TEST(OscHttp, ServerThatIsNotACameraIsRecognized) {
   constexpr FaultKind kWrong = FaultKind::kWrongDevice;
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "text/html", "<html>\nLog in</html>"))),
               HasSubstr("no JSON object but '<html> Log in</html>'"));
@@ -149,17 +149,18 @@ TEST(OscHttp, EndlessAnswerIsCutOff) {
   EXPECT_THAT(fault_of(FaultKind::kWrongDevice, endless), HasSubstr("longer than"));
 }
 
-TEST(OscHttp, RudeServerIsNoContact) {
+TEST(OscHttp, ServerThatBreaksTheProtocolIsNoContact) {
   constexpr FaultKind kNone = FaultKind::kNoContact;
-  EXPECT_THAT(fault_of(kNone, says("")), HasSubstr("no whole answer"));
-  EXPECT_THAT(fault_of(kNone, says("\x01\x02\x03 garbage\r\n\r\n")), HasSubstr("no whole answer"));
-  EXPECT_THAT(fault_of(kNone, says("HTTP/1.1 200 OK\r\nContent-")), HasSubstr("no whole answer"));
+  EXPECT_THAT(fault_of(kNone, says("")), HasSubstr("no complete reply"));
+  EXPECT_THAT(fault_of(kNone, says("\x01\x02\x03 garbage\r\n\r\n")),
+              HasSubstr("no complete reply"));
+  EXPECT_THAT(fault_of(kNone, says("HTTP/1.1 200 OK\r\nContent-")), HasSubstr("no complete reply"));
   EXPECT_THAT(
       fault_of(kNone, says("HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n{\"model\": \"T\"}")),
-      HasSubstr("no whole answer"));
+      HasSubstr("no complete reply"));
 }
 
-TEST(OscHttp, SilenceEndsWithItsTimeout) {
+TEST(OscHttp, SilenceEndsWithTheTimeout) {
   const auto silence = [](int, const std::atomic<bool>& ending) {
     const auto end = steady_clock::now() + std::chrono::seconds(30);
     while (!ending && steady_clock::now() < end) std::this_thread::sleep_for(milliseconds(5));
@@ -167,8 +168,8 @@ TEST(OscHttp, SilenceEndsWithItsTimeout) {
   EXPECT_THAT(fault_of(FaultKind::kNoContact, silence), HasSubstr("within 200 ms"));
 }
 
-// Each byte comes within the timeout of a read; only the whole takes for ever.
-TEST(OscHttp, AnswerThatDripsIsGivenUp) {
+// Each byte arrives within the timeout of a read; the whole reply never ends.
+TEST(OscHttp, SlowReplyEndsWithTheTotalTimeout) {
   const auto drip = [](int socket, const std::atomic<bool>& ending) {
     send_text(socket, "HTTP/1.1 200 OK\r\nX: ");
     while (!ending && send(socket, "y", 1, MSG_NOSIGNAL) == 1) {
@@ -198,7 +199,7 @@ TEST(OscHttp, FileThatIsNotThereIsABadPicture) {
   }
 }
 
-// The camera's own address need not be the one it is reached at.
+// The address in the reply may differ from the configured one.
 TEST(OscHttp, FilesAreFetchedFromTheConfiguredAddress) {
   RawServer server(says(http("200 OK", "image/jpeg", "bytes")));
   ManualClock clock;
@@ -207,7 +208,7 @@ TEST(OscHttp, FilesAreFetchedFromTheConfiguredAddress) {
   EXPECT_EQ(client.fetch("files/R0010001.JPG"), "bytes");
 }
 
-// The flag of an interrupt never goes back, so this runs in a process of its own.
+// The interrupt flag is never cleared, so this runs in a separate process.
 TEST(OscHttpDeathTest, InterruptEndsADownload) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto interrupted_download = [] {

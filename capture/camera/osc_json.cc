@@ -1,5 +1,7 @@
 #include "capture/camera/osc_json.h"
 
+#include <nlohmann/json.hpp>
+
 namespace raywalk::capture {
 
 std::string text_at(const nlohmann::json& object, const char* key) {

@@ -1,6 +1,7 @@
 #include "capture/camera/osc_report.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "capture/camera/osc_json.h"
 #include "capture/camera/osc_time.h"
@@ -40,11 +41,11 @@ std::string state_in(const Json& state) {
   return one_line(text);
 }
 
-void tell_clock(const Json& options, WallTime told_at, std::optional<double> header_offset_s,
-                CameraReport* report) {
+void add_clock_offset(const Json& options, WallTime options_at,
+                      std::optional<double> header_offset_s, CameraReport* report) {
   if (const auto time = time_from_date_time_zone(text_at(options, "dateTimeZone"))) {
-    // The option is cut to whole seconds: on average half a second is missing.
-    const std::chrono::duration<double> offset = *time - told_at;
+    // The option is truncated to whole seconds: half a second is missing on average.
+    const std::chrono::duration<double> offset = *time - options_at;
     report->clock_offset_s = offset.count() + 0.5;
     report->clock_source = "option dateTimeZone, +-0.5 s";
   } else if (header_offset_s) {
@@ -61,8 +62,8 @@ const std::vector<std::string>& report_option_names() {
   return names;
 }
 
-CameraReport osc_report(const Json& info, const Json& state, const Json& options, WallTime told_at,
-                        std::optional<double> header_offset_s) {
+CameraReport osc_report(const Json& info, const Json& state, const Json& options,
+                        WallTime options_at, std::optional<double> header_offset_s) {
   CameraReport report;
   report.identity = identity_in(info);
   report.state = state_in(state);
@@ -75,11 +76,11 @@ CameraReport osc_report(const Json& info, const Json& state, const Json& options
   if (number_at(options, "totalSpace") != 0.0) {
     report.free_bytes = count_at(options, "remainingSpace");
   }
-  tell_clock(options, told_at, header_offset_s, &report);
+  add_clock_offset(options, options_at, header_offset_s, &report);
   return report;
 }
 
-bool tells_full_card(const Json& state, const Json& options) {
+bool reports_full_card(const Json& state, const Json& options) {
   const auto errors = state.find("_cameraError");
   const bool no_memory = errors != state.end() && errors->is_array() &&
                          std::find(errors->begin(), errors->end(), "NO_MEMORY") != errors->end();

@@ -1,7 +1,7 @@
-// What a camera of the Open Spherical Camera API says of itself.
+// The state of a camera with the Open Spherical Camera API.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,15 +13,15 @@ namespace raywalk::capture {
 // The options that osc_report reads.
 const std::vector<std::string>& report_option_names();
 
-// From the answers to /osc/info and /osc/state and the options, each an object; what is missing or
-// makes no sense is left out. The options were told at `told_at` of this machine's clock.
-// `header_offset_s` is the camera's clock minus this machine's by the Date header; it counts where
-// the camera has no dateTimeZone.
+// From the replies to /osc/info and /osc/state and the options, each an object; missing or invalid
+// members are left out. `options_at` is the time of the options by this machine's clock.
+// `header_offset_s` is the camera's clock minus this machine's by the Date header, the fallback for
+// cameras without dateTimeZone.
 CameraReport osc_report(const nlohmann::json& info, const nlohmann::json& state,
-                        const nlohmann::json& options, WallTime told_at,
+                        const nlohmann::json& options, WallTime options_at,
                         std::optional<double> header_offset_s);
 
-// Whether there is no room for another picture.
-bool tells_full_card(const nlohmann::json& state, const nlohmann::json& options);
+// Whether the camera reports no room for another picture.
+bool reports_full_card(const nlohmann::json& state, const nlohmann::json& options);
 
 }  // namespace raywalk::capture

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 namespace raywalk::capture {
 namespace {
 
@@ -21,7 +23,7 @@ const Json kThetaOptions = {{"dateTimeZone", "2015:07:10 11:05:18+09:00"},
 
 const WallTime kToldAt = std::chrono::sys_days(2015y / 7 / 10) + 2h + 5min + 8s + 500ms;
 
-TEST(OscReport, TellsWhatAThetaSays) {
+TEST(OscReport, ReportsAThetasState) {
   const CameraReport report = osc_report(kThetaInfo, kThetaState, kThetaOptions, kToldAt, 99.0);
   EXPECT_EQ(report.identity, "RICOH THETA S, serial 00001234, firmware 1.0.0");
   EXPECT_EQ(report.state, "idle");
@@ -33,7 +35,7 @@ TEST(OscReport, TellsWhatAThetaSays) {
 }
 
 // As Insta360 documents it.
-TEST(OscReport, TellsWhatAnInsta360Says) {
+TEST(OscReport, ReportsAnInsta360sState) {
   const Json state = {{"_cardState", "noSpace"}, {"batteryLevel", 1}};
   const Json options = {{"totalSpace", 0}, {"remainingSpace", 0}};
   const CameraReport report =
@@ -47,14 +49,14 @@ TEST(OscReport, TellsWhatAnInsta360Says) {
   EXPECT_EQ(report.clock_source, "HTTP Date header, +-0.5 s");
 }
 
-TEST(OscReport, ComplaintsAreListed) {
+TEST(OscReport, ErrorsOfTheCameraAreListed) {
   const Json state = {{"_captureStatus", "idle"},
                       {"_cameraError", {"HIGH_TEMPERATURE", "NO_MEMORY"}}};
   EXPECT_EQ(osc_report(Json::object(), state, Json::object(), kToldAt, {}).state,
             "idle, HIGH_TEMPERATURE, NO_MEMORY");
 }
 
-TEST(OscReport, WhatMakesNoSenseIsLeftOut) {
+TEST(OscReport, InvalidMembersAreLeftOut) {
   const Json state = {{"batteryLevel", 80}, {"_captureStatus", 3}, {"_cameraError", "none"}};
   const Json options = {{"dateTimeZone", 1}, {"remainingPictures", -1}, {"remainingSpace", 1e300}};
   const CameraReport report = osc_report({{"model", "a\nb"}}, state, options, kToldAt, {});
@@ -67,12 +69,12 @@ TEST(OscReport, WhatMakesNoSenseIsLeftOut) {
   EXPECT_EQ(report.clock_source, "");
 }
 
-TEST(OscReport, FullCardIsKnownFromAnyOfItsSigns) {
-  EXPECT_FALSE(tells_full_card(kThetaState, kThetaOptions));
-  EXPECT_FALSE(tells_full_card(Json::object(), Json::object()));
-  EXPECT_TRUE(tells_full_card({{"_cameraError", {"NO_MEMORY"}}}, Json::object()));
-  EXPECT_TRUE(tells_full_card({{"_cardState", "noSpace"}}, Json::object()));
-  EXPECT_TRUE(tells_full_card(Json::object(), {{"remainingPictures", 0}}));
+TEST(OscReport, FullCardIsDetectedFromEachIndicator) {
+  EXPECT_FALSE(reports_full_card(kThetaState, kThetaOptions));
+  EXPECT_FALSE(reports_full_card(Json::object(), Json::object()));
+  EXPECT_TRUE(reports_full_card({{"_cameraError", {"NO_MEMORY"}}}, Json::object()));
+  EXPECT_TRUE(reports_full_card({{"_cardState", "noSpace"}}, Json::object()));
+  EXPECT_TRUE(reports_full_card(Json::object(), {{"remainingPictures", 0}}));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace raywalk::capture {
 namespace {
 
-// The fields that the format takes from the start of the text as UTC; the rest of it in `rest`.
+// Parses the start of the text by the format, as UTC; `rest` is the remainder of the text.
 std::optional<WallTime> parse_utc(const std::string& text, const char* format, std::string* rest) {
   std::tm fields{};
   std::istringstream in(text);

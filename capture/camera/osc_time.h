@@ -1,4 +1,4 @@
-// The ways in which a camera on the network tells its time.
+// Parsing the times that a camera on the network reports.
 #pragma once
 
 #include <optional>

@@ -15,7 +15,7 @@ TEST(OscTime, DateTimeZoneIsTakenToUtc) {
   EXPECT_EQ(time_from_date_time_zone("2014:05:17 17:04:29+00:00"), expected);
 }
 
-TEST(OscTime, WhatIsNoDateTimeZoneIsNone) {
+TEST(OscTime, OtherTextsAreNone) {
   for (const char* text :
        {"", "0000:00:00 00:00:00+00:00", "2014:05:18 01:04:29", "2014:02:30 01:04:29+08:00",
         "2014:05:18 01:04:29+8:00", "2014:05:18 01:04:29 08:00", "2014-05-18T01:04:29+08:00",

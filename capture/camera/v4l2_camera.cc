@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <stdexcept>
 
 #include "capture/base/device_fault.h"
 #include "capture/camera/mjpg_picture.h"
@@ -13,9 +14,9 @@
 namespace raywalk::capture {
 namespace {
 
-// Enough that the driver always has one to fill while one is read.
+// The driver can fill one while another is read.
 constexpr int kBuffers = 4;
-// How long a Ctrl-C may go unnoticed.
+// Longest delay of the reaction to an interrupt.
 constexpr Duration kStep = std::chrono::milliseconds(50);
 // For automatic exposure, gain and white balance to settle: webcams take up to about a second.
 constexpr Duration kMeasuring = std::chrono::milliseconds(1500);
@@ -26,17 +27,28 @@ std::string text_of(PanoramaSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-// What is wrong with a frame that the driver calls good; empty where nothing is.
+// The name of the pixel format as VideoFormat::pixels has it.
+std::string fourcc_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kMjpg:
+      return "MJPG";
+    case PixelFormat::kYuyv:
+      return "YUYV";
+  }
+  throw std::logic_error("unknown pixel format");
+}
+
+// The damage of a frame that the driver did not flag; empty if none.
 std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
   if (frame.empty()) return "empty";
   std::optional<ImageHeader> header;
   try {
     header = parse_image_header(frame, "frame");
   } catch (const Error&) {
-    return "no JPEG";
+    return "not a JPEG";
   }
   if (!header || !is_complete_image(frame, header->format)) {
-    return "cut short after " + std::to_string(frame.size()) + " bytes";
+    return "truncated after " + std::to_string(frame.size()) + " bytes";
   }
   const PanoramaSize found{static_cast<int>(header->width), static_cast<int>(header->height)};
   return found == size ? "" : "of " + text_of(found);
@@ -47,7 +59,7 @@ std::string mjpg_damage(std::span<const std::byte> frame, PanoramaSize size) {
 V4l2Camera::V4l2Camera(const CameraConfig& config, std::unique_ptr<VideoDevice> device,
                        Clock* clock)
     : config_(config),
-      pixels_(config.v4l2.pixel_format == "yuyv" ? "YUYV" : "MJPG"),
+      pixels_(fourcc_of(config.v4l2.pixel_format)),
       device_(std::move(device)),
       clock_(clock),
       exposure_(device_.get()) {}
@@ -71,7 +83,7 @@ std::string V4l2Camera::prepare(const ExposureSettings& exposure, const std::str
   bracket_ev_ = exposure.bracket_ev.empty() ? std::vector<double>{0.0} : exposure.bracket_ev;
   start();
   std::string locked = exposure_.lock(exposure, earlier, [this] { let_camera_measure(); });
-  // Until the sensor exposes so; and a frame that arrives whole before anything has moved.
+  // Waits until the new exposure is in effect, and checks that a complete frame arrives.
   take(clock_->now(), locked.empty() ? 0 : kFramesUntilExposed);
   return locked;
 }
@@ -104,16 +116,16 @@ PanoramaSize V4l2Camera::asked_size() {
   return device_->current_size();
 }
 
-// A driver does not refuse a format, it offers the nearest it has.
+// A driver does not refuse a format but offers its nearest one.
 VideoFormat V4l2Camera::expected(const VideoFormat& offered, PanoramaSize asked) const {
   if (offered.pixels != pixels_ || offered.size != asked) {
     throw fault(FaultKind::kWrongDevice,
-                "gives " + text_of(offered.size) + " " + offered.pixels + " where " +
+                "offers " + text_of(offered.size) + " " + offered.pixels + " instead of " +
                     text_of(asked) + " " + pixels_ +
-                    " was asked for; set camera.width_px, height_px and v4l2.pixel_format to what "
+                    "; set camera.width_px, height_px and v4l2.pixel_format to what "
                     "v4l2-ctl --list-formats-ext lists");
   }
-  if (config_.frames == "panorama" && asked.width != 2 * asked.height) {
+  if (config_.frames == FrameKind::kPanorama && asked.width != 2 * asked.height) {
     throw fault(FaultKind::kWrongDevice,
                 "gives " + text_of(asked) +
                     ", and a panorama is twice as wide as high; set camera.width_px and height_px "
@@ -121,7 +133,7 @@ VideoFormat V4l2Camera::expected(const VideoFormat& offered, PanoramaSize asked)
   }
   if (pixels_ == "YUYV" && asked.width % 2 != 0) {
     throw fault(FaultKind::kWrongDevice, "gives an odd width, " + text_of(asked) +
-                                             ", which YUYV cannot be; choose another size");
+                                             ", which YUYV does not allow; choose another size");
   }
   return offered;
 }
@@ -154,9 +166,10 @@ V4l2Camera::Taken V4l2Camera::take(SteadyTime not_before, int passed_over) {
         device_->next_frame(std::min(kStep, deadline - clock_->now()));
     if (!frame) continue;
     if (!frame->stamped_at) {
-      throw fault(FaultKind::kWrongDevice,
-                  "does not stamp frames by the monotonic clock, so that old ones cannot be told "
-                  "from new; load its driver so (uvcvideo: clock=CLOCK_MONOTONIC)");
+      throw fault(
+          FaultKind::kWrongDevice,
+          "does not stamp frames by the monotonic clock, so old and new frames cannot be told "
+          "apart; load its driver with that clock (uvcvideo: clock=CLOCK_MONOTONIC)");
     }
     if (*frame->stamped_at < not_before) {
       ++stale;
@@ -191,7 +204,7 @@ std::optional<Picture> V4l2Camera::picture_of(const VideoFrame& frame, std::stri
   picture.size = format_->size;
   if (pixels_ == "YUYV") {
     *damage = "of " + std::to_string(frame.bytes.size()) + " bytes";
-    if (frame.bytes.size() < least_yuyv_bytes(*format_)) return std::nullopt;
+    if (frame.bytes.size() < min_yuyv_bytes(*format_)) return std::nullopt;
     picture.bytes = jpeg_from_yuyv(frame.bytes, *format_, config_.v4l2.jpeg_quality);
     return picture;
   }

@@ -12,22 +12,21 @@
 
 namespace raywalk::capture {
 
-// Streams from prepare() on. A picture is the first frame whose driver stamp is V4l2Config::
-// exposure_ms, or the locked exposure time where that is longer, after the carriage settled: frames
-// queue while nobody fetches them, so that those of the previous station come first. Damaged frames
-// are passed over while time remains.
+// Streams from prepare() on. A picture is the first frame whose driver timestamp lies at least
+// V4l2Config::exposure_ms, or the locked exposure time if longer, after the carriage settled:
+// frames of the previous station may still be queued. Damaged frames are skipped until the timeout.
 class V4l2Camera final : public Camera {
  public:
   V4l2Camera(const CameraConfig& config, std::unique_ptr<VideoDevice> device, Clock* clock);
 
   std::string description() const override;
-  // Throws DeviceFault kWrongDevice where the driver offers another size or pixel format.
+  // Throws DeviceFault kWrongDevice if the driver offers another size or pixel format.
   CameraReport report() override;
-  // Starts to stream, and proves it by a frame. Throws as report() and shoot() do.
+  // Starts to stream and waits for a frame. Throws as report() and shoot() do.
   std::string prepare(const ExposureSettings& exposure, const std::string& earlier) override;
-  // Throws DeviceFault: kTimeout without a frame within frame_timeout_ms, kBadPicture where all
-  // were damaged, kWrongDevice where they are not stamped by CLOCK_MONOTONIC, kExposure where the
-  // lock did not hold, kNoContact where the camera has gone.
+  // Throws DeviceFault: kTimeout without a frame within frame_timeout_ms, kBadPicture if all were
+  // damaged, kWrongDevice if frames have no CLOCK_MONOTONIC timestamp, kExposure if the locked
+  // settings changed, kNoContact if the camera is unplugged.
   Shot shoot(SteadyTime settled_at) override;
 
  private:
@@ -42,7 +41,7 @@ class V4l2Camera final : public Camera {
   void let_camera_measure();
   // The first good frame stamped at `not_before` or later, after `passed_over` such.
   Taken take(SteadyTime not_before, int passed_over);
-  // The frame as a file; where it is none, `damage` says why.
+  // The frame as a file; none if it is damaged, with the reason in `damage`.
   std::optional<Picture> picture_of(const VideoFrame& frame, std::string* damage) const;
   DeviceFault fault(FaultKind kind, const std::string& what) const;
 

@@ -15,9 +15,9 @@ namespace {
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-CameraConfig streaming(const std::string& pixel_format = "mjpg") {
+CameraConfig streaming(PixelFormat pixel_format = PixelFormat::kMjpg) {
   CameraConfig config;
-  config.kind = "v4l2";
+  config.kind = CameraKind::kV4l2;
   config.width_px = 64;
   config.height_px = 32;
   config.v4l2.pixel_format = pixel_format;
@@ -47,8 +47,8 @@ double brightness(const Picture& picture) {
   return cv::mean(decoded)[1];
 }
 
-class V4l2CameraPixels : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Formats, V4l2CameraPixels, testing::Values("mjpg", "yuyv"));
+class V4l2CameraPixels : public testing::TestWithParam<PixelFormat> {};
+INSTANTIATE_TEST_SUITE_P(Formats, V4l2CameraPixels, testing::ValuesIn(kPixelFormats));
 
 TEST_P(V4l2CameraPixels, PictureWasExposedAfterTheCarriageSettled) {
   Rig rig("{frames_per_second: 25}", streaming(GetParam()), clock_face);
@@ -81,7 +81,7 @@ TEST(V4l2Camera, NoFrameIsStampedBeforeSettlingAndExposure) {
   }
 }
 
-TEST(V4l2Camera, ALongExposureIsWaitedForInFull) {
+TEST(V4l2Camera, WaitsForALongExposure) {
   Rig rig;
   ExposureSettings settings;
   settings.shutter_s = 0.25;
@@ -101,21 +101,21 @@ TEST(V4l2Camera, ReportsWithoutStreaming) {
   EXPECT_EQ(rig.camera.description(), "Fake 360 at /dev/video-fake");
 }
 
-TEST(V4l2Camera, TakesTheSizeThatComesWhereNoneIsAskedFor) {
+TEST(V4l2Camera, UsesTheCurrentSizeIfNoneIsConfigured) {
   CameraConfig config = streaming();
   config.width_px = config.height_px = 0;
   Rig rig("{width_px: 96, height_px: 48}", config);
   EXPECT_EQ(rig.camera.shoot(rig.clock.now()).pictures.at(0).size, (PanoramaSize{96, 48}));
 }
 
-TEST(V4l2Camera, DriverThatSnapsToAnotherFormatIsTheWrongDevice) {
+TEST(V4l2Camera, DriverThatOffersAnotherFormatIsAWrongDevice) {
   Rig size("{any_size: false, width_px: 80, height_px: 40}");
   EXPECT_THAT(fault_of([&] { size.camera.report(); }).what(),
-              HasSubstr("gives 80x40 MJPG where 64x32 MJPG was asked for; set camera.width_px"));
+              HasSubstr("offers 80x40 MJPG instead of 64x32 MJPG; set camera.width_px"));
   const DeviceFault fault = fault_of([&] { size.camera.prepare({}, ""); });
   EXPECT_EQ(fault.kind(), FaultKind::kWrongDevice);
   Rig pixels("{pixel_format: yuyv}");
-  EXPECT_THAT(fault_of([&] { pixels.camera.report(); }).what(), HasSubstr("gives 64x32 YUYV"));
+  EXPECT_THAT(fault_of([&] { pixels.camera.report(); }).what(), HasSubstr("offers 64x32 YUYV"));
 }
 
 TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
@@ -124,19 +124,19 @@ TEST(V4l2Camera, PanoramasAreTwiceAsWideAsHigh) {
   Rig rig("{}", config);
   EXPECT_THAT(fault_of([&] { rig.camera.report(); }).what(),
               HasSubstr("a panorama is twice as wide as high"));
-  config.frames = "dual-fisheye";
+  config.frames = FrameKind::kDualFisheye;
   Rig fisheye("{}", config);
   EXPECT_NO_THROW(fisheye.camera.report());
 }
 
-TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesArePassedOver) {
+TEST_P(V4l2CameraPixels, DamagedShortAndEmptyFramesAreSkipped) {
   Rig rig("{damaged_every: 2, short_every: 3, empty_every: 5}", streaming(GetParam()));
   rig.camera.prepare({}, "");
   for (int station = 0; station < 20; ++station) {
     rig.clock.sleep(milliseconds(330));
     const Shot shot = rig.camera.shoot(rig.clock.now());
     ASSERT_EQ(shot.pictures.size(), 1U);
-    EXPECT_NEAR(brightness(shot.pictures[0]), 75.0, 2.0);  // of the locked exposure, everywhere
+    EXPECT_NEAR(brightness(shot.pictures[0]), 75.0, 2.0);  // the locked exposure
   }
 }
 
@@ -145,7 +145,7 @@ TEST_P(V4l2CameraPixels, OnlyDamagedFramesAreABadPicture) {
     Rig rig("{" + how + ": 1}", streaming(GetParam()));
     const DeviceFault fault = fault_of([&] { rig.camera.shoot(rig.clock.now()); });
     EXPECT_EQ(fault.kind(), FaultKind::kBadPicture) << how;
-    EXPECT_TRUE(fault.worth_another_shot());
+    EXPECT_TRUE(fault.is_retryable());
     EXPECT_THAT(fault.what(), HasSubstr("gave only damaged frames within 3000 ms (")) << how;
   }
 }
@@ -156,7 +156,7 @@ TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
   SteadyTime settled;
   const DeviceFault fault = fault_of([&] {
     for (int station = 0; station < 80; ++station) {
-      rig.clock.sleep(milliseconds(300));  // meanwhile frames queue, which then are old
+      rig.clock.sleep(milliseconds(300));  // frames queue and become old
       settled = rig.clock.now();
       rig.camera.shoot(settled);
     }
@@ -166,7 +166,7 @@ TEST(V4l2Camera, CameraThatFallsSilentIsATimeout) {
   EXPECT_EQ(rig.clock.now(), settled + milliseconds(40 + 3000));
 }
 
-TEST(V4l2Camera, CameraThatNeverGivesAFrameIsFoundBeforeAnythingMoves) {
+TEST(V4l2Camera, CameraWithoutFramesIsAFaultBeforeAnyMove) {
   Rig rig("{silent_after_frame: 1}");
   EXPECT_EQ(fault_of([&] { rig.camera.prepare({}, ""); }).kind(), FaultKind::kTimeout);
 }
@@ -211,7 +211,7 @@ TEST(V4l2Camera, ExposureThatDriftsIsAFault) {
   EXPECT_THAT(fault.what(), HasSubstr("has exposure_100us at 340 and not at the 300"));
 }
 
-// Each exposure is seen in the picture itself, so none was taken before the sensor changed.
+// The brightness of each picture shows that the sensor had changed before it was exposed.
 TEST(V4l2Camera, BracketIsOnePictureOfEachExposure) {
   Rig rig("{sensor_exposure: 200, exposure_delay_frames: 3}");
   ExposureSettings settings;
@@ -233,7 +233,7 @@ TEST(V4l2Camera, YuyvOfAnyRangeAndPaddingKeepsItsColours) {
     return cv::Mat(size.height, size.width, CV_8UC3, cv::Scalar(30, 120, 220));
   };
   for (const std::string yaml : {"{}", "{full_range: true}", "{line_padding_bytes: 64}"}) {
-    Rig rig(yaml, streaming("yuyv"), orange);
+    Rig rig(yaml, streaming(PixelFormat::kYuyv), orange);
     const Picture picture = rig.camera.shoot(rig.clock.now()).pictures.at(0);
     const std::vector<unsigned char> bytes(picture.bytes.begin(), picture.bytes.end());
     const cv::Scalar mean = cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR));

@@ -20,7 +20,7 @@ namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
-// What V4L2 character fields hold: text up to a zero byte, or all of it.
+// The text of a V4L2 character field, which ends at a zero byte or at the end of the field.
 template <std::size_t kSize>
 std::string text_of(const __u8 (&field)[kSize]) {
   return {std::begin(field), std::find(std::begin(field), std::end(field), 0)};
@@ -59,7 +59,7 @@ __u32 id_of(VideoControl control) {
   return 0;
 }
 
-// The driver's colorimetry, defaults resolved as videodev2.h says.
+// The driver's colorimetry, with defaults resolved as in videodev2.h.
 VideoColour colour_of(const v4l2_pix_format& pixels) {
   __u32 encoding = pixels.ycbcr_enc;
   if (encoding == V4L2_YCBCR_ENC_DEFAULT) encoding = V4L2_MAP_YCBCR_ENC_DEFAULT(pixels.colorspace);
@@ -112,7 +112,7 @@ class FileDescriptor {
   int fd_;
 };
 
-// A buffer of the driver's in this process's memory.
+// A buffer of the driver, mapped into this process.
 class MappedBuffer {
  public:
   MappedBuffer(int fd, const v4l2_buffer& buffer)
@@ -126,7 +126,7 @@ class MappedBuffer {
   MappedBuffer& operator=(MappedBuffer&&) = delete;
 
   bool is_mapped() const { return data_ != MAP_FAILED; }
-  // Never beyond the buffer, whatever a driver says it used.
+  // Never beyond the buffer, whatever size the driver reports.
   std::span<const std::byte> first(std::size_t bytes) const {
     return {static_cast<const std::byte*>(data_), std::min(bytes, size_)};
   }
@@ -140,7 +140,7 @@ class V4l2Device final : public VideoDevice {
  public:
   V4l2Device(FileDescriptor fd, std::string path, const v4l2_capability& capability)
       : fd_(std::move(fd)), path_(std::move(path)), capability_(capability) {}
-  // Afterwards the members go, the last one first: mappings, then the descriptor.
+  // The members are then destroyed in reverse order: mappings, then the descriptor.
   ~V4l2Device() override {
     v4l2_buf_type type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (is_streaming_) call(VIDIOC_STREAMOFF, &type);
@@ -168,7 +168,7 @@ class V4l2Device final : public VideoDevice {
     v4l2_queryctrl query{};
     query.id = id_of(control);
     if (call(VIDIOC_QUERYCTRL, &query) != 0) {
-      if (errno == ENODEV) throw fault("be asked for its controls");
+      if (errno == ENODEV) throw fault("list its controls");
       return std::nullopt;
     }
     if ((query.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) != 0) {
@@ -179,14 +179,14 @@ class V4l2Device final : public VideoDevice {
 
   int control(VideoControl control) override {
     v4l2_control value{.id = id_of(control), .value = 0};
-    if (call(VIDIOC_G_CTRL, &value) != 0) throw fault("tell its " + name_of(control));
+    if (call(VIDIOC_G_CTRL, &value) != 0) throw fault("report its " + name_of(control));
     return value.value;
   }
 
   bool set_control(VideoControl control, int value) override {
     v4l2_control wanted{.id = id_of(control), .value = value};
     if (call(VIDIOC_S_CTRL, &wanted) == 0) return true;
-    if (errno == ENODEV) throw fault("be told its " + name_of(control));
+    if (errno == ENODEV) throw fault("set its " + name_of(control));
     return false;
   }
 
@@ -196,7 +196,7 @@ class V4l2Device final : public VideoDevice {
     request.count = static_cast<__u32>(buffers);
     request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     request.memory = V4L2_MEMORY_MMAP;
-    if (call(VIDIOC_REQBUFS, &request) != 0) throw fault("lend its buffers");
+    if (call(VIDIOC_REQBUFS, &request) != 0) throw fault("allocate buffers");
     for (__u32 index = 0; index < request.count; ++index) {
       v4l2_buffer buffer = buffer_at(index);
       if (call(VIDIOC_QUERYBUF, &buffer) != 0) throw fault("describe its buffers");
@@ -223,14 +223,14 @@ class V4l2Device final : public VideoDevice {
     v4l2_buffer buffer = buffer_at(0);
     if (call(VIDIOC_DQBUF, &buffer) != 0) {
       if (errno == EAGAIN) return std::nullopt;
-      throw fault("give a frame");
+      throw fault("deliver a frame");
     }
     lent_ = buffer.index;
     return frame_of(buffer);
   }
 
  private:
-  // As ioctl, begun again where a signal ended it.
+  // ioctl, repeated if a signal interrupted it.
   int call(unsigned long request, void* argument) {
     int result = 0;
     do {
@@ -239,14 +239,15 @@ class V4l2Device final : public VideoDevice {
     return result;
   }
 
-  // Of the call that has just failed.
+  // For the call that has just failed.
   DeviceFault fault(const std::string& deed) const {
     switch (errno) {
       case ENODEV:
       case ENXIO:
-        return {FaultKind::kNoContact, "camera " + path_ +
-                                           " has gone; plug it in again and resume (the names in "
-                                           "/dev/v4l/by-id stay the same)"};
+        return {FaultKind::kNoContact,
+                "camera " + path_ +
+                    " was unplugged; plug it in again and resume (the names in "
+                    "/dev/v4l/by-id stay the same)"};
       case EBUSY:
         return {FaultKind::kBusy, "camera " + path_ +
                                       " is in use by another program; end that (fuser -v " + path_ +
@@ -260,11 +261,11 @@ class V4l2Device final : public VideoDevice {
   v4l2_format current_format() {
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (call(VIDIOC_G_FMT, &format) != 0) throw fault("tell its format");
+    if (call(VIDIOC_G_FMT, &format) != 0) throw fault("report its format");
     return format;
   }
 
-  // Begins with the current format, so that what is not asked for keeps a value the driver knows.
+  // Starts from the current format, so that the other fields keep values that the driver knows.
   VideoFormat exchange_format(unsigned long request, const std::string& pixels, PanoramaSize size) {
     v4l2_format format = current_format();
     format.fmt.pix.pixelformat = fourcc_of(pixels);
@@ -272,7 +273,7 @@ class V4l2Device final : public VideoDevice {
     format.fmt.pix.height = static_cast<__u32>(size.height);
     format.fmt.pix.field = V4L2_FIELD_NONE;
     format.fmt.pix.bytesperline = 0;
-    if (call(request, &format) != 0) throw fault("take a format");
+    if (call(request, &format) != 0) throw fault("set a format");
     return format_of(format.fmt.pix);
   }
 
@@ -286,10 +287,10 @@ class V4l2Device final : public VideoDevice {
 
   void queue(__u32 index) {
     v4l2_buffer buffer = buffer_at(index);
-    if (call(VIDIOC_QBUF, &buffer) != 0) throw fault("take a buffer back");
+    if (call(VIDIOC_QBUF, &buffer) != 0) throw fault("queue a buffer");
   }
 
-  // Whether there is a frame, or an error that VIDIOC_DQBUF will tell.
+  // Whether there is a frame, or an error that VIDIOC_DQBUF will report.
   bool wait(Duration timeout) {
     const Duration patience = std::max(timeout, Duration::zero());
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
@@ -313,7 +314,7 @@ class V4l2Device final : public VideoDevice {
   std::string path_;
   v4l2_capability capability_;
   std::vector<MappedBuffer> buffers_;
-  std::optional<__u32> lent_;  // the buffer of the frame last given
+  std::optional<__u32> lent_;  // the buffer of the frame returned last
   bool is_streaming_ = false;
 };
 
@@ -342,7 +343,7 @@ std::unique_ptr<VideoDevice> open_video_device(const std::string& path) {
   if (fd.get() < 0) throw open_fault(path, errno);
   v4l2_capability capability{};
   const bool is_video = ioctl(fd.get(), VIDIOC_QUERYCAP, &capability) == 0;
-  // Of this node; `capabilities` speaks of the whole device, its metadata nodes included.
+  // device_caps describes this node; `capabilities` the whole device with its metadata nodes.
   const __u32 abilities = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
                               ? capability.device_caps
                               : capability.capabilities;
@@ -350,7 +351,7 @@ std::unique_ptr<VideoDevice> open_video_device(const std::string& path) {
   if (!is_video || (abilities & kNeeded) != kNeeded) {
     throw DeviceFault(FaultKind::kWrongDevice,
                       path +
-                          " is no camera that streams; set camera.v4l2.device to one that "
+                          " is not a camera that streams; set camera.v4l2.device to one that "
                           "v4l2-ctl --list-devices names (of several, usually the first)");
   }
   return std::make_unique<V4l2Device>(std::move(fd), path, capability);

@@ -1,5 +1,5 @@
-// VideoDevice over the Video4Linux2 API (kernel.org, userspace-api/media/v4l), with buffers of the
-// driver's mapped into memory.
+// VideoDevice over the Video4Linux2 API (kernel.org, userspace-api/media/v4l), with the driver's
+// buffers mapped into memory.
 #pragma once
 
 #include <memory>
@@ -9,9 +9,9 @@
 
 namespace raywalk::capture {
 
-// `path` is a device node, best one of /dev/v4l/by-id, which stays the same when a camera is
-// plugged in again. Throws DeviceFault: kNoContact where it is missing or not permitted,
-// kWrongDevice where it is no camera that streams single-planar frames.
+// `path` is a device node, preferably in /dev/v4l/by-id, whose names survive replugging. Throws
+// DeviceFault: kNoContact if it is missing or not permitted, kWrongDevice if it is not a camera
+// that streams single-planar frames.
 std::unique_ptr<VideoDevice> open_video_device(const std::string& path);
 
 }  // namespace raywalk::capture

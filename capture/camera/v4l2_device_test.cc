@@ -1,4 +1,4 @@
-// What open_video_device says without a camera; against real kernel drivers it runs in QEMU.
+// Errors of open_video_device without a camera. tests/kernel runs it on real kernel drivers.
 #include "capture/camera/v4l2_device.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ TEST(V4l2Device, MissingDeviceIsNoContact) {
 }
 
 TEST(V4l2Device, AnotherDeviceIsNoCamera) {
-  expect_fault(FaultKind::kWrongDevice, "/dev/null is no camera that streams",
+  expect_fault(FaultKind::kWrongDevice, "/dev/null is not a camera that streams",
                [] { open_video_device("/dev/null"); });
 }
 

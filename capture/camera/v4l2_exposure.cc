@@ -16,15 +16,15 @@ namespace {
 // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us.
 constexpr double kExposuresPerSecond = 1e4;
 
-// A value and the control whose automatic would change it.
+// A control and the mode whose automatic changes it.
 struct LockedPair {
   VideoControl value;
   VideoControl mode;
-  std::vector<int> modes_on;  // the automatic, the one to be tried first first
+  std::vector<int> modes_on;  // values that switch the automatic on, in order of preference
   int mode_off;
 };
 
-// Webcams mostly have aperture priority for their automatic (their aperture is fixed).
+// The automatic of most webcams is aperture priority (their aperture is fixed).
 const std::array<LockedPair, 3>& locked_pairs() {
   static const std::array<LockedPair, 3> pairs = {
       LockedPair{VideoControl::kExposure,
@@ -64,14 +64,14 @@ std::string V4l2Exposure::lock(const ExposureSettings& settings, const std::stri
   if (locked_.contains(VideoControl::kExposure)) {
     base_exposure_ = locked_.at(VideoControl::kExposure);
   }
-  // Before the session, not in the middle of it, is the time to learn that a bracket is too wide.
+  // Checks now, and not during the session, that the bracket is within the camera's range.
   if (is_bracketed(settings.bracket_ev)) {
     for (const double ev : settings.bracket_ev) bracketed(ev);
   }
   return confirm();
 }
 
-// Of everything that has no value yet; whether there is any.
+// Switches on the automatics of all controls without a value. Returns whether there are any.
 bool V4l2Exposure::switch_on_automatics(const Values& wanted) {
   bool any = false;
   for (const LockedPair& pair : locked_pairs()) {
@@ -95,7 +95,7 @@ void V4l2Exposure::fix_values(const Values& wanted) {
       throw fault("has no control for " + name_of(pair.value) +
                   "; leave its key of camera.exposure at 0");
     }
-    // Read while the automatic is still on.
+    // Reads it while the automatic is still on.
     std::optional<int> value;
     if (given != wanted.end()) {
       value = given->second;
@@ -135,13 +135,14 @@ V4l2Exposure::Values V4l2Exposure::wanted_values(const ExposureSettings& setting
     if (value.is_number_integer()) wanted[pair.value] = as_control(value.get<double>());
   }
   if (wanted.empty()) {
-    throw fault("was locked by this session to " + excerpt(earlier) +
-                ", which are no settings of a V4L2 camera; resume with the camera it began with");
+    throw fault(
+        "was locked by this session to " + excerpt(earlier) +
+        ", which are not settings of a V4L2 camera; resume with the camera it was started with");
   }
   return wanted;
 }
 
-// Drivers round to their steps; beyond one step it is another value.
+// Drivers round to their steps; a difference of more than one step is an error.
 void V4l2Exposure::hold(VideoControl control, int value) {
   const ControlRange range = device_->range_of(control).value_or(ControlRange{});
   if (value < range.least || value > range.most) {
@@ -162,7 +163,7 @@ void V4l2Exposure::expect(VideoControl control, int wanted, int tolerance) {
   if (std::abs(static_cast<double>(held) - wanted) <= tolerance) return;
   throw fault("has " + name_of(control) + " at " + std::to_string(held) + " and not at the " +
               std::to_string(wanted) +
-              " that was set; see that no other program changes it, and resume");
+              " that was set; make sure that no other program changes it, and resume");
 }
 
 int V4l2Exposure::bracketed(double ev) {
@@ -171,7 +172,7 @@ int V4l2Exposure::bracketed(double ev) {
     throw fault("has no control for the exposure; set camera.exposure.bracket_ev to [0]");
   }
   const double value = std::round(base_exposure_ * std::exp2(ev));
-  // Written so that a value that is not a number is refused too.
+  // Negated, so that NaN is refused too.
   if (!(value >= range->least && value <= range->most)) {
     throw fault("cannot expose by " + std::to_string(ev) + " EV from " +
                 std::to_string(base_exposure_ / kExposuresPerSecond) + " s, since it takes " +

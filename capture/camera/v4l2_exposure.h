@@ -12,32 +12,33 @@
 
 namespace raywalk::capture {
 
-// Whether exposures are anything but one at the locked exposure itself.
+// Whether there is more than one exposure, or one other than 0 EV.
 bool is_bracketed(std::span<const double> bracket_ev);
 
-// Locks what the camera lets be locked: automatics off, values fixed. Where the configuration gives
-// no value the camera's automatic measures one. A camera may report an old exposure while its
-// automatic is on; whatever it reports is then set, so that every run of the session has the same.
-// The device must outlive this. Throws DeviceFault kExposure where the camera does not do as told.
+// Switches off the camera's automatics and fixes their values, for all controls that the camera
+// has. Values that the configuration does not give are measured by the automatics. A camera may
+// report an outdated exposure while its automatic is on; the reported value is set, so that all
+// runs of the session use the same. The device must outlive this object. Throws DeviceFault
+// kExposure if the camera does not accept or keep a setting.
 class V4l2Exposure {
  public:
   explicit V4l2Exposure(VideoDevice* device) : device_(device) {}
 
-  // Locks, reads back, and returns what holds as JSON, {"exposure_100us": 156, "gain": 4, ...};
-  // empty where nothing is to be locked or the camera has no such controls. `earlier`, not empty,
-  // is such a text, whose values are set again. `measure` is called with the automatics on, and
-  // returns once they have had time to settle. Throws UsageError: ISO, which V4L2 cameras do not
-  // know, or a bracket without the lock.
+  // Locks, reads back and returns the values as JSON, {"exposure_100us": 156, "gain": 4, ...};
+  // empty if nothing is to be locked or the camera has no such controls. `earlier`, if not empty,
+  // is such a text, whose values are set again. `measure` is called with the automatics on and
+  // returns once they have settled. Throws UsageError for an ISO value, which V4L2 does not have,
+  // or a bracket without the lock.
   std::string lock(const ExposureSettings& settings, const std::string& earlier,
                    const std::function<void()>& measure);
 
-  // Changes the locked exposure time by a factor 2^ev until the next call.
+  // Sets the exposure time to 2^ev times the locked one, until the next call.
   void bracket(double ev);
 
-  // The exposure time in force; zero where it is not locked.
+  // The current exposure time; zero if it is not locked.
   Duration locked_time() const;
 
-  // Reads everything back and returns it as lock does.
+  // Reads all locked values back, checks them and returns them as lock() does.
   std::string confirm();
 
  private:
@@ -54,7 +55,7 @@ class V4l2Exposure {
 
   VideoDevice* device_;
   Values locked_;
-  Values off_;             // modes in which the automatics are off
+  Values off_;             // the modes' values with the automatics off
   int base_exposure_ = 0;  // without a bracket
 };
 

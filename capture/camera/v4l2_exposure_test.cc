@@ -65,7 +65,7 @@ TEST(V4l2Exposure, ResumingWithAnotherKindOfCameraIsRefused) {
   for (const std::string earlier : {R"({"iso":100})", "nonsense", "[1]"}) {
     Rig rig;
     EXPECT_THAT(exposure_fault_of([&] { rig.lock({}, earlier); }),
-                HasSubstr("no settings of a V4L2 camera; resume with the camera"));
+                HasSubstr("not settings of a V4L2 camera; resume with the camera"));
   }
 }
 
@@ -79,7 +79,7 @@ TEST(V4l2Exposure, CameraWithoutControlsIsLeftAlone) {
               HasSubstr("has no control for exposure_100us"));
 }
 
-TEST(V4l2Exposure, NothingIsLockedWithoutTheLock) {
+TEST(V4l2Exposure, NothingIsLockedIfTheLockIsOff) {
   Rig rig;
   ExposureSettings settings;
   settings.lock = false;
@@ -89,7 +89,7 @@ TEST(V4l2Exposure, NothingIsLockedWithoutTheLock) {
   EXPECT_THROW(rig.lock(settings), UsageError);
 }
 
-TEST(V4l2Exposure, SaysWhatTheCameraCannotDo) {
+TEST(V4l2Exposure, NamesUnsupportedSettings) {
   Rig rig;
   ExposureSettings settings;
   settings.shutter_s = 2.0;
@@ -126,7 +126,7 @@ TEST(V4l2Exposure, BracketBeyondTheCameraIsRefusedAtTheStart) {
   }
 }
 
-TEST(V4l2Exposure, AChangeBehindItsBackIsAFault) {
+TEST(V4l2Exposure, AChangeByAnotherProgramIsAFault) {
   Rig rig;
   rig.lock({});
   rig.device.set_control(VideoControl::kGain, 55);

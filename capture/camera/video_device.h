@@ -1,5 +1,5 @@
-// A video capture device as the programs use it: the Video4Linux2 API's memory-mapped streaming
-// (v4l2_device.h), or a fake (fake_video_device.h).
+// Interface to a video capture device, implemented by memory-mapped streaming of Video4Linux2
+// (v4l2_device.h) and by a fake (fake_video_device.h).
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,12 @@ namespace raywalk::capture {
 
 struct VideoIdentity {
   std::string driver;  // "uvcvideo 6.1.55"
-  std::string card;    // the model's name
-  std::string bus;     // where it is plugged in
+  std::string card;    // model name
+  std::string bus;     // USB or PCI address
 };
 
-// How Y'CbCr samples stand for colours; luma coefficients kr, kb of the red and blue primaries.
+// The encoding of Y'CbCr samples: luma coefficients kr, kb of the red and blue primaries, and
+// range.
 struct VideoColour {
   double kr = 0.299;  // ITU-R BT.601
   double kb = 0.114;
@@ -33,13 +34,13 @@ struct VideoFormat {
   VideoColour colour{};            // of YUYV
 };
 
-// A frame as the driver gave it. `bytes` stay valid until the next call of next_frame or stop.
+// A frame from the driver. `bytes` are valid until the next call of next_frame or stop.
 struct VideoFrame {
   std::span<const std::byte> bytes;
-  // The driver's stamp; none where it is not taken from CLOCK_MONOTONIC. What moment of the frame
-  // it marks differs: uvcvideo stamps the arrival of its first packet, others that of its last.
+  // The driver's timestamp; none if it is not of CLOCK_MONOTONIC. Drivers differ in what it marks:
+  // uvcvideo the arrival of the frame's first packet, others that of its last.
   std::optional<SteadyTime> stamped_at;
-  bool is_damaged = false;  // by the driver's own account
+  bool is_damaged = false;  // flagged by the driver
 };
 
 // Settings of a camera that this program locks, in V4L2's units.
@@ -52,7 +53,7 @@ enum class VideoControl {
   kWhiteBalance,      // V4L2_CID_WHITE_BALANCE_TEMPERATURE, kelvin
 };
 
-// The words of messages and of the JSON kept for a session: "exposure_100us", "gain", ...
+// The name in messages and in the JSON of a session: "exposure_100us", "gain", ...
 std::string name_of(VideoControl control);
 
 struct ControlRange {
@@ -61,7 +62,7 @@ struct ControlRange {
   int step = 1;
 };
 
-// Calls throw DeviceFault: kNoContact where the device has gone or fails, kBusy where another
+// Calls throw DeviceFault: kNoContact if the device was unplugged or fails, kBusy if another
 // program streams from it.
 class VideoDevice {
  public:
@@ -70,28 +71,28 @@ class VideoDevice {
   VideoDevice& operator=(const VideoDevice&) = delete;
   virtual ~VideoDevice() = default;
 
-  // The name the user gave, for messages.
+  // The configured path, for messages.
   virtual std::string path() const = 0;
   virtual VideoIdentity identity() const = 0;
 
-  // Of the frames it is set to give.
+  // The frame size of the current format.
   virtual PanoramaSize current_size() = 0;
-  // What the driver makes of pixels and size: the nearest it can do, which may be neither. Trying
-  // changes nothing; setting it is possible before start only.
+  // The format nearest to `pixels` and `size` that the driver supports, which may differ in both.
+  // try_format changes nothing; set_format is allowed before start() only.
   virtual VideoFormat try_format(const std::string& pixels, PanoramaSize size) = 0;
   virtual VideoFormat set_format(const std::string& pixels, PanoramaSize size) = 0;
 
-  // None where the camera has no such control or cannot use it now.
+  // None if the camera has no such control or it is inactive.
   virtual std::optional<ControlRange> range_of(VideoControl control) = 0;
   virtual int control(VideoControl control) = 0;
-  // False where the driver refuses the value. Drivers round it: read it back.
+  // False if the driver refuses the value. Drivers may round it: read it back.
   virtual bool set_control(VideoControl control, int value) = 0;
 
-  // Frames are taken from now on, into as many buffers as the driver needs, at least `buffers`.
+  // Starts streaming into at least `buffers` buffers.
   virtual void start(int buffers) = 0;
   virtual void stop() = 0;
-  // The oldest frame not yet taken: frames taken long ago come first when nobody fetched them. None
-  // once `timeout` has passed, or sooner where a signal arrives.
+  // The oldest queued frame, which may have been exposed long ago. None after `timeout`, or earlier
+  // if a signal arrives.
   virtual std::optional<VideoFrame> next_frame(Duration timeout) = 0;
 };
 

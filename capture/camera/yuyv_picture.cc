@@ -59,7 +59,7 @@ cv::Mat unpacked(std::span<const std::byte> frame, const VideoFormat& format) {
 
 }  // namespace
 
-std::size_t least_yuyv_bytes(const VideoFormat& format) {
+std::size_t min_yuyv_bytes(const VideoFormat& format) {
   if (format.size.width <= 0 || format.size.height <= 0) return 0;
   return static_cast<std::size_t>(format.size.height - 1) * format.bytes_per_line +
          2 * static_cast<std::size_t>(format.size.width);

@@ -10,14 +10,14 @@
 
 namespace raywalk::capture {
 
-// The least number of bytes a frame of the format has: the last line may lack its padding.
-std::size_t least_yuyv_bytes(const VideoFormat& format);
+// The minimum size of a frame of the format in bytes: the last line may lack its padding.
+std::size_t min_yuyv_bytes(const VideoFormat& format);
 
-// The frame as BGR in CV_8UC3. `frame` holds at least least_yuyv_bytes(format); the width is even.
+// The frame as BGR in CV_8UC3. `frame` holds at least min_yuyv_bytes(format); the width is even.
 cv::Mat bgr_from_yuyv(std::span<const std::byte> frame, const VideoFormat& format);
 
-// The bytes of a JPEG file of it; `quality` is 1 to 100. Both pixels of a pair have one chroma
-// sample already, so that JPEG's halving of chroma loses only what it loses between lines.
+// The bytes of a JPEG file of the frame; `quality` is 1 to 100. Pixel pairs already share a chroma
+// sample, so JPEG's chroma subsampling loses resolution only between lines.
 std::string jpeg_from_yuyv(std::span<const std::byte> frame, const VideoFormat& format,
                            int quality);
 

@@ -54,7 +54,7 @@ TEST(YuyvPicture, ColourBarsHaveTheirColours) {
   expect_near(first_pixel({32, 240, 32, 118}, kBt709), {255, 0, 0}, 1);  // blue
 }
 
-// Coded by the definition of luma and colour differences, any colour comes back.
+// Any colour coded by the definition of luma and colour differences is recovered.
 TEST(YuyvPicture, AnyColourComesBack) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> level(0.0, 1.0);
@@ -95,7 +95,7 @@ TEST(YuyvPicture, PairsShareChromaAndHaveTheirOwnLuma) {
 TEST(YuyvPicture, LinesMayBePaddedTheLastOneNeedNot) {
   const VideoFormat format = format_of({2, 2}, kBt601, 3);
   const auto frame = bytes_of({16, 128, 16, 128, 9, 9, 9, 235, 128, 235, 128});
-  EXPECT_EQ(least_yuyv_bytes(format), frame.size());
+  EXPECT_EQ(min_yuyv_bytes(format), frame.size());
   const cv::Mat bgr = bgr_from_yuyv(frame, format);
   EXPECT_EQ(bgr.at<cv::Vec3b>(0, 1), cv::Vec3b(0, 0, 0));
   EXPECT_EQ(bgr.at<cv::Vec3b>(1, 0), cv::Vec3b(255, 255, 255));

@@ -2,24 +2,26 @@
 // options, an example and the call that does the work.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace raywalk::capture {
 
-// Before a session: what it will be, and whether every device is there.
+// Before a session: the plan, and a check of every device.
 void add_plan(CLI::App* app);
 void add_check(CLI::App* app);
-// Moving by hand, for setting up.
+// Moving the slider by hand, for setting up.
 void add_home(CLI::App* app);
 void add_jog(CLI::App* app);
 void add_stop(CLI::App* app);
-// A session, and what is done with one.
+// Capturing a session and working on it.
 void add_run(CLI::App* app);
 void add_status(CLI::App* app);
 void add_verify(CLI::App* app);
 void add_import(CLI::App* app);
 void add_export(CLI::App* app);
-// Without hardware: a rig that is only simulated, and a room that is.
+// Without hardware: a simulated rig and a virtual room.
 void add_simulate(CLI::App* app);
 void add_virtual_room(CLI::App* app);
 

@@ -1,5 +1,7 @@
 #include "capture/commands/config_arguments.h"
 
+#include <CLI/CLI.hpp>
+
 #include "capture/config/rig_addresses.h"
 
 namespace raywalk::capture {
@@ -8,8 +10,8 @@ void add_config(CLI::App* command, ConfigArguments* arguments) {
   command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
       ->required();
   command->add_option("--rig", arguments->rig,
-                      "Use the simulated rig that works in this directory, not the devices of the "
-                      "settings");
+                      "Use the simulated rig that runs in this directory instead of the configured "
+                      "devices");
 }
 
 CaptureConfig config_of(const ConfigArguments& arguments) {

@@ -1,10 +1,13 @@
-// The configuration that commands with devices take.
+// The configuration arguments shared by the commands that use devices.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "capture/config/capture_config.h"
+
+namespace CLI {
+class App;
+}
 
 namespace raywalk::capture {
 
@@ -13,7 +16,7 @@ struct ConfigArguments {
   std::string rig{};  // directory of a simulated rig; empty: the configured devices
 };
 
-// Adds both to a command; `arguments` has to outlive it.
+// Adds the arguments to a command; `arguments` must outlive it.
 void add_config(CLI::App* command, ConfigArguments* arguments);
 
 // Throws UsageError as read_capture_config and use_rig_addresses do.

@@ -1,8 +1,10 @@
 // plan, check: before anything moves.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "capture/commands/commands.h"
 #include "capture/commands/config_arguments.h"
@@ -45,30 +47,31 @@ void plan(const PlanArguments& arguments) {
 void check(const CheckArguments& arguments) {
   const auto checks = check_devices(config_of(arguments.config), arguments.disk);
   fmt::print("{}", text_of(checks));
-  if (!all_usable(checks)) throw Error("a run cannot begin; see the lines that say FAILS");
+  if (!all_usable(checks)) throw Error("a run cannot start; see the lines marked FAILS");
 }
 
 }  // namespace
 
 void add_plan(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "plan", "Tell what a session will be: stations, time, storage, what it can resolve");
+      "plan", "Report the planned session: stations, time, storage, resolution");
   auto arguments = std::make_shared<PlanArguments>();
   command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
       ->required();
   command->add_option("--picture", arguments->picture,
-                      "The plan as an SVG file (default: <config>-plan.svg here)");
-  command->add_flag("--json", arguments->json, "For programs");
+                      "SVG file to draw the plan to (default: <config>-plan.svg)");
+  command->add_flag("--json", arguments->json, "Print JSON");
   command->footer("Example:\n  raywalk-capture plan capture.yaml");
   command->callback([arguments] { plan(*arguments); });
 }
 
 void add_check(CLI::App* app) {
   CLI::App* command =
-      app->add_subcommand("check", "Talk to slider, camera and disk; nothing moves");
+      app->add_subcommand("check", "Check slider, camera and disk without moving anything");
   auto arguments = std::make_shared<CheckArguments>();
   add_config(command, &arguments->config);
-  command->add_option("--disk", arguments->disk, "Directory that sessions go to (default: here)");
+  command->add_option("--disk", arguments->disk,
+                      "Directory for sessions, whose disk is checked (default: .)");
   command->footer("Example:\n  raywalk-capture check capture.yaml");
   command->callback([arguments] { check(*arguments); });
 }

@@ -1,6 +1,7 @@
-// run, home, jog, stop: the commands that move.
+// run, home, jog, stop: the commands that move the slider.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "capture/commands/commands.h"
@@ -24,21 +25,20 @@ struct RunArguments {
 }  // namespace
 
 void add_run(CLI::App* app) {
-  CLI::App* command = app->add_subcommand("run", "Capture a session, or go on with one");
+  CLI::App* command = app->add_subcommand("run", "Capture a session, or resume one");
   auto arguments = std::make_shared<RunArguments>();
   RunOptions* options = &arguments->options;
   add_config(command, &arguments->config);
-  CLI::Option* session = command->add_option(
-      "--session", options->session, "Session directory: made, or gone on with if it is there");
-  CLI::Option* dry_run =
-      command->add_flag("--dry-run", options->dry_run, "Move to every station and take no picture");
+  CLI::Option* session = command->add_option("--session", options->session,
+                                             "Session directory; created, or resumed if it exists");
+  CLI::Option* dry_run = command->add_flag("--dry-run", options->dry_run,
+                                           "Move to every station without taking pictures");
   dry_run->excludes(session);
-  command->add_flag("--yes", options->yes,
-                    "Ask nobody to place the rail: for rigs that need no hands");
+  command->add_flag("--yes", options->yes, "Do not wait for an operator to place the rail");
   command->footer(
       "Example:\n  raywalk-capture run capture.yaml --session hall\n"
-      "Ctrl-C stops the slider and keeps what is captured; the same command goes on.\n"
-      "Exit code 3: paused, something has to be put right first.");
+      "Ctrl-C stops the slider and keeps what is captured; the same command resumes.\n"
+      "Exit code 3: paused; fix the reported problem, then resume.");
   command->callback([arguments] {
     if (!arguments->options.dry_run && arguments->options.session.empty()) {
       throw CLI::RequiredError("--session (or --dry-run)");
@@ -49,7 +49,7 @@ void add_run(CLI::App* app) {
 
 void add_home(CLI::App* app) {
   CLI::App* command =
-      app->add_subcommand("home", "Move the slider to its home switch, which becomes 0 mm");
+      app->add_subcommand("home", "Move the slider to its home switch and set 0 mm there");
   auto arguments = std::make_shared<ConfigArguments>();
   add_config(command, arguments.get());
   command->footer("Example:\n  raywalk-capture home capture.yaml");
@@ -58,10 +58,11 @@ void add_home(CLI::App* app) {
 
 void add_jog(CLI::App* app) {
   CLI::App* command =
-      app->add_subcommand("jog", "Move the slider by some millimetres, inside its soft limits");
+      app->add_subcommand("jog", "Move the slider by a distance within its soft limits");
   auto arguments = std::make_shared<JogArguments>();
   add_config(command, &arguments->config);
-  command->add_option("--mm", arguments->mm, "How far; negative towards home")->required();
+  command->add_option("--mm", arguments->mm, "Distance in millimetres; negative towards home")
+      ->required();
   command->footer("Example:\n  raywalk-capture jog capture.yaml --mm -25");
   command->callback([arguments] {
     fmt::print("{}\n", jog_slider(config_of(arguments->config).slider, arguments->mm));
@@ -74,7 +75,7 @@ void add_stop(CLI::App* app) {
   add_config(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-capture stop capture.yaml\n"
-      "While a run holds the port, stop it with Ctrl-C there.");
+      "To stop a run in another terminal, press Ctrl-C there: it holds the port.");
   command->callback([arguments] { fmt::print("{}\n", stop_slider(config_of(*arguments).slider)); });
 }
 

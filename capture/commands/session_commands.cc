@@ -1,8 +1,10 @@
-// status, verify, import, export: what is done with a session.
+// status, verify, import, export: the commands that work on a session on disk.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -35,7 +37,7 @@ std::shared_ptr<SessionArguments> add_session(CLI::App* command) {
   return arguments;
 }
 
-void bring_in(const ImportArguments& arguments) {
+void import_files(const ImportArguments& arguments) {
   SystemClock clock;
   if (!arguments.video.empty()) {
     const FilmImport result =
@@ -52,9 +54,10 @@ void bring_in(const ImportArguments& arguments) {
 }  // namespace
 
 void add_status(CLI::App* app) {
-  CLI::App* command = app->add_subcommand("status", "Tell how far a session is, and what is next");
+  CLI::App* command =
+      app->add_subcommand("status", "Show the progress of a session and the next step");
   auto arguments = add_session(command);
-  command->add_flag("--json", arguments->json, "For programs; docs/session.md lists the fields");
+  command->add_flag("--json", arguments->json, "Print JSON; docs/session.md lists the fields");
   command->footer("Example:\n  raywalk-capture status hall");
   command->callback([arguments] {
     SessionReader session(arguments->directory);
@@ -82,27 +85,30 @@ void add_verify(CLI::App* app) {
 
 void add_import(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "import", "Bring pictures from the camera's card, or a film, into a session");
+      "import", "Import pictures from the camera's card, or a film, into a session");
   auto arguments = std::make_shared<ImportArguments>();
   command->add_option("session", arguments->session, "Session directory")->required();
   CLI::Option* files =
       command->add_option("files", arguments->files, "Pictures, or directories that hold them");
   command->add_flag("--allow-missing", arguments->film.allow_missing,
-                    "Import what was matched where some stations or pictures have no counterpart");
+                    "Import the matched pictures even if some stations or pictures have no match");
   CLI::Option* video =
       command->add_option("--video", arguments->video, "A film shot while the slider moved slowly")
           ->excludes(files);
   command
-      ->add_option("--line", arguments->film.line, "Which line the film shows (default: find out)")
+      ->add_option("--line", arguments->film.line,
+                   "The line that the film shows (default: detect it)")
       ->needs(video);
-  command->add_option("--format", arguments->film.format, "Of frames taken from a film: jpg or png")
+  command
+      ->add_option("--format", arguments->film.format,
+                   "Format of the frames extracted from a film: jpg or png")
       ->check(CLI::IsMember({"jpg", "png"}))
       ->needs(video);
   command->footer(
       "Example:\n  raywalk-capture import hall /media/card/DCIM\n"
       "  raywalk-capture import hall --video x0.mp4 --line x0\n"
-      "Files are only read; an import that was stopped is gone on with by the same command.");
-  command->callback([arguments] { bring_in(*arguments); });
+      "The given files are not modified. The same command resumes an interrupted import.");
+  command->callback([arguments] { import_files(*arguments); });
 }
 
 void add_export(CLI::App* app) {
@@ -111,12 +117,11 @@ void add_export(CLI::App* app) {
   auto arguments = add_session(command);
   command
       ->add_option("--exposure", arguments->exported.exposure,
-                   "Which one of bracketed exposures, from 0")
+                   "Index of the bracketed exposure, from 0")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--partial", arguments->exported.partial,
-                    "What there is of a session that is not finished");
+  command->add_flag("--partial", arguments->exported.partial, "Export an unfinished session");
   command->add_flag("--unstitched", arguments->exported.unstitched,
-                    "Also fisheye frames, which are no panoramas yet");
+                    "Export fisheye frames that are not stitched to panoramas yet");
   command->footer(
       "Example:\n  raywalk-capture export hall\n"
       "  raywalk-build-lf pack --frames hall/poses.csv --out hall.lf");

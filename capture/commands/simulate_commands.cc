@@ -1,6 +1,7 @@
 // simulate, virtual-room: captures without hardware.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 
@@ -8,6 +9,7 @@
 #include "capture/simulated/rig/simulate_rig.h"
 #include "capture/simulated/write_capture.h"
 #include "core/base/parallel.h"
+#include "core/base/program.h"
 
 namespace raywalk::capture {
 namespace {
@@ -38,20 +40,19 @@ VirtualRoomSettings settings_of(const RoomArguments& arguments) {
 
 void add_simulate(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "simulate", "Be a rig without hardware: a slider on a serial port, a camera on HTTP");
+      "simulate", "Simulate a rig: a slider on a serial port, a camera on HTTP");
   auto arguments = std::make_shared<SimulateArguments>();
   command->add_option("config", arguments->config, "Settings, as in configs/simulated-rig.yaml")
       ->required();
   command
       ->add_option("--out", arguments->out,
-                   "Directory for the port's link, the camera's card and the truth")
+                   "Directory for the link to the port, the camera's card and the ground truth")
       ->required();
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture simulate configs/simulated-rig.yaml --out rig &\n"
       "  raywalk-capture run configs/capture-osc.yaml --rig rig --session hall\n"
-      "Works until Ctrl-C.");
+      "Runs until Ctrl-C.");
   command->callback([arguments] {
     set_thread_count(arguments->threads);
     simulate_rig(read_rig_config(arguments->config), arguments->out);
@@ -64,27 +65,26 @@ void add_virtual_room(CLI::App* app) {
       "virtual-room", "Capture a virtual room with its ground truth: frames, views and distances");
   command->add_option("config", arguments->config, "Settings, as in configs/virtual-room.yaml")
       ->required();
-  command->add_option("--out", arguments->capture.out, "Directory to make")->required();
-  command->add_option("--seed", arguments->seed, "Instead of the seed in the settings")
+  command->add_option("--out", arguments->capture.out, "Directory to create")->required();
+  command->add_option("--seed", arguments->seed, "Override the seed of the settings")
       ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--width", arguments->width,
-                   "Width of the panoramas in pixels, a multiple of 4, instead of the settings'")
+                   "Override the panorama width of the settings, in pixels; a multiple of 4")
       ->check(CLI::Range(kLeastWidth_px, kLargestWidth_px));
   CLI::Option* views = command->add_option(
       "--views", arguments->capture.views,
-      "True views to write: a table with columns name,x,z and optionally y (metres)");
+      "CSV table of the ground-truth views to write: columns name,x,z, optionally y, in metres");
   command
       ->add_option("--truth-views", arguments->capture.truth_views,
-                   "How many true views to spread over the cells (default 12)")
+                   "Number of ground-truth views, spread over the cells (default 12)")
       ->check(CLI::Range(0, 10000))
       ->excludes(views);
   command
       ->add_option("--every-distance", arguments->capture.distance_every,
-                   "Write the distance map of every so many-th station (default 8; 0: of none)")
+                   "Write the distance map of every N-th station (default 8; 0 disables)")
       ->check(CLI::Range(0, 1000000));
-  command->add_option("--threads", arguments->threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"
       "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");

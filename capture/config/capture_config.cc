@@ -47,10 +47,10 @@ void require_scene(const CaptureConfig& config) {
 
 void require_connection(const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
-  const bool serial = slider.connection == "rtu";
+  const bool serial = slider.connection == SliderConnection::kRtu;
   if (serial && slider.device.empty()) {
     refuse_setting(config, "slider.device",
-                   "is missing; name the serial port, best as /dev/serial/by-id/...");
+                   "is missing; name the serial port, preferably as /dev/serial/by-id/...");
   }
   if (!serial && slider.host.empty()) {
     refuse_setting(config, "slider.host", "is missing; name the drive's address");
@@ -102,9 +102,9 @@ void require_frame_size(const CaptureConfig& config) {
   const CameraConfig& camera = config.camera;
   if ((camera.width_px == 0) != (camera.height_px == 0)) {
     refuse_setting(config, camera.width_px == 0 ? "camera.width_px" : "camera.height_px",
-                   "is 0 and the other is not; give both, or neither to take what comes");
+                   "is 0 and the other is not; set both, or neither to accept any size");
   }
-  if (camera.frames == "panorama" && camera.width_px != 2 * camera.height_px) {
+  if (camera.frames == FrameKind::kPanorama && camera.width_px != 2 * camera.height_px) {
     refuse_setting(config, "camera.width_px",
                    fmt::format("is {} at a height of {}; a panorama is twice as wide as high",
                                camera.width_px, camera.height_px));
@@ -116,7 +116,7 @@ void require_exposure(const CaptureConfig& config) {
   if (!exposure.lock &&
       (exposure.shutter_s > 0.0 || exposure.iso > 0 || exposure.white_balance_k > 0)) {
     refuse_setting(config, "camera.exposure.lock",
-                   "is false, but values to lock are given; leave them out or set it to true");
+                   "is false, but values to lock are set; leave them out or set it to true");
   }
   const std::vector<double>& bracket_ev = exposure.bracket_ev;
   if (bracket_ev.empty()) {
@@ -125,7 +125,7 @@ void require_exposure(const CaptureConfig& config) {
   if (std::set<double>(bracket_ev.begin(), bracket_ev.end()).size() != bracket_ev.size()) {
     refuse_setting(config, "camera.exposure.bracket_ev", "holds an exposure twice");
   }
-  if (config.run.mode == "video" && bracket_ev.size() > 1) {
+  if (config.run.mode == CaptureMode::kVideo && bracket_ev.size() > 1) {
     refuse_setting(config, "camera.exposure.bracket_ev",
                    "holds more than one exposure, which a video cannot have; write [0]");
   }
@@ -139,7 +139,7 @@ void require_url(const CaptureConfig& config, std::string_view key, const std::s
   }
 }
 
-// Lines of the chip are told apart by their numbers, so no two may share one.
+// Lines are identified by their numbers on the chip, so all must differ.
 void require_lines(const CaptureConfig& config) {
   const TriggerConfig& trigger = config.camera.trigger;
   if (trigger.shutter_line < 0) {
@@ -152,23 +152,33 @@ void require_lines(const CaptureConfig& config) {
   }
   if (trigger.focus_line == trigger.shutter_line || trigger.busy_line == trigger.shutter_line) {
     refuse_setting(config, "trigger.shutter_line",
-                   fmt::format("is {}, the number of another line too", trigger.shutter_line));
+                   fmt::format("is {}, as is another line", trigger.shutter_line));
   }
   if (trigger.busy_line >= 0 && trigger.busy_line == trigger.focus_line) {
     refuse_setting(config, "trigger.busy_line",
-                   fmt::format("is {}, the number of another line too", trigger.busy_line));
+                   fmt::format("is {}, as is another line", trigger.busy_line));
+  }
+}
+
+void require_video_device(const CaptureConfig& config) {
+  if (config.camera.v4l2.device.empty()) {
+    refuse_setting(config, "camera.v4l2.device",
+                   "is missing; name the video device, preferably as /dev/v4l/by-id/...");
   }
 }
 
 void require_camera(const CaptureConfig& config) {
   const CameraConfig& camera = config.camera;
-  if (camera.kind == "osc") {
-    require_url(config, "camera.osc.url", camera.osc.url);
-  } else if (camera.kind == "gpio") {
-    require_lines(config);
-  } else if (camera.v4l2.device.empty()) {
-    refuse_setting(config, "camera.v4l2.device",
-                   "is missing; name the video device, best as /dev/v4l/by-id/...");
+  switch (camera.kind) {
+    case CameraKind::kOsc:
+      require_url(config, "camera.osc.url", camera.osc.url);
+      break;
+    case CameraKind::kGpio:
+      require_lines(config);
+      break;
+    case CameraKind::kV4l2:
+      require_video_device(config);
+      break;
   }
   require_frame_size(config);
   require_exposure(config);

@@ -15,7 +15,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// The least that a capture can be told, in lines that tests add to.
+// A minimal configuration, which tests extend.
 struct ConfigText {
   std::string grid = "grid: {cell_side_m: 1}\n";
   std::string slider =
@@ -49,14 +49,14 @@ class CaptureConfigTest : public testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(CaptureConfigTest, TheLeastThatIsNeededLeavesTheRestAtItsDefaults) {
+TEST_F(CaptureConfigTest, AMinimalFileLeavesTheRestAtTheDefaults) {
   const CaptureConfig config = read({});
   EXPECT_EQ(config.grid.spacing_mm, 25.0);
   EXPECT_EQ(config.grid.overhang_mm, -1.0);
   EXPECT_TRUE(config.validation.empty());
-  EXPECT_EQ(config.camera.kind, "osc");
+  EXPECT_EQ(config.camera.kind, CameraKind::kOsc);
   EXPECT_THAT(config.camera.exposure.bracket_ev, ElementsAre(0.0));
-  EXPECT_EQ(config.run.mode, "stations");
+  EXPECT_EQ(config.run.mode, CaptureMode::kStations);
   EXPECT_EQ(config.file, directory_ / "capture.yaml");
 }
 
@@ -76,7 +76,7 @@ TEST_F(CaptureConfigTest, EveryGroupIsRead) {
   EXPECT_THAT(config.camera.exposure.bracket_ev, ElementsAre(0.0, -2.0));
   EXPECT_EQ(config.camera.trigger.shutter_line, 17);
   ASSERT_EQ(config.validation.size(), 2u);
-  EXPECT_EQ(config.validation[0].axis, "z");
+  EXPECT_EQ(config.validation[0].axis, LineAxis::kZ);
   EXPECT_EQ(config.validation[1].to_m, 0.4);
   EXPECT_EQ(config.run.shots, 5);
 }
@@ -99,7 +99,19 @@ TEST_F(CaptureConfigTest, MistypedKeysNameFileLineAndKey) {
             "capture.yaml:1: 'grid.cell_side_m' is '0'; it must lie between 0.01 and 100");
 }
 
-TEST_F(CaptureConfigTest, WhatASliderLacksIsNamed) {
+TEST_F(CaptureConfigTest, AnUnknownChoiceNamesTheNearestOne) {
+  EXPECT_EQ(
+      error_of({.camera = "camera: {kind: ocs}\n"}),
+      "capture.yaml:3: 'camera.kind' is 'ocs'; it is not a valid choice; did you mean 'osc'?");
+  EXPECT_EQ(
+      error_of({.rest = "run: {mode: film}\n"}),
+      "capture.yaml:4: 'run.mode' is 'film'; it is not a valid choice; valid are stations, video");
+  EXPECT_EQ(
+      error_of({.rest = "validation:\n- axis: y\n"}),
+      "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a valid choice; valid are x, z");
+}
+
+TEST_F(CaptureConfigTest, MissingSliderSettingsAreNamed) {
   EXPECT_THAT(error_of({.slider = "slider: {register_map: map.yaml, high_limit_mm: 9}\n"}),
               HasSubstr("capture.yaml: 'slider.device' is missing"));
   EXPECT_THAT(error_of({.slider = "slider: {connection: tcp, device: a, high_limit_mm: 9}\n"}),
@@ -129,7 +141,7 @@ TEST_F(CaptureConfigTest, UnitsFollowTheConnection) {
   EXPECT_THAT(unit_error("tcp", 248), HasSubstr("'slider.unit' is 248; it must lie between"));
 }
 
-TEST_F(CaptureConfigTest, LimitsHaveToLeaveRoom) {
+TEST_F(CaptureConfigTest, EmptyLimitsAreRefused) {
   const std::string slider = "slider:\n  device: a\n  register_map: map.yaml\n";
   EXPECT_EQ(error_of({.slider = slider}),
             "capture.yaml: 'slider.high_limit_mm' is 0; it must be above low_limit_mm, which is 0");
@@ -143,7 +155,7 @@ TEST_F(CaptureConfigTest, LimitsHaveToLeaveRoom) {
               HasSubstr("'slider.motion.poll_ms' is 10; it must not exceed stall_ms"));
 }
 
-TEST_F(CaptureConfigTest, ACameraNeedsWhatItIsReachedBy) {
+TEST_F(CaptureConfigTest, ACameraNeedsItsAddress) {
   EXPECT_THAT(error_of({.camera = ""}), HasSubstr("'camera.osc.url' is ''"));
   for (const std::string url : {"192.168.1.1", "https://192.168.1.1", "http://"}) {
     EXPECT_THAT(error_of({.camera = "camera: {osc: {url: \"" + url + "\"}}\n"}),
@@ -158,10 +170,10 @@ TEST_F(CaptureConfigTest, ACameraNeedsWhatItIsReachedBy) {
       HasSubstr("'trigger.chip' is empty"));
   EXPECT_THAT(
       error_of({.camera = "camera: {kind: gpio}\ntrigger: {shutter_line: 4, focus_line: 4}\n"}),
-      HasSubstr("'trigger.shutter_line' is 4, the number of another line"));
+      HasSubstr("'trigger.shutter_line' is 4, as is another line"));
   EXPECT_THAT(error_of({.camera = "camera: {kind: gpio}\n"
                                   "trigger: {shutter_line: 4, focus_line: 5, busy_line: 5}\n"}),
-              HasSubstr("'trigger.busy_line' is 5, the number of another line"));
+              HasSubstr("'trigger.busy_line' is 5, as is another line"));
 }
 
 TEST_F(CaptureConfigTest, FramesAndExposuresHaveToFitTogether) {
@@ -182,7 +194,7 @@ TEST_F(CaptureConfigTest, FramesAndExposuresHaveToFitTogether) {
               HasSubstr("which a video cannot have"));
 }
 
-TEST_F(CaptureConfigTest, PlansThatContradictThemselvesAreRefused) {
+TEST_F(CaptureConfigTest, ContradictoryPlansAreRefused) {
   EXPECT_THAT(error_of({.grid = "grid: {overhang_mm: -0.5}\n"}),
               HasSubstr("capture.yaml:1: 'grid.overhang_mm' is -0.5"));
   EXPECT_EQ(error_of({.rest = "validation:\n- axis: x\n  from_m: 1\n  to_m: 1\n"}),

@@ -1,15 +1,16 @@
 #include "capture/config/capture_schema.h"
 
+#include <array>
 #include <cstddef>
 
 namespace raywalk::capture {
 namespace {
 
-constexpr double kLongest_m = 1000.0;  // of anything in the plan
-constexpr double kLongest_mm = 1e6;
-constexpr double kLongest_ms = 3.6e6;
-constexpr std::size_t kMostValidationLines = 100;
-constexpr std::size_t kMostExposures = 9;
+constexpr double kMaxLength_m = 1000.0;  // of anything in the plan
+constexpr double kMaxLength_mm = 1e6;
+constexpr double kMaxTime_ms = 3.6e6;
+constexpr std::size_t kMaxValidationLines = 100;
+constexpr std::size_t kMaxExposures = 9;
 
 void bind_grid(SettingsSchema* schema, CaptureGrid* grid) {
   schema->number("grid.cell_side_m", &grid->cell_side_m, 0.01, 100.0)
@@ -23,10 +24,10 @@ void bind_grid(SettingsSchema* schema, CaptureGrid* grid) {
 
 SettingsSchema validation_schema(ValidationLine* line) {
   SettingsSchema schema;
-  schema.choice("axis", &line->axis, {"x", "z"})
-      .number("across_m", &line->across_m, -kLongest_m, kLongest_m)
-      .number("from_m", &line->from_m, -kLongest_m, kLongest_m)
-      .number("to_m", &line->to_m, -kLongest_m, kLongest_m)
+  schema.choice("axis", &line->axis, std::array{LineAxis::kX, LineAxis::kZ})
+      .number("across_m", &line->across_m, -kMaxLength_m, kMaxLength_m)
+      .number("from_m", &line->from_m, -kMaxLength_m, kMaxLength_m)
+      .number("to_m", &line->to_m, -kMaxLength_m, kMaxLength_m)
       .number("spacing_mm", &line->spacing_mm, 0.1, 1e5);
   return schema;
 }
@@ -41,37 +42,37 @@ void bind_motion(SettingsSchema* schema, MotionRules* motion) {
   schema->number("slider.motion.speed_mm_s", &motion->profile.speed_mm_s, 0.01, 1e4)
       .number("slider.motion.acceleration_mm_s2", &motion->profile.acceleration_mm_s2, 0.01, 1e6)
       .number("slider.motion.settle_tolerance_mm", &motion->settle_tolerance_mm, 0.001, 100.0)
-      .number("slider.motion.settle_ms", &motion->settle_ms, 0.0, kLongest_ms)
-      .number("slider.motion.settle_timeout_ms", &motion->settle_timeout_ms, 1.0, kLongest_ms)
+      .number("slider.motion.settle_ms", &motion->settle_ms, 0.0, kMaxTime_ms)
+      .number("slider.motion.settle_timeout_ms", &motion->settle_timeout_ms, 1.0, kMaxTime_ms)
       .number("slider.motion.following_error_mm", &motion->following_error_mm, 0.01, 1000.0)
-      .number("slider.motion.stall_ms", &motion->stall_ms, 1.0, kLongest_ms)
+      .number("slider.motion.stall_ms", &motion->stall_ms, 1.0, kMaxTime_ms)
       .number("slider.motion.poll_ms", &motion->poll_ms, 0.1, 1000.0)
-      .number("slider.motion.homing_timeout_ms", &motion->homing_timeout_ms, 1.0, kLongest_ms);
+      .number("slider.motion.homing_timeout_ms", &motion->homing_timeout_ms, 1.0, kMaxTime_ms);
 }
 
 void bind_slider(SettingsSchema* schema, SliderConfig* slider) {
-  schema->choice("slider.connection", &slider->connection, {"rtu", "tcp"})
+  schema->choice("slider.connection", &slider->connection, kSliderConnections)
       .text("slider.device", &slider->device)
       .integer("slider.baud", &slider->baud, 50, 4000000)
-      .choice("slider.parity", &slider->parity, {"none", "even", "odd"})
+      .choice("slider.parity", &slider->parity, kSerialParities)
       .integer("slider.stop_bits", &slider->stop_bits, 1, 2)
       .boolean("slider.rs485", &slider->rs485)
       .text("slider.host", &slider->host)
       .integer("slider.port", &slider->port, 1, 65535)
       .integer("slider.unit", &slider->unit, 1, 255)
-      .number("slider.response_timeout_ms", &slider->response_timeout_ms, 1.0, kLongest_ms)
-      .number("slider.byte_timeout_ms", &slider->byte_timeout_ms, 1.0, kLongest_ms)
+      .number("slider.response_timeout_ms", &slider->response_timeout_ms, 1.0, kMaxTime_ms)
+      .number("slider.byte_timeout_ms", &slider->byte_timeout_ms, 1.0, kMaxTime_ms)
       .integer("slider.tries", &slider->tries, 1, 100)
       .path("slider.register_map", &slider->register_map)
-      .number("slider.low_limit_mm", &slider->low_limit_mm, -kLongest_mm, kLongest_mm)
-      .number("slider.high_limit_mm", &slider->high_limit_mm, -kLongest_mm, kLongest_mm)
-      .number("slider.first_station_mm", &slider->first_station_mm, -kLongest_mm, kLongest_mm);
+      .number("slider.low_limit_mm", &slider->low_limit_mm, -kMaxLength_mm, kMaxLength_mm)
+      .number("slider.high_limit_mm", &slider->high_limit_mm, -kMaxLength_mm, kMaxLength_mm)
+      .number("slider.first_station_mm", &slider->first_station_mm, -kMaxLength_mm, kMaxLength_mm);
   bind_motion(schema, &slider->motion);
 }
 
 void bind_camera(SettingsSchema* schema, CameraConfig* camera) {
-  schema->choice("camera.kind", &camera->kind, {"osc", "v4l2", "gpio"})
-      .choice("camera.frames", &camera->frames, {"panorama", "dual-fisheye"})
+  schema->choice("camera.kind", &camera->kind, kCameraKinds)
+      .choice("camera.frames", &camera->frames, kFrameKinds)
       .integer("camera.width_px", &camera->width_px, 0, 65536)
       .integer("camera.height_px", &camera->height_px, 0, 65536)
       .boolean("camera.exposure.lock", &camera->exposure.lock)
@@ -79,15 +80,15 @@ void bind_camera(SettingsSchema* schema, CameraConfig* camera) {
       .integer("camera.exposure.iso", &camera->exposure.iso, 0, 10000000)
       .integer("camera.exposure.white_balance_k", &camera->exposure.white_balance_k, 0, 100000)
       .numbers("camera.exposure.bracket_ev", &camera->exposure.bracket_ev, -10.0, 10.0,
-               kMostExposures)
+               kMaxExposures)
       .text("camera.osc.url", &camera->osc.url)
-      .number("camera.osc.connect_timeout_ms", &camera->osc.connect_timeout_ms, 1.0, kLongest_ms)
-      .number("camera.osc.picture_timeout_ms", &camera->osc.picture_timeout_ms, 1.0, kLongest_ms)
+      .number("camera.osc.connect_timeout_ms", &camera->osc.connect_timeout_ms, 1.0, kMaxTime_ms)
+      .number("camera.osc.picture_timeout_ms", &camera->osc.picture_timeout_ms, 1.0, kMaxTime_ms)
       .number("camera.osc.poll_ms", &camera->osc.poll_ms, 1.0, 10000.0)
       .text("camera.v4l2.device", &camera->v4l2.device)
-      .choice("camera.v4l2.pixel_format", &camera->v4l2.pixel_format, {"mjpg", "yuyv"})
-      .number("camera.v4l2.frame_timeout_ms", &camera->v4l2.frame_timeout_ms, 1.0, kLongest_ms)
-      .number("camera.v4l2.exposure_ms", &camera->v4l2.exposure_ms, 0.0, kLongest_ms)
+      .choice("camera.v4l2.pixel_format", &camera->v4l2.pixel_format, kPixelFormats)
+      .number("camera.v4l2.frame_timeout_ms", &camera->v4l2.frame_timeout_ms, 1.0, kMaxTime_ms)
+      .number("camera.v4l2.exposure_ms", &camera->v4l2.exposure_ms, 0.0, kMaxTime_ms)
       .integer("camera.v4l2.jpeg_quality", &camera->v4l2.jpeg_quality, 1, 100);
 }
 
@@ -98,16 +99,16 @@ void bind_trigger(SettingsSchema* schema, TriggerConfig* trigger) {
       .integer("trigger.busy_line", &trigger->busy_line, -1, 65535)
       .boolean("trigger.active_low", &trigger->active_low)
       .boolean("trigger.busy_active_low", &trigger->busy_active_low)
-      .number("trigger.focus_ms", &trigger->focus_ms, 0.0, kLongest_ms)
-      .number("trigger.pulse_ms", &trigger->pulse_ms, 1.0, kLongest_ms)
+      .number("trigger.focus_ms", &trigger->focus_ms, 0.0, kMaxTime_ms)
+      .number("trigger.pulse_ms", &trigger->pulse_ms, 1.0, kMaxTime_ms)
       .boolean("trigger.press_per_exposure", &trigger->press_per_exposure)
-      .number("trigger.hold_ms", &trigger->hold_ms, 0.0, kLongest_ms)
-      .number("trigger.busy_start_timeout_ms", &trigger->busy_start_timeout_ms, 1.0, kLongest_ms)
-      .number("trigger.busy_end_timeout_ms", &trigger->busy_end_timeout_ms, 1.0, kLongest_ms);
+      .number("trigger.hold_ms", &trigger->hold_ms, 0.0, kMaxTime_ms)
+      .number("trigger.busy_start_timeout_ms", &trigger->busy_start_timeout_ms, 1.0, kMaxTime_ms)
+      .number("trigger.busy_end_timeout_ms", &trigger->busy_end_timeout_ms, 1.0, kMaxTime_ms);
 }
 
 void bind_run(SettingsSchema* schema, RunConfig* run) {
-  schema->choice("run.mode", &run->mode, {"stations", "video"})
+  schema->choice("run.mode", &run->mode, kCaptureModes)
       .number("run.video_speed_mm_s", &run->video_speed_mm_s, 0.01, 1e4)
       .integer("run.shots", &run->shots, 1, 100)
       .number("run.approach_mm", &run->approach_mm, 0.0, 1000.0)
@@ -116,7 +117,7 @@ void bind_run(SettingsSchema* schema, RunConfig* run) {
       .number("run.picture_s", &run->picture_s, 0.0, 3600.0)
       .number("run.placing_s", &run->placing_s, 0.0, 86400.0)
       .text("run.place_url", &run->place_url)
-      .number("run.place_timeout_ms", &run->place_timeout_ms, 1.0, kLongest_ms);
+      .number("run.place_timeout_ms", &run->place_timeout_ms, 1.0, kMaxTime_ms);
 }
 
 }  // namespace
@@ -126,7 +127,7 @@ SettingsSchema capture_schema(CaptureConfig* config) {
   bind_grid(&schema, &config->grid);
   schema.items(
       "validation", [config] { return validation_schema(&config->validation.emplace_back()); },
-      kMostValidationLines);
+      kMaxValidationLines);
   bind_scene(&schema, &config->scene);
   bind_slider(&schema, &config->slider);
   bind_camera(&schema, &config->camera);

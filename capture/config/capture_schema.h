@@ -6,8 +6,8 @@
 
 namespace raywalk::capture {
 
-// Every key, bound to `config`, which has to outlive the schema. A file's validation lines are
-// added to those that `config` holds.
+// Every key, bound to `config`, which must outlive the schema. Validation lines of a file are
+// appended to those of `config`.
 SettingsSchema capture_schema(CaptureConfig* config);
 
 }  // namespace raywalk::capture

@@ -13,7 +13,7 @@ constexpr std::size_t kMaxAddressBytes = 1 << 16;
 nlohmann::json read_addresses(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) {
     throw UsageError(file.parent_path().string() +
-                     ": no simulated rig works there; start one with raywalk-capture simulate");
+                     ": no simulated rig runs there; start one with raywalk-capture simulate");
   }
   try {
     return nlohmann::json::parse(read_file(file, kMaxAddressBytes));
@@ -25,7 +25,7 @@ nlohmann::json read_addresses(const std::filesystem::path& file) {
 }  // namespace
 
 void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& directory) {
-  if (config->camera.kind != "osc") {
+  if (config->camera.kind != CameraKind::kOsc) {
     refuse_setting(*config, "camera.kind", "the simulated rig's camera is 'osc'");
   }
   const std::filesystem::path file = directory / "rig.json";
@@ -38,7 +38,7 @@ void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& direc
     config->camera.osc.url = rig.at("camera_url").get<std::string>();
     config->run.place_url = config->camera.osc.url + "/rig/place";
   } catch (const nlohmann::json::exception&) {
-    throw UsageError(file.string() + ": not what a simulated rig writes; start it again");
+    throw UsageError(file.string() + ": not written by a simulated rig; start the rig again");
   }
 }
 

@@ -1,4 +1,4 @@
-// A configuration turned to the simulated rig, so that a session can be rehearsed as it is planned.
+// Redirects a configuration to a simulated rig, to rehearse a session as planned.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,9 @@
 
 namespace raywalk::capture {
 
-// Replaces the addresses of slider and camera, and who places the rail, by those of the rig that
-// works in `directory` (raywalk-capture simulate). Throws UsageError: no rig works there, its
-// rig.json cannot be read, or the configured camera is not one that is reached over HTTP.
+// Replaces the addresses of slider, camera and rail placement by those of the rig that runs in
+// `directory` (raywalk-capture simulate). Throws UsageError: no rig runs there, its rig.json cannot
+// be read, or the configured camera is not of kind osc.
 void use_rig_addresses(CaptureConfig* config, const std::filesystem::path& directory);
 
 }  // namespace raywalk::capture

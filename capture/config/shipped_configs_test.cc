@@ -1,4 +1,4 @@
-// The files in configs/ are the documentation of the configuration; these tests hold them to it.
+// The files in configs/ document the configuration; these tests check that they are complete.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ std::filesystem::path shipped(const std::string& name) {
 
 std::size_t indent_of(const std::string& line) { return line.find_first_not_of(' '); }
 
-// The file without the lines that it marks as examples, and what is indented under those.
+// The file without the lines marked as examples and the lines indented under them.
 std::string without_examples(const std::string& yaml) {
   std::istringstream lines(yaml);
   std::string kept;
@@ -42,9 +42,9 @@ std::string without_examples(const std::string& yaml) {
 
 TEST(ShippedCaptureConfigs, AreRead) {
   for (const char* name : kFiles) EXPECT_NO_THROW(read_capture_config(shipped(name))) << name;
-  EXPECT_EQ(read_capture_config(shipped("capture-osc.yaml")).camera.kind, "osc");
-  EXPECT_EQ(read_capture_config(shipped("capture-gpio.yaml")).camera.kind, "gpio");
-  EXPECT_EQ(read_capture_config(shipped("capture-v4l2.yaml")).camera.kind, "v4l2");
+  EXPECT_EQ(read_capture_config(shipped("capture-osc.yaml")).camera.kind, CameraKind::kOsc);
+  EXPECT_EQ(read_capture_config(shipped("capture-gpio.yaml")).camera.kind, CameraKind::kGpio);
+  EXPECT_EQ(read_capture_config(shipped("capture-v4l2.yaml")).camera.kind, CameraKind::kV4l2);
 }
 
 TEST(ShippedCaptureConfigs, TogetherHoldEveryKey) {
@@ -56,8 +56,8 @@ TEST(ShippedCaptureConfigs, TogetherHoldEveryKey) {
   EXPECT_EQ(held, known);
 }
 
-// A key is explained where it first appears: a comment stands above it, or above keys that it
-// follows without an empty line between. Groups need no explanation of their own.
+// A key is explained where it first appears by a comment above it, or above the keys that precede
+// it without an empty line. Groups need no explanation of their own.
 TEST(ShippedCaptureConfigs, ExplainEveryKeyWhereItFirstAppears) {
   std::set<std::string> explained;
   for (const char* name : kFiles) {

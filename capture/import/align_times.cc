@@ -10,14 +10,14 @@
 namespace raywalk::capture {
 namespace {
 
-// How far a camera's shutter lag varies from shot to shot, at most.
+// Largest variation of a camera's shutter lag from shot to shot.
 constexpr double kLagJitter_s = 0.4;
-// Two quartz clocks of consumer devices, 100 ppm off each, in opposite directions.
+// Two consumer quartz clocks, each off by 100 ppm, in opposite directions.
 constexpr double kMostDrift = 2e-4;
 constexpr double kUsualDrift = 5e-5;
 constexpr double kScatter_s = 0.3;              // of a clock that counts seconds: 1 / sqrt(12)
-constexpr std::size_t kVotingSlots = 300;       // enough to find an offset
-constexpr std::size_t kProposalsPerDrift = 24;  // the best and its neighbours one or more slots on
+constexpr std::size_t kVotingSlots = 300;       // subsampled beyond this many
+constexpr std::size_t kProposalsPerDrift = 24;  // includes offsets wrong by a few slots
 constexpr int kRefinements = 3;
 
 // Picture time = slot time + offset_s + drift * slot time.
@@ -36,10 +36,10 @@ struct Problem {
   std::span<const ShotSlot> slots;
   std::span<const double> pictures_s;
   double tolerance_s = 0.0;
-  double rms_floor_s = 0.0;  // differences below this say nothing
+  double rms_floor_s = 0.0;  // residuals below this are not compared
 };
 
-// By how much a picture misses the interval of a slot.
+// Distance in time of a picture from the interval of a slot; 0 inside it.
 double residual(const Problem& problem, const ClockRelation& clocks, std::size_t slot,
                 std::size_t picture) {
   const ShotSlot& interval = problem.slots[slot];
@@ -47,7 +47,7 @@ double residual(const Problem& problem, const ClockRelation& clocks, std::size_t
   return std::max({interval.from_s - time_s, time_s - interval.to_s, 0.0});
 }
 
-// One in twenty pauses between slots is shorter than the one returned.
+// The 5th percentile of the pauses between slots.
 double short_pause(std::span<const ShotSlot> slots) {
   std::vector<double> pauses_s;
   for (std::size_t i = 1; i < slots.size(); ++i) {
@@ -60,8 +60,8 @@ double short_pause(std::span<const ShotSlot> slots) {
   return *at;
 }
 
-// A picture may be off by half a step of its clock and by the camera's jitter; but beyond half a
-// pause it would be nearer to another slot.
+// A picture may be off by half a step of its clock plus the camera's jitter, but not by more than
+// half a pause, beyond which it is nearer to another slot.
 double tolerance(std::span<const ShotSlot> slots, double resolution_s) {
   return std::min(0.5 * resolution_s + kLagJitter_s,
                   std::max(0.45 * short_pause(slots), 0.25 * resolution_s));
@@ -73,8 +73,8 @@ class ChainSearch {
   ChainSearch(std::size_t slots, std::size_t pictures)
       : slots_(slots), best_until_(pictures + 1, kNone) {}
 
-  // Pairs have to come in ascending order of slots and, within a slot, in descending order of
-  // pictures, so that no chain uses a slot twice.
+  // Add pairs in ascending order of slots and, within a slot, in descending order of pictures, so
+  // that no chain uses a slot twice.
   void add_pair(std::size_t slot, std::size_t picture, double residual_s) {
     Node node{slot, picture, 1, residual_s * residual_s, best_before(picture)};
     if (node.previous != kNone) {
@@ -166,12 +166,11 @@ std::vector<PairedTime> paired_times(const Problem& problem,
   return pairs;
 }
 
-// The drift that is most probable, given that quartz clocks drift by some kUsualDrift and the
-// differences scatter by kScatter_s. Minimizing
+// Maximum a posteriori drift: normal prior of standard deviation kUsualDrift, differences with
+// standard deviation kScatter_s. Minimizing
 //   sum (difference - mean - drift (slot - mean))^2 / kScatter_s^2 + drift^2 / kUsualDrift^2
-// over drift gives S_xy / (S_xx + (kScatter_s / kUsualDrift)^2): a session of minutes, which cannot
-// show a drift, gets none, one of hours gets what its times say. No pair is off by more than the
-// tolerance, so none can bend the line far.
+// over drift gives S_xy / (S_xx + (kScatter_s / kUsualDrift)^2). The prior dominates in sessions of
+// minutes, the data in sessions of hours. Outliers are bounded by the tolerance.
 double drift_of(const std::vector<PairedTime>& pairs) {
   const auto count = static_cast<double>(pairs.size());
   double slot_mean_s = 0.0;
@@ -191,7 +190,7 @@ double drift_of(const std::vector<PairedTime>& pairs) {
   return std::clamp(s_xy / (s_xx + kPrior_s2), -kMostDrift, kMostDrift);
 }
 
-// The median withstands the pictures that only seem to belong.
+// The median is robust to wrongly matched pictures.
 ClockRelation fit_clocks(const std::vector<PairedTime>& pairs) {
   ClockRelation clocks;
   clocks.drift = drift_of(pairs);
@@ -204,7 +203,7 @@ ClockRelation fit_clocks(const std::vector<PairedTime>& pairs) {
   return clocks;
 }
 
-// From a proposal to the assignment it leads to: assign, fit the clocks, assign again.
+// Alternates between assigning pictures and fitting the clocks, starting at a proposal.
 std::optional<TimeAlignment> refine(const Problem& problem, ClockRelation clocks) {
   TimeAlignment alignment;
   for (int round = 0; round < kRefinements; ++round) {
@@ -228,8 +227,8 @@ std::optional<TimeAlignment> refine(const Problem& problem, ClockRelation clocks
   return alignment;
 }
 
-// Drifts so close that the offset moves by less than the tolerance from one to the next over the
-// whole session; 0 is among them.
+// Candidate drifts, spaced so that the offset at the end of the session changes by less than the
+// tolerance from one to the next. Includes 0.
 std::vector<double> drifts_to_try(const Problem& problem) {
   const double span_s = problem.slots.back().to_s - problem.slots.front().from_s;
   const int to_each_side = static_cast<int>(
@@ -241,8 +240,8 @@ std::vector<double> drifts_to_try(const Problem& problem) {
   return drifts;
 }
 
-// The offsets with most votes. Votes are counted in bins as wide as the tolerance; each bin is
-// taken with its upper neighbour, so that no group of votes is cut by a border.
+// The offsets with most votes. Bins are as wide as the tolerance; each is counted together with its
+// upper neighbour, so that no cluster is split at a bin's edge.
 std::vector<ClockRelation> propose_offsets(const Problem& problem, double drift) {
   const std::size_t stride = (problem.slots.size() + kVotingSlots - 1) / kVotingSlots;
   std::vector<std::int64_t> votes;
@@ -271,8 +270,8 @@ std::vector<ClockRelation> propose_offsets(const Problem& problem, double drift)
   return proposals;
 }
 
-// Every different assignment that a proposal leads to and that matches at least half as many slots
-// as the fullest.
+// All distinct assignments reached from the proposals that match at least half as many slots as the
+// best of them.
 std::vector<TimeAlignment> contenders(const Problem& problem) {
   std::vector<TimeAlignment> found;
   std::size_t fullest = 0;
@@ -303,7 +302,7 @@ bool refutes(const Problem& problem, const TimeAlignment& a, const TimeAlignment
          !fits_twice_as_badly(problem, a, b);
 }
 
-// Times since the first slot and the first picture, so that no digits are lost to the epoch.
+// Undoes the shift of both time axes to their first entries, which preserves precision.
 TimeAlignment shifted_back(TimeAlignment alignment, double first_slot_s, double first_picture_s) {
   alignment.offset_s += first_picture_s - first_slot_s;
   return alignment;

@@ -14,7 +14,7 @@ using testing::Optional;
 
 constexpr double kSecondsOfExif_s = 1.0;
 
-// Slots every `interval_s`, `per_line` of them, then a pause while the rail is placed anew.
+// Slots every `interval_s`, `per_line` of them, then a pause while the rail is moved.
 std::vector<ShotSlot> regular_slots(int lines, int per_line, double interval_s) {
   std::vector<ShotSlot> slots;
   double now_s = 1.7e9;
@@ -67,7 +67,7 @@ TEST(AlignTimes, APictureMissingInTheMiddleOfARegularLineIsFound) {
   expect_in_order(result.best, 32, 60, 31);
 }
 
-TEST(AlignTimes, ALastPictureMissingFromOneRegularLineCannotBeToldFromTheFirst) {
+TEST(AlignTimes, AMissingEndOfOneRegularLineIsAmbiguous) {
   const auto slots = regular_slots(1, 60, 5.0);
   auto pictures_s = pictures_of(slots, 3600.3);
   pictures_s.pop_back();
@@ -76,7 +76,7 @@ TEST(AlignTimes, ALastPictureMissingFromOneRegularLineCannotBeToldFromTheFirst) 
   EXPECT_NEAR(std::abs(result.rival->offset_s - result.best.offset_s), 5.0, 0.5);
 }
 
-TEST(AlignTimes, ThePauseBetweenTwoLinesTellsWhichEndIsMissing) {
+TEST(AlignTimes, ThePauseBetweenTwoLinesResolvesWhichEndIsMissing) {
   const auto slots = regular_slots(2, 30, 5.0);
   auto pictures_s = pictures_of(slots, 3600.3);
   pictures_s.pop_back();
@@ -86,7 +86,7 @@ TEST(AlignTimes, ThePauseBetweenTwoLinesTellsWhichEndIsMissing) {
   expect_in_order(result.best, 0, 59, 0);
 }
 
-TEST(AlignTimes, ASurplusPictureIsLeftOver) {
+TEST(AlignTimes, ASurplusPictureIsLeftUnmatched) {
   const auto slots = regular_slots(2, 30, 5.0);
   auto pictures_s = pictures_of(slots, -86400.0);
   pictures_s.insert(pictures_s.begin() + 12, pictures_s[12] - 2.0);
@@ -132,9 +132,8 @@ TEST(AlignTimes, PicturesOfAnotherDayMatchFew) {
   EXPECT_LT(align_times(slots, pictures_s, kSecondsOfExif_s).best.matched, 30U);
 }
 
-// A session as it may go: lines of stations at nearly equal intervals, pauses between them, a
-// camera clock hours off that drifts, counts in its own steps and lags by varying times; pictures
-// that are missing, and pictures that nobody asked for.
+// A random session: lines of stations at nearly equal intervals, pauses between them, a camera
+// clock with offset, drift, steps and varying lag, missing pictures and surplus pictures.
 struct RandomSession {
   std::vector<ShotSlot> slots;
   std::vector<double> pictures_s;
@@ -194,9 +193,9 @@ RandomSession random_session(std::uint32_t seed) {
   return session;
 }
 
-// A surplus picture may fall so close to a station's moment that only the station's own picture
-// tells them apart; where that one is missing, or the clock shows the same second for both, it is
-// indistinguishable from the truth. Such slots are not counted as wrong.
+// A surplus picture may be taken so close to a station's time that only the station's own picture
+// tells them apart. If that one is missing, or both have the same time, the surplus picture is
+// indistinguishable from it. Such slots do not count as wrong.
 bool is_indistinguishable(const RandomSession& session, std::size_t slot, std::size_t picture) {
   const double expected_s = session.slots[slot].from_s + session.offset_s;
   const double allowed_s = 0.5 * session.resolution_s + 0.4 + 0.3 + session.resolution_s +
@@ -207,7 +206,7 @@ bool is_indistinguishable(const RandomSession& session, std::size_t slot, std::s
   return is_surplus && std::abs(session.pictures_s[picture] - expected_s) < allowed_s;
 }
 
-TEST(AlignTimesProperty, TheTruthOrARefusal) {
+TEST(AlignTimesProperty, TheMatchIsCorrectOrAmbiguous) {
   int decided = 0;
   constexpr int kSessions = 250;
   for (std::uint32_t seed = 0; seed < kSessions; ++seed) {
@@ -224,7 +223,7 @@ TEST(AlignTimesProperty, TheTruthOrARefusal) {
           << (session.truth[slot] ? static_cast<long>(*session.truth[slot]) : -1L);
     }
   }
-  // Most sessions have what it takes: a refusal must stay the exception.
+  // Most sessions can be matched: ambiguity must be the exception.
   EXPECT_GT(decided, kSessions * 3 / 4);
 }
 

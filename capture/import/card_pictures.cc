@@ -24,7 +24,7 @@ std::string upper_case(std::string text) {
   return text;
 }
 
-// Some systems put hidden companions of the same extension beside a card's pictures.
+// Some systems (macOS: "._R1.JPG") write hidden files of the same extension beside the pictures.
 bool is_picture_name(const fs::path& file) {
   const std::string extension = upper_case(file.extension().string());
   const bool hidden = file.filename().string().starts_with('.');
@@ -80,11 +80,11 @@ constexpr std::array kLensPrefixes{
     LensPrefix{"GF", FrameLens::kFront}, LensPrefix{"GB", FrameLens::kBack}};
 
 struct HalfShot {
-  std::string key;  // the same for front and back
+  std::string key;  // equal for the front and back of a shot
   FrameLens lens = FrameLens::kBoth;
 };
 
-// A card's folders carry a number (DCF: "100GFRNT"), within which file names are unique.
+// DCF folders start with a number ("100GFRNT"); file names are unique within it.
 std::string folder_number(const fs::path& file) {
   const std::string folder = file.parent_path().filename().string();
   const bool numbered =
@@ -117,7 +117,7 @@ struct Halves {
   std::optional<std::size_t> back;
 };
 
-// Empty where a file is not named as half of a shot.
+// Empty if any file is not named as half of a shot.
 std::map<std::string, Halves> halves_of(const std::vector<fs::path>& files) {
   std::map<std::string, Halves> halves;
   for (std::size_t i = 0; i < files.size(); ++i) {
@@ -127,7 +127,7 @@ std::map<std::string, Halves> halves_of(const std::vector<fs::path>& files) {
     std::optional<std::size_t>& place = half->lens == FrameLens::kFront ? pair.front : pair.back;
     if (place) {
       throw UsageError(
-          fmt::format("{} and {} would be the same half of one shot; import them apart",
+          fmt::format("{} and {} are both the same half of one shot; import them separately",
                       files[*place].string(), files[i].string()));
     }
     place = i;
@@ -155,7 +155,7 @@ CardPictures read_card(std::span<const fs::path> files_and_directories) {
           {times[*pair.front].time,
            {{files[*pair.front], FrameLens::kFront}, {files[*pair.back], FrameLens::kBack}}});
     } else {
-      card.without_partner.push_back(files[pair.front ? *pair.front : *pair.back]);
+      card.unpaired.push_back(files[pair.front ? *pair.front : *pair.back]);
     }
   }
   std::sort(card.shots.begin(), card.shots.end(), [](const CardShot& a, const CardShot& b) {

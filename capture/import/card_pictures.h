@@ -1,4 +1,4 @@
-// The pictures of a camera's card, as the shots they were taken by.
+// The pictures on a camera's card, grouped into shots.
 #pragma once
 
 #include <filesystem>
@@ -18,21 +18,21 @@ struct CardFile {
 
 struct CardShot {
   WallTime time{};              // by the camera's clock
-  std::vector<CardFile> files;  // one, or front and back in this order
+  std::vector<CardFile> files;  // one, or front then back
 };
 
 struct CardPictures {
   std::vector<CardShot> shots;  // by time, then by name
-  double resolution_s = 1.0;    // of the times, the coarsest of all
+  double resolution_s = 1.0;    // of the times; the coarsest of all files
   PictureTimeSource source = PictureTimeSource::kFile;
-  std::vector<std::filesystem::path> without_partner;  // front pictures without back ones, or back
+  std::vector<std::filesystem::path> unpaired;  // front without back, or back without front
 };
 
-// Sorts out the pictures given. A directory stands for the .jpg, .jpeg and .png files in it and in
-// the directories below, other than hidden ones. GoPro's Fusion writes a front and a back file per
-// shot, which differ in a part of the name and may lie in folders of their own: GPFR0012.JPG and
-// GPBK0012.JPG, GF010012.JPG and GB010012.JPG; where all files are named so they are paired. Throws
-// UsageError: no picture given, one given twice; Error where a file cannot be read.
+// Groups the given files into shots. A directory is searched recursively for .jpg, .jpeg and .png
+// files, except hidden ones. GoPro's Fusion writes a front and a back file per shot, possibly in
+// separate folders: GPFR0012.JPG and GPBK0012.JPG, or GF010012.JPG and GB010012.JPG. Files are
+// paired if all of them follow this naming.
+// Throws UsageError if no picture is given or one is given twice, Error if a file cannot be read.
 CardPictures read_card(std::span<const std::filesystem::path> files_and_directories);
 
 }  // namespace raywalk::capture

@@ -18,7 +18,7 @@ using testing::ThrowsMessage;
 
 class CardPicturesTest : public testing::Test {
  protected:
-  // A picture taken so many seconds after noon.
+  // A picture taken `second` seconds after noon.
   fs::path picture(const std::string& name, int second) {
     const fs::path file = card_ / name;
     fs::create_directories(file.parent_path());
@@ -47,7 +47,7 @@ TEST_F(CardPicturesTest, ShotsComeInOrderOfTimeThenName) {
   EXPECT_EQ(card.shots[0].files[0].lens, FrameLens::kBoth);
 }
 
-TEST_F(CardPicturesTest, ADirectoryStandsForThePicturesInAndBelowIt) {
+TEST_F(CardPicturesTest, ADirectoryIsSearchedRecursively) {
   picture("DCIM/100RICOH/R1.JPG", 1);
   picture("DCIM/R2.jpg", 2);
   picture("DCIM/._R2.jpg", 2);
@@ -66,7 +66,7 @@ TEST_F(CardPicturesTest, FrontAndBackFilesOfAShotArePaired) {
   EXPECT_EQ(card.shots[1].files[0].lens, FrameLens::kFront);
   EXPECT_EQ(card.shots[1].files[1].lens, FrameLens::kBack);
   EXPECT_EQ(card.shots[1].files[1].file.filename(), "GPBK0002.JPG");
-  EXPECT_TRUE(card.without_partner.empty());
+  EXPECT_TRUE(card.unpaired.empty());
 }
 
 TEST_F(CardPicturesTest, TheSameNumberInAnotherFolderIsAnotherShot) {
@@ -76,22 +76,22 @@ TEST_F(CardPicturesTest, TheSameNumberInAnotherFolderIsAnotherShot) {
   EXPECT_EQ(read_card(files).shots.size(), 2U);
 }
 
-TEST_F(CardPicturesTest, AFrontWithoutBackIsNoShot) {
+TEST_F(CardPicturesTest, AFrontWithoutBackIsUnpaired) {
   const std::vector<fs::path> files{picture("GPFR0001.JPG", 1), picture("GPBK0001.JPG", 1),
                                     picture("GPFR0002.JPG", 6)};
   const CardPictures card = read_card(files);
   EXPECT_EQ(card.shots.size(), 1U);
-  EXPECT_THAT(card.without_partner, ElementsAre(card_ / "GPFR0002.JPG"));
+  EXPECT_THAT(card.unpaired, ElementsAre(card_ / "GPFR0002.JPG"));
 }
 
-TEST_F(CardPicturesTest, NamesThatOnlyLookLikeHalvesStayWhole) {
+TEST_F(CardPicturesTest, FilesArePairedOnlyIfAllAreNamedAsHalves) {
   const std::vector<fs::path> files{picture("GPFR0001.JPG", 1), picture("R0001.JPG", 3)};
   const CardPictures card = read_card(files);
   EXPECT_EQ(card.shots.size(), 2U);
   EXPECT_EQ(card.shots[0].files[0].lens, FrameLens::kBoth);
 }
 
-TEST_F(CardPicturesTest, WhatIsGivenWronglyIsNamed) {
+TEST_F(CardPicturesTest, InvalidArgumentsAreNamed) {
   EXPECT_THAT([] { read_card({}); }, ThrowsMessage<UsageError>(HasSubstr("no pictures given")));
   const std::vector<fs::path> empty{card_.path()};
   EXPECT_THAT([&] { read_card(empty); }, ThrowsMessage<UsageError>(HasSubstr("no .jpg")));

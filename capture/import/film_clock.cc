@@ -16,10 +16,10 @@ namespace raywalk::capture {
 namespace {
 
 constexpr double kCoarseStep_s = 0.1;
-constexpr double kPeakWidth_s = 1.0;     // maxima nearer than this are one
-constexpr double kMoving = 0.3;          // activity that is not rest
-constexpr double kLeastExplained = 0.5;  // below, the film shows something else
-constexpr double kClearlyWorse = 0.8;    // the share of the best that a rival may reach
+constexpr double kPeakWidth_s = 1.0;     // maxima closer than this count as one
+constexpr double kMoving = 0.3;          // activity above this is motion
+constexpr double kLeastExplained = 0.5;  // below, the film is of something else
+constexpr double kClearlyWorse = 0.8;    // a rival above this share of the best is ambiguous
 constexpr double kChi2_95 = 3.84;        // 95 % point of chi squared with one degree of freedom
 
 double quantile(std::vector<double> values, double share) {
@@ -28,7 +28,7 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
-// Between two frames, or over some of them.
+// The interval between two frames, or several merged ones.
 struct Interval {
   double from_s = 0.0;
   double to_s = 0.0;
@@ -42,7 +42,7 @@ std::vector<Interval> intervals_of(const FilmTrack& track, const std::string& fi
   }
   constexpr std::size_t kFewestFrames = 10;
   if (activities.size() < kFewestFrames) {
-    throw Error(fmt::format("{}: has {} frames; too few to find the carriage's motion in", film,
+    throw Error(fmt::format("{}: {} frames are too few to detect the carriage's motion", film,
                             track.frames.size()));
   }
   const double rest = quantile(activities, 0.02);
@@ -51,7 +51,7 @@ std::vector<Interval> intervals_of(const FilmTrack& track, const std::string& fi
   for (const double activity : activities) {
     if (activity > halfway) moving.push_back(activity);
   }
-  // In grey levels: the noise of a resting camera's activity stays well below.
+  // In grey levels; well above the noise of a camera at rest.
   constexpr double kLeastRise = 0.1;
   const double steady = moving.empty() ? rest : median(moving);
   if (steady < 1.3 * rest + kLeastRise) {
@@ -100,7 +100,7 @@ double steady_speed(std::span<const Travel> travels) {
   return speeds.empty() ? 0.0 : median(speeds);
 }
 
-// How well an offset explains the film.
+// Evaluates how well an offset explains the film.
 class MotionFit {
  public:
   MotionFit(std::span<const Travel> travels, std::vector<Interval> intervals)
@@ -117,7 +117,7 @@ class MotionFit {
     return s_am * s_am / (s_mm * s_aa);
   }
 
-  // What the fit leaves, in order of time.
+  // Residuals of the fit, in order of time.
   std::vector<double> residuals(double offset_s) const {
     const Sums sums = sums_at(offset_s);
     const double s_am = sums.am - sums.a * sums.m / sums.count;
@@ -203,7 +203,7 @@ std::vector<Peak> coarse_peaks(const MotionFit& fit, std::span<const Travel> tra
   return peaks;
 }
 
-// The best offset around a peak, in steps, then by the parabola through the three best.
+// The best offset around a peak: in steps, then by a parabola through the three best samples.
 Peak refined(const MotionFit& fit, double around_s, double step_s) {
   const int steps = static_cast<int>(std::ceil(2.0 * kCoarseStep_s / step_s));
   Peak best{around_s, fit.explained(around_s)};
@@ -219,9 +219,9 @@ Peak refined(const MotionFit& fit, double around_s, double step_s) {
   return best;
 }
 
-// How many of n correlated residuals count as independent, for the first-order autocorrelation r:
-// n (1 - r) / (1 + r). (M. S. Bartlett, "Some Aspects of the Time-Correlation Problem", 1935.)
-double independent_count(const std::vector<double>& residuals) {
+// Effective sample size of n residuals with first-order autocorrelation r: n (1 - r) / (1 + r).
+// (M. S. Bartlett, "Some Aspects of the Time-Correlation Problem", 1935.)
+double effective_count(const std::vector<double>& residuals) {
   double squares = 0.0;
   double products = 0.0;
   for (std::size_t i = 0; i < residuals.size(); ++i) {
@@ -233,9 +233,9 @@ double independent_count(const std::vector<double>& residuals) {
 }
 
 // Half the width of the interval in which the squared residuals, proportional to 1 - G, stay below
-// their least by the factor 1 + chi^2 / n: the profile likelihood of normal residuals.
+// 1 + chi^2 / n times their minimum: the profile likelihood of normal residuals.
 double uncertainty_of(const MotionFit& fit, const Peak& best, double step_s) {
-  const double count = independent_count(fit.residuals(best.offset_s));
+  const double count = effective_count(fit.residuals(best.offset_s));
   const double allowed = 1.0 - (1.0 - best.explained) * (1.0 + kChi2_95 / count);
   double low_s = best.offset_s - step_s;
   double high_s = best.offset_s + step_s;
@@ -262,8 +262,8 @@ FilmClock match_film_clock(const FilmTrack& track, std::span<const Travel> trave
   const std::vector<Peak> peaks = coarse_peaks(coarse_fit, travels, track.frames.back().time_s);
   if (peaks.empty() || peaks.front().explained < kLeastExplained) {
     throw Error(fmt::format(
-        "{}: its motion does not fit the journal anywhere (at best {:.0f} % of it); cut away what "
-        "shows the camera being carried, or is it the film of another session?",
+        "{}: the motion does not fit the journal at any offset (at best {:.0f} % of it); is it the "
+        "film of another session? Cut parts in which the camera is carried",
         film, peaks.empty() ? 0.0 : 100.0 * peaks.front().explained));
   }
   const auto rival = std::find_if(peaks.begin() + 1, peaks.end(), [&](const Peak& peak) {
@@ -273,8 +273,8 @@ FilmClock match_film_clock(const FilmTrack& track, std::span<const Travel> trave
   if (rival != peaks.end()) clock.next_best = rival->explained;
   if (clock.next_best > kClearlyWorse * peaks.front().explained) {
     throw Error(fmt::format(
-        "{}: its motion fits the journal at two times, {:.1f} s apart ({:.0f} and {:.0f} % of it); "
-        "name the line that it shows with --line",
+        "{}: the motion fits the journal at two times, {:.1f} s apart ({:.0f} and {:.0f} % of it); "
+        "name the filmed line with --line",
         film, std::abs(rival->offset_s - peaks.front().offset_s), 100.0 * peaks.front().explained,
         100.0 * rival->explained));
   }

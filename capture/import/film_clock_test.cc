@@ -17,14 +17,14 @@ using testing::ThrowsMessage;
 
 const WallTime kEpoch = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1};
 
-// What a film shows of passes, without making pictures: activity grows with the way between two
-// frames and varies along the line as the scene does.
+// The track of a film of some passes, without pictures: activity is proportional to the distance
+// between two frames and varies along the line with the scene.
 struct TrackSettings {
   double offset_s = 0.0;  // journal time minus film time
   double length_s = 20.0;
   double rate_hz = 25.0;
   double noise = 0.1;      // of the activity, in grey levels
-  double variation = 0.0;  // share by which the scene varies it
+  double variation = 0.0;  // relative variation of activity with the scene
   std::uint32_t seed = 1;
 };
 
@@ -58,7 +58,7 @@ std::vector<Travel> travels_of_passes(const std::vector<TestPass>& passes) {
   return travels;
 }
 
-TEST(FilmClock, TheOffsetIsFoundWithinAPartOfAFrame) {
+TEST(FilmClock, TheOffsetIsFoundWithSubFramePrecision) {
   const std::vector<TestPass> passes{{.start_s = 100.0}};
   const auto track = track_of(passes, {.offset_s = 97.654, .length_s = 16.0});
   const FilmClock clock = match_film_clock(track, travels_of_passes(passes), "film");
@@ -67,7 +67,7 @@ TEST(FilmClock, TheOffsetIsFoundWithinAPartOfAFrame) {
   EXPECT_LT(clock.uncertainty_s, 0.04);
 }
 
-TEST(FilmClock, AFilmThatEndsBeforeThePassStillTellsItsStart) {
+TEST(FilmClock, AFilmThatEndsBeforeThePassIsMatchedByItsStart) {
   const std::vector<TestPass> passes{{.start_s = 100.0, .to_mm = 1200.0}};
   const auto track = track_of(passes, {.offset_s = 98.2, .length_s = 15.0});
   EXPECT_NEAR(match_film_clock(track, travels_of_passes(passes), "film").offset_s, 98.2, 0.02);
@@ -80,7 +80,7 @@ TEST(FilmClock, TwoEqualPassesAreRefused) {
               ThrowsMessage<Error>(HasSubstr("at two times, 100.0 s apart")));
 }
 
-TEST(FilmClock, BothPassesInOneFilmAreToldByTheirPause) {
+TEST(FilmClock, TwoPassesInOneFilmAreMatchedByTheirPause) {
   const std::vector<TestPass> passes{{.start_s = 100.0}, {.start_s = 130.0}};
   const auto track = track_of(passes, {.offset_s = 98.0, .length_s = 46.0});
   EXPECT_NEAR(match_film_clock(track, travels_of_passes(passes), "film").offset_s, 98.0, 0.01);
@@ -133,8 +133,8 @@ TEST(FilmClockProperty, TheOffsetLiesWithinItsUncertaintyOrIsRefused) {
       const FilmClock clock =
           match_film_clock(track_of({pass}, settings), travels_of_passes({pass}), "film");
       ++found;
-      // 95 % of errors are within the uncertainty; a frame's interval in all is far from any edge
-      // that could be mistaken.
+      // 95 % of errors are within the uncertainty; one more frame interval of margin is still far
+      // from a wrong match.
       EXPECT_NEAR(clock.offset_s, settings.offset_s, 2.0 * clock.uncertainty_s + 0.01)
           << "seed " << seed;
     } catch (const Error&) {

@@ -9,7 +9,7 @@
 namespace raywalk::capture {
 namespace {
 
-// A frame's place on a line.
+// Position of a frame on a line.
 struct PlacedFrame {
   std::size_t frame = 0;
   const Travel* travel = nullptr;
@@ -38,7 +38,7 @@ std::vector<PlacedFrame> place_frames(const FilmTrack& track, std::span<const Tr
   return placed;
 }
 
-// Half the way to the nearer neighbour on the same line.
+// Half the distance to the nearer neighbour on the same line.
 double reach_mm(std::span<const StationRecord> stations, std::size_t of) {
   double nearest_mm = std::numeric_limits<double>::infinity();
   for (const std::size_t other : {of - 1, of + 1}) {
@@ -88,13 +88,13 @@ FilmStations find_station_frames(std::span<const StationRecord> stations, const 
     if (!lines.contains(stations[i].line)) continue;
     const Choice choice = choose(stations[i], reach_mm(stations, i), frames, clock.uncertainty_s);
     if (choice.any == nullptr) {
-      result.without.push_back(i);
+      result.missing.push_back(i);
     } else if (choice.sharp == nullptr) {
       result.only_blurred.push_back(i);
     } else {
       const PlacedFrame& frame = *choice.sharp;
       result.found.push_back({i, frame.frame, frame.time_s, frame.position_mm});
-      if (choice.any->blurred) ++result.blurred_passed;
+      if (choice.any->blurred) ++result.blurred_skipped;
     }
   }
   std::sort(result.found.begin(), result.found.end(),

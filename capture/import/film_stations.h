@@ -1,4 +1,4 @@
-// Which frame of a film shows which station.
+// Selects the frame of a film for each station.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +20,14 @@ struct StationFrame {
 
 struct FilmStations {
   std::vector<StationFrame> found;        // in order of frames
-  std::vector<std::size_t> without;       // stations of the filmed lines that no frame shows
-  std::vector<std::size_t> only_blurred;  // stations that only blurred frames show
-  std::size_t blurred_passed = 0;         // stations whose nearest frame was blurred
+  std::vector<std::size_t> missing;       // stations of the filmed lines without any frame
+  std::vector<std::size_t> only_blurred;  // stations with blurred frames only
+  std::size_t blurred_skipped = 0;        // stations whose nearest frame was blurred
 };
 
-// For each station of the lines that the film shows, the sharp frame whose position is nearest and
-// best known: the least |position - planned| + speed * uncertainty of the clock. A frame serves a
-// station only within half the way to the next one. Stations in the order of the plan.
+// For each station of the filmed lines, the sharp frame with the least position error: the minimum
+// of |position - planned| + speed * clock uncertainty. Frames farther than half the distance to the
+// next station do not count. `stations` are in the order of the plan.
 FilmStations find_station_frames(std::span<const StationRecord> stations, const FilmTrack& track,
                                  std::span<const Travel> travels, const FilmClock& clock);
 

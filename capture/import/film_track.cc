@@ -11,10 +11,10 @@
 namespace raywalk::capture {
 namespace {
 
-// Small enough that noise averages out, large enough that a slow pan still shows.
+// Small enough to average noise, large enough for slow motion to be visible.
 constexpr int kSmallWidth_px = 160;
-// A frame under this share of its neighbours' sharpness counts as blurred: the variance falls to a
-// half when motion smears edges over about two pixels.
+// A frame below this share of its neighbours' median sharpness counts as blurred. The variance
+// halves when motion blurs edges over about two pixels.
 constexpr double kBlurredShare = 0.6;
 constexpr double kNeighbours_s = 0.5;
 

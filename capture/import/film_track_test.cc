@@ -27,7 +27,7 @@ class FilmTrackTest : public testing::Test {
 TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   shoot_test_film(film_, {.rate_hz = 20.0, .length_s = 2.0}, [](double) { return 0.0; });
   VideoReader reader(film_);
-  FilmFrame frame;
+  DecodedFrame frame;
   std::size_t frames = 0;
   while (reader.next(&frame)) {
     EXPECT_EQ(frame.number, frames);
@@ -38,7 +38,7 @@ TEST_F(FilmTrackTest, FramesComeInOrderWithTheirTimes) {
   EXPECT_EQ(frames, 40U);
 }
 
-TEST_F(FilmTrackTest, MotionShowsAsActivityAndRestAsLittle) {
+TEST_F(FilmTrackTest, MotionGivesMoreActivityThanRest) {
   const TestPass pass{.start_s = 1.0, .to_mm = 40.0};
   shoot_test_film(film_, {.length_s = pass.end_s() + 1.0},
                   [&](double time_s) { return pass.position_mm(time_s); });
@@ -60,20 +60,20 @@ TEST_F(FilmTrackTest, ABlurredFrameStandsOutAmongItsNeighbours) {
 TEST_F(FilmTrackTest, ASmoothSceneIsNotBlurred) {
   FilmTrack track;
   for (int i = 0; i < 100; ++i) {
-    track.frames.push_back({0.04 * i, 1.0, 100.0 * std::exp(-0.03 * i)});  // ever less texture
+    track.frames.push_back({0.04 * i, 1.0, 100.0 * std::exp(-0.03 * i)});  // texture decreases
   }
   EXPECT_THAT(blurred_frames(track), testing::Each(false));
 }
 
-TEST_F(FilmTrackTest, WhatIsNoFilmIsNamed) {
+TEST_F(FilmTrackTest, AFileThatIsNotAFilmIsRefused) {
   EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("no such file")));
   std::ofstream(film_) << "<!DOCTYPE html>";
-  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("is no film")));
+  EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("not a film")));
   std::ofstream(film_, std::ios::trunc).close();
   EXPECT_THAT([&] { track_film(film_); }, ThrowsMessage<Error>(HasSubstr("film.avi")));
 }
 
-TEST_F(FilmTrackTest, AFilmCutShortGivesTheFramesItHas) {
+TEST_F(FilmTrackTest, ATruncatedFilmGivesItsRemainingFrames) {
   shoot_test_film(film_, {.length_s = 2.0}, [](double) { return 0.0; });
   const std::string whole = read_file(film_);
   std::ofstream(film_, std::ios::binary | std::ios::trunc) << whole.substr(0, whole.size() / 2);

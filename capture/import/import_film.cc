@@ -41,7 +41,7 @@ std::vector<std::string> line_names(const std::vector<StationRecord>& stations) 
   return names;
 }
 
-// All passes of the lines in question.
+// All passes of the selected lines.
 std::vector<Travel> read_travels(SessionReader* reader, const std::vector<std::string>& lines,
                                  const std::string& only_line, WallTime start) {
   if (!only_line.empty() && std::find(lines.begin(), lines.end(), only_line) == lines.end()) {
@@ -57,7 +57,7 @@ std::vector<Travel> read_travels(SessionReader* reader, const std::vector<std::s
   }
   if (travels.empty()) {
     throw Error(fmt::format(
-        "{}: no journal of {}, so nothing says where the carriage was when; run the session with "
+        "{}: no journal of {}, so the carriage's positions are unknown; run the session with "
         "run.mode: video, or capture it station by station",
         reader->directory().string(), only_line.empty() ? "any line" : "line " + only_line));
   }
@@ -67,7 +67,7 @@ std::vector<Travel> read_travels(SessionReader* reader, const std::vector<std::s
 void require_size(const FilmTrack& track, const SessionFacts& facts, const Session& session,
                   const fs::path& film) {
   const PanoramaSize size{track.size.width, track.size.height};
-  if (facts.frames == "panorama" && size.width != 2 * size.height) {
+  if (facts.frames == FrameKind::kPanorama && size.width != 2 * size.height) {
     throw Error(
         fmt::format("{}: is {} x {} pixels, but a panorama is twice as wide as high; "
                     "stitch the film first",
@@ -101,14 +101,14 @@ double fastest_mm_s(const std::vector<Travel>& travels) {
   return fastest;
 }
 
-// A frame given to the wrong station would be worse than none.
+// Prevents frames from being assigned to the wrong station.
 void require_certain(const FilmClock& clock, const std::vector<Travel>& travels,
                      const std::vector<StationRecord>& stations, const fs::path& film) {
   const double uncertainty_mm = clock.uncertainty_s * fastest_mm_s(travels);
   const double spacing_mm = smallest_spacing(stations);
   if (uncertainty_mm < 0.5 * spacing_mm) return;
   throw Error(fmt::format(
-      "{}: its clock is known to {:.2f} s only, which is {:.1f} mm of travel, and stations are "
+      "{}: the clock offset is only known to {:.2f} s, or {:.1f} mm of travel, and stations are "
       "{:.1f} mm apart; film more slowly, with some seconds at rest before and after each line",
       film.string(), clock.uncertainty_s, uncertainty_mm, spacing_mm));
 }
@@ -124,12 +124,12 @@ std::string names_of(const std::vector<std::size_t>& indices,
   return names;
 }
 
-// Which stations lack a frame and why; empty where none does.
-std::string account_of(const FilmStations& film, const std::vector<StationRecord>& stations) {
+// Lists the stations without a frame and why; empty if there are none.
+std::string missing_frames(const FilmStations& film, const std::vector<StationRecord>& stations) {
   std::string account;
-  if (!film.without.empty()) {
-    account = fmt::format("{} stations that the film does not show: {}", film.without.size(),
-                          names_of(film.without, stations));
+  if (!film.missing.empty()) {
+    account = fmt::format("{} stations that the film does not show: {}", film.missing.size(),
+                          names_of(film.missing, stations));
   }
   if (!film.only_blurred.empty()) {
     account +=
@@ -144,7 +144,7 @@ void drop_captured(const std::vector<StationRecord>& stations, FilmStations* fil
     return stations[station].state == StationState::kCaptured;
   };
   std::erase_if(film->found, [&](const StationFrame& each) { return captured(each.station); });
-  std::erase_if(film->without, captured);
+  std::erase_if(film->missing, captured);
   std::erase_if(film->only_blurred, captured);
 }
 
@@ -161,7 +161,7 @@ Picture encode(const DecodedFrame& frame, const fs::path& film, const FilmImport
   return picture;
 }
 
-// Reads the film once more and stores the frames that were chosen; `chosen` in order of frames.
+// Reads the film again and stores the chosen frames; `chosen` is in order of frames.
 void store_frames(Session* session, const fs::path& film, const FilmImportOptions& options,
                   const std::vector<StationFrame>& chosen,
                   const std::vector<StationRecord>& stations, WallTime start) {
@@ -172,7 +172,7 @@ void store_frames(Session* session, const fs::path& film, const FilmImportOption
   while (next != chosen.end()) {
     throw_if_interrupted();
     if (!reader.next(&frame)) {
-      throw Error(fmt::format("{}: ended before frame {}, which it had before; was it changed?",
+      throw Error(fmt::format("{}: ended before frame {} on the second read; was it changed?",
                               film.string(), next->frame));
     }
     if (frame.number != next->frame) continue;
@@ -217,7 +217,7 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
   FilmStations frames = find_station_frames(stations, track, travels, film_clock);
   const std::size_t shown = frames.found.size();
   drop_captured(stations, &frames);
-  const std::string account = account_of(frames, stations);
+  const std::string account = missing_frames(frames, stations);
   if (!account.empty() && !options.allow_missing) {
     throw Error(fmt::format("{}: {} (nothing was imported; --allow-missing imports the others)",
                             film.string(), account));
@@ -231,14 +231,14 @@ FilmImport import_film(const fs::path& session_directory, const fs::path& film,
       facts.created + std::chrono::duration_cast<WallTime::duration>(
                           std::chrono::duration<double>(film_clock.offset_s));
   result.summary = fmt::format(
-      "{} stations imported, {} were there before; the film starts at {} by the session's clock, "
-      "certain to {:.3f} s or {:.2f} mm (the motion explains {:.0f} % of it, elsewhere at best "
-      "{:.0f} %); frames are at most {:.2f} mm from their stations, blurred ones passed over: "
+      "{} stations imported, {} had been before; the film starts at {} by the session's clock, "
+      "within {:.3f} s or {:.2f} mm (the motion explains {:.0f} % of it, the next-best match "
+      "{:.0f} %); frames are at most {:.2f} mm from their stations; blurred frames skipped: "
       "{}{}{}",
       result.imported, result.already_there, utc_text(utc_us_from(film_start)),
       film_clock.uncertainty_s, film_clock.uncertainty_s * fastest_mm_s(travels),
       100.0 * film_clock.explained, 100.0 * film_clock.next_best,
-      farthest_mm(frames.found, stations), frames.blurred_passed, account.empty() ? "" : "; ",
+      farthest_mm(frames.found, stations), frames.blurred_skipped, account.empty() ? "" : "; ",
       account);
   session->record_event("film-imported", result.summary);
   return result;

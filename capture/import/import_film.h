@@ -1,4 +1,4 @@
-// Brings the frames of a film, shot while the slider moved slowly, into a session.
+// Imports frames of a film, shot while the slider moved slowly, into a session.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@
 namespace raywalk::capture {
 
 struct FilmImportOptions {
-  std::string line{};          // that the film shows; empty: find out
-  bool allow_missing = false;  // import the stations that have a frame
+  std::string line{};          // the filmed line; empty: detect it
+  bool allow_missing = false;  // import even if some stations have no frame
   std::string format = "jpg";  // of the frames: "jpg" or "png"
   int jpeg_quality = 95;       // 1 to 100
 };
@@ -18,17 +18,18 @@ struct FilmImportOptions {
 struct FilmImport {
   std::size_t imported = 0;
   std::size_t already_there = 0;
-  std::string summary;  // one line for people: counts, the clock and how sure it is, blurred frames
+  std::string summary;  // one line for the user: counts, clock offset, uncertainty, blurred frames
 };
 
-// Finds the film's clock from the journal (film_clock.h), takes for each station of the filmed line
-// or lines the nearest sharp frame (film_stations.h) and records it with the position that the
-// carriage had then. Stations that have their picture are left as they are, so that an import that
-// was cut short goes on. The film is only read, twice.
+// Finds the film's clock offset from the journal (film_clock.h), selects the nearest sharp frame
+// for each station of the filmed lines (film_stations.h) and records it with the carriage's
+// position at that time. Stations that have a picture are skipped, so an interrupted import can be
+// resumed. Reads the film twice and does not change it.
 //
-// Throws, with nothing imported: UsageError for options; Error where the session has no journal,
-// the file is no film or of another shape or size than the session's frames, its clock cannot be
-// told or is too uncertain for the spacing, or stations lack frames. Interrupted at any time.
+// Throws, with nothing imported: UsageError for invalid options; Error if the session has no
+// journal, the file is not a film or its aspect ratio or size differs from the session's frames,
+// its clock offset is ambiguous or too uncertain for the spacing, or stations lack frames.
+// Interrupted at any time.
 FilmImport import_film(const std::filesystem::path& session_directory,
                        const std::filesystem::path& film, const FilmImportOptions& options,
                        Clock* clock);

@@ -20,13 +20,13 @@ using testing::HasSubstr;
 
 constexpr double kApproach_mm = 5.0;
 
-// A filmed session of one line, eleven stations 40 mm apart. Its film starts some time before the
-// carriage does, which no clock tells.
+// A filmed session of one line, eleven stations 40 mm apart. Its film starts at an unknown time
+// before the carriage does.
 class ImportFilmTest : public testing::Test {
  protected:
   void SetUp() override {
     capture_.directory = directory_ / "session";
-    capture_.config.run.mode = "video";
+    capture_.config.run.mode = CaptureMode::kVideo;
     capture_.plan.lines = {test_line("x0", LineAxis::kX, 0.5, -0.2, 0.04, 11)};
   }
 
@@ -63,11 +63,12 @@ class ImportFilmTest : public testing::Test {
   TestPass pass_;
 };
 
-TEST_F(ImportFilmTest, EveryStationGetsAFrameAndTheTruePositionOfIt) {
+TEST_F(ImportFilmTest, EveryStationGetsAFrameWithItsTruePosition) {
   film_line();
   const FilmImport result = import();
   EXPECT_EQ(result.imported, 11U);
-  EXPECT_THAT(result.summary, AllOf(HasSubstr("11 stations imported"), HasSubstr("certain to")));
+  EXPECT_THAT(result.summary,
+              AllOf(HasSubstr("11 stations imported"), HasSubstr("the film starts at")));
   SessionReader reader(capture_.directory);
   for (const StationRecord& station : reader.stations()) {
     EXPECT_EQ(station.state, StationState::kCaptured) << station.name;
@@ -79,7 +80,7 @@ TEST_F(ImportFilmTest, EveryStationGetsAFrameAndTheTruePositionOfIt) {
   }
 }
 
-TEST_F(ImportFilmTest, TheFrameStoredIsTheOneOfThatPosition) {
+TEST_F(ImportFilmTest, TheStoredFrameMatchesThePosition) {
   film_line();
   import({.format = "png"});
   TestScene scene({160, 80});
@@ -98,7 +99,7 @@ TEST_F(ImportFilmTest, TheFrameStoredIsTheOneOfThatPosition) {
   }
 }
 
-TEST_F(ImportFilmTest, BlurredFramesArePassedOver) {
+TEST_F(ImportFilmTest, BlurredFramesAreSkipped) {
   pass_ = pass_over(capture_.plan.lines[0], 30.0);
   record("x0", pass_);
   TestFilm film{.start_s = kFilmStart_s, .length_s = pass_.end_s() - kFilmStart_s + 2.0};
@@ -110,14 +111,14 @@ TEST_F(ImportFilmTest, BlurredFramesArePassedOver) {
   shoot(film);
   const FilmImport result = import();
   EXPECT_EQ(result.imported, 11U);
-  EXPECT_THAT(result.summary, HasSubstr("blurred ones passed over: 1"));
+  EXPECT_THAT(result.summary, HasSubstr("blurred frames skipped: 1"));
   const auto stations = SessionReader(capture_.directory).stations();
   const double off_mm = std::abs(stations[5].measured_mm.value() - station_mm);
   EXPECT_GT(off_mm, 2.2);
   EXPECT_LT(off_mm, 4.5);
 }
 
-TEST_F(ImportFilmTest, AFilmShorterThanThePassNamesTheStationsItDoesNotShow) {
+TEST_F(ImportFilmTest, AFilmShorterThanThePassListsTheMissingStations) {
   pass_ = pass_over(capture_.plan.lines[0], 30.0);
   record("x0", pass_);
   shoot({.start_s = kFilmStart_s, .length_s = 8.5});
@@ -130,7 +131,7 @@ TEST_F(ImportFilmTest, AFilmShorterThanThePassNamesTheStationsItDoesNotShow) {
   EXPECT_THAT(result.summary, HasSubstr("x0_010"));
 }
 
-TEST_F(ImportFilmTest, ASecondImportLeavesWhatIsThere) {
+TEST_F(ImportFilmTest, ASecondImportKeepsExistingFrames) {
   film_line();
   import();
   const FilmImport again = import();
@@ -139,7 +140,7 @@ TEST_F(ImportFilmTest, ASecondImportLeavesWhatIsThere) {
   EXPECT_EQ(frames().size(), 11U);
 }
 
-TEST_F(ImportFilmTest, OneOfTwoEqualLinesHasToBeNamed) {
+TEST_F(ImportFilmTest, TwoEqualLinesRequireTheLineOption) {
   capture_.plan.lines.push_back(test_line("x1", LineAxis::kX, -0.5, -0.2, 0.04, 11));
   film_line();
   record("x1", pass_over(capture_.plan.lines[1], 90.0));
@@ -148,7 +149,7 @@ TEST_F(ImportFilmTest, OneOfTwoEqualLinesHasToBeNamed) {
   for (const FrameRecord& frame : frames()) EXPECT_EQ(frame.line, "x0");
 }
 
-TEST_F(ImportFilmTest, WithoutAJournalNothingCanBeTold) {
+TEST_F(ImportFilmTest, AMissingJournalIsRefused) {
   { const auto session = capture_.open(); }
   pass_ = pass_over(capture_.plan.lines[0], 30.0);
   shoot({.length_s = 1.0});
@@ -161,13 +162,13 @@ TEST_F(ImportFilmTest, AFilmAtRestIsRefused) {
   EXPECT_THAT(error_of_import(), HasSubstr("no start or stop of motion"));
 }
 
-TEST_F(ImportFilmTest, AFilmThatIsNoPanoramaIsRefused) {
+TEST_F(ImportFilmTest, AFilmWithAnotherAspectRatioIsRefused) {
   film_line();
   shoot({.start_s = kFilmStart_s, .length_s = 14.0, .size = {160, 96}});
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("160 x 96"), HasSubstr("stitch")));
 }
 
-TEST_F(ImportFilmTest, WrongOptionsAreNamed) {
+TEST_F(ImportFilmTest, InvalidOptionsAreRefused) {
   film_line();
   EXPECT_THAT(error_of_import({.line = "x7"}), AllOf(HasSubstr("no line x7"), HasSubstr("x0")));
   EXPECT_THAT(error_of_import({.format = "bmp"}), HasSubstr("bmp"));

@@ -45,7 +45,7 @@ class PictureCopier {
         stored_before_(std::move(stored_before)),
         size_(session->frame_size().value_or(PanoramaSize{})) {}
 
-  // All pictures of a station, then the rows that name them.
+  // Stores all pictures of a station, then the rows that name them.
   void copy(const AttemptId& attempt, const std::vector<std::size_t>& shots) {
     std::vector<StoredFrame> frames;
     for (std::size_t exposure = 0; exposure < shots.size(); ++exposure) {
@@ -87,38 +87,39 @@ std::map<std::string, std::set<std::string>> checksums_by_station(SessionReader*
   return checksums;
 }
 
-// A second import may bring the same pictures again, never others for the same station.
+// A repeated import may bring the same pictures, but not different ones for the same station.
 void require_same(const std::string& station, const std::set<std::string>& checksums,
                   const CardPictures& card, const std::vector<std::size_t>& shots) {
   for (const std::size_t shot : shots) {
     for (const CardFile& file : card.shots[shot].files) {
       const std::string bytes = read_file(file.file);
-      if (checksums.contains(sha256_hex(std::as_bytes(std::span(bytes))))) continue;
+      if (checksums.contains(sha256_hex(bytes))) continue;
       throw Error(fmt::format(
-          "{}: by its time it is a picture of {}, which already has another one; was the card "
-          "changed, or is this another session's?",
+          "{}: its time matches {}, which already has a different picture; was the card changed, "
+          "or is the picture of another session?",
           file.file.string(), station));
     }
   }
 }
 
-void require_whole(const PictureMatch& match, const SessionShots& shots, const CardPictures& card) {
-  if (is_whole(match, card)) return;
-  throw Error(fmt::format("{} (nothing was imported; --allow-missing imports what does match)",
-                          account_of(match, shots, card)));
+void require_complete(const PictureMatch& match, const SessionShots& shots,
+                      const CardPictures& card) {
+  if (is_complete(match, card)) return;
+  throw Error(fmt::format("{} (nothing was imported; --allow-missing imports complete stations)",
+                          describe_mismatches(match, shots, card)));
 }
 
 std::string summary_of(const PictureImport& result, const PictureMatch& match,
                        const SessionShots& shots, const CardPictures& card) {
   std::string summary = fmt::format(
-      "{} stations imported, {} were there before; the camera's clock ({}) is {:+.1f} s off, "
-      "within {:.1f} s, drifting by {:+.0f} ppm",
+      "{} stations imported, {} had been before; the camera's clock ({}) is off by {:+.1f} s, "
+      "RMS residual {:.1f} s, drift {:+.0f} ppm",
       result.imported, result.already_there, name_of(card.source), match.clock_offset_s,
       std::max(match.rms_s, 0.5 * card.resolution_s), 1e6 * match.clock_drift);
-  if (!match.of_abandoned.empty()) {
-    summary += fmt::format("; pictures of failed tries left out: {}", match.of_abandoned.size());
+  if (!match.from_failed.empty()) {
+    summary += fmt::format("; pictures of failed attempts left out: {}", match.from_failed.size());
   }
-  if (!is_whole(match, card)) summary += "; " + account_of(match, shots, card);
+  if (!is_complete(match, card)) summary += "; " + describe_mismatches(match, shots, card);
   return summary;
 }
 
@@ -132,7 +133,7 @@ PictureImport import_pictures(const fs::path& session_directory,
   const SessionShots shots = read_session_shots(&reader);
   const CardPictures card = read_card(files_and_directories);
   const PictureMatch match = match_pictures(shots, card);
-  if (!allow_missing) require_whole(match, shots, card);
+  if (!allow_missing) require_complete(match, shots, card);
 
   const auto checksums = checksums_by_station(&reader);
   PictureCopier copier(session.get(), &card, UnnamedFrames(&reader));

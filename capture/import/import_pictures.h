@@ -1,4 +1,4 @@
-// Brings pictures from a camera's card into a session.
+// Imports pictures from a camera's card into a session.
 #pragma once
 
 #include <filesystem>
@@ -10,20 +10,19 @@
 namespace raywalk::capture {
 
 struct PictureImport {
-  std::size_t imported = 0;       // stations that have their pictures now
+  std::size_t imported = 0;       // stations whose pictures this call imported
   std::size_t already_there = 0;  // stations that had them before
-  std::string summary;            // one line for people: counts, clocks, what was left out
+  std::string summary;            // one line for the user: counts, clocks, what was left out
 };
 
 // Matches the pictures to the stations (match_pictures.h), copies them into the session's frames/
-// and records them with their checksums, station by station: an import that was cut short goes on
-// when it is run again. The files given are only read. Nothing is overwritten.
+// and records them with their checksums, station by station, so an interrupted import can be
+// resumed. The source files are not changed. Nothing is overwritten.
 //
-// Throws, with nothing imported: Error with the account of what lacks what, where not every station
-// and picture has found its counterpart; `allow_missing` imports what has. Throws, with the
-// stations before it imported: Error naming a file that is no whole picture, or not of the
-// session's size; one that differs from what the session already holds for its station;
-// Interrupted.
+// Throws, with nothing imported: Error listing the mismatches if a station or picture has no
+// counterpart; with `allow_missing`, the complete stations are imported instead. Throws, with the
+// preceding stations imported: Error naming a file that is not a complete picture, does not have
+// the session's size, or differs from the picture that its station already has; Interrupted.
 PictureImport import_pictures(const std::filesystem::path& session_directory,
                               std::span<const std::filesystem::path> files_and_directories,
                               bool allow_missing, Clock* clock);

@@ -22,8 +22,8 @@ using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// Four lines of five stations, captured with a camera that keeps its pictures, whose clock is two
-// hours and a bit ahead.
+// Four lines of five stations, captured with a camera that keeps its pictures on its card and whose
+// clock is a little over two hours ahead.
 class ImportPicturesTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -33,7 +33,7 @@ class ImportPicturesTest : public testing::Test {
       const LineAxis axis = id[0] == 'x' ? LineAxis::kX : LineAxis::kZ;
       capture_.plan.lines.push_back(test_line(id, axis, id[1] - '0' - 0.5, -1.0, 0.5, 5));
     }
-    capture_.config.camera.kind = "gpio";
+    capture_.config.camera.kind = CameraKind::kGpio;
     const auto session = capture_.open();
     for (const CaptureLine& line : capture_.plan.lines) {
       capture_.clock.sleep(120s);
@@ -45,7 +45,7 @@ class ImportPicturesTest : public testing::Test {
     fs::create_directories(card_);
   }
 
-  // Whatever is on the card by default: one picture per station.
+  // The default card: one picture per station.
   void fill_card() {
     for (const auto& [station, time] : taken_) write_picture("R_" + station + ".JPG", time);
   }
@@ -93,14 +93,14 @@ TEST_F(ImportPicturesTest, ASecondImportChangesNothing) {
   EXPECT_EQ(captured(), 20U);
 }
 
-TEST_F(ImportPicturesTest, AnImportCutShortBetweenFileAndRowGoesOn) {
+TEST_F(ImportPicturesTest, AnImportInterruptedBetweenFileAndRowResumes) {
   fill_card();
   fs::copy(card_ / "R_x0_000.JPG", capture_.directory / "frames" / "x0_000.jpg");
   EXPECT_EQ(import().imported, 20U);
   EXPECT_EQ(captured(), 20U);
 }
 
-TEST_F(ImportPicturesTest, AMissingPictureIsRefusedAndNamedUntilAllowed) {
+TEST_F(ImportPicturesTest, AMissingPictureIsRefusedUnlessAllowed) {
   fill_card();
   fs::remove(card_ / "R_x1_004.JPG");
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("1 of 20 stations lack pictures: x1_004"),
@@ -114,7 +114,7 @@ TEST_F(ImportPicturesTest, AMissingPictureIsRefusedAndNamedUntilAllowed) {
   EXPECT_EQ(import().imported, 1U);
 }
 
-TEST_F(ImportPicturesTest, APictureOfAnInterruptedTryIsLeftOut) {
+TEST_F(ImportPicturesTest, APictureOfAnInterruptedAttemptIsLeftOut) {
   fill_card();
   {
     const auto session = capture_.open();
@@ -125,7 +125,7 @@ TEST_F(ImportPicturesTest, APictureOfAnInterruptedTryIsLeftOut) {
   write_picture("TRY.JPG", capture_.clock.wall_now());
   const PictureImport result = import();
   EXPECT_EQ(result.imported, 20U);
-  EXPECT_THAT(result.summary, HasSubstr("pictures of failed tries left out: 1"));
+  EXPECT_THAT(result.summary, HasSubstr("pictures of failed attempts left out: 1"));
 }
 
 TEST_F(ImportPicturesTest, FrontAndBackBecomeTwoFramesOfAStation) {
@@ -143,7 +143,7 @@ TEST_F(ImportPicturesTest, FrontAndBackBecomeTwoFramesOfAStation) {
             read_file(card_ / ((front ? "GPFR_" : "GPBK_") + frames[0].station + ".JPG")));
 }
 
-TEST_F(ImportPicturesTest, WhatIsNoWholePictureIsNamedAndTheRestGoesOnLater) {
+TEST_F(ImportPicturesTest, ATruncatedPictureIsNamedAndTheImportCanResume) {
   fill_card();
   const std::string name = "R_x0_003.JPG";
   const std::string whole = read_file(card_ / name);
@@ -167,7 +167,7 @@ TEST_F(ImportPicturesTest, AnotherPictureForAStationThatHasOneIsRefused) {
   EXPECT_THAT(error_of_import(), AllOf(HasSubstr("R_x1_000.JPG"), HasSubstr("x1_000")));
 }
 
-TEST_F(ImportPicturesTest, OnlySessionsOfCamerasThatKeepPicturesTakeThem) {
+TEST_F(ImportPicturesTest, ASessionWhoseCameraSentItsPicturesIsRefused) {
   fill_card();
   TestCapture other;
   other.directory = directory_ / "other";
@@ -175,7 +175,7 @@ TEST_F(ImportPicturesTest, OnlySessionsOfCamerasThatKeepPicturesTakeThem) {
   { const auto session = other.open(); }
   const std::vector<fs::path> given{card_};
   EXPECT_THAT(error_of([&] { import_pictures(other.directory, given, false, &other.clock); }),
-              HasSubstr("osc camera gave every picture during the run"));
+              HasSubstr("osc camera sent its pictures during the run"));
   EXPECT_THAT(error_of([&] { import_pictures(directory_ / "none", given, false, &other.clock); }),
               HasSubstr("none"));
 }

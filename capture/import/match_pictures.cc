@@ -17,7 +17,7 @@ double seconds_of(WallTime time) {
   return std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 
-// Every station has as many slots as exposures, one after the other.
+// One slot per exposure of each station.
 std::vector<ShotSlot> slots_of(const SessionShots& session) {
   std::vector<ShotSlot> slots;
   for (const ExposedStation& station : session.stations) {
@@ -43,7 +43,7 @@ std::string list_of(const std::vector<std::string>& names) {
   return list;
 }
 
-// The first picture that the two alignments give to different slots, or to one only.
+// The first slot to which the two alignments assign different pictures.
 [[noreturn]] void throw_ambiguous(const SessionShots& session, const CardPictures& card,
                                   const TimeAlignment& best, const TimeAlignment& rival) {
   const auto per_station = static_cast<std::size_t>(session.exposures);
@@ -56,11 +56,11 @@ std::string list_of(const std::vector<std::string>& names) {
       return picture ? shot_name(card.shots[*picture]) : std::string("none");
     };
     throw Error(fmt::format(
-        "{} pictures for {}: the times leave open which is which ({} could have {} or {}); add the "
-        "missing pictures, take away those of no station, or shoot the stations again",
+        "{} pictures for {}: the times do not determine the assignment ({} could have {} or {}); "
+        "add the missing pictures, remove those of no station, or capture the stations again",
         card.shots.size(), best.picture_of_slot.size(), station, name(one), name(other)));
   }
-  throw Error("the times leave open which picture belongs to which station");
+  throw Error("the times do not determine which picture belongs to which station");
 }
 
 void require_same_session(const SessionShots& session, const CardPictures& card,
@@ -69,27 +69,27 @@ void require_same_session(const SessionShots& session, const CardPictures& card,
   const std::size_t fewer = std::min(slots, card.shots.size());
   if (2 * alignment.matched >= fewer && alignment.matched > 0) return;
   throw Error(fmt::format(
-      "only {} of {} pictures fit the {} that {} stations ask for, in their order and times ({}); "
-      "are they of another session?",
+      "only {} of {} pictures match the {} expected of {} stations in order and time ({}); are "
+      "they of another session?",
       alignment.matched, card.shots.size(), slots, session.stations.size(), name_of(card.source)));
 }
 
-// Where in the session's time a picture was taken, if the camera's clock is off as fitted.
+// The time of a picture by the session's clock, from the fitted offset and drift.
 double session_time(const CardShot& shot, const TimeAlignment& alignment, double first_slot_s) {
   const double apart_s = seconds_of(shot.time) - alignment.offset_s - first_slot_s;
   return first_slot_s + apart_s / (1.0 + alignment.drift);
 }
 
-bool is_of_abandoned(const SessionShots& session, double time_s, double tolerance_s) {
-  return std::any_of(session.abandoned.begin(), session.abandoned.end(),
-                     [&](const AbandonedAttempt& attempt) {
+bool is_from_failed(const SessionShots& session, double time_s, double tolerance_s) {
+  return std::any_of(session.failed.begin(), session.failed.end(),
+                     [&](const FailedAttempt& attempt) {
                        return time_s >= seconds_of(attempt.from) - tolerance_s &&
                               time_s <= seconds_of(attempt.to) + tolerance_s;
                      });
 }
 
-void sort_out_stations(const SessionShots& session, const TimeAlignment& alignment,
-                       PictureMatch* match, std::vector<bool>* used) {
+void assign_stations(const SessionShots& session, const TimeAlignment& alignment,
+                     PictureMatch* match, std::vector<bool>* used) {
   const auto per_station = static_cast<std::size_t>(session.exposures);
   for (std::size_t station = 0; station < session.stations.size(); ++station) {
     StationPictures pictures{station, {}};
@@ -116,27 +116,27 @@ PictureMatch match_pictures(const SessionShots& session, const CardPictures& car
   if (result.rival) throw_ambiguous(session, card, result.best, *result.rival);
 
   PictureMatch match;
-  // A time is the lower end of a step of the clock; the middle is the better guess.
+  // A time is the lower end of a clock step; the middle is an unbiased estimate.
   match.clock_offset_s = result.best.offset_s + 0.5 * card.resolution_s;
   match.clock_drift = result.best.drift;
   match.rms_s = result.best.rms_s;
   std::vector<bool> used(card.shots.size(), false);
-  sort_out_stations(session, result.best, &match, &used);
+  assign_stations(session, result.best, &match, &used);
   for (std::size_t shot = 0; shot < card.shots.size(); ++shot) {
     if (used[shot]) continue;
     const double time_s = session_time(card.shots[shot], result.best, slots.front().from_s);
-    const bool abandoned = is_of_abandoned(session, time_s, card.resolution_s);
-    (abandoned ? match.of_abandoned : match.of_none).push_back(shot);
+    const bool failed = is_from_failed(session, time_s, card.resolution_s);
+    (failed ? match.from_failed : match.unassigned).push_back(shot);
   }
   return match;
 }
 
-bool is_whole(const PictureMatch& match, const CardPictures& card) {
-  return match.incomplete.empty() && match.of_none.empty() && card.without_partner.empty();
+bool is_complete(const PictureMatch& match, const CardPictures& card) {
+  return match.incomplete.empty() && match.unassigned.empty() && card.unpaired.empty();
 }
 
-std::string account_of(const PictureMatch& match, const SessionShots& session,
-                       const CardPictures& card) {
+std::string describe_mismatches(const PictureMatch& match, const SessionShots& session,
+                                const CardPictures& card) {
   std::vector<std::string> lacking;
   for (const StationPictures& each : match.incomplete) {
     const std::string& name = session.stations[each.station].attempt.station;
@@ -145,9 +145,9 @@ std::string account_of(const PictureMatch& match, const SessionShots& session,
                                  : fmt::format("{} ({} of {})", name, found, session.exposures));
   }
   std::vector<std::string> surplus;
-  for (const std::size_t shot : match.of_none) surplus.push_back(shot_name(card.shots[shot]));
+  for (const std::size_t shot : match.unassigned) surplus.push_back(shot_name(card.shots[shot]));
   std::vector<std::string> single;
-  for (const auto& file : card.without_partner) single.push_back(file.filename().string());
+  for (const auto& file : card.unpaired) single.push_back(file.filename().string());
 
   std::vector<std::string> parts;
   if (!lacking.empty()) {

@@ -18,8 +18,8 @@ using testing::ThrowsMessage;
 
 const WallTime kStart = std::chrono::sys_days{std::chrono::year{2026} / 5 / 1} + 9h;
 
-// Two lines of stations five seconds apart, two minutes between them; the camera's clock is an hour
-// and a bit ahead and counts whole seconds.
+// Two lines of stations five seconds apart, with two minutes between the lines. The camera's clock
+// is a little over an hour ahead and counts whole seconds.
 class MatchPicturesTest : public testing::Test {
  protected:
   MatchPicturesTest() {
@@ -55,40 +55,40 @@ class MatchPicturesTest : public testing::Test {
 
 TEST_F(MatchPicturesTest, EveryStationGetsItsPictureAndTheClocksAreCompared) {
   const PictureMatch match = match_pictures(session_, card_);
-  EXPECT_TRUE(is_whole(match, card_));
+  EXPECT_TRUE(is_complete(match, card_));
   ASSERT_EQ(match.complete.size(), 20U);
   for (std::size_t i = 0; i < 20; ++i) {
     EXPECT_EQ(match.complete[i].station, i);
     EXPECT_THAT(match.complete[i].shots, ElementsAre(i));
   }
   EXPECT_NEAR(match.clock_offset_s, 3607.3, 0.5);
-  EXPECT_THAT(account_of(match, session_, card_), IsEmpty());
+  EXPECT_THAT(describe_mismatches(match, session_, card_), IsEmpty());
 }
 
-TEST_F(MatchPicturesTest, TheAccountNamesStationsThatLackPicturesAndPicturesOfNone) {
+TEST_F(MatchPicturesTest, MissingAndUnassignedPicturesAreListed) {
   lose_shot(13);
   lose_shot(4);
   add_shot(asked_at(0, 7) + 2500ms, "EXTRA.JPG");
   const PictureMatch match = match_pictures(session_, card_);
-  EXPECT_FALSE(is_whole(match, card_));
+  EXPECT_FALSE(is_complete(match, card_));
   EXPECT_EQ(match.complete.size(), 18U);
-  EXPECT_THAT(account_of(match, session_, card_),
+  EXPECT_THAT(describe_mismatches(match, session_, card_),
               AllOf(HasSubstr("2 of 20 stations lack pictures: x0_004, x1_003"),
                     HasSubstr("1 of 19 pictures belong to no station: EXTRA.JPG")));
 }
 
-TEST_F(MatchPicturesTest, APictureOfAFailedTryIsNotAMismatch) {
-  session_.abandoned.push_back({asked_at(0, 9) + 3s, asked_at(0, 9) + 20s});
+TEST_F(MatchPicturesTest, APictureOfAFailedAttemptIsNotAMismatch) {
+  session_.failed.push_back({asked_at(0, 9) + 3s, asked_at(0, 9) + 20s});
   add_shot(asked_at(0, 9) + 11s, "AGAIN.JPG");
   const PictureMatch match = match_pictures(session_, card_);
-  EXPECT_TRUE(is_whole(match, card_));
-  EXPECT_THAT(match.of_abandoned, ElementsAre(10U));
+  EXPECT_TRUE(is_complete(match, card_));
+  EXPECT_THAT(match.from_failed, ElementsAre(10U));
 }
 
-TEST_F(MatchPicturesTest, AStationImportedBeforeLacksNothing) {
+TEST_F(MatchPicturesTest, AStationImportedBeforeIsNotIncomplete) {
   lose_shot(4);
   session_.stations[4].imported = true;
-  EXPECT_TRUE(is_whole(match_pictures(session_, card_), card_));
+  EXPECT_TRUE(is_complete(match_pictures(session_, card_), card_));
 }
 
 TEST_F(MatchPicturesTest, AStationWithTooFewOfItsExposuresIsNotComplete) {
@@ -100,19 +100,19 @@ TEST_F(MatchPicturesTest, AStationWithTooFewOfItsExposuresIsNotComplete) {
       add_shot(station.from + i * 500ms, fmt::format("{}_{}.JPG", station.attempt.station, i));
     }
   }
-  EXPECT_TRUE(is_whole(match_pictures(session_, card_), card_));
+  EXPECT_TRUE(is_complete(match_pictures(session_, card_), card_));
   lose_shot(16);  // the second of the sixth station
   const PictureMatch match = match_pictures(session_, card_);
   EXPECT_EQ(match.complete.size(), 19U);
-  EXPECT_THAT(account_of(match, session_, card_), HasSubstr("x0_005 (2 of 3)"));
+  EXPECT_THAT(describe_mismatches(match, session_, card_), HasSubstr("x0_005 (2 of 3)"));
 }
 
-TEST_F(MatchPicturesTest, WhatTheTimesLeaveOpenIsRefused) {
+TEST_F(MatchPicturesTest, AnAmbiguousAssignmentIsRefused) {
   session_.stations.resize(kPerLine);  // one line of equal intervals ...
   card_.shots.resize(kPerLine - 1);    // ... of which an end is missing
   EXPECT_THAT([&] { match_pictures(session_, card_); },
-              ThrowsMessage<Error>(
-                  AllOf(HasSubstr("9 pictures for 10"), HasSubstr("leave open which is which"))));
+              ThrowsMessage<Error>(AllOf(HasSubstr("9 pictures for 10"),
+                                         HasSubstr("do not determine the assignment"))));
 }
 
 TEST_F(MatchPicturesTest, PicturesOfAnotherSessionAreRefused) {
@@ -125,10 +125,10 @@ TEST_F(MatchPicturesTest, PicturesOfAnotherSessionAreRefused) {
   EXPECT_THAT([&] { match_pictures(session_, card_); }, ThrowsMessage<Error>(HasSubstr("0 pic")));
 }
 
-TEST_F(MatchPicturesTest, ALongAccountIsCutToOneReadableLine) {
+TEST_F(MatchPicturesTest, ALongListOfMismatchesIsShortened) {
   for (const std::size_t lost : {17, 15, 13, 12, 11, 6, 5, 4, 3}) lose_shot(lost);
   const PictureMatch match = match_pictures(session_, card_);
-  EXPECT_THAT(account_of(match, session_, card_), HasSubstr("and 1 more"));
+  EXPECT_THAT(describe_mismatches(match, session_, card_), HasSubstr("and 1 more"));
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ std::optional<WallTime> parse_date(std::string_view text) {
          std::chrono::seconds{*second};
 }
 
-// "+02:00" or "-05:30"; none where the camera wrote blanks.
+// "+02:00" or "-05:30"; empty if the camera wrote blanks.
 std::optional<std::chrono::minutes> parse_utc_offset(std::string_view text) {
   if (text.size() != 6 || (text[0] != '+' && text[0] != '-') || text[3] != ':') {
     return std::nullopt;
@@ -73,9 +73,9 @@ std::optional<std::chrono::minutes> parse_utc_offset(std::string_view text) {
   return text[0] == '-' ? -offset : offset;
 }
 
-// The decimals of a second, as many as the camera wrote: "7" is 0.7 s, "070" is 0.070 s.
+// Decimals of a second: "7" is 0.7 s, "070" is 0.070 s.
 void add_subseconds(std::string_view text, PictureTime* time) {
-  text = text.substr(0, 6);  // a WallTime need not be finer than microseconds
+  text = text.substr(0, 6);  // WallTime resolves microseconds
   const auto decimals = digits(text);
   if (!decimals) return;
   const double step_s = std::pow(10.0, -static_cast<double>(text.size()));
@@ -83,7 +83,7 @@ void add_subseconds(std::string_view text, PictureTime* time) {
   time->resolution_s = step_s;
 }
 
-// A tag's text without the blanks and zeros that fill it up.
+// The text of a tag without its padding of blanks and zeros.
 std::string text_of(const Exiv2::ExifData& exif, std::uint16_t tag) {
   for (const Exiv2::Exifdatum& datum : exif) {
     if (datum.tag() != tag || datum.groupName() != kExifGroup) continue;
@@ -108,7 +108,7 @@ std::optional<PictureTime> time_of(const Exiv2::ExifData& exif) {
   return time;
 }
 
-// What the camera's clock showed, where it is a time from Exif.
+// The local time of the camera's clock, for times from Exif.
 PictureTime as_local(PictureTime time) {
   time.time += time.utc_offset;
   time.utc_offset = std::chrono::minutes{0};
@@ -129,7 +129,7 @@ PictureTime file_time(const std::filesystem::path& picture) {
           {}};
 }
 
-// Exiv2 prints what it thinks of damaged tags; here they merely do not count.
+// Damaged tags are ignored; keep Exiv2 from printing warnings about them.
 void silence_exiv2() {
   static const bool silenced = [] {
     Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute);
@@ -174,8 +174,8 @@ std::vector<PictureTime> picture_times(std::span<const std::filesystem::path> pi
     if (!as_the_first) {
       const bool is_odd = time.source == PictureTimeSource::kFile;
       throw Error(fmt::format(
-          "{}: no Exif time in it, but in others; it is damaged or not of the same camera, import "
-          "without it",
+          "{}: no Exif time, while other pictures have one; the file is damaged or of another "
+          "camera, import without it",
           (is_odd ? picture : pictures[0]).string()));
     }
     all_utc = all_utc && time.source == PictureTimeSource::kExifUtc;

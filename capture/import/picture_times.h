@@ -1,8 +1,7 @@
-// When the pictures of a camera's card were taken, by the camera's own clock.
+// When pictures were taken, by the camera's own clock.
 //
 // Source: Exif 2.32 (CIPA DC-008), tags DateTimeOriginal, SubSecTimeOriginal and
-// OffsetTimeOriginal, read with Exiv2; where they are not there, the time the file was last
-// written.
+// OffsetTimeOriginal, read with Exiv2; without them, the modification time of the file.
 #pragma once
 
 #include <filesystem>
@@ -17,28 +16,28 @@ namespace raywalk::capture {
 
 enum class PictureTimeSource {
   kExifUtc,    // Exif, with its offset from UTC
-  kExifLocal,  // Exif without one: what the camera's clock showed, as though it were UTC
-  kFile        // when the file was written
+  kExifLocal,  // Exif without it: local time of the camera's clock, taken as UTC
+  kFile        // modification time of the file
 };
 
 struct PictureTime {
   WallTime time{};
-  double resolution_s = 1.0;  // the clock's steps; the time is the lower end of one
+  double resolution_s = 1.0;  // step of the clock; `time` is the lower end of a step
   PictureTimeSource source = PictureTimeSource::kFile;
-  std::chrono::minutes utc_offset{0};  // already taken off a kExifUtc time
+  std::chrono::minutes utc_offset{0};  // already subtracted from a kExifUtc time
 };
 
-// "Exif time", "Exif local time", "file time", for people.
+// "Exif time", "Exif local time" or "file time", for messages.
 std::string name_of(PictureTimeSource source);
 
-// What the Exif data of a picture say; none where there are none, they hold no valid date (cameras
-// write "0000:00:00 00:00:00" where their clock was never set), or the file is no picture.
+// The Exif time of a picture; empty if the file is not a picture, or has no Exif data or no valid
+// date in them (cameras write "0000:00:00 00:00:00" if their clock was never set).
 std::optional<PictureTime> exif_time(const std::filesystem::path& picture);
 
-// The times of pictures that are to be compared with each other, hence all of one source: Exif with
-// UTC where every picture has it, local Exif times where every picture has Exif, file times where
-// none has. Throws Error naming a picture that has no Exif time where others have (it is damaged,
-// or not of the same camera) or cannot be read.
+// The times of all pictures, from one common source so that they are comparable: Exif with UTC
+// offset if every picture has it, else local Exif times if every picture has Exif, else file times
+// if none has. Throws Error naming a picture that cannot be read or that has no Exif time while
+// others have (it is damaged, or of another camera).
 std::vector<PictureTime> picture_times(std::span<const std::filesystem::path> pictures);
 
 }  // namespace raywalk::capture

@@ -35,7 +35,7 @@ class PictureTimesTest : public testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(PictureTimesTest, WithoutAnOffsetItIsWhatTheClockShowedInWholeSeconds) {
+TEST_F(PictureTimesTest, WithoutAnOffsetItIsLocalTimeInWholeSeconds) {
   const auto time = exif_time(picture("a.jpg", {{kDate, "2026:03:07 12:30:05"}}));
   ASSERT_TRUE(time);
   EXPECT_EQ(time->time, kNoon);
@@ -43,7 +43,7 @@ TEST_F(PictureTimesTest, WithoutAnOffsetItIsWhatTheClockShowedInWholeSeconds) {
   EXPECT_EQ(time->source, PictureTimeSource::kExifLocal);
 }
 
-TEST_F(PictureTimesTest, SubSecondsCountByTheirDigits) {
+TEST_F(PictureTimesTest, SubSecondsAreDecimalDigits) {
   const auto tenths =
       exif_time(picture("a.jpg", {{kDate, "2026:03:07 12:30:05"}, {kSubSeconds, "7"}}));
   ASSERT_TRUE(tenths);
@@ -68,7 +68,7 @@ TEST_F(PictureTimesTest, AnOffsetGivesUtc) {
   EXPECT_EQ(west->time, kNoon + 5h + 30min);
 }
 
-TEST_F(PictureTimesTest, AnOffsetThatIsNoneLeavesLocalTime) {
+TEST_F(PictureTimesTest, AnInvalidOffsetLeavesLocalTime) {
   for (const char* const nonsense : {"", "   :  ", "+2:00", "+99:00", "0200"}) {
     const auto time =
         exif_time(picture("a.jpg", {{kDate, "2026:03:07 12:30:05"}, {kOffset, nonsense}}));
@@ -78,7 +78,7 @@ TEST_F(PictureTimesTest, AnOffsetThatIsNoneLeavesLocalTime) {
   }
 }
 
-TEST_F(PictureTimesTest, ADateThatIsNoneIsNotATime) {
+TEST_F(PictureTimesTest, AnInvalidDateGivesNoTime) {
   for (const char* const nonsense :
        {"0000:00:00 00:00:00", "    :  :     :  :  ", "2026:02:30 12:00:00", "2026:03:07 24:00:00",
         "2026-03-07 12:30:05", "2026:03:07", "", "2026:03:07 12:30:-5"}) {
@@ -86,7 +86,7 @@ TEST_F(PictureTimesTest, ADateThatIsNoneIsNotATime) {
   }
 }
 
-TEST_F(PictureTimesTest, WhateverIsCutOrChangedItIsATimeOrNone) {
+TEST_F(PictureTimesTest, ADamagedFileNeverThrows) {
   const auto whole = picture("a.jpg", {{kDate, "2026:03:07 12:30:05"}, {kOffset, "+02:00"}});
   const std::string bytes = read_file(whole);
   const auto damaged = directory_ / "damaged.jpg";
@@ -100,7 +100,7 @@ TEST_F(PictureTimesTest, WhateverIsCutOrChangedItIsATimeOrNone) {
   }
 }
 
-TEST_F(PictureTimesTest, WithoutExifItIsWhenTheFileWasWritten) {
+TEST_F(PictureTimesTest, WithoutExifItIsTheModificationTime) {
   const std::vector<std::filesystem::path> files{picture("a.jpg", {}), picture("b.jpg", {})};
   const auto times = picture_times(files);
   ASSERT_EQ(times.size(), 2U);

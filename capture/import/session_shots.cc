@@ -10,8 +10,8 @@
 namespace raywalk::capture {
 namespace {
 
-// The camera starts to expose at exposed_utc_us; how the exposures of a bracket lie between then
-// and the end of exposing, the session does not know.
+// The camera starts to expose at exposed_utc_us. The times of the single exposures of a bracket are
+// not recorded; they lie between then and the end of exposing.
 constexpr char kExposedStations[] =
     "SELECT attempt.id, station.name, attempt.number, attempt.outcome = 'captured',"
     " coalesce(attempt.exposed_utc_us, attempt.triggered_utc_us),"
@@ -22,9 +22,9 @@ constexpr char kExposedStations[] =
     " AND coalesce(attempt.exposed_utc_us, attempt.triggered_utc_us) IS NOT NULL "
     "ORDER BY 5, attempt.id";
 
-// One cut short may not have been ended before the program's next start: its pictures were taken
-// before the next attempt began.
-constexpr char kAbandonedAttempts[] =
+// An attempt interrupted by a crash has no end time; its pictures were taken before the next one
+// began.
+constexpr char kFailedAttempts[] =
     "SELECT begun_utc_us, coalesce(ended_utc_us, (SELECT min(next.begun_utc_us) FROM attempt AS "
     "next WHERE next.id > attempt.id), begun_utc_us + 60000000) "
     "FROM attempt WHERE outcome = 'failed' OR outcome IS NULL ORDER BY begun_utc_us";
@@ -44,9 +44,9 @@ std::vector<ExposedStation> exposed_stations(SqliteConnection* database, int exp
   return stations;
 }
 
-std::vector<AbandonedAttempt> abandoned_attempts(SqliteConnection* database) {
-  std::vector<AbandonedAttempt> attempts;
-  SqliteStatement rows(database, kAbandonedAttempts);
+std::vector<FailedAttempt> failed_attempts(SqliteConnection* database) {
+  std::vector<FailedAttempt> attempts;
+  SqliteStatement rows(database, kFailedAttempts);
   while (rows.step()) {
     attempts.push_back({wall_time_from(rows.integer(0)), wall_time_from(rows.integer(1))});
   }
@@ -58,20 +58,20 @@ std::vector<AbandonedAttempt> abandoned_attempts(SqliteConnection* database) {
 SessionShots read_session_shots(SessionReader* reader) {
   const SessionFacts facts = reader->facts();
   const std::string directory = reader->directory().string();
-  if (facts.camera != "gpio") {
+  if (facts.camera != CameraKind::kGpio) {
     throw UsageError(fmt::format(
-        "{}: its {} camera gave every picture during the run; there is nothing to import from a "
+        "{}: the {} camera sent its pictures during the run; there is nothing to import from a "
         "card",
-        directory, facts.camera));
+        directory, name_of(facts.camera)));
   }
-  if (facts.mode == "video") {
-    throw UsageError(
-        fmt::format("{}: this session was filmed; import its film with --video", directory));
+  if (facts.mode == CaptureMode::kVideo) {
+    throw UsageError(fmt::format(
+        "{}: this session was captured as video; import its film with --video", directory));
   }
   SessionShots shots;
   shots.exposures = facts.exposures;
   shots.stations = exposed_stations(&reader->database(), facts.exposures);
-  shots.abandoned = abandoned_attempts(&reader->database());
+  shots.failed = failed_attempts(&reader->database());
   if (shots.stations.empty()) {
     throw Error(
         fmt::format("{}: no station has been captured yet; run the session first", directory));

@@ -1,4 +1,4 @@
-// For tests: a carriage's pass along a line, its journal, and the film that a camera on it shoots.
+// For tests: a pass of the carriage along a line, its journal, and a film shot from it.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ struct TestPass {
     if (left_s < ramp_s) return to_mm - 0.5 * acceleration_mm_s2 * left_s * left_s;
     return from_mm + speed_mm_s * (since_s - 0.5 * ramp_s);
   }
-  // As the carriage records it: until it has settled.
+  // Samples every 20 ms until 0.3 s after the end.
   std::vector<JournalSample> journal(WallTime epoch) const {
     std::vector<JournalSample> samples;
     for (double time_s = start_s; time_s < end_s() + 0.3; time_s += 0.02) {
@@ -45,8 +45,7 @@ struct TestPass {
   }
 };
 
-// A surrounding that slides by as the carriage moves, one pixel per millimetre, with the noise of a
-// sensor.
+// A scene that shifts as the carriage moves, one pixel per millimetre, with sensor noise.
 class TestScene {
  public:
   explicit TestScene(cv::Size size) : size_(size), random_(17) {

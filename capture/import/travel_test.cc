@@ -20,20 +20,20 @@ TEST(Travel, PositionsAreInterpolatedAndRestAtBothEnds) {
   EXPECT_THAT(travel.position_mm(14.0), Optional(200.0));
 }
 
-TEST(Travel, BeyondTheRestNothingIsKnown) {
+TEST(Travel, ThePositionIsUnknownBeyondTheRest) {
   const Travel travel("x0", {10.0, 11.0}, {100.0, 120.0});
   EXPECT_FALSE(travel.position_mm(10.0 - Travel::kRest_s - 0.01));
   EXPECT_FALSE(travel.position_mm(11.0 + Travel::kRest_s + 0.01));
 }
 
-TEST(Travel, SpeedIsTheMeanOverTheTimeAndHasNoSign) {
+TEST(Travel, SpeedIsTheMeanAbsoluteSpeed) {
   const Travel forth("x0", {0.0, 1.0, 2.0}, {0.0, 10.0, 40.0});
   EXPECT_DOUBLE_EQ(forth.speed_mm_s(0.5, 1.5), 20.0);
   const Travel back("x0", {0.0, 1.0}, {10.0, 0.0});
   EXPECT_DOUBLE_EQ(back.speed_mm_s(0.0, 1.0), 10.0);
 }
 
-TEST(Travel, APauseInTheJournalParts) {
+TEST(Travel, AGapInTheJournalSplitsIt) {
   const std::vector<JournalSample> journal{
       {kEpoch, 0.0}, {kEpoch + 500ms, 5.0}, {kEpoch + 90s, 0.0}, {kEpoch + 90500ms, 7.0}};
   const auto travels = travels_of("z1", journal, kEpoch);
@@ -44,7 +44,7 @@ TEST(Travel, APauseInTheJournalParts) {
   EXPECT_FALSE(travels[0].position_mm(45.0));
 }
 
-TEST(Travel, SamplesOutOfOrderDoNotBendIt) {
+TEST(Travel, SamplesOutOfOrderAreDropped) {
   const std::vector<JournalSample> journal{{kEpoch, 0.0},
                                            {kEpoch + 500ms, 5.0},
                                            {kEpoch + 200ms, 99.0},
@@ -55,7 +55,7 @@ TEST(Travel, SamplesOutOfOrderDoNotBendIt) {
   EXPECT_THAT(travels[0].position_mm(0.75), Optional(DoubleNear(7.5, 1e-9)));
 }
 
-TEST(Travel, ASingleSampleIsNoTravel) {
+TEST(Travel, ASingleSampleGivesNoTravel) {
   const std::vector<JournalSample> journal{{kEpoch, 0.0}};
   EXPECT_TRUE(travels_of("x0", journal, kEpoch).empty());
   EXPECT_TRUE(travels_of("x0", {}, kEpoch).empty());

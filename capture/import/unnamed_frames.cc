@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Frames are called after their station: "x0_007.jpg", "x0_007_e1_front.jpg".
+// Frames are named after their station: "x0_007.jpg", "x0_007_e1_front.jpg".
 bool is_of_station(const fs::path& file, const std::string& station) {
   const std::string name = file.filename().string();
   return name.starts_with(station + ".") || name.starts_with(station + "_");
@@ -40,7 +40,7 @@ std::optional<std::string> UnnamedFrames::find(const std::string& station,
     const fs::path path = session_directory_ / file;
     if (!is_of_station(path, station) || read_file(path) != bytes) continue;
     try {
-      // The file was synced before it got its name; its directory perhaps was not.
+      // The file was synced before it was renamed; its directory may not have been.
       system_disk().sync_directory(path.parent_path());
     } catch (const std::system_error& error) {
       throw Error(fmt::format("cannot sync {}: {}; check the disk", path.parent_path().string(),

@@ -1,4 +1,4 @@
-// Frames that an import which was killed had stored, and had not come to record.
+// Frame files that a killed import stored but did not record in the session.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,14 @@
 
 namespace raywalk::capture {
 
-// The files in a session's frames/ that no row names.
+// The files in a session's frames/ that no row of its database names.
 class UnnamedFrames {
  public:
   explicit UnnamedFrames(SessionReader* reader);
 
-  // One of this station with just these bytes, relative to the session; safe against power loss
-  // when it returns. Storing the picture once more would find its name taken.
+  // A file of this station with exactly these bytes, relative to the session's directory, to be
+  // reused as its name is taken. It and its directory are synced on return. Throws Error if that
+  // fails.
   std::optional<std::string> find(const std::string& station, const std::string& bytes) const;
 
  private:

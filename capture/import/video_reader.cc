@@ -15,21 +15,21 @@ VideoReader::VideoReader(std::filesystem::path file) : file_(std::move(file)) {
   }
   // Naming the backend keeps OpenCV from taking the file for an image sequence or a camera.
   if (!capture_.open(file_.string(), cv::CAP_FFMPEG)) {
-    throw Error(fmt::format("{}: is no film that can be read", file_.string()));
+    throw Error(fmt::format("{}: not a film that can be read", file_.string()));
   }
   const double rate_hz = capture_.get(cv::CAP_PROP_FPS);
   if (rate_hz > 0.0 && rate_hz < 1e4) frame_interval_s_ = 1.0 / rate_hz;
 }
 
-// OpenCV documents CAP_PROP_POS_MSEC as the position of the current frame; containers without
-// times per frame give 0 for all, and there the frame rate says it.
+// OpenCV documents CAP_PROP_POS_MSEC as the position of the current frame. Containers without
+// timestamps give 0 for all frames; their times follow from the frame rate.
 double VideoReader::time_of_frame() {
   const double stated_s = 1e-3 * capture_.get(cv::CAP_PROP_POS_MSEC);
   if (frames_ == 0) first_s_ = stated_s;
   const double since_first_s = stated_s - first_s_;
   if (since_first_s > last_s_) return since_first_s;
   if (frame_interval_s_ <= 0.0) {
-    throw Error(fmt::format("{}: frame {} has no time, and the film names no frame rate",
+    throw Error(fmt::format("{}: frame {} has no timestamp, and the film has no frame rate",
                             file_.string(), frames_));
   }
   return last_s_ + frame_interval_s_;
@@ -38,7 +38,7 @@ double VideoReader::time_of_frame() {
 bool VideoReader::next(DecodedFrame* frame) {
   if (!capture_.read(frame->picture) || frame->picture.empty()) {
     if (frames_ == 0) {
-      throw Error(fmt::format("{}: holds no frame that can be decoded", file_.string()));
+      throw Error(fmt::format("{}: no frame can be decoded", file_.string()));
     }
     return false;
   }

@@ -1,4 +1,4 @@
-// The frames of a film, in order, each with its time in the film.
+// Reads the frames of a film in order, each with its time.
 #pragma once
 
 #include <filesystem>
@@ -16,10 +16,11 @@ struct DecodedFrame {
 // Decodes a film from its start with OpenCV's VideoCapture.
 class VideoReader {
  public:
-  // Throws Error naming the file: missing, no film, no frame that can be decoded.
+  // Throws Error naming the file if it is missing or not a film.
   explicit VideoReader(std::filesystem::path file);
 
-  // Whether there was another frame. Throws Error where a frame has another size than the first.
+  // Returns false at the end. Throws Error if the first frame cannot be decoded, a frame has no
+  // time, or a frame differs in size from the first.
   bool next(DecodedFrame* frame);
 
  private:
@@ -27,7 +28,7 @@ class VideoReader {
 
   std::filesystem::path file_;
   cv::VideoCapture capture_;
-  double frame_interval_s_ = 0.0;  // 0 where the film does not say
+  double frame_interval_s_ = 0.0;  // 0 if the film has no frame rate
   double first_s_ = 0.0;
   double last_s_ = -1.0;
   std::size_t frames_ = 0;

@@ -14,11 +14,12 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr double kMostStations = 100000.0;
-// Steps count as whole within this share of one, so that a spacing may be given in six digits.
+constexpr double kMaxStations = 100000.0;
+// Tolerance of a whole number of steps, so that a spacing may be given with six digits.
 constexpr double kWholeStep = 1e-3;
 constexpr double kSamePlace_m = 1e-3;
-// Equally spaced positions along an axis; `first` and `steps` tell them all.
+
+// Equally spaced positions along an axis.
 struct Run {
   double first_m = 0.0;
   double step_m = 0.0;
@@ -36,7 +37,7 @@ struct LinePlace {
   Run run;
 };
 
-// How many steps of `spacing_mm` fill a length exactly; none where the last one does not fit.
+// The number of steps of `spacing_mm` that fill a length; none if it is not whole.
 std::optional<double> whole_steps(double length_m, double spacing_mm) {
   const double steps = length_m * kMillimetresPerMetre / spacing_mm;
   const double whole = std::round(steps);
@@ -44,7 +45,7 @@ std::optional<double> whole_steps(double length_m, double spacing_mm) {
   return whole;
 }
 
-// "; 25 or 33.3333 would": spacings next to the one given that do fill the length.
+// "; 25 or 33.3333 would": the spacings nearest to `spacing_mm` that fill the length.
 std::string fitting_spacings(double length_m, double spacing_mm) {
   const double length_mm = length_m * kMillimetresPerMetre;
   const double steps = length_mm / spacing_mm;
@@ -60,19 +61,20 @@ double steps_of_cell(const CaptureConfig& config) {
   if (!steps) {
     refuse_setting(
         config, "grid.spacing_mm",
-        fmt::format("is {}, of which no whole steps fill a cell's side of {} m{}", grid.spacing_mm,
+        fmt::format("is {}; whole steps of it do not fill a cell's side of {} m{}", grid.spacing_mm,
                     grid.cell_side_m, fitting_spacings(grid.cell_side_m, grid.spacing_mm)));
   }
   return *steps;
 }
 
-// Before any is made: a spacing mistyped by a few zeros should not fill the memory.
+// Called before stations are created: a mistyped spacing should not exhaust the memory.
 void require_few_stations(const CaptureConfig& config, std::string_view key, double spacing_mm,
                           double stations) {
-  if (stations <= kMostStations) return;
-  refuse_setting(config, key,
-                 fmt::format("is {}, which brings the plan to {:.0f} stations; {:.0f} is the most",
-                             spacing_mm, stations, kMostStations));
+  if (stations <= kMaxStations) return;
+  refuse_setting(
+      config, key,
+      fmt::format("is {}, which brings the plan to {:.0f} stations; {:.0f} is the maximum",
+                  spacing_mm, stations, kMaxStations));
 }
 
 std::vector<LinePlace> grid_lines(const CaptureConfig& config, double* overhang_m) {
@@ -115,19 +117,19 @@ LinePlace validation_line(const CaptureConfig& config, std::size_t index, double
   if (!steps) {
     refuse_setting(
         config, key,
-        fmt::format("is {}, of which no whole steps fill the {:.6g} m from from_m to "
+        fmt::format("is {}; whole steps of it do not fill the {:.6g} m from from_m to "
                     "to_m{}",
                     line.spacing_mm, length_m, fitting_spacings(length_m, line.spacing_mm)));
   }
   require_few_stations(config, key, line.spacing_mm, stations_before + *steps + 1.0);
   return {fmt::format("v{}", index),
-          line.axis == "x" ? LineAxis::kX : LineAxis::kZ,
+          line.axis,
           line.across_m,
           true,
           {line.from_m, length_m / *steps, static_cast<int>(*steps)}};
 }
 
-bool share_a_stretch(const LinePlace& a, const LinePlace& b) {
+bool overlap(const LinePlace& a, const LinePlace& b) {
   return a.axis == b.axis && std::abs(a.across_m - b.across_m) < kSamePlace_m &&
          a.run.first_m < b.run.last_m() + kSamePlace_m &&
          b.run.first_m < a.run.last_m() + kSamePlace_m;
@@ -137,7 +139,7 @@ void add_validation_lines(const CaptureConfig& config, std::vector<LinePlace>* l
   for (std::size_t i = 0; i < config.validation.size(); ++i) {
     const LinePlace line = validation_line(config, i, stations_of(*lines));
     const auto other = std::find_if(lines->begin(), lines->end(), [&](const LinePlace& planned) {
-      return share_a_stretch(planned, line);
+      return overlap(planned, line);
     });
     if (other != lines->end()) {
       refuse_setting(config, fmt::format("validation[{}].across_m", i),
@@ -177,7 +179,7 @@ void require_within_limits(const CaptureConfig& config, const CaptureLine& line)
   }
 }
 
-// To 1 nm, in units of which there are `per_metre` in a metre; + 0.0 turns -0 into 0.
+// Rounds a length in units of 1 / `per_metre` metres to 1 nm; + 0.0 turns -0 into 0.
 double rounded(double length, double per_metre) {
   const double nanometres_per_unit = 1e9 / per_metre;
   return std::round(length * nanometres_per_unit) / nanometres_per_unit + 0.0;
@@ -194,7 +196,7 @@ nlohmann::json json_of(const CaptureLine& line) {
                         {"rail_mm", rounded_mm(station.rail_mm)}});
   }
   return {{"id", line.id},
-          {"axis", line.axis == LineAxis::kX ? "x" : "z"},
+          {"axis", name_of(line.axis)},
           {"across_m", rounded_m(line.across_m)},
           {"validation", line.validation},
           {"stations", stations}};
@@ -208,19 +210,20 @@ std::size_t CapturePlan::stations() const {
       [](std::size_t sum, const CaptureLine& line) { return sum + line.stations.size(); });
 }
 
-// A viewpoint in a cell sees the corner of two of its sides at the angle c = atan2(a, b) from the
-// normal of the one, where a and b are its distances to the other and to the one; the lines connect
-// at the cut clamp(c, 90 - k, k). At the angle g the other line is read where the ray has gone a
-// across: a / tan(g) along it, which is a / tan(g) - b beyond the corner. With the cut at k and
-// half of the blend below it, g = k - blend / 2, that is most at a = N, b = 0: on one side, at its
-// far end. (The mirrored case, clamped to 90 - k, is the same with the lines exchanged.) The other
-// half of the blend, and the blend of a cut that is not clamped, is narrowed where lines end.
+// A viewpoint in a cell has the distance b to one side and a to an adjacent side. It sees their
+// corner at the angle c = atan2(a, b) from the normal of the first side. The hybrid connection
+// switches between the lines of the two sides at the cut clamp(c, 90 - k, k). A ray at the angle g
+// from that normal meets the second line at a / tan(g) along it, which is a / tan(g) - b beyond the
+// corner. With the cut at k, the blend reads the second line down to g = k - blend / 2, and the
+// overhang is largest at a = N, b = 0: a viewpoint on the first side, at its far end. (A cut at 90
+// - k is the same with the lines exchanged.) The other half of the blend, and the blend of a cut
+// that is not clamped, is narrowed where lines end.
 double overhang_needed_m(const CaptureGrid& grid) {
   return grid.cell_side_m / std::tan(radians_from_degrees(grid.k_deg - 0.5 * grid.blend_deg));
 }
 
-// Where the overhang o is too short for k, views connect at atan2(a, b + o) instead: largest at
-// a = N, b = 0.
+// If the overhang o is too short for k, views connect at atan2(a, b + o), which is largest at a =
+// N, b = 0.
 double angle_reached_deg(const CaptureGrid& grid, double overhang_m) {
   return std::max(grid.k_deg, degrees_from_radians(std::atan2(grid.cell_side_m, overhang_m)));
 }
@@ -239,8 +242,9 @@ CapturePlan plan_capture(const CaptureConfig& config) {
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera) {
   nlohmann::json lines = nlohmann::json::array();
   for (const CaptureLine& line : plan.lines) lines.push_back(json_of(line));
-  return nlohmann::json{
-      {"frames", camera.frames}, {"bracket_ev", camera.exposure.bracket_ev}, {"lines", lines}}
+  return nlohmann::json{{"frames", name_of(camera.frames)},
+                        {"bracket_ev", camera.exposure.bracket_ev},
+                        {"lines", lines}}
       .dump();
 }
 

@@ -1,7 +1,7 @@
-// Every line and station of a capture, before anything moves.
+// The plan of a capture: every line and station.
 //
 // World frame of core/geometry/sphere.h: the origin is the middle of the grid at the height of the
-// lines. The rail is placed anew for each line; its slider then runs along the line in the
+// lines. The rail is placed once for each line; its slider then runs along the line in the
 // direction of the axis, and station i lies at first_station_mm + i * spacing on the rail.
 #pragma once
 
@@ -34,23 +34,23 @@ struct CapturePlan {
   std::size_t stations() const;    // of all lines, validation included
 };
 
-// How far beyond the outer corners of a cell views read its lines: N / tan(k - blend / 2) for cells
-// of side N, in metres, before rounding up to whole steps. Corners
-// inside of the grid need none: the neighbouring cell's line goes on there.
+// How far views read lines beyond the outer corners of the grid: N / tan(k - blend / 2) for cells
+// of side N, in metres, before rounding up to whole steps. Inner corners need no overhang, because
+// the line continues along the neighbouring cell.
 double overhang_needed_m(const CaptureGrid& grid);
 
-// The largest incidence angle, in degrees, that views reach at the worst viewpoint with so much
-// overhang captured: k where it suffices, 90 without any.
+// The largest incidence angle, in degrees, at which views at the worst viewpoint connect with this
+// overhang: k if the overhang suffices, 90 without any.
 double angle_reached_deg(const CaptureGrid& grid, double overhang_m);
 
-// Throws UsageError naming file, line, key and value where a plan cannot be: a spacing that does
-// not fill the cell's side in whole steps, a station outside of the soft limits, over 100,000
-// stations, a validation line that shares a stretch with another line.
+// Throws UsageError naming file, line, key and value for an impossible plan: a spacing of which
+// whole steps do not fill the cell's side, a station outside the soft limits, over 100,000
+// stations, a validation line that overlaps another line.
 CapturePlan plan_capture(const CaptureConfig& config);
 
-// The plan as canonical JSON: what a session remembers and a later run is held to. It depends on
-// lines, stations, rail positions, frame kind and bracketing alone. Lengths are rounded to 1 nm, so
-// that the same plan gives the same text whatever the last bit of a sum is.
+// The plan as canonical JSON. A session stores it, and a run that resumes the session must have the
+// same. It depends only on lines, stations, rail positions, frame kind and bracketing. Lengths are
+// rounded to 1 nm, so that rounding errors do not change the text.
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera);
 
 }  // namespace raywalk::capture

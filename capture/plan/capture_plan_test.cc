@@ -103,7 +103,7 @@ TEST(CapturePlan, ASpacingInSixDigitsFillsTheSide) {
   EXPECT_NEAR(line.stations[1].rail_mm - line.stations[0].rail_mm, 1000.0 / 30.0, 1e-9);
 }
 
-// What the grid promises to everyone after it: corners of cells are stations of both lines.
+// Later stages rely on it: corners of cells are stations of both lines.
 TEST(CapturePlan, EveryCornerIsAStationOfBothItsLines) {
   std::mt19937 random(7);
   for (int i = 0; i < 200; ++i) {
@@ -133,7 +133,7 @@ TEST(CapturePlan, EveryCornerIsAStationOfBothItsLines) {
   }
 }
 
-// overhang_needed_m against the reading positions of viewpoints all over the cell.
+// overhang_needed_m against the positions on the lines read by viewpoints throughout the cell.
 TEST(OverhangNeeded, IsTheFarthestThatAClampedConnectionReads) {
   for (const double k_deg : {48.0, 60.0, 76.0, 85.0}) {
     CaptureGrid grid;
@@ -162,7 +162,8 @@ TEST(AngleReached, FallsFrom90ToKAsTheOverhangGrows) {
 
 TEST(CapturePlan, ValidationLinesComeLastAndAreMarked) {
   CaptureConfig config = one_cell_config();
-  config.validation = {{"x", 0.1, -0.4, 0.4, 200.0}, {"z", 0.0, -0.3, 0.3, 300.0}};
+  config.validation = {{LineAxis::kX, 0.1, -0.4, 0.4, 200.0},
+                       {LineAxis::kZ, 0.0, -0.3, 0.3, 300.0}};
   const CapturePlan plan = plan_capture(config);
   ASSERT_EQ(plan.lines.size(), 6u);
   EXPECT_FALSE(plan.lines[3].validation);
@@ -177,19 +178,19 @@ TEST(CapturePlan, ValidationLinesComeLastAndAreMarked) {
   EXPECT_EQ(plan.lines[5].axis, LineAxis::kZ);
 }
 
-TEST(CapturePlan, SpacingsThatDoNotFillALengthAreRefusedWithOnesThatDo) {
+TEST(CapturePlan, RefusalOfASpacingSuggestsOnesThatFit) {
   CaptureConfig config = one_cell_config();
   config.grid.spacing_mm = 30.0;
   EXPECT_EQ(
       error_of(config),
-      "'grid.spacing_mm' is 30, of which no whole steps fill a cell's side of 1 m; 29.4118 or "
+      "'grid.spacing_mm' is 30; whole steps of it do not fill a cell's side of 1 m; 29.4118 or "
       "30.303 would");
   config.grid.spacing_mm = 29.4118;
   EXPECT_EQ(error_of(config), "");
   config.grid.spacing_mm = 1200.0;
   EXPECT_THAT(error_of(config), HasSubstr("; 1000 would"));
   config = one_cell_config();
-  config.validation = {{"x", 0.0, -0.4, 0.4, 300.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 300.0}};
   EXPECT_THAT(error_of(config), AllOf(HasSubstr("'validation[0].spacing_mm' is 300"),
                                       HasSubstr("; 266.667 or 400 would")));
 }
@@ -205,7 +206,7 @@ TEST(CapturePlan, SoftLimitsThatExcludeAStationAreRefused) {
   EXPECT_THAT(error_of(config), HasSubstr("'slider.low_limit_mm' is 10, which excludes station "
                                           "x0_000 at 0.000 mm on the rail"));
   config = one_cell_config();
-  config.validation = {{"z", 0.0, -2.0, 2.0, 500.0}};
+  config.validation = {{LineAxis::kZ, 0.0, -2.0, 2.0, 500.0}};
   EXPECT_THAT(error_of(config), HasSubstr("excludes station v0_008"));
 }
 
@@ -221,23 +222,23 @@ TEST(CapturePlan, TooManyStationsAreRefused) {
   EXPECT_THAT(error_of(config), HasSubstr("'grid.spacing_mm' is 0.1"));
   config = one_cell_config();
   for (int i = 0; i < 100; ++i) {
-    config.validation.push_back({"x", 0.01 * (i + 1) - 0.495, 0.0, 1.5, 1.0});
+    config.validation.push_back({LineAxis::kX, 0.01 * (i + 1) - 0.495, 0.0, 1.5, 1.0});
   }
   EXPECT_THAT(error_of(config), HasSubstr("'validation[66].spacing_mm' is 1, which brings"));
-  config.validation = {{"x", 0.0, -1000.0, 1000.0, 0.1}};
-  EXPECT_THAT(error_of(config), HasSubstr("to 20000133 stations; 100000 is the most"));
+  config.validation = {{LineAxis::kX, 0.0, -1000.0, 1000.0, 0.1}};
+  EXPECT_THAT(error_of(config), HasSubstr("to 20000133 stations; 100000 is the maximum"));
 }
 
 TEST(CapturePlan, ValidationLinesOnOtherLinesAreRefused) {
   CaptureConfig config = one_cell_config();
-  config.validation = {{"x", 0.5, -0.4, 0.4, 100.0}};
+  config.validation = {{LineAxis::kX, 0.5, -0.4, 0.4, 100.0}};
   EXPECT_EQ(error_of(config), "'validation[0].across_m' is 0.5, where line x1 already runs");
-  config.validation = {{"x", 0.0, -0.4, 0.4, 100.0}, {"x", 0.0, 0.4, 0.5, 100.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 100.0}, {LineAxis::kX, 0.0, 0.4, 0.5, 100.0}};
   EXPECT_EQ(error_of(config), "'validation[1].across_m' is 0, where line v0 already runs");
-  config.validation = {{"x", 0.0, -0.4, 0.4, 100.0},
-                       {"z", 0.0, -0.4, 0.4, 100.0},
-                       {"x", 0.0, 0.5, 0.7, 100.0},
-                       {"x", 0.5, 0.9, 1.2, 100.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 100.0},
+                       {LineAxis::kZ, 0.0, -0.4, 0.4, 100.0},
+                       {LineAxis::kX, 0.0, 0.5, 0.7, 100.0},
+                       {LineAxis::kX, 0.5, 0.9, 1.2, 100.0}};
   EXPECT_EQ(error_of(config), "");
 }
 
@@ -254,7 +255,7 @@ TEST(PlanJson, IsStableAndRounded) {
   EXPECT_EQ(json.find("-0.0"), std::string::npos);
 }
 
-TEST(PlanJson, TellsPlansApartByWhatTheyCaptureAlone) {
+TEST(PlanJson, DependsOnWhatIsCapturedAlone) {
   const CaptureConfig config = one_cell_config();
   const auto json = [](const CaptureConfig& c) { return plan_json(plan_capture(c), c.camera); };
   std::set<std::string> different{json(config)};
@@ -265,13 +266,13 @@ TEST(PlanJson, TellsPlansApartByWhatTheyCaptureAlone) {
   other.slider.first_station_mm = 1.0;
   different.insert(json(other));
   other = config;
-  other.camera.frames = "dual-fisheye";
+  other.camera.frames = FrameKind::kDualFisheye;
   different.insert(json(other));
   other = config;
   other.camera.exposure.bracket_ev = {0.0, -2.0};
   different.insert(json(other));
   other = config;
-  other.validation = {{"x", 0.0, -0.4, 0.4, 100.0}};
+  other.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 100.0}};
   different.insert(json(other));
   EXPECT_EQ(different.size(), 6u);
   other = config;

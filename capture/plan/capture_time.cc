@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace raywalk::capture {
 namespace {
 
 constexpr double kSecondsPerMillisecond = 1e-3;
-// From the command to a still that can be fetched, and its transfer over Wi-Fi. Cameras that speak
-// Open Spherical Camera develop and stitch for some seconds; they differ, hence run.picture_s.
+// From the command until the picture is ready, and its transfer over Wi-Fi. Cameras with the Open
+// Spherical Camera API develop and stitch for some seconds; they differ, hence run.picture_s.
 constexpr double kOscPicture_s = 5.0;
-// Exposure and writing of a camera that says when it is done.
+// Exposure and writing of a camera with a busy line.
 constexpr double kBusyCamera_s = 1.5;
 
 double one_shot_of_gpio_s(const TriggerConfig& trigger) {
@@ -20,19 +21,25 @@ double one_shot_of_gpio_s(const TriggerConfig& trigger) {
 }
 
 double one_exposure_s(const CameraConfig& camera) {
-  if (camera.kind == "osc") return kOscPicture_s + camera.exposure.shutter_s;
-  if (camera.kind == "gpio") return one_shot_of_gpio_s(camera.trigger);
-  // A frame that was begun before the carriage settled is dropped; the next one is taken.
-  return 2.0 * camera.v4l2.exposure_ms * kSecondsPerMillisecond;
+  switch (camera.kind) {
+    case CameraKind::kOsc:
+      return kOscPicture_s + camera.exposure.shutter_s;
+    case CameraKind::kGpio:
+      return one_shot_of_gpio_s(camera.trigger);
+    case CameraKind::kV4l2:
+      // A frame that started before the carriage settled is dropped; the next one is taken.
+      return 2.0 * camera.v4l2.exposure_ms * kSecondsPerMillisecond;
+  }
+  throw std::logic_error("unknown kind of camera");
 }
 
-// Where the carriage goes before it meets the first station of a line.
+// The position from which the first station of a line is approached.
 double approach_mm(const CaptureLine& line, const CaptureConfig& config) {
   return std::max(config.slider.low_limit_mm,
                   line.stations.front().rail_mm - config.run.approach_mm);
 }
 
-// One pass without a stop; the journal tells the stations in it.
+// One pass without a stop.
 double film_s(const CaptureLine& line, const CaptureConfig& config) {
   const MotionProfile pass{config.run.video_speed_mm_s,
                            config.slider.motion.profile.acceleration_mm_s2};
@@ -51,10 +58,9 @@ double station_moves_s(const CaptureLine& line, const CaptureConfig& config) {
 
 }  // namespace
 
-// Half of the distance is covered while speeding up, s = v^2 / (2 a), half while slowing down, if
-// the speed is not reached before: t = 2 sqrt(distance / a). Otherwise what lies between, distance
-// - v^2 / a, is covered at the speed v, and the two ramps take v / a each: t = distance / v + v /
-// a.
+// If the distance d < v^2 / a, the speed v is not reached: each half of d is a ramp, t = 2 sqrt(d /
+// a). Otherwise the two ramps take v / a and cover v^2 / (2 a) each, and the rest is covered at the
+// speed v: t = d / v + v / a.
 double move_s(double distance_mm, const MotionProfile& profile) {
   const double speed = profile.speed_mm_s;
   const double acceleration = profile.acceleration_mm_s2;
@@ -67,14 +73,14 @@ double picture_s(const CaptureConfig& config) {
   const CameraConfig& camera = config.camera;
   const auto exposures = static_cast<double>(camera.exposure.bracket_ev.size());
   if (config.run.picture_s > 0.0) return exposures * config.run.picture_s;
-  const bool at_one_press = camera.kind == "gpio" && !camera.trigger.press_per_exposure;
+  const bool at_one_press = camera.kind == CameraKind::kGpio && !camera.trigger.press_per_exposure;
   return (at_one_press ? 1.0 : exposures) * one_exposure_s(camera);
 }
 
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
   const MotionRules& motion = slider.motion;
-  const bool film = config.run.mode == "video";
+  const bool film = config.run.mode == CaptureMode::kVideo;
   CaptureTime time;
   time.motion_s = move_s(slider.high_limit_mm - slider.low_limit_mm, motion.profile);
   double at_mm = slider.low_limit_mm;

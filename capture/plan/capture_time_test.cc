@@ -17,7 +17,7 @@ TEST(MoveTime, ShortMovesNeverReachTheirSpeed) {
   EXPECT_DOUBLE_EQ(move_s(450.0, {100.0, 200.0}), 5.0);  // and keeps it for 400 mm
 }
 
-// The time against a motion integrated in small steps of time.
+// The formula against a motion integrated in small steps of time.
 TEST(MoveTime, AgreesWithTheMotionItself) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> log_of(-1.0, 3.0);
@@ -41,14 +41,14 @@ TEST(MoveTime, AgreesWithTheMotionItself) {
   }
 }
 
-TEST(CaptureTime, AddsUpWhatTheSliderAndTheCameraDo) {
+TEST(CaptureTime, AddsUpSliderAndCamera) {
   CaptureConfig config = one_cell_config();
   config.grid.overhang_mm = 0.0;
   config.run.picture_s = 2.0;
   config.run.approach_mm = 0.0;
   config.slider.motion.settle_ms = 500.0;
   const CaptureTime time = estimate_time(plan_capture(config), config);
-  // Homing over 2000 mm; per line 20 steps of 50 mm at 1 s, and the way back for three of four.
+  // Homing over 2000 mm; per line 20 steps of 50 mm at 1 s, and the return for three of four.
   EXPECT_NEAR(time.motion_s, 20.5 + 4 * 20.0 + 3 * 10.5, 1e-6);
   EXPECT_NEAR(time.settling_s, 4 * 22 * 0.5, 1e-9);
   EXPECT_NEAR(time.pictures_s, 84 * 2.0, 1e-9);
@@ -59,7 +59,7 @@ TEST(CaptureTime, AddsUpWhatTheSliderAndTheCameraDo) {
 TEST(CaptureTime, AFilmPassesWithoutAStop) {
   CaptureConfig config = one_cell_config();
   config.grid.overhang_mm = 0.0;
-  config.run.mode = "video";
+  config.run.mode = CaptureMode::kVideo;
   config.run.video_speed_mm_s = 20.0;
   config.run.approach_mm = 0.0;
   const CaptureTime time = estimate_time(plan_capture(config), config);
@@ -76,7 +76,7 @@ TEST(PictureTime, FollowsTheCamera) {
   EXPECT_NEAR(picture_s(config), 12.0, 1e-12);
 
   CaptureConfig gpio = one_cell_config();
-  gpio.camera.kind = "gpio";
+  gpio.camera.kind = CameraKind::kGpio;
   EXPECT_NEAR(picture_s(gpio), 2.4, 1e-12);  // 300 + 100 + 2000 ms
   gpio.camera.exposure.bracket_ev = {0.0, -2.0};
   EXPECT_NEAR(picture_s(gpio), 4.8, 1e-12);
@@ -86,7 +86,7 @@ TEST(PictureTime, FollowsTheCamera) {
   EXPECT_LT(picture_s(gpio), 2.4);
 
   CaptureConfig video = one_cell_config();
-  video.camera.kind = "v4l2";
+  video.camera.kind = CameraKind::kV4l2;
   EXPECT_NEAR(picture_s(video), 0.08, 1e-12);
 }
 

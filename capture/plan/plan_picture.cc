@@ -11,7 +11,8 @@ namespace raywalk::capture {
 namespace {
 
 constexpr double kBorder_px = 56.0;
-constexpr double kEndGap_px = 10.0;  // between the outermost stations and what marks a line's ends
+constexpr double kEndGap_px =
+    10.0;  // between the outermost stations and the marks at the ends of a line
 constexpr double kBarHalf_px = 6.0;
 constexpr double kArrowLength_px = 11.0;
 constexpr double kArrowHalf_px = 5.0;
@@ -29,7 +30,7 @@ constexpr std::string_view kRules =
 .raywalk-plan .arrow { fill: var(--ink); }
 )";
 
-// Where a point `along_m` on the line lies, `across_m` beside it.
+// The point at `along_m` on the line, offset by `across_m`.
 PlanPoint point_on(const CaptureLine& line, double along_m, double across_m = 0.0) {
   const double beside_m = line.across_m + across_m;
   return line.axis == LineAxis::kX ? PlanPoint{along_m, beside_m} : PlanPoint{beside_m, along_m};
@@ -39,7 +40,7 @@ double along_of(const CaptureLine& line, const CaptureStation& station) {
   return line.axis == LineAxis::kX ? station.position_m.x_m : station.position_m.z_m;
 }
 
-// The rectangle that the cells fill: the lines of the grid without what lies beyond its corners.
+// The rectangle of the cells: the lines of the grid without their overhang.
 PlanBounds cell_bounds(const CapturePlan& plan) {
   PlanBounds cells;
   for (const CaptureLine& line : plan.lines) {
@@ -97,7 +98,7 @@ void draw_ends(const CaptureLine& line, PlanDrawing* drawing) {
                                        point_on(line, tail_m, half_m),
                                        point_on(line, tail_m, -half_m)};
   drawing->add_polygon("arrow", arrow);
-  // A validation line may begin close to a line of the grid: its name stands clear of that.
+  // Moved aside, because a validation line may start close to a line of the grid.
   if (line.validation && line.axis == LineAxis::kX) {
     drawing->add_label(line.id, point_on(line, start_m, bar_m), LabelSide::kAbove);
   } else {
@@ -117,9 +118,9 @@ std::string plan_picture_svg(const CapturePlan& plan) {
     draw_ends(line, &drawing);
   }
   std::vector<std::string> notes{
-      "Each dot is a station. The rail of a line begins at its bar and leads to its arrow."};
+      "Each dot is a station. The rail of a line runs from its bar to its arrow."};
   if (std::ranges::any_of(plan.lines, &CaptureLine::validation)) {
-    notes.push_back("Dashed: lines for validation, kept out of the light field.");
+    notes.push_back("Dashed: validation lines, which are not part of the light field.");
   }
   return drawing.svg("Plan of the capture from above", kRules, notes);
 }

@@ -1,4 +1,4 @@
-// The plan as a picture: what `raywalk-capture plan` draws for the operator.
+// The picture of the plan that `raywalk-capture plan` draws.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace raywalk::capture {
 
-// An <svg> file: cells, lines with their stations seen from above, the stretches beyond the outer
-// corners, validation lines dashed; a bar where the rail of each line begins, an arrow where it
-// leads, and the line's id.
+// An SVG file of the plan from above: cells, lines with their stations and overhang, validation
+// lines dashed. A bar marks the start of each line's rail, an arrow its direction, with the line's
+// id.
 std::string plan_picture_svg(const CapturePlan& plan);
 
 }  // namespace raywalk::capture

@@ -26,7 +26,7 @@ std::size_t count_of(std::string_view part, std::string_view text) {
 
 TEST(PlanPicture, ShowsEveryStationLineAndRailEnd) {
   CaptureConfig config = one_cell_config();
-  config.validation = {{"z", 0.1, -0.4, 0.4, 200.0}};
+  config.validation = {{LineAxis::kZ, 0.1, -0.4, 0.4, 200.0}};
   const CapturePlan plan = plan_capture(config);
   const std::string svg = plan_picture_svg(plan);
   EXPECT_EQ(markup_fault(svg), "");

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "core/base/counted.h"
 #include "core/base/units.h"
 #include "core/geometry/spacing.h"
 #include "core/report/markup.h"
@@ -34,7 +36,7 @@ std::optional<SpacingReport> spacing_report(const CaptureScene& scene, int width
     const OmegaRange range{scene.farthest_m > 0.0 ? 1.0 / scene.farthest_m : 0.0,
                            1.0 / scene.nearest_m};
     report.ghost_px =
-        tolerance_reached_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
+        largest_ghost_without_depth(range, spacing_m) / angle_of_pixels(1.0, width_px);
     const double needed_m = spacing_needed_without_depth(range, tolerance_rad);
     if (std::isfinite(needed_m)) report.needed_mm = needed_m * kMillimetresPerMetre;
   }
@@ -48,10 +50,6 @@ void add_lines(const CapturePlan& plan, PlanReport* report) {
     (line.validation ? report->validation_stations : report->stations) += line.stations.size();
     report->last_mm = std::max(report->last_mm, line.stations.back().rail_mm);
   }
-}
-
-std::string counted(std::size_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 // "45 s", "12 min", "3 h 05 min".
@@ -97,7 +95,7 @@ std::string overhang_text(const PlanReport& report) {
 std::string time_text(const PlanReport& report) {
   const CaptureTime& time = report.time;
   const std::string pictures =
-      report.film ? "filmed in passing"
+      report.film ? "filmed in motion"
                   : fmt::format("pictures {} ({} each)", duration_text(time.pictures_s),
                                 duration_text(report.picture_s));
   return fmt::format("time:      about {}: moving {}, settling {}, {}, placing the rail {}\n",
@@ -108,8 +106,8 @@ std::string time_text(const PlanReport& report) {
 std::string storage_text(const PlanReport& report) {
   if (!report.picture_mb) {
     return fmt::format(
-        "storage:   {}; give run.picture_mb or camera.width_px and height_px to "
-        "know their size\n",
+        "storage:   {}; set run.picture_mb, or camera.width_px and height_px, to "
+        "estimate their size\n",
         counted(report.pictures(), "picture"));
   }
   return fmt::format("storage:   about {}: {} of {}\n",
@@ -119,7 +117,7 @@ std::string storage_text(const PlanReport& report) {
 
 std::string spacing_text(const PlanReport& report) {
   if (!report.spacing) {
-    return "spacing:   give camera.width_px and height_px to know what it resolves\n";
+    return "spacing:   set camera.width_px and height_px to estimate the resolution\n";
   }
   const SpacingReport& spacing = *report.spacing;
   std::string text = fmt::format(
@@ -128,7 +126,7 @@ std::string spacing_text(const PlanReport& report) {
       plain_number(spacing.nearest_resolved_m, 2), plain_number(spacing.tolerance_px, 2),
       spacing.panorama_width_px);
   if (!spacing.ghost_px) {
-    text += "           give scene.nearest_m to know what the scene needs\n";
+    text += "           set scene.nearest_m to estimate the spacing that the scene needs\n";
   } else {
     text += fmt::format(
         "           the nearest surface doubles by {} px; {}\n", plain_number(*spacing.ghost_px, 2),
@@ -150,8 +148,8 @@ std::string warnings_text(const PlanReport& report) {
   }
   if (report.spacing && report.spacing->too_coarse()) {
     text +=
-        "warning: the spacing is too coarse for the scene without distances. Make it finer, or "
-        "give distances to the rendering\n";
+        "warning: the spacing is too coarse for the scene without distances. Reduce it, or render "
+        "with distance maps\n";
   }
   return text;
 }
@@ -177,7 +175,7 @@ PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
   PlanReport report;
   add_lines(plan, &report);
   report.exposures = config.camera.exposure.bracket_ev.size();
-  report.film = config.run.mode == "video";
+  report.film = config.run.mode == CaptureMode::kVideo;
   report.spacing_mm = stations[1].rail_mm - stations[0].rail_mm;
   report.low_limit_mm = config.slider.low_limit_mm;
   report.high_limit_mm = config.slider.high_limit_mm;

@@ -1,8 +1,8 @@
-// What a plan asks for and what it will give: the answer of `raywalk-capture plan`.
+// The report of `raywalk-capture plan`: stations, time, storage and resolution of a plan.
 #pragma once
 
 #include <cstddef>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -11,17 +11,17 @@
 
 namespace raywalk::capture {
 
-// What the spacing of the stations can resolve where views are made without distances
-// (core/geometry/spacing.h). Pixels are those of a panorama as wide as a frame: also for
-// dual-fisheye frames, whose two circles of a bit more than 180 degrees lie side by side.
+// The resolution that the spacing of the stations allows for views rendered without distances
+// (core/geometry/spacing.h). Pixels are those of a panorama as wide as a frame, also for
+// dual-fisheye frames, whose two circles of about 180 degrees lie side by side.
 struct SpacingReport {
   int panorama_width_px = 0;
   double tolerance_px = 0.0;
-  double nearest_resolved_m = 0.0;  // surfaces from here on stay within the tolerance
-  // By the scene's own distances; none where scene.nearest_m is unknown.
-  std::optional<double> ghost_px{};   // how far apart copies of the nearest surface lie
-  std::optional<double> needed_mm{};  // spacing that would keep them within the tolerance; none
-                                      // also where any would
+  double nearest_resolved_m = 0.0;  // surfaces from this distance on stay within the tolerance
+  // From the distances of the scene; none if scene.nearest_m is unknown.
+  std::optional<double> ghost_px{};   // offset between the copies of the nearest surface
+  std::optional<double> needed_mm{};  // spacing that keeps them within the tolerance; none
+                                      // also if any spacing does
 
   bool too_coarse() const { return ghost_px && *ghost_px > tolerance_px; }
 };
@@ -48,17 +48,17 @@ struct PlanReport {
 
   double picture_s = 0.0;  // per station
   CaptureTime time{};
-  std::optional<double> picture_mb{};      // of one exposure; none where it cannot be estimated
-  std::optional<SpacingReport> spacing{};  // none where camera.width_px is unknown
+  std::optional<double> picture_mb{};      // of one exposure; none if it cannot be estimated
+  std::optional<SpacingReport> spacing{};  // none if camera.width_px is unknown
 
   std::size_t pictures() const { return (stations + validation_stations) * exposures; }
 };
 
 PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config);
 
-// Lines for people, warnings last.
+// Lines of text, warnings last.
 std::string plan_report_text(const PlanReport& report);
-// The members above, nested, with their units; null for what is none.
+// The members above as nested JSON with units in the names; none is null.
 nlohmann::json plan_report_json(const PlanReport& report);
 
 }  // namespace raywalk::capture

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "capture/plan/test_plan.h"
@@ -27,9 +28,9 @@ CaptureConfig config_4096() {
   return config;
 }
 
-TEST(PlanReport, CountsLinesAndStationsWithValidationApart) {
+TEST(PlanReport, CountsValidationLinesAndStationsApart) {
   CaptureConfig config = one_cell_config();
-  config.validation = {{"x", 0.0, -0.4, 0.4, 200.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
   config.camera.exposure.bracket_ev = {0.0, -2.0};
   const PlanReport report = report_on(config);
   EXPECT_EQ(report.lines, 4);
@@ -66,8 +67,7 @@ TEST(PlanReport, WarnsOfTooLittleOverhangAndSaysWhatItAllows) {
 }
 
 TEST(PlanReport, StorageFollowsThePictureSize) {
-  EXPECT_THAT(text_on(one_cell_config()),
-              HasSubstr("storage:   132 pictures; give run.picture_mb"));
+  EXPECT_THAT(text_on(one_cell_config()), HasSubstr("storage:   132 pictures; set run.picture_mb"));
   EXPECT_NEAR(*report_on(config_4096()).picture_mb, 4.194304, 1e-9);
   EXPECT_THAT(text_on(config_4096()), HasSubstr("storage:   about 554 MB: 132 pictures of 4.2 MB"));
   CaptureConfig config = config_4096();
@@ -83,7 +83,7 @@ TEST(PlanReport, TheSpacingRuleIsThatOfTheGeometry) {
   EXPECT_FALSE(unknown.spacing->ghost_px);
   EXPECT_THAT(plan_report_text(unknown),
               AllOf(HasSubstr("resolves surfaces from 16.3 m on within 2 px of a panorama 4096 px"),
-                    HasSubstr("give scene.nearest_m"), Not(HasSubstr("warning"))));
+                    HasSubstr("set scene.nearest_m"), Not(HasSubstr("warning"))));
 
   CaptureConfig config = config_4096();
   config.scene.nearest_m = 1.0;
@@ -98,9 +98,9 @@ TEST(PlanReport, TheSpacingRuleIsThatOfTheGeometry) {
   EXPECT_THAT(text_on(config), Not(HasSubstr("warning")));
 }
 
-TEST(PlanReport, WithoutAWidthNothingIsSaidOfTheSpacing) {
+TEST(PlanReport, WithoutAWidthTheSpacingIsNotRated) {
   EXPECT_FALSE(report_on(one_cell_config()).spacing);
-  EXPECT_THAT(text_on(one_cell_config()), HasSubstr("spacing:   give camera.width_px"));
+  EXPECT_THAT(text_on(one_cell_config()), HasSubstr("spacing:   set camera.width_px"));
 }
 
 TEST(PlanReport, TimeIsReadable) {
@@ -109,13 +109,13 @@ TEST(PlanReport, TimeIsReadable) {
   EXPECT_THAT(text_on(config), HasSubstr("pictures 9 min (4 s each), placing the rail 20 min\n"));
   config.run.placing_s = 3600.0;
   EXPECT_THAT(text_on(config), HasSubstr("placing the rail 4 h 00 min\n"));
-  config.run.mode = "video";
-  EXPECT_THAT(text_on(config), HasSubstr("filmed in passing"));
+  config.run.mode = CaptureMode::kVideo;
+  EXPECT_THAT(text_on(config), HasSubstr("filmed in motion"));
 }
 
 TEST(PlanReport, JsonHoldsTheSameWithNullForTheUnknown) {
   CaptureConfig config = config_4096();
-  config.validation = {{"x", 0.0, -0.4, 0.4, 200.0}};
+  config.validation = {{LineAxis::kX, 0.0, -0.4, 0.4, 200.0}};
   const PlanReport report = report_on(config);
   const nlohmann::json json = plan_report_json(report);
   EXPECT_EQ(json["grid"]["stations"], 132);

@@ -1,4 +1,4 @@
-// A configuration that tests of plans start from.
+// For tests: a configuration to plan.
 #pragma once
 
 #include "capture/config/capture_config.h"

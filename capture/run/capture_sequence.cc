@@ -38,7 +38,7 @@ void CaptureSequence::run(const CapturePlan& plan) {
     return fmt::format("{} of {} stations captured", plan.stations() - count_missing(plan, session),
                        plan.stations());
   };
-  in_good_order(parts_.session, state_, [&] { capture_lines(plan); });
+  pause_on_error(parts_.session, state_, [&] { capture_lines(plan); });
   parts_.session->record_event("finished", state_.done());
 }
 
@@ -66,7 +66,7 @@ void CaptureSequence::begin_line(const CaptureLine& line, const CaptureStation& 
   const SoftLimits& limits = parts_.carriage->limits();
   const double start_mm = std::max(limits.low_mm(), first.rail_mm - rules_.approach_mm);
   parts_.carriage->move_to(limits.require(start_mm, "start of line " + line.id));
-  accounted_until_ = parts_.clock->now();
+  measured_until_ = parts_.clock->now();
 }
 
 void CaptureSequence::capture_station(const CaptureStation& station) {
@@ -75,7 +75,7 @@ void CaptureSequence::capture_station(const CaptureStation& station) {
       try_station(station);
       return;
     } catch (const DeviceFault& fault) {
-      if (!fault.worth_another_shot() || shot >= rules_.shots) throw;
+      if (!fault.is_retryable() || shot >= rules_.shots) throw;
       spdlog::warn("station {}: {}; shooting it again ({} of {})", station.name, fault.what(),
                    shot + 1, rules_.shots);
     }
@@ -85,18 +85,19 @@ void CaptureSequence::capture_station(const CaptureStation& station) {
 void CaptureSequence::try_station(const CaptureStation& station) {
   throw_if_interrupted();
   require_space();
-  const SafePosition target = parts_.carriage->limits().require(station.rail_mm, "its place");
+  const SafePosition target =
+      parts_.carriage->limits().require(station.rail_mm, "planned position");
   const AttemptId attempt = parts_.session->begin_attempt(station.name, target.mm());
   try {
     shoot_station(attempt, target);
   } catch (const DeviceFault& fault) {
-    note_failure(attempt, name_of(fault.kind()), fault.what());
+    record_failure(attempt, name_of(fault.kind()), fault.what());
     throw;
   } catch (const Interrupted& interrupted) {
-    note_failure(attempt, "interrupted", interrupted.what());
+    record_failure(attempt, "interrupted", interrupted.what());
     throw;
   } catch (const Error& error) {
-    note_failure(attempt, "session", error.what());
+    record_failure(attempt, "session", error.what());
     throw;
   }
 }
@@ -124,8 +125,8 @@ void CaptureSequence::require_pictures(const Shot& shot) const {
   if (parts_.camera->keeps_pictures()) return;
   if (static_cast<int>(shot.pictures.size()) != rules_.exposures) {
     throw DeviceFault(FaultKind::kMissingPicture,
-                      fmt::format("the camera gave {} pictures where {} were asked for; see its "
-                                  "card and settings",
+                      fmt::format("the camera gave {} pictures instead of {}; check its card and "
+                                  "settings",
                                   shot.pictures.size(), rules_.exposures));
   }
   const PanoramaSize expected = parts_.session->frame_size().value_or(shot.pictures[0].size);
@@ -133,8 +134,8 @@ void CaptureSequence::require_pictures(const Shot& shot) const {
     if (picture.size == expected) continue;
     throw DeviceFault(
         FaultKind::kBadPicture,
-        fmt::format("a picture of {} x {} among pictures of {} x {}; set the camera back to the "
-                    "size it had",
+        fmt::format("the picture is {} x {}, earlier ones are {} x {}; set the camera back to that "
+                    "size",
                     picture.size.width, picture.size.height, expected.width, expected.height));
   }
 }
@@ -150,19 +151,19 @@ void CaptureSequence::require_space() const {
                   rules_.least_free_bytes / kBytesPerMegabyte));
 }
 
-// What passed since the last station was accounted for and was neither motion, settling, exposure
-// nor transfer: this station's own share, with the commit of the one before.
+// The time since the previous station that was neither motion, settling, exposure nor transfer. It
+// includes the commit of the previous station.
 double CaptureSequence::own_ms_since_last(const SettledPosition& settled, const Shot& shot) {
   const SteadyTime now = parts_.clock->now();
-  const double passed_ms = ms_from_duration(now - accounted_until_);
-  accounted_until_ = now;
+  const double passed_ms = ms_from_duration(now - measured_until_);
+  measured_until_ = now;
   return passed_ms - settled.moving_ms - settled.settling_ms - shot.exposing_ms - shot.transfer_ms;
 }
 
-// The failure that is being noted is what the user has to see, also where the session cannot be
-// written any more: an attempt without an end says as much when the session is opened again.
-void CaptureSequence::note_failure(const AttemptId& attempt, std::string_view fault,
-                                   const std::string& message) {
+// The user must see the original failure, even if the session cannot be written any more. An
+// attempt without an end is marked as failed when the session is opened again.
+void CaptureSequence::record_failure(const AttemptId& attempt, std::string_view fault,
+                                     const std::string& message) {
   try {
     parts_.session->fail_attempt(attempt, fault, message);
   } catch (const Error& error) {

@@ -1,4 +1,4 @@
-// The capture itself: line by line, station by station: move, settle, trigger, store, commit.
+// Captures a plan line by line, station by station: move, settle, trigger, store, commit.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 #include "capture/base/clock.h"
 #include "capture/camera/camera.h"
 #include "capture/plan/capture_plan.h"
-#include "capture/run/good_order.h"
+#include "capture/run/pause_on_error.h"
 #include "capture/run/rail_placer.h"
 #include "capture/session/session.h"
 #include "capture/slider/carriage.h"
 
 namespace raywalk::capture {
 
-// What a capture works with. All have to outlive it.
+// The parts of a capture. All must outlive it.
 struct CaptureParts {
   Carriage* carriage = nullptr;
   Camera* camera = nullptr;
@@ -25,17 +25,17 @@ struct CaptureParts {
 };
 
 struct CaptureRules {
-  int shots = 3;      // of a station whose picture does not arrive whole
-  int exposures = 1;  // pictures of one station
-  // How far below the first station a line begins: all stations are then reached in the same
-  // direction, and play in the drive lies on the same side at all of them.
+  int shots = 3;      // tries per station while its picture arrives incomplete
+  int exposures = 1;  // pictures per station
+  // A line begins this far below its first station, so that every station is approached in the same
+  // direction and the backlash of the drive is the same at all of them.
   double approach_mm = 5.0;
-  double least_free_bytes = 0;  // on the session's disk, before every station
+  double least_free_bytes = 0;  // required on the session's disk before every station
 };
 
-// Captures every station of the plan that the session does not hold yet; the carriage is homed.
-// Throws Paused, naming station, fault and next step, where a device fails or the disk is full; and
-// Interrupted. In either case the session holds everything captured so far.
+// Captures every station of the plan that the session does not hold yet; the carriage must be
+// homed. Throws Paused, naming station, fault and next step, if a device fails or the disk is full;
+// and Interrupted. In either case the session holds everything captured so far.
 class CaptureSequence {
  public:
   CaptureSequence(const CaptureParts& parts, const CaptureRules& rules)
@@ -53,12 +53,12 @@ class CaptureSequence {
   void require_pictures(const Shot& shot) const;
   void require_space() const;
   double own_ms_since_last(const SettledPosition& settled, const Shot& shot);
-  void note_failure(const AttemptId& attempt, std::string_view fault, const std::string& message);
+  void record_failure(const AttemptId& attempt, std::string_view fault, const std::string& message);
 
   CaptureParts parts_;
   CaptureRules rules_;
   WorkState state_;
-  SteadyTime accounted_until_{};  // start of the time not yet counted anywhere
+  SteadyTime measured_until_{};  // end of the time that earlier stations account for
 };
 
 }  // namespace raywalk::capture

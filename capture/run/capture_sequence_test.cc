@@ -1,8 +1,13 @@
 #include "capture/run/capture_sequence.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "capture/run/fake_camera.h"
@@ -13,6 +18,8 @@
 #include "capture/session/test_session.h"
 #include "capture/slider/fake_slider.h"
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/sha256.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::capture {
@@ -23,12 +30,19 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class RememberingPlacer final : public RailPlacer {
+class RecordingPlacer final : public RailPlacer {
  public:
   void place(const CaptureLine& line, int /*number*/, int /*count*/) override {
     lines.push_back(line.id);
   }
   std::vector<std::string> lines;
+};
+
+// The attempt that captured a station, and the camera's shot at it; both from 1.
+struct Capture {
+  std::string station;
+  int attempt = 1;
+  int shot = 1;
 };
 
 // Two lines of three stations at 50, 300 and 550 mm with a fake slider and camera.
@@ -41,6 +55,7 @@ class CaptureSequenceTest : public ::testing::Test {
     capture_.plan.lines.push_back(test_line("z0", LineAxis::kZ, 0.5, -0.25, 0.25, 3));
     rules_.approach_mm = 10.0;
     use_slider("");
+    camera_.on_shot = [this] { shot_at_mm_.push_back(slider_->true_position_mm()); };
   }
 
   void use_slider(const std::string& yaml) {
@@ -67,12 +82,65 @@ class CaptureSequenceTest : public ::testing::Test {
     SessionReader reader(capture_.directory);
     return status_of(&reader);
   }
-  std::vector<std::string> files() {
-    std::vector<std::string> files;
-    for (const FrameRecord& frame : SessionReader(capture_.directory).frames()) {
-      files.push_back(frame.file);
+  // That the session holds exactly the pictures of these shots, in this order: each frame under its
+  // station, attempt and exposure, taken and located there, with the size and checksum of its file;
+  // and no other file.
+  void expect_frames(const std::vector<Capture>& captures) {
+    std::vector<std::string> expected;
+    for (const Capture& capture : captures) {
+      for (int exposure = 0; exposure < camera_.exposures; ++exposure) {
+        expected.push_back(frame_text(capture.station, capture.attempt, exposure,
+                                      FakeCamera::picture_text(capture.shot, exposure)));
+      }
+      EXPECT_NEAR(shot_at_mm_.at(static_cast<std::size_t>(capture.shot) - 1),
+                  planned(capture.station).rail_mm, 0.1)
+          << capture.station;
     }
-    return files;
+    SessionReader reader(capture_.directory);
+    std::map<std::string, int> attempts;
+    for (const StationRecord& station : reader.stations()) {
+      attempts[station.name] = station.attempt.number;
+    }
+    std::vector<std::string> stored;
+    for (const FrameRecord& frame : reader.frames()) {
+      const std::string bytes = read_file(capture_.directory / frame.file);
+      stored.push_back(
+          frame_text(frame.station, attempts.at(frame.station), frame.exposure_index, bytes));
+      EXPECT_EQ(frame.bytes, static_cast<std::int64_t>(bytes.size())) << frame.file;
+      EXPECT_EQ(frame.sha256, sha256_hex(std::as_bytes(std::span(bytes)))) << frame.file;
+      EXPECT_NEAR(frame.position_m.x_m, planned(frame.station).position_m.x_m, 1e-4) << frame.file;
+      EXPECT_NEAR(frame.position_m.z_m, planned(frame.station).position_m.z_m, 1e-4) << frame.file;
+    }
+    EXPECT_EQ(stored, expected);
+    const SessionVerification verification = verify_session(&reader);
+    EXPECT_THAT(verification.faults, IsEmpty());
+    EXPECT_THAT(verification.leftover, IsEmpty());
+  }
+  // Every attempt in order: "x0_001 2: failed, bad-picture", "x0_001 3: captured".
+  std::vector<std::string> attempts() {
+    SessionReader reader(capture_.directory);
+    SqliteStatement row(&reader.database(),
+                        "SELECT station.name, attempt.number, outcome, fault FROM attempt "
+                        "JOIN station ON station.id = station_id ORDER BY attempt.id");
+    std::vector<std::string> attempts;
+    while (row.step()) {
+      attempts.push_back(fmt::format("{} {}: {}", row.text(0), row.integer(1), row.text(2)));
+      if (!row.text(3).empty()) attempts.back() += ", " + row.text(3);
+    }
+    return attempts;
+  }
+
+  static std::string frame_text(const std::string& station, int attempt, int exposure,
+                                const std::string& bytes) {
+    return fmt::format("{} attempt {} exposure {}: {}", station, attempt, exposure, bytes);
+  }
+  const CaptureStation& planned(const std::string& name) const {
+    for (const CaptureLine& line : capture_.plan.lines) {
+      for (const CaptureStation& station : line.stations) {
+        if (station.name == name) return station;
+      }
+    }
+    throw std::out_of_range(name);
   }
 
   TestDirectory directory_;
@@ -82,17 +150,23 @@ class CaptureSequenceTest : public ::testing::Test {
   CaptureRules rules_;
   std::optional<FakeSlider> slider_;
   FakeCamera camera_{&capture_.clock};
-  RememberingPlacer placer_;
+  std::vector<double> shot_at_mm_;  // where the carriage stood at each shot
+  RecordingPlacer placer_;
 };
 
 TEST_F(CaptureSequenceTest, CapturesEveryStationOnceLineByLine) {
   run();
-  EXPECT_EQ(status().captured(), 6);
   EXPECT_EQ(camera_.shots(), 6);
   EXPECT_THAT(placer_.lines, ElementsAre("x0", "z0"));
-  EXPECT_EQ(files().size(), 6u);
-  SessionReader reader(capture_.directory);
-  EXPECT_THAT(verify_session(&reader).faults, IsEmpty());
+  expect_frames({{"x0_000", 1, 1},
+                 {"x0_001", 1, 2},
+                 {"x0_002", 1, 3},
+                 {"z0_000", 1, 4},
+                 {"z0_001", 1, 5},
+                 {"z0_002", 1, 6}});
+  EXPECT_THAT(attempts(),
+              ElementsAre("x0_000 1: captured", "x0_001 1: captured", "x0_002 1: captured",
+                          "z0_000 1: captured", "z0_001 1: captured", "z0_002 1: captured"));
 }
 
 TEST_F(CaptureSequenceTest, ApproachesEveryStationFromBelowWithinTheLimits) {
@@ -111,72 +185,120 @@ TEST_F(CaptureSequenceTest, AFinishedSessionIsLeftAlone) {
   run();
   EXPECT_EQ(slider_->moves_commanded(), moves);
   EXPECT_EQ(camera_.shots(), 6);
+  expect_frames({{"x0_000", 1, 1},
+                 {"x0_001", 1, 2},
+                 {"x0_002", 1, 3},
+                 {"z0_000", 1, 4},
+                 {"z0_001", 1, 5},
+                 {"z0_002", 1, 6}});
 }
 
 TEST_F(CaptureSequenceTest, ABadPictureIsShotAgain) {
   camera_.faults = {{2, FaultKind::kBadPicture}, {3, FaultKind::kMissingPicture}};
   run();
-  EXPECT_EQ(status().captured(), 6);
   EXPECT_EQ(camera_.shots(), 8);
-  EXPECT_THAT(status().faults,
-              ElementsAre(std::pair<const std::string, int>("bad-picture", 1),
-                          std::pair<const std::string, int>("missing-picture", 1)));
+  expect_frames({{"x0_000", 1, 1},
+                 {"x0_001", 3, 4},
+                 {"x0_002", 1, 5},
+                 {"z0_000", 1, 6},
+                 {"z0_001", 1, 7},
+                 {"z0_002", 1, 8}});
+  EXPECT_THAT(attempts(), ElementsAre("x0_000 1: captured", "x0_001 1: failed, bad-picture",
+                                      "x0_001 2: failed, missing-picture", "x0_001 3: captured",
+                                      "x0_002 1: captured", "z0_000 1: captured",
+                                      "z0_001 1: captured", "z0_002 1: captured"));
 }
 
-TEST_F(CaptureSequenceTest, PausesAfterTheShotsAllowedAndGoesOnWhereItStopped) {
+TEST_F(CaptureSequenceTest, PausesAfterTheAllowedShotsAndResumesThere) {
   camera_.faults = {
       {2, FaultKind::kBadPicture}, {3, FaultKind::kBadPicture}, {4, FaultKind::kBadPicture}};
   EXPECT_THAT(paused_message(),
               AllOf(HasSubstr("station x0_001"), HasSubstr("the fake camera fails; see the test"),
                     HasSubstr("1 of 6 stations captured"), HasSubstr("same command")));
   EXPECT_FALSE(slider_->is_moving());
+  expect_frames({{"x0_000", 1, 1}});
   run();
-  EXPECT_EQ(status().captured(), 6);
   EXPECT_EQ(camera_.shots(), 4 + 5);
+  expect_frames({{"x0_000", 1, 1},
+                 {"x0_001", 4, 5},
+                 {"x0_002", 1, 6},
+                 {"z0_000", 1, 7},
+                 {"z0_001", 1, 8},
+                 {"z0_002", 1, 9}});
 }
 
 TEST_F(CaptureSequenceTest, ACameraThatStaysBusyPausesAtOnce) {
   camera_.faults = {{1, FaultKind::kBusy}};
   EXPECT_THAT(paused_message(), HasSubstr("station x0_000"));
   EXPECT_EQ(camera_.shots(), 1);
+  EXPECT_THAT(attempts(), ElementsAre("x0_000 1: failed, busy"));
+  expect_frames({});
 }
 
-TEST_F(CaptureSequenceTest, PicturesOfAnotherSizeAreNotMixedIn) {
+TEST_F(CaptureSequenceTest, APictureOfAnotherSizeIsNotStoredButShotAgain) {
   camera_.odd_sizes = {{2, {128, 64}}};
   run();
   EXPECT_EQ(camera_.shots(), 7);
-  camera_.odd_sizes = {};
+  expect_frames({{"x0_000", 1, 1},
+                 {"x0_001", 2, 3},
+                 {"x0_002", 1, 4},
+                 {"z0_000", 1, 5},
+                 {"z0_001", 1, 6},
+                 {"z0_002", 1, 7}});
+  EXPECT_THAT(attempts(),
+              ElementsAre("x0_000 1: captured", "x0_001 1: failed, bad-picture",
+                          "x0_001 2: captured", "x0_002 1: captured", "z0_000 1: captured",
+                          "z0_001 1: captured", "z0_002 1: captured"));
+  SessionReader reader(capture_.directory);
+  EXPECT_EQ(reader.database().integer(
+                "SELECT count(*) FROM frame WHERE width_px = 64 AND height_px = 32"),
+            6);
 }
 
-TEST_F(CaptureSequenceTest, FewerPicturesThanAskedForAreMissing) {
+TEST_F(CaptureSequenceTest, AnIncompleteBracketIsNotStoredButShotAgain) {
   capture_.config.camera.exposure.bracket_ev = {-2.0, 0.0, 2.0};
   camera_.exposures = 3;
   rules_.exposures = 3;
   camera_.fewer_pictures = {{1, 2}, {2, 0}};
   run();
-  EXPECT_EQ(files().size(), 18u);
   EXPECT_EQ(camera_.shots(), 8);
+  expect_frames({{"x0_000", 3, 3},
+                 {"x0_001", 1, 4},
+                 {"x0_002", 1, 5},
+                 {"z0_000", 1, 6},
+                 {"z0_001", 1, 7},
+                 {"z0_002", 1, 8}});
+  EXPECT_THAT(status().faults,
+              ElementsAre(std::pair<const std::string, int>("missing-picture", 2)));
 }
 
 TEST_F(CaptureSequenceTest, PicturesThatStayOnTheCardLeaveTheStationExposed) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   camera_.keeps = true;
   run();
-  EXPECT_EQ(status().exposed(), 6);
-  EXPECT_EQ(status().captured(), 0);
+  EXPECT_EQ(camera_.shots(), 6);
+  expect_frames({});
+  for (const StationRecord& station : SessionReader(capture_.directory).stations()) {
+    EXPECT_EQ(station.state, StationState::kExposed) << station.name;
+    EXPECT_TRUE(station.triggered_at && station.exposed_at) << station.name;
+    ASSERT_TRUE(station.measured_mm) << station.name;
+    EXPECT_NEAR(*station.measured_mm, station.planned_mm, 0.1) << station.name;
+  }
 }
 
 TEST_F(CaptureSequenceTest, ASliderFaultPausesAtItsStationAndIsNotRetried) {
   use_slider("faults: [{kind: stall, at_mm: 200}]");
   EXPECT_THAT(paused_message(), AllOf(HasSubstr("station x0_001"), HasSubstr("1 of 6")));
-  EXPECT_THAT(status().faults, ElementsAre(std::pair<const std::string, int>("stall", 1)));
+  EXPECT_THAT(attempts(), ElementsAre("x0_000 1: captured", "x0_001 1: failed, stall"));
   EXPECT_EQ(camera_.shots(), 1);
+  expect_frames({{"x0_000", 1, 1}});
 }
 
 TEST_F(CaptureSequenceTest, AFullDiskPausesBeforeTheSliderMoves) {
   rules_.least_free_bytes = 1e18;
   EXPECT_THAT(paused_message(), AllOf(HasSubstr("station x0_000"), HasSubstr("free some")));
   EXPECT_EQ(camera_.shots(), 0);
+  EXPECT_THAT(attempts(), IsEmpty());
 }
 
 TEST_F(CaptureSequenceTest, AClockThatIsSetBackPauses) {
@@ -185,10 +307,12 @@ TEST_F(CaptureSequenceTest, AClockThatIsSetBackPauses) {
   paused_message();
   clock()->shift_wall(-std::chrono::hours(2));
   EXPECT_THAT(paused_message(), HasSubstr("clock"));
-  EXPECT_EQ(status().captured(), 2);
+  EXPECT_THAT(attempts(), ElementsAre("x0_000 1: captured", "x0_001 1: captured",
+                                      "x0_002 1: failed, bad-picture"));
+  expect_frames({{"x0_000", 1, 1}, {"x0_001", 1, 2}});
 }
 
-TEST_F(CaptureSequenceTest, TheOwnShareOfAStationIsWhatNeitherDeviceTook) {
+TEST_F(CaptureSequenceTest, OwnTimeExcludesWhatTheDevicesTake) {
   run();
   // Simulated time passes only while the fakes work.
   EXPECT_NEAR(*status().times.own_ms, 0.0, motion_.poll_ms + 1.0);
@@ -196,7 +320,7 @@ TEST_F(CaptureSequenceTest, TheOwnShareOfAStationIsWhatNeitherDeviceTook) {
 }
 
 TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
-  capture_.config.run.mode = "video";
+  capture_.config.run.mode = CaptureMode::kVideo;
   const auto film = [&] {
     const auto session = capture_.open();
     Carriage carriage(&*slider_, clock(), limits_, motion_);
@@ -215,7 +339,7 @@ TEST_F(CaptureSequenceTest, FilmsEachLineWithAJournalOfThePass) {
 }
 
 TEST_F(CaptureSequenceTest, AStallWhileFilmingEndsTheFilmAndKeepsNoJournal) {
-  capture_.config.run.mode = "video";
+  capture_.config.run.mode = CaptureMode::kVideo;
   use_slider("faults: [{kind: stall, at_mm: 200}]");
   const auto session = capture_.open();
   Carriage carriage(&*slider_, clock(), limits_, motion_);

@@ -1,4 +1,4 @@
-// A camera without hardware, for tests of what stands above the Camera interface.
+// A camera without hardware, for tests of code that uses the Camera interface.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 
 namespace raywalk::capture {
 
-// Takes `exposures` pictures of 64 x 32 pixels at each shot, 400 ms and 100 ms long in the clock's
-// time, and goes wrong at the shots named, counted from 1 over its whole life.
+// Takes `exposures` pictures of 64 x 32 pixels at each shot. A shot takes 400 ms of exposure and
+// 100 ms of transfer on the clock. Faults are given by shot, counted from 1.
 class FakeCamera final : public Camera {
  public:
   explicit FakeCamera(Clock* clock) : clock_(clock) {}
@@ -24,8 +24,14 @@ class FakeCamera final : public Camera {
   bool keeps = false;
   std::map<int, FaultKind> faults{};        // by shot
   std::map<int, PanoramaSize> odd_sizes{};  // by shot
-  std::map<int, int> fewer_pictures{};      // by shot: how many there are instead
+  std::map<int, int> fewer_pictures{};      // by shot: number of pictures instead
   std::function<void()> on_shot{};          // called at the moment of exposure
+
+  // What the file of a picture holds: "shot 3 exposure 0". Shots are counted from 1, exposures
+  // from 0.
+  static std::string picture_text(int shot, int exposure) {
+    return "shot " + std::to_string(shot) + " exposure " + std::to_string(exposure);
+  }
 
   int shots() const { return shots_; }
   bool is_filming() const { return filming_; }
@@ -53,7 +59,7 @@ class FakeCamera final : public Camera {
     for (int i = 0; i < count && !keeps; ++i) {
       const PanoramaSize size =
           odd_sizes.contains(shots_) ? odd_sizes.at(shots_) : PanoramaSize{64, 32};
-      shot.pictures.push_back({.bytes = "picture " + std::to_string(++pictures_),
+      shot.pictures.push_back({.bytes = picture_text(shots_, i),
                                .extension = "jpg",
                                .camera_name = "",
                                .size = size,
@@ -71,7 +77,6 @@ class FakeCamera final : public Camera {
  private:
   Clock* clock_;
   int shots_ = 0;
-  int pictures_ = 0;
   bool filming_ = false;
   int films_ = 0;
 };

@@ -10,7 +10,7 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr double kStep_ms = 20.0;  // between two looks at whether the user asks to stop
+constexpr double kStep_ms = 20.0;  // between checks for an interrupt
 
 void wait(Clock* clock, double ms) {
   const SteadyTime end = clock->now() + duration_from_ms(ms);
@@ -20,7 +20,7 @@ void wait(Clock* clock, double ms) {
   }
 }
 
-// Ends the film in every case, so that no camera is left recording.
+// Stops the film on every path, so that no camera is left recording.
 class Film {
  public:
   explicit Film(Camera* camera) : camera_(camera) { camera_->start_film(); }
@@ -45,7 +45,7 @@ class Film {
   Camera* camera_;
 };
 
-// The feedback of one pass; stops listening when it goes out of scope.
+// Records the feedback of one pass while in scope.
 class Journal {
  public:
   explicit Journal(Carriage* carriage) : carriage_(carriage) {
@@ -94,7 +94,7 @@ void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRu
                        plan.lines.size());
   };
   const int count = static_cast<int>(plan.lines.size());
-  in_good_order(parts.session, state, [&] {
+  pause_on_error(parts.session, state, [&] {
     for (int i = 0; i < count; ++i) {
       const CaptureLine& line = plan.lines[i];
       if (parts.session->has_journal(line.id)) continue;

@@ -1,5 +1,5 @@
-// Capture by film: the camera records while the slider moves slowly along each line, and a journal
-// of the feedback tells afterwards where every picture was taken (raywalk-capture import --video).
+// Capture by film: the camera records while the slider moves slowly along each line. A journal of
+// the slider's feedback later gives the position of every picture (raywalk-capture import --video).
 #pragma once
 
 #include "capture/run/capture_sequence.h"
@@ -9,11 +9,11 @@ namespace raywalk::capture {
 struct FilmRules {
   MotionProfile profile{};   // of the slow pass
   double approach_mm = 5.0;  // as CaptureRules::approach_mm
-  double still_ms = 2000.0;  // filmed at rest before and after the pass, to find its edges by
+  double still_ms = 2000.0;  // at rest before and after the pass, to detect its ends
 };
 
 // Films every line that the session has no journal of. Throws Paused and Interrupted as
-// CaptureSequence::run does; a line whose pass did not end well is filmed again.
+// CaptureSequence::run does; a line whose pass failed has no journal and is filmed again on resume.
 void film_lines(const CapturePlan& plan, const CaptureParts& parts, const FilmRules& rules);
 
 }  // namespace raywalk::capture

@@ -1,11 +1,12 @@
 #include "capture/run/open_devices.h"
 
+#include <stdexcept>
+
 #include "capture/camera/gpio_camera.h"
 #include "capture/camera/osc_camera.h"
 #include "capture/camera/v4l2_camera.h"
 #include "capture/camera/v4l2_device.h"
 #include "capture/slider/modbus_slider.h"
-#include "core/base/error.h"
 
 namespace raywalk::capture {
 
@@ -14,14 +15,16 @@ std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock) {
 }
 
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock) {
-  if (config.kind == "osc") return std::make_unique<OscCamera>(config, *clock);
-  if (config.kind == "v4l2") {
-    return std::make_unique<V4l2Camera>(config, open_video_device(config.v4l2.device), clock);
+  switch (config.kind) {
+    case CameraKind::kOsc:
+      return std::make_unique<OscCamera>(config, *clock);
+    case CameraKind::kV4l2:
+      return std::make_unique<V4l2Camera>(config, open_video_device(config.v4l2.device), clock);
+    case CameraKind::kGpio:
+      return std::make_unique<GpioCamera>(config.trigger, open_gpio_chip(config.trigger.chip),
+                                          clock);
   }
-  if (config.kind == "gpio") {
-    return std::make_unique<GpioCamera>(config.trigger, open_gpio_chip(config.trigger.chip), clock);
-  }
-  throw UsageError("unknown kind of camera " + excerpt(config.kind));
+  throw std::logic_error("unknown kind of camera");
 }
 
 SoftLimits limits_of(const SliderConfig& config) {

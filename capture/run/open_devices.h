@@ -9,8 +9,8 @@
 
 namespace raywalk::capture {
 
-// Throw DeviceFault where the device does not answer or is another one, and UsageError for a
-// configuration that names none. The clock has to outlive what they return.
+// Throw DeviceFault if the device does not answer or is not the configured one, and UsageError for
+// an invalid configuration. The clock must outlive the device.
 std::unique_ptr<Slider> open_slider(const SliderConfig& config, Clock* clock);
 std::unique_ptr<Camera> open_camera(const CameraConfig& config, Clock* clock);
 

@@ -21,8 +21,8 @@ std::string point_text(const PlanPoint& point) {
   return fmt::format("x = {:+.3f} m, z = {:+.3f} m", point.x_m, point.z_m);
 }
 
-// Reads up to the end of the line that the operator types. Reads byte by byte past the C library's
-// buffer, so that poll tells the truth about what is still there.
+// Waits for the end of a line on standard input. Reads without the C library's buffer, because poll
+// sees only what has not been read from the descriptor.
 void wait_for_enter() {
   for (;;) {
     pollfd descriptor = {STDIN_FILENO, POLLIN, 0};
@@ -32,8 +32,8 @@ void wait_for_enter() {
     char typed = 0;
     if (read(STDIN_FILENO, &typed, 1) != 1) {
       throw Error(
-          "nobody is there to place the rail (standard input has ended); start from a terminal, or "
-          "use --yes for a rig that needs no hands");
+          "cannot ask for the rail to be placed (end of standard input); start from a terminal, or "
+          "use --yes for a rig that places its own rail");
     }
     if (typed == '\n') return;
   }
@@ -42,7 +42,7 @@ void wait_for_enter() {
 class OperatorPlacer final : public RailPlacer {
  public:
   void place(const CaptureLine& line, int number, int count) override {
-    fmt::print("{}\nThen press Enter (Ctrl-C stops here; the same command goes on later). ",
+    fmt::print("{}\nThen press Enter (Ctrl-C stops here; the same command resumes later). ",
                placement_text(line, number, count));
     std::fflush(stdout);
     wait_for_enter();
@@ -56,7 +56,7 @@ class PlacedAlready final : public RailPlacer {
   }
 };
 
-// A URL as httplib takes it: "http://host:port" and the path.
+// A URL split for httplib: "http://host:port" and the path.
 struct SplitUrl {
   std::string server;
   std::string path;
@@ -87,12 +87,12 @@ class UrlPlacer final : public RailPlacer {
     const httplib::Result reply = client.Post(url.path, request.dump(), "application/json");
     if (!reply) {
       throw Error(
-          fmt::format("{}: no answer to the request to place the rail ({}); see that the "
-                      "rig is on, or raise run.place_timeout_ms",
+          fmt::format("{}: no answer to the request to place the rail ({}); check that "
+                      "the rig is on, or raise run.place_timeout_ms",
                       url_, httplib::to_string(reply.error())));
     }
     if (reply->status != 200) {
-      throw Error(fmt::format("{}: the rig does not place the rail at line {}: HTTP {} {}", url_,
+      throw Error(fmt::format("{}: the rig refused to place the rail at line {}: HTTP {} {}", url_,
                               line.id, reply->status, excerpt(reply->body)));
     }
   }
@@ -108,11 +108,10 @@ std::string placement_text(const CaptureLine& line, int number, int count) {
   const CaptureStation& first = line.stations.front();
   const CaptureStation& last = line.stations.back();
   return fmt::format(
-      "Line {} ({} of {}): the rail belongs along {}. Its position {:.1f} mm lies at {}; it runs "
+      "Line {} ({} of {}): place the rail along {}. Its position {:.1f} mm belongs at {}; it runs "
       "towards +{} to {} at {:.1f} mm.",
-      line.id, number, count, line.axis == LineAxis::kX ? "x" : "z", first.rail_mm,
-      point_text(first.position_m), line.axis == LineAxis::kX ? "x" : "z",
-      point_text(last.position_m), last.rail_mm);
+      line.id, number, count, name_of(line.axis), first.rail_mm, point_text(first.position_m),
+      name_of(line.axis), point_text(last.position_m), last.rail_mm);
 }
 
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes) {

@@ -1,4 +1,5 @@
-// Who brings the rail to the next line. The slider is one axis: a grid is many placements.
+// Placing the rail at the next line: the slider has one axis, so each line of a grid needs its own
+// placement.
 #pragma once
 
 #include <memory>
@@ -9,20 +10,20 @@
 
 namespace raywalk::capture {
 
-// Where the rail belongs for a line, as one line for people. `number` of `count` lines, from 1.
+// One line of text that says where to place the rail for a line. `number` of `count` lines, from 1.
 std::string placement_text(const CaptureLine& line, int number, int count);
 
 class RailPlacer {
  public:
   virtual ~RailPlacer() = default;
 
-  // Returns when the rail lies at the line. Throws Error where nobody places it, and Interrupted.
+  // Returns when the rail is at the line. Throws Error if it cannot be placed, and Interrupted.
   virtual void place(const CaptureLine& line, int number, int count) = 0;
 };
 
-// Who places the rail: the rig itself, told by HTTP POST of {"line": ..., "start_m": [x, z],
-// "end_m": [x, z]}, where `config.place_url` is set; nobody, with `yes`; else the operator, who is
-// told where and presses Enter.
+// If `config.place_url` is set, the rig places the rail itself on an HTTP POST of {"line": ...,
+// "start_m": [x, z], "end_m": [x, z]} (metres, world frame). Otherwise, with `yes`, the rail is
+// taken to be in place; without it, the operator is told where to place it and presses Enter.
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes);
 
 }  // namespace raywalk::capture

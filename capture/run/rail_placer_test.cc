@@ -17,13 +17,13 @@ using ::testing::HasSubstr;
 
 const CaptureLine kLine = test_line("z1", LineAxis::kZ, 0.5, -0.75, 0.25, 7);
 
-// A rig that answers requests to place the rail as the test says.
+// A rig that answers requests to place the rail with the given status.
 class RigServer {
  public:
   explicit RigServer(int status) {
     server_.Post("/rig/place",
                  [this, status](const httplib::Request& request, httplib::Response& reply) {
-                   asked_ = request.body;
+                   request_ = request.body;
                    reply.status = status;
                    reply.set_content("no such line", "text/plain");
                  });
@@ -40,32 +40,32 @@ class RigServer {
     config.place_url = "http://127.0.0.1:" + std::to_string(port_) + "/rig/place";
     return config;
   }
-  const std::string& asked() const { return asked_; }
+  const std::string& request() const { return request_; }
 
  private:
   httplib::Server server_;
   std::thread thread_;
   int port_ = 0;
-  std::string asked_;
+  std::string request_;
 };
 
 TEST(PlacementText, SaysWhereBothEndsOfTheLineBelong) {
   EXPECT_THAT(
       placement_text(kLine, 4, 5),
-      AllOf(HasSubstr("z1 (4 of 5)"), HasSubstr("50.0 mm lies at x = +0.500 m, z = -0.750 m"),
+      AllOf(HasSubstr("z1 (4 of 5)"), HasSubstr("50.0 mm belongs at x = +0.500 m, z = -0.750 m"),
             HasSubstr("towards +z"), HasSubstr("z = +0.750 m at 1550.0 mm")));
 }
 
-TEST(RailPlacer, ARigThatPlacesItselfIsToldTheLine) {
+TEST(RailPlacer, SendsTheLineToARigThatPlacesItself) {
   const RigServer rig(200);
   make_rail_placer(rig.config(), false)->place(kLine, 1, 1);
-  const auto asked = nlohmann::json::parse(rig.asked());
-  EXPECT_EQ(asked["line"], "z1");
-  EXPECT_EQ(asked["start_m"], nlohmann::json({0.5, -0.75}));
-  EXPECT_EQ(asked["end_m"], nlohmann::json({0.5, 0.75}));
+  const auto request = nlohmann::json::parse(rig.request());
+  EXPECT_EQ(request["line"], "z1");
+  EXPECT_EQ(request["start_m"], nlohmann::json({0.5, -0.75}));
+  EXPECT_EQ(request["end_m"], nlohmann::json({0.5, 0.75}));
 }
 
-TEST(RailPlacer, ARigThatRefusesIsAnErrorWithItsAnswer) {
+TEST(RailPlacer, ARefusalOfTheRigIsAnErrorWithItsAnswer) {
   const RigServer rig(404);
   const std::string error =
       error_of([&] { make_rail_placer(rig.config(), false)->place(kLine, 1, 1); });
@@ -80,7 +80,7 @@ TEST(RailPlacer, ARigThatIsOffIsAnError) {
   EXPECT_THAT(error, AllOf(HasSubstr("127.0.0.1:1"), HasSubstr("run.place_timeout_ms")));
 }
 
-TEST(RailPlacer, YesAsksNobody) { make_rail_placer({}, true)->place(kLine, 1, 1); }
+TEST(RailPlacer, YesDoesNotAskTheOperator) { make_rail_placer({}, true)->place(kLine, 1, 1); }
 
 }  // namespace
 }  // namespace raywalk::capture

@@ -46,7 +46,7 @@ std::size_t pictures_missing(const CapturePlan& plan, const Session& session,
 }
 
 void capture(const CapturePlan& plan, const CaptureConfig& config, const CaptureParts& parts) {
-  if (config.run.mode == "video") {
+  if (config.run.mode == CaptureMode::kVideo) {
     film_lines(
         plan, parts,
         {.profile = {config.run.video_speed_mm_s, config.slider.motion.profile.acceleration_mm_s2},
@@ -60,16 +60,16 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
       .run(plan);
 }
 
-// What there is after a run to the end, and what to do with it.
+// The summary of a completed run and the next step.
 std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
   const std::string where = session.string();
   const std::size_t lines = plan.lines.size();
-  if (config.run.mode == "video") {
+  if (config.run.mode == CaptureMode::kVideo) {
     return fmt::format("{}: all {} lines are filmed; next: raywalk-capture import {} --video FILE",
                        where, lines, where);
   }
-  if (config.camera.kind == "gpio") {
+  if (config.camera.kind == CameraKind::kGpio) {
     return fmt::format(
         "{}: all {} stations of {} lines are on the camera's card; next: "
         "raywalk-capture import {} CARD",
@@ -83,7 +83,7 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
 }  // namespace
 
 std::string run_session(const CaptureConfig& config, const RunOptions& options) {
-  const StopSignalsOnlyAsk protection;
+  const DeferStopSignals protection;
   const CapturePlan plan = plan_capture(config);
   const auto placer = make_rail_placer(config.run, options.yes);
   if (options.dry_run) return dry_run(plan, config, placer.get());

@@ -9,14 +9,14 @@
 namespace raywalk::capture {
 
 struct RunOptions {
-  std::filesystem::path session;  // directory, made or gone on with; not touched by a dry run
-  bool dry_run = false;           // moves to every station and triggers nothing
-  bool yes = false;               // nobody is asked to place the rail
+  std::filesystem::path session;  // directory, created or resumed; not touched by a dry run
+  bool dry_run = false;           // moves to every station without taking pictures
+  bool yes = false;               // as for make_rail_placer
 };
 
-// Homes, then captures what the session lacks; `config` was read from a file. Returns one line that
-// says what is there now. Throws Paused, Interrupted, and Error or UsageError where it cannot
-// begin; the slider then stands.
+// Homes the slider, then captures the stations that the session lacks; `config` was read from a
+// file. Returns one line that sums up the session and names the next step. Throws Paused,
+// Interrupted, and Error or UsageError if it cannot start; the slider is at rest in every case.
 std::string run_session(const CaptureConfig& config, const RunOptions& options);
 
 }  // namespace raywalk::capture

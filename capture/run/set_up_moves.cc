@@ -11,7 +11,7 @@
 namespace raywalk::capture {
 namespace {
 
-// A slider to be moved by hand, stopped before any signal ends the program.
+// A slider moved by hand; a signal stops it before the program ends.
 class SliderByHand {
  public:
   explicit SliderByHand(const SliderConfig& config)
@@ -25,7 +25,7 @@ class SliderByHand {
   }
 
  private:
-  StopSignalsOnlyAsk protection_;
+  DeferStopSignals protection_;
   SystemClock clock_;
   std::unique_ptr<Slider> slider_;
   Carriage carriage_;
@@ -44,7 +44,7 @@ std::string jog_slider(const SliderConfig& config, double mm) {
   const SliderState state = by_hand.slider().read_state();
   if (!state.homed.value_or(true)) {
     throw Error(by_hand.slider().description() +
-                ": the drive does not know where it is; run raywalk-capture home first");
+                ": the drive is not homed; run raywalk-capture home first");
   }
   const SafePosition target = by_hand.carriage().limits().require(state.position_mm + mm, "jog");
   return fmt::format("slider at {:.3f} mm, moved by {:+.3f} mm",

@@ -7,13 +7,13 @@
 
 namespace raywalk::capture {
 
-// Each opens the slider, moves inside of its soft limits and returns one line that says where the
-// carriage is now. Throw DeviceFault with the slider stopped, and Interrupted.
+// Each opens the slider, moves within its soft limits and returns one line with the position of the
+// carriage. Throw DeviceFault with the slider stopped, and Interrupted.
 std::string home_slider(const SliderConfig& config);
-// By `mm` from where it is, which it has to know: throws Error where the drive is not homed, and
-// UsageError where the move would leave the soft limits.
+// Moves by `mm`. Throws Error if the drive is not homed, and UsageError if the move would leave the
+// soft limits.
 std::string jog_slider(const SliderConfig& config, double mm);
-// At once and decelerated, whoever moved it.
+// Decelerates to a stop, also a motion that another program started.
 std::string stop_slider(const SliderConfig& config);
 
 }  // namespace raywalk::capture

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
   throw std::system_error(errno, std::generic_category(), call);
 }
 
-// Some file systems cannot sync and say EINVAL (fsync(2)), which is no loss of data.
+// File systems that cannot sync return EINVAL (fsync(2)); that is not a failed write.
 void sync_descriptor(int fd) {
   if (fsync(fd) != 0 && errno != EINVAL) fail("fsync");
 }
@@ -53,8 +53,8 @@ class SystemFile final : public DiskFile {
   int fd_;
 };
 
-// For file systems without RENAME_NOREPLACE (some network ones): a second name is refused where
-// the name is taken just the same.
+// Fallback for file systems without RENAME_NOREPLACE (some network ones): link() also fails if the
+// name exists.
 void link_then_unlink(const fs::path& from, const fs::path& to) {
   if (::link(from.c_str(), to.c_str()) != 0) fail("link");
   if (::unlink(from.c_str()) != 0) fail("unlink");
@@ -67,7 +67,7 @@ class SystemDisk final : public DiskLayer {
   }
   void rename_new(const fs::path& from, const fs::path& to) override {
     if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
-    // rename(2): EINVAL is what a file system answers that does not know the flag.
+    // rename(2): EINVAL from a file system that does not support the flag.
     if (errno != EINVAL && errno != ENOSYS) fail("rename");
     link_then_unlink(from, to);
   }

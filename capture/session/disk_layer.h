@@ -9,29 +9,29 @@
 
 namespace raywalk::capture {
 
-// A new file being written. The destructor closes it without syncing.
+// A new file that is being written. The destructor closes it without syncing.
 class DiskFile {
  public:
   virtual ~DiskFile() = default;
 
-  // All of the bytes.
+  // Writes all bytes.
   virtual void write(std::span<const std::byte> bytes) = 0;
-  // Returns when what was written is on the disk.
+  // Returns once the written bytes are on the disk.
   virtual void sync() = 0;
-  // Closes now: network file systems report failed writes here.
+  // Closes the file: network file systems report failed writes here.
   virtual void close() = 0;
 };
 
-// Every call throws std::system_error with the errno of what failed.
+// Every call throws std::system_error with the errno of the failed operation.
 class DiskLayer {
  public:
   virtual ~DiskLayer() = default;
 
-  // EEXIST where the name is taken.
+  // EEXIST if the name exists.
   virtual std::unique_ptr<DiskFile> create(const std::filesystem::path& file) = 0;
-  // Gives the file its final name in the same directory; EEXIST where that is taken, by whatever.
+  // Renames within a directory without replacing; EEXIST if `to` exists.
   virtual void rename_new(const std::filesystem::path& from, const std::filesystem::path& to) = 0;
-  // Returns when names made, changed or removed in the directory are on the disk.
+  // Returns once names created, changed or removed in the directory are on the disk.
   virtual void sync_directory(const std::filesystem::path& directory) = 0;
   virtual void remove(const std::filesystem::path& file) = 0;
 };

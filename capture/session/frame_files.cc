@@ -18,8 +18,8 @@ constexpr char kTemporaryExtension[] = ".partial";
 
 [[noreturn]] void throw_store_error(const fs::path& file, const std::error_code& code) {
   if (code.value() == EEXIST) {
-    throw Error(fmt::format("{} is there already and is not overwritten; move it elsewhere",
-                            file.string()));
+    throw Error(
+        fmt::format("{} already exists and is not overwritten; move it elsewhere", file.string()));
   }
   if (code.value() == ENOSPC || code.value() == EDQUOT) {
     throw Error(fmt::format("cannot write {}: {}; free some space (nothing of this frame was kept)",
@@ -40,7 +40,7 @@ void FrameFiles::make_directory() {
   try {
     if (fs::create_directory(directory_)) disk_->sync_directory(session_directory_);
   } catch (const std::system_error& error) {
-    throw Error(fmt::format("cannot make {}: {}", directory_.string(), error.code().message()));
+    throw Error(fmt::format("cannot create {}: {}", directory_.string(), error.code().message()));
   }
 }
 
@@ -51,7 +51,7 @@ std::string FrameFiles::store(const std::string& name, std::span<const std::byte
 
 void FrameFiles::write_durably(const fs::path& file, std::span<const std::byte> bytes) {
   const fs::path temporary = directory_ / ("." + file.filename().string() + kTemporaryExtension);
-  const fs::path* made = nullptr;  // what is there of it by now
+  const fs::path* made = nullptr;  // the file that exists so far
   try {
     const std::unique_ptr<DiskFile> output = disk_->create(temporary);
     made = &temporary;

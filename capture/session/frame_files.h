@@ -1,5 +1,5 @@
-// The pictures of a session as files that are whole when they appear, survive power loss and are
-// never overwritten.
+// The pictures of a session as files that appear complete, survive power loss and are never
+// overwritten.
 #pragma once
 
 #include <cstddef>
@@ -16,16 +16,17 @@ namespace raywalk::capture {
 // synced, renamed without replacing, and its directory synced.
 class FrameFiles {
  public:
-  // Makes no directory. `disk` has to outlive it.
+  // Creates no directory. `disk` must outlive it.
   FrameFiles(const std::filesystem::path& session_directory, DiskLayer* disk);
 
   const std::filesystem::path& directory() const { return directory_; }
-  // Makes the directory where it is missing, safe against power loss. Throws Error.
+  // Creates the directory if it is missing, safe against power loss. Throws Error.
   void make_directory();
-  // Stores a file under a plain name and returns it relative to the session, "frames/<name>"; it is
-  // on the disk then. Throws Error naming it (disk full, name taken), leaving nothing behind.
+  // Stores a file under a plain name and returns its path relative to the session, "frames/<name>",
+  // once it is on the disk. Throws Error naming it (disk full, name exists) and removes what it
+  // wrote.
   std::string store(const std::string& name, std::span<const std::byte> bytes);
-  // Removes what a killed run has left under temporary names.
+  // Removes the temporary files of a killed run.
   void remove_temporaries();
 
  private:
@@ -36,11 +37,11 @@ class FrameFiles {
   DiskLayer* disk_;
 };
 
-// Whether a file in frames/ is one that was not finished.
+// Whether a file in frames/ has a temporary name.
 bool is_temporary_frame(const std::filesystem::path& file);
 
-// Names of all files in frames/ of a session, relative to the session, sorted; temporary ones too.
-// Empty where the directory is missing. Throws Error where it cannot be read.
+// Names of all files in frames/ of a session, relative to the session, sorted, with temporary ones.
+// Empty if the directory is missing. Throws Error if it cannot be read.
 std::vector<std::string> list_frames(const std::filesystem::path& session_directory);
 
 }  // namespace raywalk::capture

@@ -50,7 +50,7 @@ TEST_F(FrameFilesTest, DoesNotReplaceASymbolicLinkEither) {
   EXPECT_TRUE(std::filesystem::is_symlink(directory_ / "frames/x0_000.jpg"));
 }
 
-TEST_F(FrameFilesTest, RemovesOnlyWhatAKilledRunLeftUnfinished) {
+TEST_F(FrameFilesTest, RemovesOnlyTheTemporaryFilesOfAKilledRun) {
   files_.store("x0_000.jpg", bytes_of("picture"));
   std::ofstream(directory_ / "frames/.x0_001.jpg.partial") << "pict";
   std::ofstream(directory_ / "frames/notes.txt") << "mine";
@@ -64,7 +64,7 @@ TEST_F(FrameFilesTest, NamesTheFileWhereTheDirectoryIsGone) {
               AllOf(HasSubstr("cannot write"), HasSubstr("x0_000.jpg"), HasSubstr("No such file")));
 }
 
-TEST(FrameFilesOnAFullDiskTest, LeaveNothingAtWhateverOperationSpaceEnds) {
+TEST(FrameFilesOnAFullDiskTest, LeaveNothingWhicheverOperationFails) {
   int failures = 0;
   for (int operation = 0;; ++operation) {
     LossyDisk disk;

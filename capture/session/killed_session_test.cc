@@ -1,4 +1,4 @@
-// What a session promises to a program that is killed at any moment.
+// A session survives a kill of the program at any moment.
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,8 +22,8 @@ using testing::IsEmpty;
 constexpr int kKills = 20;
 constexpr int kLongestRun_us = 80000;
 
-// Captures in another process, which is killed with SIGKILL after the time given. The clock is
-// moved on, since what passes in that process is not seen in this one.
+// Captures in another process, which is killed with SIGKILL after the time given. The manual clock
+// of this process is advanced, because it does not share that of the other.
 void capture_and_kill(TestCapture* capture, int after_us) {
   capture->clock.sleep(std::chrono::hours(1));
   const pid_t child = fork();

@@ -1,5 +1,5 @@
-// For tests: a disk in memory that is full or loses power at any operation, and then keeps no more
-// than what fsync promises.
+// For tests: a disk in memory that is full or loses power at a given operation, and then keeps only
+// what fsync guarantees.
 #pragma once
 
 #include <cerrno>
@@ -16,17 +16,17 @@
 
 namespace raywalk::capture {
 
-// Power is gone; no std::exception, so that nothing in the program tidies up after it.
+// A power loss. Not a std::exception, so that no code of the program cleans up after it.
 struct PowerLoss {};
 
 class LossyDisk final : public DiskLayer {
  public:
-  // The operation (from 0) at which power is lost, or the disk is full; none: never.
+  // The operation (from 0) at which power is lost, or the disk is full; -1: never.
   int power_lost_at = -1;
   int full_at = -1;
 
   int operations() const { return operations_; }
-  // What a listing shows while the power is on.
+  // The file names in the directory before the power loss.
   std::vector<std::string> names() const {
     std::vector<std::string> names;
     for (const auto& [path, inode] : now_) names.push_back(path.filename().string());
@@ -55,9 +55,9 @@ class LossyDisk final : public DiskLayer {
     steps_.push_back(now_);
   }
 
-  // What may be found after the power is back: of changes to the directory any number since it was
-  // last synced, of a file what was synced and any part of the rest, which may also be zeros.
-  // Writes it into the real file system.
+  // Writes a possible state after the power loss into the real file system: any number of the
+  // changes to the directory since its last sync; of each file the synced bytes and any part of the
+  // rest, possibly as zeros.
   void write_remains(std::mt19937* random) const {
     for (const auto& [path, inode] : steps_[below(random, steps_.size())]) {
       const std::size_t unsynced = inode->content.size() - inode->synced;
@@ -70,7 +70,7 @@ class LossyDisk final : public DiskLayer {
  private:
   struct Inode {
     std::string content;
-    std::ptrdiff_t synced = 0;  // bytes of it that are on the disk for certain
+    std::ptrdiff_t synced = 0;  // number of bytes guaranteed to be on the disk
   };
   using Directory = std::map<std::filesystem::path, std::shared_ptr<Inode>>;
 
@@ -78,7 +78,7 @@ class LossyDisk final : public DiskLayer {
    public:
     File(LossyDisk* disk, std::shared_ptr<Inode> inode) : disk_(disk), inode_(std::move(inode)) {}
     void write(std::span<const std::byte> bytes) override {
-      // Half of it is written before power or space ends.
+      // The first half is written before a fault.
       const auto* text = reinterpret_cast<const char*>(bytes.data());
       inode_->content.append(text, bytes.size() / 2);
       disk_->begin();
@@ -113,7 +113,7 @@ class LossyDisk final : public DiskLayer {
 
   int operations_ = 0;
   Directory now_;
-  std::vector<Directory> steps_{Directory{}};  // as synced last, and after every change since
+  std::vector<Directory> steps_{Directory{}};  // at the last sync and after every change since
 };
 
 }  // namespace raywalk::capture

@@ -37,8 +37,7 @@ std::string station_difference(const CaptureStation& there, const CaptureStation
 }
 
 std::string kind_of(const CaptureLine& line) {
-  return fmt::format("{}along {}", line.validation ? "for validation " : "",
-                     line.axis == LineAxis::kX ? "x" : "z");
+  return fmt::format("{}along {}", line.validation ? "for validation " : "", name_of(line.axis));
 }
 
 std::string line_difference(const CaptureLine& there, const CaptureLine& here) {
@@ -61,11 +60,11 @@ nlohmann::json parse(const std::string& text) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
-    throw Error(fmt::format("a plan that is no JSON: {}", one_line(error.what())));
+    throw Error(fmt::format("a plan is not JSON: {}", one_line(error.what())));
   }
 }
 
-// The value at an RFC 6901 pointer, for people.
+// The value at an RFC 6901 pointer as text.
 std::string value_text(const nlohmann::json& document, const std::string& pointer) {
   const nlohmann::json::json_pointer place(pointer);
   return document.contains(place) ? document.at(place).dump() : "missing";

@@ -1,4 +1,4 @@
-// In what a session's plan differs from the one it is asked to go on with.
+// The difference between a session's plan and the plan of the run that resumes it.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace raywalk::capture {
 
-// The first difference in words, "line x0 has 41 stations there, 61 here"; empty where there is
-// none. "There" is the session. Lines and stations count as the same within a micrometre.
+// The first difference as text, "line x0 has 41 stations there, 61 here"; empty if there is none.
+// "There" is the session. Positions are equal within a micrometre.
 std::string plan_difference(const CapturePlan& there, const CapturePlan& here);
 
-// The same for what plan_json says besides, "frames is "panorama" there, "dual-fisheye" here".
-// Throws Error where either text is no JSON.
+// The same for the other members of plan_json, "frames is "panorama" there, "dual-fisheye" here".
+// Throws Error if either text is not JSON.
 std::string json_difference(const std::string& there, const std::string& here);
 
 }  // namespace raywalk::capture

@@ -38,14 +38,14 @@ TEST(PlanDifferenceTest, NamesTheFirstStationThatLiesElsewhere) {
             "station z0_001 lies at x = -0.5, z = 0 m there, x = -0.5, z = 0.01 m here");
 }
 
-TEST(PlanDifferenceTest, SeesAnotherPlaceOnTheRail) {
+TEST(PlanDifferenceTest, FindsAnotherPositionOnTheRail) {
   CapturePlan here = test_plan();
   here.lines[0].stations[1].rail_mm = 810.0;
   EXPECT_EQ(plan_difference(test_plan(), here),
             "station x0_001 lies at 800 mm on the rail there, 810 mm here");
 }
 
-TEST(PlanDifferenceTest, SeesALineThatBecameValidation) {
+TEST(PlanDifferenceTest, FindsALineThatBecameValidation) {
   CapturePlan here = test_plan();
   here.lines[0].validation = true;
   EXPECT_EQ(plan_difference(test_plan(), here),
@@ -58,7 +58,7 @@ TEST(JsonDifferenceTest, NamesTheFirstKeyThatDiffers) {
             R"(camera.frames is '"panorama"' there, '"dual-fisheye"' here)");
 }
 
-TEST(JsonDifferenceTest, SeesWhatIsThereOnOneSideOnly) {
+TEST(JsonDifferenceTest, FindsAKeyOfOneSideOnly) {
   EXPECT_THAT(json_difference(R"({"bracket_ev": [0]})", R"({"bracket_ev": [0, 2]})"),
               HasSubstr("bracket_ev"));
   EXPECT_EQ(json_difference(R"({"a": 1})", "{}"), "a is '1' there, 'missing' here");
@@ -68,7 +68,9 @@ TEST(JsonDifferenceTest, IsNoneForTheSameInAnotherOrder) {
   EXPECT_EQ(json_difference(R"({"a": 1, "b": 2})", R"({"b": 2, "a": 1})"), "");
 }
 
-TEST(JsonDifferenceTest, RefusesWhatIsNoJson) { EXPECT_THROW(json_difference("{", "{}"), Error); }
+TEST(JsonDifferenceTest, RefusesTextThatIsNotJson) {
+  EXPECT_THROW(json_difference("{", "{}"), Error);
+}
 
 }  // namespace
 }  // namespace raywalk::capture

@@ -1,4 +1,4 @@
-// What a session promises when the power goes at any moment of a station.
+// A session survives a power loss at any moment of a station.
 #include <gmock/gmock.h>
 
 #include <random>
@@ -14,7 +14,7 @@ namespace {
 
 using testing::IsEmpty;
 
-// Captures until the power goes; returns whether it did.
+// Captures until the power loss. Returns whether there was one.
 bool capture_until_power_loss(TestCapture* capture) {
   try {
     capture->capture_missing(capture->open().get());
@@ -30,7 +30,7 @@ std::size_t distinct_stations(SessionReader* reader) {
   return stations.size();
 }
 
-TEST(PowerLossTest, LeavesEveryCommittedFrameWholeAtEveryOperation) {
+TEST(PowerLossTest, LeavesEveryCommittedFrameCompleteAtEveryOperation) {
   std::mt19937 random(7);
   int cuts = 0;
   for (int operation = 0;; ++operation) {
@@ -57,8 +57,8 @@ TEST(PowerLossTest, LeavesEveryCommittedFrameWholeAtEveryOperation) {
   EXPECT_GE(cuts, 3 * 6);
 }
 
-// The test above can fail: rows before frames is what it has to find.
-TEST(PowerLossTest, WouldFindARowCommittedBeforeItsFrame) {
+// Shows that the test above can fail: it detects a row committed before its frame.
+TEST(PowerLossTest, DetectsARowCommittedBeforeItsFrame) {
   const TestDirectory directory;
   LossyDisk disk;
   TestCapture capture{.directory = directory / "session", .plan = short_plan(), .disk = &disk};

@@ -19,14 +19,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kBusy[] = "another raywalk-capture works on this session; wait for it or stop it";
+constexpr char kBusy[] = "another raywalk-capture uses this session; wait for it or stop it";
 constexpr std::int64_t kClockSlack_us = 1000000;
 
-// Frames without the database that says what they are must not be mixed with those of a new one.
+// Frames without their database must not be mixed with those of a new session.
 void require_no_frames(const fs::path& directory) {
   if (list_frames(directory).empty()) return;
   throw Error(
-      fmt::format("{}: holds frames but its session.db is missing or empty; restore that "
+      fmt::format("{}: holds frames but its session.db is missing or empty; restore it "
                   "from a copy, or use another directory",
                   directory.string()));
 }
@@ -36,11 +36,11 @@ void make_durable_directory(const fs::path& directory, DiskLayer* disk) {
   try {
     disk->sync_directory(fs::canonical(directory).parent_path());
   } catch (const std::system_error&) {
-    // A parent that may not be read cannot be synced; the session itself is synced below it.
+    // A parent without read permission cannot be synced; the session below it is.
   }
 }
 
-// "x0_007.jpg"; further parts only where a plain name would not tell frames apart.
+// "x0_007.jpg"; further parts only if needed to distinguish frames: "x0_007_a2_e1_front.jpg".
 std::string frame_name(const AttemptId& attempt, int exposure_index, FrameLens lens,
                        const std::string& extension) {
   std::string name = attempt.station;
@@ -63,15 +63,15 @@ std::string_view word_of(FrameLens lens) {
   throw std::logic_error("unknown lens");
 }
 
-// A device that did not say when leaves the time at its default.
+// None for a time that the device did not report.
 std::optional<std::int64_t> known_us(WallTime time) {
   return time == WallTime{} ? std::nullopt : std::optional(utc_us_from(time));
 }
 
 void require_changed(const SqliteConnection& database, const AttemptId& attempt) {
   if (database.changes() == 1) return;
-  throw std::logic_error(fmt::format("attempt {} at station {} is not in the state for this",
-                                     attempt.number, attempt.station));
+  throw std::logic_error(
+      fmt::format("attempt {} at station {} is in another state", attempt.number, attempt.station));
 }
 
 }  // namespace
@@ -88,14 +88,14 @@ std::unique_ptr<Session> Session::open_or_create(const fs::path& directory, cons
   } else {
     session->require_plan(plan, config);
   }
-  session->tidy_up();
+  session->clean_up();
   return session;
 }
 
 std::unique_ptr<Session> Session::open(const fs::path& directory, Clock* clock, DiskLayer* disk) {
-  open_session_to_read(directory);  // throws where there is none, before anything is made
+  open_session_to_read(directory);  // throws if there is none, before anything is created
   std::unique_ptr<Session> session(new Session(directory, clock, disk));
-  session->tidy_up();
+  session->clean_up();
   return session;
 }
 
@@ -116,8 +116,8 @@ void Session::create(const CapturePlan& plan, const CaptureConfig& config,
   SqliteStatement(database_.get(),
                   "INSERT INTO session (id, created_utc_us, mode, camera, frames, exposures, "
                   "plan_json, config_text) VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6, ?7)")
-      .bind(now_us(), config.run.mode, config.camera.kind, config.camera.frames, exposures,
-            plan_json(plan, config.camera), config_text)
+      .bind(now_us(), name_of(config.run.mode), name_of(config.camera.kind),
+            name_of(config.camera.frames), exposures, plan_json(plan, config.camera), config_text)
       .run();
   write_plan(database_.get(), plan);
   transaction.commit();
@@ -131,7 +131,7 @@ void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config)
   if (difference.empty()) difference = json_difference(there, here);
   if (difference.empty()) return;
   throw Error(
-      fmt::format("{}: holds another plan: {}; use the configuration it was begun with, or "
+      fmt::format("{}: holds another plan: {}; use the configuration it was started with, or "
                   "another directory",
                   directory_.string(), difference));
 }
@@ -139,13 +139,13 @@ void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config)
 void Session::require_frames_directory() {
   const std::int64_t frames = database_->integer("SELECT count(*) FROM frame");
   if (frames > 0 && !fs::is_directory(files_.directory())) {
-    throw Error(fmt::format("{} is missing though the session names {} frames in it; put it back",
+    throw Error(fmt::format("{} is missing, but the session names {} frames in it; restore it",
                             files_.directory().string(), frames));
   }
   files_.make_directory();
 }
 
-void Session::tidy_up() {
+void Session::clean_up() {
   require_frames_directory();
   files_.remove_temporaries();
   last_entry_us_ = database_->integer(
@@ -196,7 +196,7 @@ AttemptId Session::begin_attempt(const std::string& station, double commanded_mm
   const std::int64_t clock_us = utc_us_from(clock_->wall_now());
   if (clock_us + kClockSlack_us < last_entry_us_) {
     throw Error(
-        fmt::format("this machine's clock says {}, earlier than the last entry of {} ({}); "
+        fmt::format("this machine's clock shows {}, earlier than the last entry of {} ({}); "
                     "set the clock",
                     utc_text(clock_us), directory_.string(), utc_text(last_entry_us_)));
   }

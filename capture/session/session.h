@@ -1,10 +1,10 @@
 // A capture session on disk: a directory with session.db (SQLite; docs/session.md documents the
 // tables for users who query it), frames/ and session.lock.
 //
-// The order that keeps it whole at any moment of a crash: the row of an attempt is committed before
-// the slider moves; a frame is written under a temporary name, synced, renamed and its directory
-// synced; only then is the row that names it committed. Frames carry the number of their attempt,
-// so that no file is ever overwritten.
+// The order of writes keeps the session consistent after a crash at any moment: the row of an
+// attempt is committed before the slider moves; a frame is written under a temporary name, synced,
+// renamed, and its directory synced; only then is the row that names it committed. The file
+// names of repeated attempts contain their number, so that no file is ever overwritten.
 #pragma once
 
 #include <cstdint>
@@ -28,18 +28,18 @@ class SqliteConnection;  // core/files/sqlite_connection.h
 
 namespace raywalk::capture {
 
-// One try at one station, by the number of its row.
+// One attempt to capture a station.
 struct AttemptId {
-  std::int64_t row = 0;
+  std::int64_t row = 0;  // attempt.id
   std::string station{};
   int number = 0;  // of this station, from 1
 };
 
-// Which half of the surroundings a file shows: cameras that write a front and a back file per shot
-// give two frames for one exposure.
+// The half of the surroundings that a file shows: cameras that write a front and a back file per
+// shot produce two frames per exposure.
 enum class FrameLens { kBoth, kFront, kBack };
 
-// A picture that is safe on the disk and that no row names yet.
+// A picture that is on the disk but not in the database yet.
 struct StoredFrame {
   std::string file{};  // relative to the session's directory, "frames/x0_007.jpg"
   std::int64_t bytes = 0;
@@ -47,33 +47,33 @@ struct StoredFrame {
   int exposure_index = 0;  // into ExposureSettings::bracket_ev
   FrameLens lens = FrameLens::kBoth;
   PanoramaSize size{};
-  std::string camera_name{};  // on the camera's card
+  std::string camera_name{};  // file name on the camera's card
   std::string exposure{};     // settings read back for this picture, as JSON
 };
 
-// The carriage's feedback at a time, for matching a video to positions.
+// A reading of the carriage's feedback, for matching a video to positions.
 struct JournalSample {
   WallTime time{};
   double position_mm = 0.0;
 };
 
-// The one writer of a session, used by one thread.
+// The only writer of a session. For one thread.
 class Session {
  public:
-  // Makes the directory, or opens the one that is there to go on. Throws Error: it holds another
-  // plan, was written by a newer version, is in use by another process, is read-only, is damaged,
-  // or its frames are missing. `config_text` is kept for the record. `clock` and `disk` have to
-  // outlive it.
+  // Creates the directory, or opens an existing session to resume it. Throws Error: it holds
+  // another plan, was written by a newer version, is in use by another process, is read-only, is
+  // damaged, or its frames are missing. `config_text` is stored for reference. `clock` and `disk`
+  // must outlive the session.
   //
-  // Opening tidies up after a run that was killed: its attempt becomes a failed one with the fault
-  // "interrupted", unfinished temporary files are removed. Whole files that no row names stay.
+  // Opening cleans up after a killed run: its unfinished attempt becomes a failed one with the
+  // fault "interrupted", and temporary files are removed. Complete files that no row names stay.
   static std::unique_ptr<Session> open_or_create(const std::filesystem::path& directory,
                                                  const CapturePlan& plan,
                                                  const CaptureConfig& config,
                                                  const std::string& config_text, Clock* clock,
                                                  DiskLayer* disk = &system_disk());
-  // Opens one that is there, whatever its plan, to add what was captured elsewhere. Throws Error as
-  // above; no session is there.
+  // Opens an existing session, whatever its plan, to import pictures. Throws Error as above, and if
+  // there is no session.
   static std::unique_ptr<Session> open(const std::filesystem::path& directory, Clock* clock,
                                        DiskLayer* disk = &system_disk());
   ~Session();
@@ -81,39 +81,40 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   const std::filesystem::path& directory() const { return directory_; }
-  // Also where the picture is still on the camera's card. Throws std::logic_error for a station
-  // that the plan does not have, as all calls do that name one.
+  // True also while the picture is on the camera's card. Like all calls that name a station or
+  // line, throws std::logic_error if the plan does not have it.
   bool is_captured(const std::string& station) const;
-  // What Camera::prepare returned in an earlier run; empty where there was none.
+  // The return value of Camera::prepare in an earlier run; empty if none.
   std::string exposure() const;
   void set_exposure(const std::string& exposure);
-  // A picture size that earlier frames of this session have; none before the first.
+  // The size of this session's frames; none before the first.
   std::optional<PanoramaSize> frame_size() const;
-  // Whether a pass over the line was recorded.
+  // Whether a film pass over the line was recorded.
   bool has_journal(const std::string& line) const;
 
-  // All below are committed when they return, and throw Error where the database cannot be written.
+  // All calls below are committed when they return, and throw Error if the database cannot be
+  // written.
 
-  // Throws Error where the wall clock is earlier than the session's last entry by more than a
-  // second (less is a time server's correction).
+  // Throws Error if the wall clock is more than a second before the session's last entry (less is
+  // taken for a correction by a time server).
   AttemptId begin_attempt(const std::string& station, double commanded_mm);
-  // The picture as a file on disk, safe against power loss; no row names it yet. Throws Error
-  // (disk full), leaving nothing.
+  // Stores the picture as a file, safe against power loss; no row names it yet. Throws Error (disk
+  // full) without leaving a file.
   StoredFrame store_frame(const AttemptId& attempt, int exposure_index, const Picture& picture,
                           FrameLens lens = FrameLens::kBoth);
-  // All rows of a captured station in one transaction. Without frames the station counts as
-  // exposed: its pictures are on the camera's card.
+  // Writes all rows of a captured station in one transaction. Without frames the station is marked
+  // as exposed: its pictures are on the camera's card.
   void complete_attempt(const AttemptId& attempt, const SettledPosition& settled, const Shot& shot,
                         std::span<const StoredFrame> frames, double own_ms);
-  // The same for a picture out of a film: where the carriage was when it was exposed.
+  // The same for a frame of a film; `measured_mm` is the carriage's position when it was exposed.
   void complete_from_film(const AttemptId& attempt, double measured_mm, WallTime exposed_at,
                           std::span<const StoredFrame> frames);
-  // The pictures of an exposed station, brought in from the card; it counts as captured then.
+  // Adds the imported pictures of an exposed station, which becomes captured.
   void add_pictures(const AttemptId& exposed, std::span<const StoredFrame> frames);
   void fail_attempt(const AttemptId& attempt, std::string_view fault, const std::string& message);
-  // What happened besides: "run-started", "line-placed", "paused", ...
+  // Records an event for the history: "run-started", "line-placed", "paused", ...
   void record_event(const std::string& kind, const std::string& text);
-  // Added to what was recorded of the line before.
+  // Appends to the journal of the line.
   void record_journal(const std::string& line, std::span<const JournalSample> samples);
 
  private:
@@ -122,10 +123,10 @@ class Session {
   void create(const CapturePlan& plan, const CaptureConfig& config, const std::string& config_text);
   void require_plan(const CapturePlan& plan, const CaptureConfig& config) const;
   void require_frames_directory();
-  void tidy_up();
+  void clean_up();
   std::int64_t station_row(const std::string& station) const;
   std::int64_t line_row(const std::string& line) const;
-  // The time of an entry being made.
+  // The time of a new entry; updates last_entry_us_.
   std::int64_t now_us();
   void add_frames(const AttemptId& attempt, std::span<const StoredFrame> frames);
   void add_event(const std::string& kind, const std::string& text);

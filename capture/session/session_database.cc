@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void throw_no_session(const fs::path& directory) {
   throw Error(
-      fmt::format("{}: no session of raywalk-capture is there; give the directory that "
-                  "'run --session' was given",
+      fmt::format("{}: not a session of raywalk-capture; give the directory of "
+                  "'run --session'",
                   directory.string()));
 }
 
@@ -24,7 +24,7 @@ bool is_empty(SqliteConnection* connection) {
   return connection->integer("SELECT count(*) FROM sqlite_master") == 0;
 }
 
-// A file without tables passes: creation did not get further.
+// Accepts a file without tables, left by an interrupted creation.
 void require_readable_format(SqliteConnection* connection, const fs::path& directory) {
   if (is_empty(connection)) return;
   if (connection->integer("PRAGMA application_id") != kSessionApplicationId) {
@@ -34,7 +34,7 @@ void require_readable_format(SqliteConnection* connection, const fs::path& direc
   const std::int64_t version = connection->integer("PRAGMA user_version");
   if (version > kSessionFormatVersion) {
     throw Error(fmt::format(
-        "{}: written by a newer raywalk-capture (format {}, this one knows up to {}); use that one",
+        "{}: written by a newer raywalk-capture (format {}, this one reads up to {}); use that one",
         directory.string(), version, kSessionFormatVersion));
   }
 }
@@ -48,7 +48,7 @@ void require_undamaged(SqliteConnection* connection, const fs::path& directory) 
                   session_database_path(directory).string(), found)));
 }
 
-// WAL needs shared memory, which network file systems do not give (sqlite.org/wal.html).
+// WAL needs shared memory, which network file systems do not provide (sqlite.org/wal.html).
 void use_wal(SqliteConnection* connection, const fs::path& directory) {
   if (connection->text("PRAGMA journal_mode = WAL") == "wal") return;
   throw Error(
@@ -76,7 +76,7 @@ SqliteConnection open_session_to_write(const fs::path& directory) {
 
 SqliteConnection open_session_to_read(const fs::path& directory) {
   if (!fs::exists(session_database_path(directory))) throw_no_session(directory);
-  SqliteConnection connection = open_sqlite_to_look(session_database_path(directory));
+  SqliteConnection connection = open_sqlite_read_only(session_database_path(directory));
   require_readable_format(&connection, directory);
   if (is_empty(&connection)) throw_no_session(directory);
   return connection;
@@ -97,8 +97,7 @@ void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
                               "INSERT INTO station (line_id, number, name, x_m, z_m, planned_mm) "
                               "VALUES (?1, ?2, ?3, ?4, ?5, ?6)");
   for (const CaptureLine& line : plan.lines) {
-    add_line.bind(line.id, line.axis == LineAxis::kX ? "x" : "z", line.across_m, line.validation)
-        .run();
+    add_line.bind(line.id, name_of(line.axis), line.across_m, line.validation).run();
     const std::int64_t line_row = connection->last_row();
     int number = 0;
     for (const CaptureStation& station : line.stations) {

@@ -49,7 +49,7 @@ TEST_F(SessionDatabaseTest, SyncsEveryCommitAndEnforcesForeignKeys) {
                Error);
 }
 
-TEST_F(SessionDatabaseTest, GivesThePlanBackAsItWasWritten) {
+TEST_F(SessionDatabaseTest, ReadsThePlanAsWritten) {
   make_session();
   SqliteConnection connection = open_session_to_read(directory_.path());
   const CapturePlan plan = read_plan(&connection);
@@ -100,12 +100,12 @@ TEST_F(SessionDatabaseTest, SaysThatItCannotBeWritten) {
               AllOf(HasSubstr("session.db"), HasSubstr("cannot be written")));
 }
 
-TEST_F(SessionDatabaseTest, RefusesWhatIsNoDatabase) {
+TEST_F(SessionDatabaseTest, RefusesFilesThatAreNotADatabase) {
   std::ofstream(file()) << std::string(5000, 'x');
   expect_both(AllOf(HasSubstr("session.db"), HasSubstr("not an SQLite database")));
 }
 
-TEST_F(SessionDatabaseTest, RefusesADatabaseOfSomethingElse) {
+TEST_F(SessionDatabaseTest, RefusesAnotherDatabase) {
   SqliteConnection(file(), SqliteAccess::kReadWrite).execute("CREATE TABLE mine (a)");
   expect_both(HasSubstr("not a session of raywalk-capture"));
 }
@@ -114,13 +114,13 @@ TEST_F(SessionDatabaseTest, RefusesANewerFormat) {
   make_session();
   SqliteConnection(file(), SqliteAccess::kReadWrite)
       .execute(fmt::format("PRAGMA user_version = {}", kSessionFormatVersion + 1));
-  expect_both(AllOf(HasSubstr("newer"), HasSubstr("format 2, this one knows up to 1")));
+  expect_both(AllOf(HasSubstr("newer"), HasSubstr("format 2, this one reads up to 1")));
 }
 
 TEST_F(SessionDatabaseTest, FindsDamageBeforeAnythingIsCaptured) {
   make_session();
   {
-    // Everything behind the first page, which the file's header is in.
+    // Everything after the first page, which holds the file's header.
     std::fstream damaged(file(), std::ios::in | std::ios::out | std::ios::binary);
     damaged.seekp(4096);
     damaged << std::string(std::filesystem::file_size(file()) - 4096, '\x5a');
@@ -129,16 +129,16 @@ TEST_F(SessionDatabaseTest, FindsDamageBeforeAnythingIsCaptured) {
                                         HasSubstr("frames are untouched"), Not(HasSubstr("\n"))));
 }
 
-TEST_F(SessionDatabaseTest, FindsADatabaseCutShort) {
+TEST_F(SessionDatabaseTest, FindsATruncatedDatabase) {
   make_session();
   std::filesystem::resize_file(file(), 3 * 4096);
   EXPECT_THAT(error_of_writing(), HasSubstr("damaged"));
 }
 
-TEST_F(SessionDatabaseTest, SaysWhereNoSessionIs) {
-  EXPECT_THAT(error_of_reading(), HasSubstr("no session of raywalk-capture"));
+TEST_F(SessionDatabaseTest, NamesTheDirectoryWithoutASession) {
+  EXPECT_THAT(error_of_reading(), HasSubstr("not a session of raywalk-capture"));
   std::ofstream(file()).close();
-  EXPECT_THAT(error_of_reading(), HasSubstr("no session of raywalk-capture"));
+  EXPECT_THAT(error_of_reading(), HasSubstr("not a session of raywalk-capture"));
 }
 
 TEST_F(SessionDatabaseTest, IsReadWhileAnotherConnectionWrites) {
@@ -150,16 +150,16 @@ TEST_F(SessionDatabaseTest, IsReadWhileAnotherConnectionWrites) {
   EXPECT_EQ(reader.integer("SELECT count(*) FROM event"), 0);
 }
 
-// A link to nowhere in the place of the log's index, which SQLite does not follow, makes it fail
-// for every user as a disk does that cannot be written.
-TEST_F(SessionDatabaseTest, IsReadWhereNothingCanBeWritten) {
+// A dangling link in place of the log's index, which SQLite does not follow, has the effect of a
+// read-only disk for every user.
+TEST_F(SessionDatabaseTest, IsReadOnAReadOnlyDisk) {
   make_session();
   std::filesystem::create_symlink("nowhere", directory_ / "session.db-shm");
   SqliteConnection reader = open_session_to_read(directory_.path());
   EXPECT_EQ(reader.integer("SELECT count(*) FROM line"), 5);
 }
 
-TEST_F(SessionDatabaseTest, RefusesToHideEntriesThatOnlyTheLogHolds) {
+TEST_F(SessionDatabaseTest, RefusesToIgnoreEntriesInTheLog) {
   make_session();
   std::filesystem::create_symlink("nowhere", directory_ / "session.db-shm");
   std::ofstream(directory_ / "session.db-wal") << "entries";
@@ -167,7 +167,7 @@ TEST_F(SessionDatabaseTest, RefusesToHideEntriesThatOnlyTheLogHolds) {
               AllOf(HasSubstr("session.db-wal"), HasSubstr("copy the directory")));
 }
 
-TEST_F(SessionDatabaseTest, ANameMayHoldWhatUrisTakeForThemselves) {
+TEST_F(SessionDatabaseTest, ANameMayContainReservedCharactersOfUris) {
   const std::filesystem::path odd = directory_ / "100%?#";
   std::filesystem::create_directory(odd);
   SqliteConnection(session_database_path(odd), SqliteAccess::kReadWrite)

@@ -1,7 +1,8 @@
-// docs/session.md against a real session: every column is explained, every example runs.
+// Checks docs/session.md against a real session: every column is explained, every example runs.
 #include <gmock/gmock.h>
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -64,7 +65,7 @@ class SessionDocsTest : public testing::Test {
   std::string docs_ = read_file(RAYWALK_SESSION_DOCS);
 };
 
-TEST_F(SessionDocsTest, EveryExampleAnswersSomething) {
+TEST_F(SessionDocsTest, EveryExampleReturnsRows) {
   SqliteConnection connection = open_session_to_read(capture_.directory);
   ASSERT_THAT(queries(), SizeIs(8));
   for (const std::string& query : queries()) {
@@ -74,7 +75,7 @@ TEST_F(SessionDocsTest, EveryExampleAnswersSomething) {
   }
 }
 
-TEST_F(SessionDocsTest, ExplainsExactlyTheColumnsThereAre) {
+TEST_F(SessionDocsTest, ExplainsExactlyTheExistingColumns) {
   SqliteConnection connection = open_session_to_read(capture_.directory);
   SqliteStatement row(&connection,
                       "SELECT sqlite_master.name, columns.name FROM sqlite_master, "

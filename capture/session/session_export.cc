@@ -23,10 +23,10 @@ void require_panoramas(const std::vector<FrameRecord>& frames, const SessionFact
   const bool halves = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& frame) {
     return frame.lens != FrameLens::kBoth;
   });
-  if (facts.frames == "panorama" && !halves) return;
+  if (facts.frames == FrameKind::kPanorama && !halves) return;
   throw Error(
-      fmt::format("{}: its frames are fisheye pictures, no panoramas yet; stitch them with "
-                  "raywalk-calibrate, or list them as they are with --unstitched",
+      fmt::format("{}: its frames are fisheye pictures, not panoramas; stitch them with "
+                  "raywalk-calibrate, or export them as they are with --unstitched",
                   directory));
 }
 
@@ -41,19 +41,19 @@ void require_finished(const std::vector<StationRecord>& stations, const std::str
   if (first == nullptr) return;
   throw Error(
       fmt::format("{}: {} of {} stations are not captured and the pictures of {} not "
-                  "imported, the first is {}; finish with run or import, or export what "
-                  "there is with --partial",
+                  "imported, the first is {}; finish with run or import, or export the "
+                  "finished part with --partial",
                   directory, planned, stations.size(), exposed, first->name));
 }
 
-// A station may lack the one exposure that is asked for where others of it were imported.
+// A station may lack the requested exposure although others of it were imported.
 void require_every_station(std::size_t listed, std::size_t stations, int exposure,
                            const std::string& directory) {
   if (listed == stations) return;
   throw Error(
-      fmt::format("{}: exposure {} is there of {} of {} stations only; choose another with "
-                  "--exposure, or export what there is with --partial",
-                  directory, exposure, listed, stations));
+      fmt::format("{}: only {} of {} stations have exposure {}; choose another with "
+                  "--exposure, or export these with --partial",
+                  directory, listed, stations, exposure));
 }
 
 // Adding zero turns -0 into 0.
@@ -62,7 +62,7 @@ std::string position_row(const FrameRecord& frame) {
                      frame.position_m.z_m + 0.0);
 }
 
-// One of the two lists.
+// One of the two lists: the frames of the grid or the ground-truth views.
 struct FrameTable {
   std::string text = "file,x,y,z\n";
   std::set<std::string> lines{};
@@ -104,14 +104,14 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
   }
   const std::filesystem::path poses = session->directory() / "poses.csv";
   write_file_atomically(poses, grid.text);
-  std::string told =
+  std::string summary =
       fmt::format("{}: {} frames on {} lines", poses.string(), grid.rows, grid.lines.size());
   if (truth.rows > 0) {
     const std::filesystem::path views = session->directory() / "gt.csv";
     write_file_atomically(views, truth.text);
-    told += fmt::format("; {}: {} true views", views.string(), truth.rows);
+    summary += fmt::format("; {}: {} ground-truth views", views.string(), truth.rows);
   }
-  return told;
+  return summary;
 }
 
 }  // namespace raywalk::capture

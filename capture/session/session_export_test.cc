@@ -36,10 +36,11 @@ class SessionExportTest : public testing::Test {
   TestCapture capture_{.directory = directory_ / "session", .plan = test_plan(true)};
 };
 
-TEST_F(SessionExportTest, GivesAGridWithItsCellAndEveryStationOnce) {
+TEST_F(SessionExportTest, ExportsAGridWithItsCellAndEveryStationOnce) {
   capture_.off_mm = 0.5;
   capture_.capture_missing(capture_.open().get());
-  EXPECT_THAT(write({}), AllOf(HasSubstr("12 frames on 4 lines"), HasSubstr("3 true views")));
+  EXPECT_THAT(write({}),
+              AllOf(HasSubstr("12 frames on 4 lines"), HasSubstr("3 ground-truth views")));
   const CsvTable poses = table("poses.csv");
   std::set<std::string> files;
   std::vector<StationPose> stations;
@@ -58,7 +59,7 @@ TEST_F(SessionExportTest, GivesAGridWithItsCellAndEveryStationOnce) {
   EXPECT_NEAR(poses.number(0, "z"), -0.5, 1e-9);
 }
 
-TEST_F(SessionExportTest, KeepsValidationLinesForTheTruth) {
+TEST_F(SessionExportTest, ExportsValidationLinesAsGroundTruth) {
   capture_.capture_missing(capture_.open().get());
   write({});
   const CsvTable truth = table("gt.csv");
@@ -68,14 +69,14 @@ TEST_F(SessionExportTest, KeepsValidationLinesForTheTruth) {
   EXPECT_EQ(truth.number(0, "z"), 0.0);
 }
 
-TEST_F(SessionExportTest, WritesNoTruthWithoutValidationLines) {
+TEST_F(SessionExportTest, WritesNoGroundTruthWithoutValidationLines) {
   capture_.plan = test_plan();
   capture_.capture_missing(capture_.open().get());
   write({});
   EXPECT_FALSE(fs::exists(capture_.directory / "gt.csv"));
 }
 
-TEST_F(SessionExportTest, RefusesWhatIsNotFinishedAndSaysWhatIsMissing) {
+TEST_F(SessionExportTest, RefusesAnUnfinishedSessionAndSaysWhatIsMissing) {
   capture_.capture_missing(capture_.open().get(), 7);
   EXPECT_THAT(error({}),
               AllOf(HasSubstr("8 of 15 stations"), HasSubstr("z0_001"), HasSubstr("--partial")));
@@ -85,7 +86,7 @@ TEST_F(SessionExportTest, RefusesWhatIsNotFinishedAndSaysWhatIsMissing) {
 }
 
 TEST_F(SessionExportTest, RefusesPicturesThatAreStillOnTheCard) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   EXPECT_THAT(error({}), HasSubstr("pictures of 15 not imported"));
   EXPECT_THAT(error({.partial = true}), HasSubstr("nothing to export"));
@@ -108,8 +109,8 @@ TEST_F(SessionExportTest, RefusesAnExposureThatWasNotTaken) {
   EXPECT_THAT(error({.exposure = -1}), HasSubstr("--exposure takes 0 to 1"));
 }
 
-TEST_F(SessionExportTest, RefusesFisheyePicturesUnlessTheyAreWanted) {
-  capture_.config.camera.frames = "dual-fisheye";
+TEST_F(SessionExportTest, RefusesFisheyePicturesUnlessRequested) {
+  capture_.config.camera.frames = FrameKind::kDualFisheye;
   capture_.capture_missing(capture_.open().get());
   EXPECT_THAT(error({}), AllOf(HasSubstr("raywalk-calibrate"), HasSubstr("--unstitched")));
   EXPECT_NO_THROW(write({.unstitched = true}));

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "capture/session/session_database.h"
@@ -16,6 +18,19 @@ StationState state_of(const std::string& outcome) {
   return outcome == "exposed" ? StationState::kExposed : StationState::kPlanned;
 }
 
+// The enumerator that the database names by `word`.
+template <typename Enum, std::size_t count>
+Enum choice_of(const std::string& word, const std::array<Enum, count>& choices,
+               const std::filesystem::path& directory) {
+  const auto choice = std::find_if(choices.begin(), choices.end(),
+                                   [&](Enum each) { return name_of(each) == word; });
+  if (choice != choices.end()) return *choice;
+  throw Error(
+      fmt::format("{}: damaged: the table session holds the unknown value {}; "
+                  "restore it from a copy",
+                  session_database_path(directory).string(), excerpt(word)));
+}
+
 FrameLens lens_of(const std::string& word) {
   if (word == "front") return FrameLens::kFront;
   return word == "back" ? FrameLens::kBack : FrameLens::kBoth;
@@ -25,7 +40,7 @@ std::optional<WallTime> time_of(std::optional<std::int64_t> utc_us) {
   return utc_us ? std::optional(wall_time_from(*utc_us)) : std::nullopt;
 }
 
-// Names that a session writes stay within its directory; another one may be a trap.
+// A session only writes names within its directory; any other may be an attack.
 void require_inside(const std::string& file, const std::filesystem::path& directory) {
   const std::filesystem::path path(file);
   bool inside = path.is_relative();
@@ -46,14 +61,14 @@ SessionFacts SessionReader::facts() {
                       "config_text FROM session");
   if (!row.step()) {
     throw Error(
-        fmt::format("{}: damaged: it has no row in the table session; restore it from a "
+        fmt::format("{}: damaged: the table session has no row; restore it from a "
                     "copy",
                     session_database_path(directory_).string()));
   }
   return {.created = wall_time_from(row.integer(0)),
-          .mode = row.text(1),
-          .camera = row.text(2),
-          .frames = row.text(3),
+          .mode = choice_of(row.text(1), kCaptureModes, directory_),
+          .camera = choice_of(row.text(2), kCameraKinds, directory_),
+          .frames = choice_of(row.text(3), kFrameKinds, directory_),
           .exposures = static_cast<int>(row.integer(4)),
           .locked_exposure = row.text(5),
           .config_text = row.text(6)};

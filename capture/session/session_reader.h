@@ -1,4 +1,4 @@
-// A session as those see it who only look: status, verify, export, import.
+// Read-only access to a session, for status, verify, export and import.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace raywalk::capture {
 
-// What holds for the whole session.
+// Facts of the whole session.
 struct SessionFacts {
   WallTime created{};
-  std::string mode{};             // RunConfig::mode
-  std::string camera{};           // CameraConfig::kind
-  std::string frames{};           // CameraConfig::frames
-  int exposures = 1;              // of every station
-  std::string locked_exposure{};  // JSON; empty where nothing was locked
+  CaptureMode mode = CaptureMode::kStations;
+  CameraKind camera = CameraKind::kOsc;
+  FrameKind frames = FrameKind::kPanorama;
+  int exposures = 1;              // per station
+  std::string locked_exposure{};  // JSON; empty if nothing was locked
   std::string config_text{};
 };
 
@@ -37,13 +37,13 @@ struct StationRecord {
   std::string name{};
   double planned_mm = 0.0;
   StationState state = StationState::kPlanned;
-  AttemptId attempt{};  // row 0 where it is planned only
+  AttemptId attempt{};  // row 0 if only planned
   std::optional<double> measured_mm{};
   std::optional<WallTime> triggered_at{};
   std::optional<WallTime> exposed_at{};
 };
 
-// A frame of a captured station, whole.
+// A frame of a captured station.
 struct FrameRecord {
   std::string file{};  // relative to the session's directory
   std::int64_t bytes = 0;
@@ -53,13 +53,13 @@ struct FrameRecord {
   bool validation = false;
   int exposure_index = 0;
   FrameLens lens = FrameLens::kBoth;
-  PlanPoint position_m{};  // where the feedback says it was captured; y = 0
+  PlanPoint position_m{};  // by the slider's feedback; y = 0
 };
 
-// Reads also while a run writes, and from disks that cannot be written; changes nothing.
+// Works while a run writes, and on read-only disks; changes nothing.
 class SessionReader {
  public:
-  // Throws Error: no session there, damaged, of a newer version.
+  // Throws Error: no session, damaged, of a newer version.
   explicit SessionReader(std::filesystem::path directory);
 
   const std::filesystem::path& directory() const { return directory_; }
@@ -69,7 +69,7 @@ class SessionReader {
   // In the order of the plan, by exposure within a station.
   std::vector<FrameRecord> frames();
   std::vector<JournalSample> journal(const std::string& line);  // in the order of recording
-  // For questions of one caller alone; docs/session.md documents the tables.
+  // For queries that only one caller needs; docs/session.md documents the tables.
   SqliteConnection& database() { return database_; }
 
  private:

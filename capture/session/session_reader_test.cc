@@ -39,7 +39,7 @@ TEST_F(SessionReaderTest, ListsStationsInTheOrderOfThePlan) {
   EXPECT_EQ(stations.back().name, "v0_002");
 }
 
-// Along the axis of its line a station is where the feedback says, across it where it was planned.
+// The position along the line is that of the feedback, the position across it as planned.
 TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
   capture_.off_mm = -1.5;
   capture_.capture_missing(capture_.open().get());
@@ -58,20 +58,37 @@ TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
   }
 }
 
-TEST_F(SessionReaderTest, KeepsTheConfigurationForTheRecord) {
-  capture_.config.camera.frames = "dual-fisheye";
+TEST_F(SessionReaderTest, ReadsTheFactsOfTheSession) {
+  capture_.config.camera.frames = FrameKind::kDualFisheye;
   capture_.config.camera.exposure.bracket_ev = {0.0, 2.0, -2.0};
   capture_.open();
   const SessionFacts facts = SessionReader(capture_.directory).facts();
   EXPECT_EQ(facts.created, ManualClock().wall_now());
-  EXPECT_EQ(facts.mode, "stations");
-  EXPECT_EQ(facts.camera, "osc");
-  EXPECT_EQ(facts.frames, "dual-fisheye");
+  EXPECT_EQ(facts.mode, CaptureMode::kStations);
+  EXPECT_EQ(facts.camera, CameraKind::kOsc);
+  EXPECT_EQ(facts.frames, FrameKind::kDualFisheye);
   EXPECT_EQ(facts.exposures, 3);
   EXPECT_EQ(facts.config_text, "camera:\n  kind: osc\n");
 }
 
-TEST_F(SessionReaderTest, RefusesFramesOutsideOfTheSession) {
+TEST_F(SessionReaderTest, AnUnknownModeCameraOrFrameKindIsAnError) {
+  capture_.open();
+  for (const std::string column : {"mode", "camera", "frames"}) {
+    const std::string known =
+        SessionReader(capture_.directory).database().text("SELECT " + column + " FROM session");
+    const auto write = [&](const std::string& word) {
+      open_session_to_write(capture_.directory)
+          .execute("UPDATE session SET " + column + " = '" + word + "'");
+    };
+    write("other");
+    EXPECT_THAT(error_of([&] { SessionReader(capture_.directory).facts(); }), HasSubstr("'other'"))
+        << column;
+    write(known);
+    EXPECT_EQ(error_of([&] { SessionReader(capture_.directory).facts(); }), "") << column;
+  }
+}
+
+TEST_F(SessionReaderTest, RefusesFramesOutsideTheSession) {
   capture_.capture_missing(capture_.open().get(), 1);
   for (const std::string trap : {"/etc/passwd", "frames/../../secret"}) {
     open_session_to_write(capture_.directory).execute("UPDATE frame SET file = '" + trap + "'");

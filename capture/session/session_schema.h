@@ -1,17 +1,17 @@
-// The tables of session.db. docs/session.md explains every column to users who query them; the two
-// are held together by session_docs_test.cc.
+// The tables of session.db. docs/session.md explains every column; session_docs_test.cc checks that
+// the two agree.
 #pragma once
 
 namespace raywalk::capture {
 
-// The newest format this program reads, and the one it writes: PRAGMA user_version.
+// The format that this program writes, and the newest one it reads: PRAGMA user_version.
 inline constexpr int kSessionFormatVersion = 1;
 
-// "RWLK", PRAGMA application_id: tells a session from any other SQLite file.
+// "RWLK", PRAGMA application_id: marks the SQLite file as a session.
 inline constexpr int kSessionApplicationId = 0x52574c4b;
 
-// Times are microseconds since 1970-01-01 00:00 UTC, places in the world metres (frame of
-// core/geometry/sphere.h), positions on the rail and durations milli-.
+// Times are microseconds since 1970-01-01 00:00 UTC, world positions metres (frame of
+// core/geometry/sphere.h), rail positions millimetres and durations milliseconds.
 inline constexpr char kSessionSchema[] = R"sql(
 CREATE TABLE session (
   id INTEGER PRIMARY KEY CHECK (id = 1),

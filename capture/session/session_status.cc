@@ -42,7 +42,7 @@ std::map<std::string, int> faults_of(SqliteConnection* database) {
   return faults;
 }
 
-// A column of the captured attempts, without those that have none.
+// The values of a column of the captured attempts, without NULL.
 std::vector<double> captured_values(SqliteConnection* database, const std::string& column) {
   SqliteStatement row(database, "SELECT " + column +
                                     " FROM attempt WHERE outcome IN ('captured', 'exposed') AND " +
@@ -75,8 +75,7 @@ StationTimes times_of(SqliteConnection* database) {
           .own_p95_ms = p95_of(own_ms)};
 }
 
-// From one captured station of a line to the next, whatever happened between the two; the median
-// leaves breaks out.
+// The median time from one captured station of a line to the next; the median ignores breaks.
 std::optional<double> pace_s(SqliteConnection* database) {
   SqliteStatement row(
       database,
@@ -113,7 +112,7 @@ std::string first_planned_station(SqliteConnection* database) {
 std::string next_step_of(const SessionStatus& status, SqliteConnection* database) {
   const std::string& directory = status.directory;
   if (status.captured() == status.stations()) return "raywalk-capture export " + directory;
-  if (status.mode == "video") {
+  if (status.mode == CaptureMode::kVideo) {
     const auto line = std::find_if(status.lines.begin(), status.lines.end(),
                                    [](const LineStatus& each) { return !each.filmed; });
     if (line == status.lines.end()) return "raywalk-capture import " + directory + " --video FILE";
@@ -122,7 +121,7 @@ std::string next_step_of(const SessionStatus& status, SqliteConnection* database
   if (status.captured() + status.exposed() == status.stations()) {
     return "raywalk-capture import " + directory + " FILES (the pictures on the camera's card)";
   }
-  return "raywalk-capture run CONFIG --session " + directory + ", which goes on at station " +
+  return "raywalk-capture run CONFIG --session " + directory + ", which resumes at station " +
          first_planned_station(database);
 }
 

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "capture/session/session_database.h"
 #include "capture/session/test_session.h"
 #include "core/files/test_directory.h"
@@ -51,7 +53,7 @@ TEST_F(SessionStatusTest, CountsStationsByLine) {
                                        HasSubstr("1 of 3 captured"), HasSubstr("(validation)")));
 }
 
-TEST_F(SessionStatusTest, EstimatesTheTimeLeftFromThePaceAndNotFromBreaks) {
+TEST_F(SessionStatusTest, EstimatesTheTimeLeftWithoutBreaks) {
   const std::unique_ptr<Session> session = capture_.open();
   capture_.capture_missing(session.get(), 4);
   capture_.clock.sleep(std::chrono::hours(8));
@@ -59,7 +61,7 @@ TEST_F(SessionStatusTest, EstimatesTheTimeLeftFromThePaceAndNotFromBreaks) {
   EXPECT_NEAR(status().time_left_s.value(), 2.5 * (15 - 8), 1e-6);
 }
 
-TEST_F(SessionStatusTest, ReportsMediansAndTheProgramsOwnShare) {
+TEST_F(SessionStatusTest, ReportsMediansAndTheProgramsOwnTime) {
   const std::unique_ptr<Session> session = capture_.open();
   const std::vector<CaptureStation>&first = capture_.plan.lines[0].stations,
         second = capture_.plan.lines[1].stations;
@@ -92,8 +94,8 @@ TEST_F(SessionStatusTest, CountsFaultsByKind) {
   EXPECT_THAT(after.faults, Contains(Pair("stall", 2)));
   EXPECT_EQ(after.lines[0].attempts, 3);
   EXPECT_EQ(after.captured(), 0);
-  EXPECT_THAT(status_text(after),
-              AllOf(HasSubstr("failed attempts: busy 1, stall 2"), HasSubstr("3 attempts more")));
+  EXPECT_THAT(status_text(after), AllOf(HasSubstr("failed attempts: busy 1, stall 2"),
+                                        HasSubstr("3 further attempts")));
 }
 
 TEST_F(SessionStatusTest, ShowsTheLastEventsOldestFirst) {
@@ -105,16 +107,16 @@ TEST_F(SessionStatusTest, ShowsTheLastEventsOldestFirst) {
   EXPECT_THAT(text, HasSubstr("2026-01-01 00:00:00 UTC  line-placed: line 7"));
 }
 
-TEST_F(SessionStatusTest, LeadsThroughASessionWhoseCameraKeepsItsPictures) {
-  capture_.config.camera.kind = "gpio";
+TEST_F(SessionStatusTest, NamesEachStepForACameraThatKeepsItsPictures) {
+  capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   EXPECT_EQ(status().exposed(), 15);
   EXPECT_THAT(status().next_step, HasSubstr("import"));
   EXPECT_THAT(status_text(status()), HasSubstr("15 on the camera's card"));
 }
 
-TEST_F(SessionStatusTest, LeadsThroughAFilm) {
-  capture_.config.run.mode = "video";
+TEST_F(SessionStatusTest, NamesEachStepOfAFilm) {
+  capture_.config.run.mode = CaptureMode::kVideo;
   const std::unique_ptr<Session> session = capture_.open();
   const JournalSample sample{capture_.clock.wall_now(), 50.0};
   session->record_journal("x0", std::span(&sample, 1));

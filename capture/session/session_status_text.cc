@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "capture/session/session_status.h"
 #include "capture/session/session_times.h"
@@ -21,7 +22,7 @@ std::string line_text(const LineStatus& line) {
   if (line.exposed > 0) text += fmt::format(", {} on the camera's card", line.exposed);
   if (line.filmed) text += ", filmed";
   const int more = line.attempts - line.captured - line.exposed;
-  if (more > 0) text += fmt::format(", {} attempts more", more);
+  if (more > 0) text += fmt::format(", {} further attempts", more);
   return text + (line.validation ? "  (validation)\n" : "\n");
 }
 
@@ -94,7 +95,7 @@ nlohmann::json status_json(const SessionStatus& status) {
   }
   const StationTimes& times = status.times;
   return {{"directory", status.directory},
-          {"mode", status.mode},
+          {"mode", name_of(status.mode)},
           {"stations", status.stations()},
           {"captured", status.captured()},
           {"exposed", status.exposed()},

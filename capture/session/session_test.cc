@@ -84,7 +84,7 @@ TEST_F(SessionTest, StoresTheFrameAsItsRowSays) {
   EXPECT_TRUE(verify_session(&reader).is_whole());
 }
 
-TEST_F(SessionTest, TellsFramesOfABracketAndOfTwoLensesApart) {
+TEST_F(SessionTest, DistinguishesFramesOfABracketAndOfTwoLenses) {
   capture_.config.camera.exposure.bracket_ev = {0.0, -2.0};
   const std::unique_ptr<Session> session = capture_.open();
   const AttemptId attempt = session->begin_attempt("x0_000", 50.0);
@@ -115,7 +115,7 @@ TEST_F(SessionTest, AFailedAttemptIsKeptAndTheStationShotAgain) {
   EXPECT_EQ(count("attempt WHERE fault = 'bad-picture' AND outcome = 'failed'"), 1);
 }
 
-TEST_F(SessionTest, AnAttemptThatAKilledRunLeftIsMarkedAndItsFilesStay) {
+TEST_F(SessionTest, TheAttemptOfAKilledRunIsMarkedAndItsFilesStay) {
   {
     const std::unique_ptr<Session> killed = capture_.open();
     const AttemptId attempt = killed->begin_attempt("x0_000", 50.0);
@@ -152,7 +152,7 @@ TEST_F(SessionTest, AnAttemptEndsOnce) {
 }
 
 TEST_F(SessionTest, PicturesOnTheCardAreAddedLater) {
-  capture_.config.camera.kind = "gpio";
+  capture_.config.camera.kind = CameraKind::kGpio;
   capture_.capture_missing(capture_.open().get());
   SessionReader reader(capture_.directory);
   const StationRecord exposed = reader.stations()[1];
@@ -204,7 +204,7 @@ TEST_F(SessionTest, RefusesAnotherPlanWithTheFirstDifference) {
 
 TEST_F(SessionTest, RefusesAnotherKindOfFrames) {
   capture_.open();
-  capture_.config.camera.frames = "dual-fisheye";
+  capture_.config.camera.frames = FrameKind::kDualFisheye;
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("another plan"), HasSubstr("frames"),
                                         HasSubstr("panorama"), HasSubstr("dual-fisheye")));
 }
@@ -222,7 +222,7 @@ TEST_F(SessionTest, RefusesASecondWriter) {
               AllOf(HasSubstr(capture_.directory.string()), HasSubstr("another raywalk-capture")));
 }
 
-TEST_F(SessionTest, RefusesToBeginWithFramesWhoseDatabaseIsLost) {
+TEST_F(SessionTest, RefusesFramesWithoutTheirDatabase) {
   capture_.capture_missing(capture_.open().get(), 1);
   for (const fs::directory_entry& entry : fs::directory_iterator(capture_.directory)) {
     if (entry.path().filename().string().starts_with("session.db")) fs::remove(entry.path());
@@ -230,14 +230,14 @@ TEST_F(SessionTest, RefusesToBeginWithFramesWhoseDatabaseIsLost) {
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("holds frames"), HasSubstr("session.db")));
 }
 
-TEST_F(SessionTest, RefusesToGoOnWithoutTheFramesItNames) {
+TEST_F(SessionTest, RefusesToResumeWithoutItsFrames) {
   capture_.capture_missing(capture_.open().get(), 2);
   fs::rename(capture_.directory / "frames", capture_.directory / "away");
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("frames is missing"), HasSubstr("2 frames")));
   EXPECT_FALSE(fs::exists(capture_.directory / "frames"));
 }
 
-TEST_F(SessionTest, GoesOnWhereCreationWasKilledHalfWay) {
+TEST_F(SessionTest, ResumesAnInterruptedCreation) {
   fs::create_directories(capture_.directory);
   std::ofstream(session_database_path(capture_.directory)).close();
   capture_.capture_missing(capture_.open().get());
@@ -245,7 +245,7 @@ TEST_F(SessionTest, GoesOnWhereCreationWasKilledHalfWay) {
   EXPECT_EQ(reader.frames().size(), 3U);
 }
 
-TEST_F(SessionTest, RefusesAClockThatWentBack) {
+TEST_F(SessionTest, RefusesAClockThatWasSetBack) {
   const std::unique_ptr<Session> session = capture_.open();
   capture_.capture_missing(session.get(), 1);
   capture_.clock.shift_wall(std::chrono::hours(-24));
@@ -255,7 +255,7 @@ TEST_F(SessionTest, RefusesAClockThatWentBack) {
   EXPECT_EQ(count("attempt"), 1);
 }
 
-TEST_F(SessionTest, RefusesAClockThatWentBackBetweenTwoRuns) {
+TEST_F(SessionTest, RefusesAClockThatWasSetBackBetweenTwoRuns) {
   capture_.capture_missing(capture_.open().get(), 1);
   capture_.clock.shift_wall(std::chrono::hours(-1));
   const std::unique_ptr<Session> session = capture_.open();
@@ -264,14 +264,14 @@ TEST_F(SessionTest, RefusesAClockThatWentBackBetweenTwoRuns) {
   EXPECT_NO_THROW(session->begin_attempt("x0_001", 300.0));
 }
 
-TEST_F(SessionTest, TakesATimeServersCorrectionForWhatItIs) {
+TEST_F(SessionTest, AcceptsTheCorrectionOfATimeServer) {
   const std::unique_ptr<Session> session = capture_.open();
   capture_.capture_missing(session.get(), 1);
   capture_.clock.shift_wall(std::chrono::milliseconds(-300));
   EXPECT_NO_THROW(session->begin_attempt("x0_001", 300.0));
 }
 
-TEST_F(SessionTest, ADiskFullInMidFrameLosesNothing) {
+TEST_F(SessionTest, AFullDiskDuringAFrameLosesNothing) {
   LossyDisk disk;
   capture_.disk = &disk;
   const std::unique_ptr<Session> session = capture_.open();
@@ -285,13 +285,13 @@ TEST_F(SessionTest, ADiskFullInMidFrameLosesNothing) {
   EXPECT_THAT(disk.names(), ElementsAre("x0_000.jpg", "x0_001_a2.jpg", "x0_002.jpg"));
 }
 
-TEST_F(SessionTest, OpeningOneThatIsNotThereMakesNothing) {
+TEST_F(SessionTest, OpeningAMissingSessionCreatesNothing) {
   EXPECT_THAT(error_of([&] { Session::open(directory_ / "none", &capture_.clock); }),
-              HasSubstr("no session"));
+              HasSubstr("not a session"));
   EXPECT_FALSE(fs::exists(directory_ / "none"));
 }
 
-// Root may write anywhere: what another user meets can be tested as one only.
+// Root may write anywhere, so this can only be tested as another user.
 class OrdinaryUser {
  public:
   OrdinaryUser() : was_root_(geteuid() == 0 && seteuid(kNobody) == 0) {}
@@ -306,7 +306,7 @@ class OrdinaryUser {
   bool was_root_;
 };
 
-TEST_F(SessionTest, OnADiskThatCannotBeWrittenIsReadButNotGoneOnWith) {
+TEST_F(SessionTest, OnAReadOnlyDiskIsReadButNotResumed) {
   capture_.capture_missing(capture_.open().get());
   chmod(directory_.path().c_str(), 0755);
   chmod(capture_.directory.c_str(), 0555);

@@ -1,4 +1,4 @@
-// Times as session.db holds them: whole microseconds since 1970-01-01 00:00 UTC.
+// Conversion of the times of session.db: whole microseconds since 1970-01-01 00:00 UTC.
 #pragma once
 
 #include <cstdint>

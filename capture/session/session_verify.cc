@@ -7,7 +7,6 @@
 #include <iterator>
 #include <mutex>
 #include <set>
-#include <span>
 #include <system_error>
 
 #include "capture/session/frame_files.h"
@@ -36,7 +35,7 @@ std::string fault_of(const FrameRecord& frame, const fs::path& directory) {
   }
   try {
     const std::string content = read_file(file);
-    if (sha256_hex(std::as_bytes(std::span(content))) == frame.sha256) return "";
+    if (sha256_hex(content) == frame.sha256) return "";
     return fmt::format("{} (station {}): changed since it was written (SHA-256 differs)",
                        frame.file, frame.station);
   } catch (const Error& unreadable) {
@@ -71,7 +70,7 @@ void check_database(SqliteConnection* database, SessionVerification* verificatio
       database->integer("SELECT count(*) FROM pragma_foreign_key_check()");
   if (dangling > 0) {
     verification->faults.push_back(
-        fmt::format("session.db: {} rows refer to rows that are not there", dangling));
+        fmt::format("session.db: {} rows refer to missing rows", dangling));
   }
   const std::int64_t without = database->integer(
       "SELECT count(*) FROM attempt WHERE outcome = 'captured' AND NOT EXISTS "
@@ -87,7 +86,7 @@ void check_database(SqliteConnection* database, SessionVerification* verificatio
 SessionVerification verify_session(SessionReader* session) {
   SessionVerification verification;
   check_database(&session->database(), &verification);
-  // In this order, so that a frame that a run stores meanwhile is not taken for a leftover one.
+  // In this order, so that a frame stored by a run meanwhile is not taken for a leftover.
   const std::vector<std::string> files = list_frames(session->directory());
   const std::vector<FrameRecord> frames = session->frames();
   check_frames(frames, session->directory(), &verification);

@@ -1,4 +1,4 @@
-// Whether everything a session names is there as it was written.
+// Checks that the frames and database of a session are complete and unchanged.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ struct SessionVerification {
   bool is_whole() const { return faults.empty(); }
 };
 
-// Reads every frame, on several threads, and compares size and SHA-256; has SQLite check the
-// database. Leftover files (of a run that was killed, or of a shot that failed) are no fault.
-// Throws Interrupted; Error where the session cannot be read at all.
+// Reads every frame, on several threads, and compares size and SHA-256; runs SQLite's check of the
+// database. Leftover files (of a killed run or a failed shot) are not faults. Throws Interrupted,
+// and Error if the session cannot be read at all.
 SessionVerification verify_session(SessionReader* session);
 
-// A line for every fault and leftover file and one that sums up; each ends in a line break.
+// One line per fault and leftover file, and a summary; each ends in a line break.
 std::string verification_text(const SessionVerification& verification);
 
-// Throws Error of one line, naming the first fault, unless the session is whole.
+// Throws Error of one line, naming the first fault, if there are faults.
 void require_whole(const SessionVerification& verification, const SessionReader& session);
 
 }  // namespace raywalk::capture

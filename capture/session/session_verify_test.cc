@@ -32,7 +32,7 @@ class SessionVerifyTest : public testing::Test {
   TestCapture capture_{.directory = directory_ / "session", .plan = short_plan()};
 };
 
-TEST_F(SessionVerifyTest, FindsNothingInAWholeSession) {
+TEST_F(SessionVerifyTest, FindsNoFaultInACompleteSession) {
   const SessionVerification verification = verify();
   EXPECT_TRUE(verification.is_whole());
   EXPECT_EQ(verification.frames, 3);
@@ -46,7 +46,7 @@ TEST_F(SessionVerifyTest, FindsAMissingFrame) {
   EXPECT_THAT(verify().faults, ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("No such"))));
 }
 
-TEST_F(SessionVerifyTest, FindsAFrameCutShort) {
+TEST_F(SessionVerifyTest, FindsATruncatedFrame) {
   fs::resize_file(frame(), 10);
   EXPECT_THAT(verify().faults, ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("10 bytes"))));
 }
@@ -62,7 +62,7 @@ TEST_F(SessionVerifyTest, FindsADirectoryInPlaceOfAFrame) {
   EXPECT_EQ(verify().faults.size(), 1U);
 }
 
-TEST_F(SessionVerifyTest, ListsFilesOfNoStationWithoutComplaining) {
+TEST_F(SessionVerifyTest, ListsFilesOfNoStationWithoutAFault) {
   std::ofstream(capture_.directory / "frames/x0_001_a2.jpg") << "left";
   const SessionVerification verification = verify();
   EXPECT_TRUE(verification.is_whole());
@@ -75,10 +75,10 @@ TEST_F(SessionVerifyTest, FindsACapturedStationWithoutAFrame) {
   EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("1 captured stations have no frame")));
 }
 
-TEST_F(SessionVerifyTest, FindsRowsThatReferToNothing) {
+TEST_F(SessionVerifyTest, FindsRowsThatReferToMissingRows) {
   SqliteConnection(session_database_path(capture_.directory), SqliteAccess::kReadWrite)
       .execute("DELETE FROM station WHERE name = 'x0_002'");
-  EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("rows refer to rows that are not there")));
+  EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("rows refer to missing rows")));
 }
 
 TEST_F(SessionVerifyTest, EndsInOneLineThatNamesTheFirstFault) {

@@ -1,4 +1,4 @@
-// For tests: small plans and sessions captured without devices.
+// For tests: small plans, and sessions captured without devices.
 #pragma once
 
 #include <fmt/format.h>
@@ -42,8 +42,8 @@ inline CapturePlan test_plan(bool validation = false) {
   CapturePlan plan;
   for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
     for (const int number : {0, 1}) {
-      plan.lines.push_back(test_line(fmt::format("{}{}", axis == LineAxis::kX ? "x" : "z", number),
-                                     axis, number - 0.5, -0.75, 0.75, 3));
+      plan.lines.push_back(test_line(fmt::format("{}{}", name_of(axis), number), axis, number - 0.5,
+                                     -0.75, 0.75, 3));
     }
   }
   if (validation) plan.lines.push_back(test_line("v0", LineAxis::kX, 0.0, -0.25, 0.25, 3));
@@ -57,7 +57,7 @@ inline CapturePlan short_plan() {
   return plan;
 }
 
-// Different bytes for every text.
+// A picture with different bytes for every text.
 inline Picture test_picture(const std::string& text) {
   return {.bytes = "picture of " + text + std::string(1000, '.'),
           .extension = "jpg",
@@ -74,14 +74,14 @@ inline SettledPosition settled_at(double commanded_mm, double measured_mm) {
           .settled_at = {}};
 }
 
-// A session in a directory, captured as a run would.
+// A session in a directory, captured like by a run.
 struct TestCapture {
   std::filesystem::path directory;
   CapturePlan plan = test_plan();
   CaptureConfig config{};
   ManualClock clock{};
   DiskLayer* disk = &system_disk();
-  double off_mm = 0.0;  // of the feedback from the planned position
+  double off_mm = 0.0;  // difference of the feedback from the planned position
 
   std::unique_ptr<Session> open() {
     return Session::open_or_create(directory, plan, config, "camera:\n  kind: osc\n", &clock, disk);
@@ -94,7 +94,7 @@ struct TestCapture {
               .exposing_ms = 800.0,
               .transfer_ms = 150.0};
     for (std::size_t i = 0; i < config.camera.exposure.bracket_ev.size(); ++i) {
-      if (config.camera.kind == "gpio") break;
+      if (config.camera.kind == CameraKind::kGpio) break;
       shot.pictures.push_back(test_picture(fmt::format("{} {}", station, i)));
     }
     return shot;
@@ -112,7 +112,7 @@ struct TestCapture {
                               frames, 6.5);
   }
 
-  // What is still missing, at most so many stations.
+  // Captures the missing stations, at most `at_most`.
   void capture_missing(Session* session, int at_most = 1000000) {
     for (const CaptureLine& line : plan.lines) {
       for (const CaptureStation& station : line.stations) {
@@ -124,7 +124,7 @@ struct TestCapture {
   }
 };
 
-// The message of the Error that `act` throws; empty where it throws none.
+// The message of the Error that `act` throws; empty if it throws none.
 template <typename Act>
 std::string error_of(const Act& act) {
   try {

@@ -15,8 +15,8 @@
 namespace raywalk::capture {
 namespace {
 
-// libjpeg reports an error by a call that must not return. Exceptions cannot pass its C frames, so
-// it jumps back to where the encoder was started, as libjpeg.txt ("Error handling") describes.
+// libjpeg reports errors by calling error_exit, which must not return. Exceptions cannot pass its C
+// frames, so longjmp is used as described in libjpeg.txt ("Error handling").
 struct ErrorTrap {
   jpeg_error_mgr manager;  // first: libjpeg hands back a pointer to it
   std::jmp_buf start;
@@ -29,8 +29,8 @@ struct ErrorTrap {
   std::longjmp(trap->start, 1);
 }
 
-// A stream into memory that grows. (libjpeg's own jpeg_mem_dest leaves a pointer to freed memory
-// behind where it runs out of it.)
+// A growing stream in memory. (libjpeg's jpeg_mem_dest leaves a dangling pointer behind when memory
+// runs out.)
 class MemoryStream {
  public:
   MemoryStream() : file_(open_memstream(&bytes_, &size_)) {
@@ -66,8 +66,8 @@ void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, st
   encoder->comp_info[0].v_samp_factor = 1;
 }
 
-// Whether it succeeded; all is then flushed. Nothing here has a destructor, which a jump would
-// skip.
+// Returns whether encoding succeeded; all output is then flushed. No object here may have a
+// destructor, as longjmp would skip it.
 bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, std::FILE* out) {
   jpeg_compress_struct encoder{};
   encoder.err = jpeg_std_error(&trap->manager);
@@ -79,7 +79,7 @@ bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, std::FILE* 
   set_up(&encoder, image, quality, out);
   jpeg_start_compress(&encoder, TRUE);
   while (encoder.next_scanline < encoder.image_height) {
-    // libjpeg does not write to the rows that it is given.
+    // libjpeg does not write to the rows.
     auto* row = const_cast<unsigned char*>(
         image.ptr<unsigned char>(static_cast<int>(encoder.next_scanline)));
     jpeg_write_scanlines(&encoder, &row, 1);

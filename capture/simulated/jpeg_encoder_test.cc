@@ -15,7 +15,7 @@ cv::Mat decode(const std::vector<std::byte>& bytes) {
   return cv::imdecode(std::vector<unsigned char>(first, first + bytes.size()), cv::IMREAD_COLOR);
 }
 
-// Columns of red and blue in turns; with colour at half the resolution they become purple.
+// Alternating columns of red and blue; chroma subsampling turns them purple.
 cv::Mat fine_colors() {
   cv::Mat image(32, 48, CV_8UC3);
   for (int row = 0; row < image.rows; ++row) {
@@ -30,7 +30,7 @@ cv::Mat fine_colors() {
 TEST(JpegEncoderTest, KeepsColorInFullResolution) {
   const cv::Mat image = fine_colors();
   EXPECT_LT(cv::norm(decode(encode_jpeg(image, 95)), image, cv::NORM_INF), 25.0);
-  // A view of a part has rows that do not follow each other in memory.
+  // The rows of a sub-image are not contiguous in memory.
   const cv::Mat part = image(cv::Rect(8, 8, 16, 16));
   EXPECT_LT(cv::norm(decode(encode_jpeg(part, 95)), part, cv::NORM_INF), 25.0);
 }
@@ -40,7 +40,7 @@ TEST(JpegEncoderTest, QualityTradesSize) {
   EXPECT_LT(encode_jpeg(image, 20).size(), encode_jpeg(image, 100).size());
 }
 
-TEST(JpegEncoderTest, RefusesWhatJpegCannotHold) {
+TEST(JpegEncoderTest, RefusesUnsupportedImages) {
   EXPECT_THROW(encode_jpeg(cv::Mat(4, 4, CV_8UC1), 90), Error);
   EXPECT_THROW(encode_jpeg(cv::Mat(1, 70000, CV_8UC3, cv::Scalar::all(0)), 90), Error);
 }

@@ -13,25 +13,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void throw_cannot_make(const fs::path& target, const std::error_code& error) {
-  throw Error(fmt::format("cannot make {}: {}", target.string(), error.message()));
+[[noreturn]] void throw_cannot_create(const fs::path& target, const std::error_code& error) {
+  throw Error(fmt::format("cannot create {}: {}", target.string(), error.message()));
 }
 
 void require_new(const fs::path& target) {
-  if (target.empty()) throw UsageError("the directory to make has no name; choose one with --out");
+  if (target.empty()) throw UsageError("the output directory has no name; choose one with --out");
   require_absent(target, "--out");
 }
 
-// A directory of its own beside the target: a run that was killed may have left one of the same
-// process id, with files in it.
-fs::path made_beside(const fs::path& target) {
+// A new directory beside the target. Counts up if a killed run of the same process id left one.
+fs::path create_beside(const fs::path& target) {
   for (int number = 0;; ++number) {
     fs::path partial =
         target.parent_path() /
         fmt::format(".{}.{}.{}.partial", target.filename().string(), getpid(), number);
     std::error_code error;
     if (fs::create_directory(partial, error)) return partial;
-    if (error && error != std::errc::file_exists) throw_cannot_make(target, error);
+    if (error && error != std::errc::file_exists) throw_cannot_create(target, error);
   }
 }
 
@@ -39,7 +38,7 @@ fs::path made_beside(const fs::path& target) {
 
 OutputDirectory::OutputDirectory(const fs::path& target)
     : target_(without_trailing_slash(target)),
-      partial_((require_new(target_), made_beside(target_))) {}
+      partial_((require_new(target_), create_beside(target_))) {}
 
 OutputDirectory::~OutputDirectory() {
   std::error_code ignored;
@@ -49,7 +48,7 @@ OutputDirectory::~OutputDirectory() {
 fs::path OutputDirectory::make(const std::string& name) const {
   std::error_code error;
   fs::create_directory(partial_ / name, error);
-  if (error) throw_cannot_make(target_ / name, error);
+  if (error) throw_cannot_create(target_ / name, error);
   return partial_ / name;
 }
 
@@ -57,7 +56,7 @@ void OutputDirectory::commit() {
   require_absent(target_, "--out");
   std::error_code error;
   fs::rename(partial_, target_, error);
-  if (error) throw_cannot_make(target_, error);
+  if (error) throw_cannot_create(target_, error);
   committed_ = true;
 }
 

@@ -1,4 +1,4 @@
-// A directory that appears only when complete.
+// An output directory that appears under its name only when complete.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +6,11 @@
 
 namespace raywalk::capture {
 
-// Filled at path(), a hidden name beside the target; commit() gives it the target's name. Without
-// commit() the destructor removes it, so a failure leaves nothing.
+// Files are written to path(), a hidden directory beside the target; commit() renames it to the
+// target. Without commit() the destructor removes it.
 class OutputDirectory {
  public:
-  // Throws UsageError for an empty target, Error if it exists, or its parent does not or is not
+  // Throws UsageError if the target is empty, Error if it exists or its parent is missing or not
   // writable.
   explicit OutputDirectory(const std::filesystem::path& target);
   ~OutputDirectory();
@@ -18,9 +18,9 @@ class OutputDirectory {
   OutputDirectory& operator=(const OutputDirectory&) = delete;
 
   const std::filesystem::path& path() const { return partial_; }
-  // Makes a directory in it and returns where. Throws Error.
+  // Creates a subdirectory and returns its path. Throws Error if that fails.
   std::filesystem::path make(const std::string& name) const;
-  // Throws Error, also where the target has come into being meanwhile.
+  // Throws Error if renaming fails or the target has been created in the meantime.
   void commit();
 
  private:

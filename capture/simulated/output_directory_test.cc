@@ -43,8 +43,8 @@ TEST(OutputDirectoryTest, ExistingTargetIsRefusedAndKept) {
   EXPECT_TRUE(fs::is_regular_file(parent / "late"));
 }
 
-// What a killed run of the same process id left.
-TEST(OutputDirectoryTest, LeftoversAreNotTakenUp) {
+// As left by a killed run of the same process id.
+TEST(OutputDirectoryTest, LeftoversAreNotReused) {
   const TestDirectory parent;
   fs::path stale;
   {
@@ -60,7 +60,7 @@ TEST(OutputDirectoryTest, LeftoversAreNotTakenUp) {
   EXPECT_TRUE(fs::exists(stale / "leftover")) << "it may be another's";
 }
 
-TEST(OutputDirectoryTest, TwoOfOneProcessDoNotShare) {
+TEST(OutputDirectoryTest, TwoInOneProcessAreSeparate) {
   const TestDirectory parent;
   const OutputDirectory one(parent / "out"), other(parent / "out");
   EXPECT_NE(one.path(), other.path());

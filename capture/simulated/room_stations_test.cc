@@ -29,7 +29,7 @@ TEST(RoomStationsTest, StationsLieOnTheGridUnderUniqueNames) {
   EXPECT_EQ(stations[6].number, 6);
 }
 
-TEST(RoomStationsTest, JitterAndGainHaveTheSpreadAskedFor) {
+TEST(RoomStationsTest, JitterAndGainHaveTheGivenDeviation) {
   VirtualRoomSettings settings;
   settings.grid.cells_x = settings.grid.cells_z = 4;
   settings.grid.spacing_mm = 5.0;

@@ -1,4 +1,4 @@
-// How the truth of a virtual room is written down, whoever captures it.
+// Writes ground truth of a virtual room to files.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,12 +22,12 @@ std::string pose_fields(const CameraPose& pose);
 void write_distance_map(const VirtualRoom& room, const CameraPose& pose, PanoramaSize size,
                         const std::filesystem::path& file);
 
-// Writes what cameras at the viewpoints truly see, exact and noise-free, into a directory that
-// holds the directories gt and dist:
+// Renders noise-free ground truth views at the viewpoints into a directory that holds the
+// directories gt and dist:
 //   gt/<name>.png       the panorama, looking along z
 //   dist/gt_<name>.png  its distance map
-//   gt.csv              file,x,y,z of all of them, written last
-// Throws Error for a viewpoint inside of furniture, a full disk; Interrupted.
+//   gt.csv              file,x,y,z of all views, written last
+// Throws Error if a viewpoint is inside furniture or a file cannot be written; Interrupted.
 void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> viewpoints,
                        PanoramaSize size, const std::filesystem::path& directory,
                        Progress* progress);

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A place in a cell in units of its side, from its centre; (x, z).
+// A position in a cell, (x, z) from its centre in units of its side.
 struct InCell {
   std::string name;
   Vector2d at;
@@ -40,7 +40,7 @@ std::vector<InCell> hard_cases(double step, HashRandom* random) {
           {"quarter_mp", {-0.25, 0.25}}};
 }
 
-// Free places come from a grid of 3 x 3 strata, visited in a fixed order that jumps about.
+// Stratified over a grid of 3 x 3 strata, visited in a fixed scattered order.
 Vector2d free_place(int number, HashRandom* random) {
   constexpr int kStrata = 3;
   const int stratum = (number * 5 + 2) % (kStrata * kStrata);

@@ -1,4 +1,4 @@
-// Where in a virtual room the truth is shown, for views to be compared with.
+// Viewpoints of the ground truth views of a virtual room.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,13 +15,14 @@ struct TruthViewpoint {
   Eigen::Vector3d position_m{0, 0, 0};  // world frame
 };
 
-// `count` viewpoints at the height of the lines, spread over the cells by the seed. The first ten
-// are the hard cases: a centre, four quarters, near a corner, near two edges, on a line between two
-// stations and on a station; the others are drawn freely from the strata of a cell.
+// `count` viewpoints at the height of the lines, distributed over the cells by the seed. The first
+// ten are the hard cases: the centre, four quarter points, near a corner, near two edges, on a line
+// between two stations and on a station. The others are stratified random positions in a cell.
 std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count);
 
-// Reads a table with columns name,x,z and optionally y (metres). Throws Error naming table and
-// line: no rows, a name that cannot be a file's or appears twice, a number that is none.
+// Reads a CSV table with columns name,x,z and optionally y (metres, default 0). Throws Error naming
+// file and line if it has no rows, a name is not a valid file name or appears twice, or a number
+// cannot be parsed.
 std::vector<TruthViewpoint> read_truth_viewpoints(const std::filesystem::path& table);
 
 }  // namespace raywalk::capture

@@ -80,7 +80,7 @@ TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {
   };
   expect_refused("name,x,z\n", "no viewpoints");
   expect_refused("name,x,z\na,0,0\na,1,0\n", "views.csv:3");
-  expect_refused("name,x,z\n../a,0,0\n", "cannot be a file's");
+  expect_refused("name,x,z\n../a,0,0\n", "is not a valid file name");
   expect_refused("name,x,z\na,0,one\n", "views.csv:2");
 }
 

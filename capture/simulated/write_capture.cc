@@ -57,7 +57,7 @@ class CaptureWriter {
   }
 
  private:
-  // Truth first: a viewpoint inside of furniture is then found at once.
+  // True views first, so that a viewpoint inside furniture is reported early.
   void write_truths(Progress* progress) {
     if (truths_.empty()) return;
     out_.make("gt");

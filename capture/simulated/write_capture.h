@@ -1,4 +1,4 @@
-// A whole capture of a virtual room, with its truth, as files.
+// Writes a complete capture of a virtual room with its ground truth.
 #pragma once
 
 #include <filesystem>
@@ -10,22 +10,23 @@
 namespace raywalk::capture {
 
 struct CaptureOptions {
-  std::filesystem::path out;  // directory to make
-  // Truth: viewpoints from a table (see read_truth_viewpoints), else so many that the seed spreads.
+  std::filesystem::path out;  // directory to create
+  // Viewpoints of the true views: a table (see read_truth_viewpoints), else `truth_views` chosen by
+  // the seed.
   std::optional<std::filesystem::path> views{};
   int truth_views = 12;
-  int distance_every = 8;  // every so many-th station of a line has a distance map; 0: none has
+  int distance_every = 8;  // distance map at every n-th station of a line; 0: none
 };
 
-// Writes into the directory, which appears when all is written:
-//   capture/<line>_<iii>.jpg|png  what the camera saw from its true pose, with gain and noise
-//   poses.csv                     file,x,y,z of the stations where they were meant to be
-//   true_poses.csv                file,x,y,z,yaw,pitch,roll where they truly were, if that differs
-//   gt/<name>.png, gt.csv         true views from inside the cells: exact, noise-free
+// Writes into the directory, which appears when complete:
+//   capture/<line>_<iii>.jpg|png  panoramas from the true poses, with gain and noise
+//   poses.csv                     file,x,y,z of the nominal stations
+//   true_poses.csv                file,x,y,z,yaw,pitch,roll of the true poses, if they differ
+//   gt/<name>.png, gt.csv         noise-free true views from inside the cells
 //   dist/<line>_<iii>.png         distance maps: 16-bit grey, millimetres along the ray, 0 = sky,
 //   dist/gt_<name>.png            at least 1 and at most 65535; from the true poses
-// Progress is shown. Returns one line that says what was written. Throws Error: a table of views or
-// the directory cannot be used, a camera that is inside of furniture, a full disk; Interrupted.
+// Shows progress. Returns a one-line summary. Throws Error if the table of viewpoints or the
+// directory cannot be used, a camera is inside furniture or a file cannot be written; Interrupted.
 std::string write_capture(const VirtualRoom& room, const CaptureOptions& options);
 
 }  // namespace raywalk::capture

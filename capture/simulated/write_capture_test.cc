@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 
 constexpr PanoramaSize kSize{64, 32};
 
-// Five stations on each of four lines, none of them quite where it was meant to be.
+// Five stations on each of four lines, with jitter.
 VirtualRoomSettings settings() {
   VirtualRoomSettings settings = furnished_room(2);
   settings.grid.spacing_mm = 250.0;
@@ -39,7 +39,7 @@ double largest_difference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_INF);
 }
 
-// The room takes a second to light, so all tests look at one.
+// Lighting a room takes a second, so all tests share one.
 class WriteCaptureTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() { room_ = std::make_unique<const VirtualRoom>(settings()); }
@@ -77,7 +77,7 @@ class WriteCaptureTest : public ::testing::Test {
 
 std::unique_ptr<const VirtualRoom> WriteCaptureTest::room_;
 
-TEST_F(WriteCaptureTest, FramesAreWhatTheSensorSawFromTheTruePoses) {
+TEST_F(WriteCaptureTest, FramesAreRenderedFromTheTruePosesWithSensorNoise) {
   EXPECT_THAT(write(1, 2), HasSubstr("20 panoramas of 64 x 32 on 4 lines, 1 true views, 13"));
   for (const char* name : {"x0_000", "x0_002", "z1_004"}) {
     const RoomStation seen = station(name);
@@ -91,7 +91,7 @@ TEST_F(WriteCaptureTest, FramesAreWhatTheSensorSawFromTheTruePoses) {
   }
 }
 
-TEST_F(WriteCaptureTest, DistancesAreOfTheTruePosesInMillimetres) {
+TEST_F(WriteCaptureTest, DistanceMapsAreFromTheTruePosesInMillimetres) {
   write(1, 2);
   expect_distances("x0_002", station("x0_002").true_pose);
   expect_distances("z1_004", station("z1_004").true_pose);
@@ -113,7 +113,7 @@ TEST_F(WriteCaptureTest, TruthIsExactAndFreeOfNoise) {
   }
 }
 
-TEST_F(WriteCaptureTest, TablesHoldWhereStationsWereMeantToBeAndWhereTheyWere) {
+TEST_F(WriteCaptureTest, TablesHoldNominalAndTruePoses) {
   write(0, 0);
   const std::vector<RoomStation> stations = room_stations(room_->plan(), room_->settings());
   const CsvTable nominal = CsvTable::read(out_ / "poses.csv", {"file", "x", "y", "z"}, {});
@@ -139,7 +139,7 @@ TEST_F(WriteCaptureTest, TablesHoldWhereStationsWereMeantToBeAndWhereTheyWere) {
   }
 }
 
-TEST_F(WriteCaptureTest, CameraOutsideOfTheRoomLeavesNothing) {
+TEST_F(WriteCaptureTest, CameraOutsideTheRoomLeavesNothing) {
   write_file_atomically(directory_ / "views.csv", "name,x,z,y\nabove,0,0,100\n");
   EXPECT_THROW(write_capture(*room_, {.out = out_, .views = directory_ / "views.csv"}), Error);
   EXPECT_EQ(directory_.entries(), 1U) << "the table of views";

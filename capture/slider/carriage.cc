@@ -17,7 +17,7 @@
 namespace raywalk::capture {
 namespace {
 
-// Each sends the command, which has its own retries, and waits for rest.
+// Each sends the command, which has its own retries, and waits for standstill.
 constexpr int kStopAttempts = 2;
 constexpr int kStartReadings = 5;
 
@@ -50,9 +50,9 @@ Carriage::~Carriage() {
   }
 }
 
-// Runs a motion; no way out of here leaves the carriage moving unnoticed.
+// Runs a motion and stops the carriage if it throws, so that it never keeps moving unnoticed.
 template <typename Motion>
-auto Carriage::see_through(const Motion& motion) {
+auto Carriage::supervise(const Motion& motion) {
   may_be_moving_ = true;
   try {
     auto result = motion();
@@ -73,7 +73,7 @@ auto Carriage::see_through(const Motion& motion) {
 
 void Carriage::home() {
   const SliderState start = ready_to_move();
-  see_through([&] {
+  supervise([&] {
     slider_->start_homing();
     HomingWatch watch(slider_->description(), start, rules_, clock_->now());
     for (;;) {
@@ -92,21 +92,21 @@ SettledPosition Carriage::move_to(SafePosition target, const MotionProfile& prof
   const SliderState start = ready_to_move();
   if (!start.homed.value_or(true)) {
     throw DeviceFault(FaultKind::kAlarm, slider_->description() +
-                                             ": the drive has not found home since it was switched "
-                                             "on, so its positions mean nothing; home first");
+                                             ": the drive has not been homed since it was switched "
+                                             "on, so its positions are not valid; home first");
   }
   MotionRules rules = rules_;
   rules.profile = profile;
   latest_profile_ = profile;
-  return see_through([&] {
+  return supervise([&] {
     slider_->start_move(target, profile);
     MotionWatch watch(slider_->description(), start, target.mm(), limits_, rules, clock_->now());
     for (;;) {
       throw_if_interrupted();
       SliderState state = read();
-      if (watch.is_astray(state)) {
+      if (watch.is_off_course(state)) {
         state = read();
-        if (!watch.is_astray(state)) watch.take_outlier();
+        if (!watch.is_off_course(state)) watch.take_outlier();
       }
       watch.take(state, clock_->now());
       if (const auto settled = watch.settled()) return *settled;
@@ -128,7 +128,7 @@ SliderState Carriage::read() {
   return state;
 }
 
-// A motion that an earlier program left behind (killed in mid-move) is stopped first.
+// Stops a motion that another program started, for example one killed during a move.
 SliderState Carriage::ready_to_move() {
   throw_if_interrupted();
   SliderState state = read_start();
@@ -140,8 +140,8 @@ SliderState Carriage::ready_to_move() {
   return state;
 }
 
-// The way is judged from the start, so one damaged reading must not be it: the last of two that
-// agree. A carriage in motion is stopped by the caller and read again.
+// The path is checked from the start position, which must not be a single damaged reading: returns
+// the second of two readings that agree. The caller stops a carriage in motion and reads again.
 SliderState Carriage::read_start() {
   SliderState before = read();
   for (int reading = 1; reading < kStartReadings; ++reading) {
@@ -151,10 +151,11 @@ SliderState Carriage::read_start() {
     if (agree || state.moving.value_or(false)) return state;
     before = state;
   }
-  throw DeviceFault(FaultKind::kFollowingError,
-                    fmt::format("{}: its position jumps while it should be at rest, last at {:.3f} "
-                                "mm; check the encoder and the cable",
-                                slider_->description(), before.position_mm));
+  throw DeviceFault(
+      FaultKind::kFollowingError,
+      fmt::format("{}: the position jumps although the carriage is at rest, last {:.3f} "
+                  "mm; check the encoder and the cable",
+                  slider_->description(), before.position_mm));
 }
 
 Carriage::StopOutcome Carriage::bring_to_rest() {
@@ -177,8 +178,8 @@ Carriage::StopOutcome Carriage::bring_to_rest() {
   return outcome;
 }
 
-// At rest: not reported as moving, and all through a dwell no farther apart than the tolerance lets
-// readings of one place be.
+// At rest: not reported as moving, and readings throughout the dwell spread by no more than twice
+// the settle tolerance.
 bool Carriage::comes_to_rest(double* position_mm) {
   const SteadyTime deadline =
       clock_->now() +
@@ -191,7 +192,7 @@ bool Carriage::comes_to_rest(double* position_mm) {
                         rest.spread_with_mm(state.position_mm) > 2.0 * rules_.settle_tolerance_mm;
     const bool moving = state.moving.value_or(false);
     if (creeps || moving) rest.start_over();
-    if (!moving) rest.good(clock_->now(), state.position_mm);
+    if (!moving) rest.add(clock_->now(), state.position_mm);
     if (rest.is_over()) return true;
     pause();
   }

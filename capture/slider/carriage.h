@@ -1,4 +1,4 @@
-// Moves of the carriage that are seen through to their end, or stopped.
+// Moves of the carriage, each supervised until it has settled or has been stopped.
 #pragma once
 
 #include <functional>
@@ -10,14 +10,15 @@
 
 namespace raywalk::capture {
 
-// When a move counts as done, and what is taken as gone wrong. All positive, settle_ms may be 0.
+// When a move counts as settled and when as failed. All positive; settle_ms may be 0.
 struct MotionRules {
   MotionProfile profile{};
   double settle_tolerance_mm = 0.1;   // feedback within this of the target ...
-  double settle_ms = 300.0;           // ... all through this time
+  double settle_ms = 300.0;           // ... for this long
   double settle_timeout_ms = 5000.0;  // after the move should have ended
-  double following_error_mm = 5.0;    // off the way from start to target, or beyond either
-  double stall_ms = 1000.0;  // without progress by the tolerance, beyond the time that takes
+  double following_error_mm = 5.0;    // allowed outside the path from start to target
+  // Without progress by settle_tolerance_mm, on top of the time that such a step takes.
+  double stall_ms = 1000.0;
   double poll_ms = 10.0;
   double homing_timeout_ms = 120000.0;
 };
@@ -30,21 +31,21 @@ struct SettledPosition {
   SteadyTime settled_at{};
 };
 
-// Owns the right to move. Every call but stop() throws DeviceFault after it has stopped the slider:
-// alarm (also a motor that is not enabled, or a drive that has lost its home), limit switch, stall,
-// following error, timeout, loss of contact; the message says whether the stop was confirmed. It
-// throws Interrupted, after the decelerated stop, when the user asks to stop, and DeviceFault
-// instead where that stop cannot be confirmed. Whatever `watch` throws passes through, after the
-// stop. The destructor stops a motion that was not seen to its end.
+// The only object that moves the slider. On a fault, every call but stop() first stops the slider
+// and then throws DeviceFault: alarm (also a motor that is not enabled, or a drive that is not
+// homed), limit switch, stall, following error, timeout, loss of contact. The message says whether
+// the stop was confirmed. When the user interrupts, the calls decelerate to a stop and throw
+// Interrupted, or DeviceFault if that stop cannot be confirmed. Exceptions of the `watch` callback
+// are rethrown after the stop. The destructor stops an unfinished motion.
 //
-// A single reading is never believed where it would decide something alone: a position off the way
-// has to be read twice in a row, and settling takes at least three good readings.
+// No decision rests on a single reading: a position off the path must be read twice in a row, and
+// settling takes at least three readings at the target.
 class Carriage {
  public:
-  // `watch`, if given, is called with every reading of the feedback, for the journal.
+  // Called with every reading of the feedback, for the journal.
   using Watch = std::function<void(WallTime time, double position_mm)>;
 
-  // Slider and clock have to outlive it.
+  // Slider and clock must outlive it.
   Carriage(Slider* slider, Clock* clock, const SoftLimits& limits, const MotionRules& rules);
   ~Carriage();
   Carriage(const Carriage&) = delete;
@@ -53,11 +54,11 @@ class Carriage {
   const SoftLimits& limits() const { return limits_; }
   void watch(Watch watch) { watch_ = std::move(watch); }
 
-  // Looks for the home switch, which becomes 0 mm; the soft limits count from then on.
+  // Moves to the home switch and sets 0 mm there; positions and soft limits refer to it.
   void home();
-  // Stops a motion that is under way first. Returns when the carriage has settled at the target.
+  // Stops any motion in progress first. Returns when the carriage has settled at the target.
   SettledPosition move_to(SafePosition target);
-  // The same at another speed, for slow passes.
+  // The same with another motion profile, for slow passes.
   SettledPosition move_to(SafePosition target, const MotionProfile& profile);
   // Decelerates and waits for standstill. Throws DeviceFault where standstill is not confirmed.
   void stop();
@@ -66,7 +67,7 @@ class Carriage {
   struct StopOutcome;
 
   template <typename Motion>
-  auto see_through(const Motion& motion);
+  auto supervise(const Motion& motion);
   SliderState read();
   SliderState ready_to_move();
   SliderState read_start();

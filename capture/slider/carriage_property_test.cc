@@ -1,4 +1,4 @@
-// Thousands of moves with random profiles, noise and faults: what Carriage says must be so.
+// Thousands of moves with random profiles, noise and faults: the results of Carriage must be true.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
@@ -17,7 +17,7 @@ constexpr double kRail_mm = 2000.0;
 
 class RandomRig {
  public:
-  // Stops that fail are part of the game and need no log.
+  // Failed stops are expected; no log.
   explicit RandomRig(std::uint64_t seed) : random_(seed) { spdlog::set_level(spdlog::level::off); }
   ~RandomRig() { spdlog::set_level(spdlog::level::info); }
 
@@ -45,7 +45,7 @@ class RandomRig {
     config.noise_mm = chance(0.5) ? rules.settle_tolerance_mm * uniform(0.0, 0.2) : 0.0;
     return config;
   }
-  FakeSliderFault fault(const std::string& kind) {
+  FakeSliderFault fault(SliderFaultKind kind) {
     FakeSliderFault fault;
     fault.kind = kind;
     fault.at_ms = log_uniform(1.0, 20000.0);
@@ -76,7 +76,7 @@ TEST(CarriagePropertyTest, GoodDrivesAlwaysSettleWhereTheyTrulyAre) {
   }
 }
 
-// Single wrong readings, in number and size at random, cost time and nothing else.
+// Single wrong readings, random in number and size, cost only time.
 TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
   RandomRig rig(12);
   for (int i = 0; i < 1500; ++i) {
@@ -85,7 +85,7 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
     FakeSliderConfig config = rig.slider(rules);
     double at_ms = 0.0;
     for (int outlier = 0; outlier < 10; ++outlier) {
-      FakeSliderFault fault = rig.fault("outlier");
+      FakeSliderFault fault = rig.fault(SliderFaultKind::kOutlier);
       at_ms += rig.uniform(2.0, 10.0) * (rules.poll_ms + 60.0);  // never two in a row
       fault.at_ms = at_ms;
       fault.size_mm = (rig.chance(0.5) ? 1.0 : -1.0) * rig.log_uniform(0.01, 1e5);
@@ -100,12 +100,14 @@ TEST(CarriagePropertyTest, OutliersNeverStopAMoveNorSettleItElsewhere) {
   }
 }
 
-// Faults at random moments: either the carriage settles where it should, or it stands, or the
-// message says that it may not.
-TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) {
+// Faults at random moments: the carriage settles at the target, or is at rest, or the message says
+// that the stop is not confirmed.
+TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorUnreportedMotion) {
   RandomRig rig(13);
-  const std::vector<std::string> kinds{"stall",      "ignore",     "alarm", "low-limit",
-                                       "high-limit", "no-contact", "drift", "runaway"};
+  const std::vector<SliderFaultKind> kinds{SliderFaultKind::kStall,     SliderFaultKind::kIgnore,
+                                           SliderFaultKind::kAlarm,     SliderFaultKind::kLowLimit,
+                                           SliderFaultKind::kHighLimit, SliderFaultKind::kNoContact,
+                                           SliderFaultKind::kDrift,     SliderFaultKind::kRunaway};
   int faults = 0;
   for (int i = 0; i < 2000; ++i) {
     ManualClock clock;
@@ -121,9 +123,10 @@ TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) 
     const SafePosition target = rig.target();
     try {
       carriage.move_to(target);
-      // The feedback of a drifting encoder is all that any program can see.
-      const double tolerance = fault.kind == "drift" ? 20.0 : rules.settle_tolerance_mm;
-      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << fault.kind;
+      // A program cannot see the drift of an encoder.
+      const double tolerance =
+          fault.kind == SliderFaultKind::kDrift ? 20.0 : rules.settle_tolerance_mm;
+      ASSERT_NEAR(slider.true_position_mm(), target.mm(), tolerance) << i << name_of(fault.kind);
     } catch (const DeviceFault& error) {
       ++faults;
       const bool said = std::string(error.what()).find("NOT known") != std::string::npos;
@@ -135,7 +138,7 @@ TEST(CarriagePropertyTest, FaultsNeverGiveAWrongPositionNorLeaveItMovingUnsaid) 
   EXPECT_GT(faults, 300);
 }
 
-TEST(CarriagePropertyTest, HomingEndsAtHomeOrSaysNot) {
+TEST(CarriagePropertyTest, HomingEndsAtHomeOrThrows) {
   RandomRig rig(14);
   int homed = 0;
   for (int i = 0; i < 500; ++i) {
@@ -143,7 +146,7 @@ TEST(CarriagePropertyTest, HomingEndsAtHomeOrSaysNot) {
     const MotionRules rules = rig.rules();
     FakeSliderConfig config = rig.slider(rules);
     config.homed = rig.chance(0.5);
-    if (rig.chance(0.3)) config.faults.push_back(rig.fault("stall"));
+    if (rig.chance(0.3)) config.faults.push_back(rig.fault(SliderFaultKind::kStall));
     FakeSlider slider(config, &clock);
     Carriage carriage(&slider, &clock, rig.limits, rules);
     try {

@@ -118,7 +118,7 @@ TEST_F(CarriageTest, DriftOffTheTargetNeverSettles) {
 
 TEST_F(CarriageTest, JumpOfTheFeedbackStops) {
   use("faults: [{kind: drift, at_mm: 10, size_mm: -10000}]");
-  expect_fault(FaultKind::kLimitSwitch, "outside of the soft limits");
+  expect_fault(FaultKind::kLimitSwitch, "outside the soft limits");
 }
 
 TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
@@ -127,7 +127,7 @@ TEST_F(CarriageTest, OneWrongReadingNeitherStopsNorSettles) {
   EXPECT_NEAR(go_to(500.0).measured_mm, 500.0, 0.1);
 }
 
-TEST_F(CarriageTest, WrongReadingInTheDwellStartsItOver) {
+TEST_F(CarriageTest, WrongReadingRestartsTheDwell) {
   use("");
   const double undisturbed = go_to(500.0).settling_ms;
   use("faults: [{kind: outlier, at_ms: 5700, size_mm: 0.5}]");
@@ -136,7 +136,7 @@ TEST_F(CarriageTest, WrongReadingInTheDwellStartsItOver) {
   EXPECT_NEAR(settled.measured_mm, 500.0, 1e-9);
 }
 
-TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftTheWay) {
+TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftThePath) {
   use("faults: [{kind: outlier, at_ms: 0, size_mm: 800}]");
   EXPECT_NEAR(go_to(100.0).measured_mm, 100.0, 0.1);
 }
@@ -144,17 +144,17 @@ TEST_F(CarriageTest, WrongFirstReadingDoesNotShiftTheWay) {
 TEST_F(CarriageTest, SlowDriveTimesOut) {
   rules_.profile = {100.0, 200.0};
   use("most_speed_mm_s: 20");
-  expect_fault(FaultKind::kTimeout, "is not there yet");
+  expect_fault(FaultKind::kTimeout, "has not arrived");
   EXPECT_FALSE(slider_->is_moving());
 }
 
-TEST_F(CarriageTest, LossOfContactIsFollowedByAStopThatIsNotConfirmed) {
+TEST_F(CarriageTest, StopAfterLossOfContactIsNotConfirmed) {
   use("faults: [{kind: no-contact, at_mm: 200}]");
   expect_fault(FaultKind::kNoContact, "NOT known to have stopped: switch the drive off");
 }
 
-TEST_F(CarriageTest, LossOfContactThatComesBackEndsInAConfirmedStop) {
-  // The first stop still fails, the second one is heard.
+TEST_F(CarriageTest, RestoredContactEndsInAConfirmedStop) {
+  // The first stop command fails, the second one arrives.
   class Returning final : public Slider {
    public:
     explicit Returning(FakeSlider* slider) : slider_(slider) {}
@@ -218,10 +218,11 @@ TEST_F(CarriageTest, StopWaitsForStandstill) {
   clock_.sleep(duration_from_ms(1000.0));
   carriage_->stop();
   EXPECT_FALSE(slider_->is_moving());
-  EXPECT_NEAR(slider_->true_position_mm(), 100.0, 1.0);  // 75 mm and the way of the ramp down
+  EXPECT_NEAR(slider_->true_position_mm(), 100.0,
+              1.0);  // 75 mm and the distance of the deceleration
 }
 
-TEST_F(CarriageTest, MotionLeftBehindByAnotherProgramIsStoppedFirst) {
+TEST_F(CarriageTest, MotionStartedByAnotherProgramIsStoppedFirst) {
   use("");
   slider_->start_move(kLimits.require(900.0, "test"), MotionProfile{});
   clock_.sleep(duration_from_ms(2000.0));
@@ -251,7 +252,7 @@ TEST_F(CarriageTest, HomesAgain) {
   EXPECT_NEAR(slider_->true_position_mm(), 0.0, 1e-9);
 }
 
-// The zero of a drive that has just been switched on.
+// A drive that has just been switched on shows 0.
 TEST_F(CarriageTest, ZeroWithoutMotionIsNoHome) {
   use("start_mm: 321\nhomed: false\nreports_flags: false\nfaults: [{kind: ignore, at_ms: 0}]");
   EXPECT_THROW(carriage_->home(), DeviceFault);
@@ -281,7 +282,7 @@ TEST_F(CarriageTest, HomingThatTakesTooLongStops) {
   EXPECT_FALSE(slider_->is_moving());
 }
 
-// In a process of its own: the request to stop stays set for good.
+// In a separate process: the interrupt flag is never cleared.
 TEST_F(CarriageTest, InterruptDeceleratesAndWaitsForStandstill) {
   ::testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

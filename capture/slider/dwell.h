@@ -1,4 +1,4 @@
-// Whether something has held for long enough, by readings that each may be off.
+// Whether a condition has held for long enough, where a single reading may be wrong.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +7,14 @@
 
 namespace raywalk::capture {
 
-// Collects readings while they are good; one that is not starts it over. It is over once the good
-// ones span the time and are at least three: a reading may be a poll old (ModbusLink says how), so
-// fewer could all be of one moment.
+// Collects consecutive good readings; the caller starts over at a bad one. The dwell is over once
+// there are at least three that span `length`. A reading may be one poll old (see ModbusLink), so
+// fewer could all show the same moment.
 class Dwell {
  public:
   explicit Dwell(Duration length) : length_(length) {}
 
-  void good(SteadyTime time, double position_mm) {
+  void add(SteadyTime time, double position_mm) {
     if (readings_ == 0) {
       since_ = time;
       low_mm_ = high_mm_ = position_mm;
@@ -27,17 +27,17 @@ class Dwell {
   }
   void start_over() { *this = Dwell(length_); }
 
-  bool is_over() const { return readings_ >= kLeastReadings && latest_ - since_ >= length_; }
+  bool is_over() const { return readings_ >= kMinReadings && latest_ - since_ >= length_; }
   bool is_empty() const { return readings_ == 0; }
-  // Of a dwell that is not empty.
+  // The dwell must not be empty.
   double mean_mm() const { return sum_mm_ / readings_; }
-  // How far apart the readings would be with this one among them.
+  // The range of the readings including this one. The dwell must not be empty.
   double spread_with_mm(double position_mm) const {
     return std::max(high_mm_, position_mm) - std::min(low_mm_, position_mm);
   }
 
  private:
-  static constexpr int kLeastReadings = 3;
+  static constexpr int kMinReadings = 3;
 
   Duration length_;
   SteadyTime since_{};

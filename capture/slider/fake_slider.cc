@@ -34,8 +34,8 @@ SliderState FakeSlider::read_state() {
   state.homed = homed_;
   state.moving = moving;
   state.in_position = !moving;
-  state.at_low_limit = active("low-limit") != nullptr;
-  state.at_high_limit = active("high-limit") != nullptr;
+  state.at_low_limit = active(SliderFaultKind::kLowLimit) != nullptr;
+  state.at_high_limit = active(SliderFaultKind::kHighLimit) != nullptr;
   return state;
 }
 
@@ -58,7 +58,7 @@ void FakeSlider::stop() {
   advance();
   require_contact();
   ++stops_;
-  if (active("runaway") != nullptr) return;
+  if (active(SliderFaultKind::kRunaway) != nullptr) return;
   const double speed = blocked_ ? 0.0 : speed_mm_s();
   const double from_mm = motor_mm();
   blocked_ = false;
@@ -89,7 +89,7 @@ bool FakeSlider::is_moving() {
 }
 
 void FakeSlider::begin(double target_mm, const MotionProfile& profile, bool finds_home) {
-  if (alarm_ || active("ignore") != nullptr) return;
+  if (alarm_ || active(SliderFaultKind::kIgnore) != nullptr) return;
   const double from_mm = motor_mm();
   profile_ = {std::min(profile.speed_mm_s, config_.most_speed_mm_s),
               std::min(profile.acceleration_mm_s2, config_.most_acceleration_mm_s2)};
@@ -102,7 +102,7 @@ void FakeSlider::begin(double target_mm, const MotionProfile& profile, bool find
 
 void FakeSlider::advance() {
   advance_faults();
-  if (active("stall") != nullptr && !motion_is_over()) {
+  if (active(SliderFaultKind::kStall) != nullptr && !motion_is_over()) {
     freeze();
     blocked_ = true;
   }
@@ -126,7 +126,7 @@ void FakeSlider::advance_faults() {
                         fault.what.at_mm <= std::max(before_mm, here_mm);
     if (!on_time && !passed) continue;
     fault.since = clock_->now();
-    if (fault.what.kind == "alarm") {
+    if (fault.what.kind == SliderFaultKind::kAlarm) {
       alarm_ = true;
       freeze();
     }
@@ -153,7 +153,7 @@ bool FakeSlider::motion_is_over() const {
          motion_.way.duration_ms();
 }
 
-const FakeSlider::Fault* FakeSlider::active(std::string_view kind) const {
+const FakeSlider::Fault* FakeSlider::active(SliderFaultKind kind) const {
   for (const Fault& fault : faults_) {
     if (!fault.since || fault.spent || fault.what.kind != kind) continue;
     const bool lasts = fault.what.for_ms == 0.0 ||
@@ -164,7 +164,7 @@ const FakeSlider::Fault* FakeSlider::active(std::string_view kind) const {
 }
 
 void FakeSlider::require_contact() const {
-  if (active("no-contact") == nullptr) return;
+  if (active(SliderFaultKind::kNoContact) == nullptr) return;
   throw DeviceFault(FaultKind::kNoContact, "fake slider does not answer; check its cable");
 }
 
@@ -175,10 +175,10 @@ double FakeSlider::feedback_mm() {
   }
   for (Fault& fault : faults_) {
     if (!fault.since || fault.spent) continue;
-    if (fault.what.kind == "outlier") {
+    if (fault.what.kind == SliderFaultKind::kOutlier) {
       feedback += fault.what.size_mm;
       fault.spent = true;
-    } else if (fault.what.kind == "drift") {
+    } else if (fault.what.kind == SliderFaultKind::kDrift) {
       feedback += fault.what.size_mm * ms_from_duration(clock_->now() - *fault.since) / 1000.0;
     }
   }

@@ -1,6 +1,6 @@
-// A slider without hardware, for tests of what stands above the Slider interface. It moves by a
-// clock, usually a ManualClock, and goes wrong as its configuration says. The whole drive behind
-// its real protocol is capture/simulated/rig.
+// A slider without hardware, for tests of code that uses the Slider interface. It moves by a clock,
+// usually a ManualClock, and fails as configured. capture/simulated/rig simulates a whole drive
+// with its protocol.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,20 @@
 
 namespace raywalk::capture {
 
-// Not thread-safe. A command in mid-motion starts from rest where the carriage is.
+// Not thread-safe. A command during a motion starts from rest at the current position.
 class FakeSlider final : public Slider {
  public:
   FakeSlider(const FakeSliderConfig& config, Clock* clock);
 
   std::string description() const override { return "fake slider"; }
-  // kNoContact during such a fault, as do all commands.
+  // Like all commands, throws kNoContact during such a fault.
   SliderState read_state() override;
   void start_homing() override;
   void start_move(SafePosition target, const MotionProfile& profile) override;
   void stop() override;
   void reset_alarm() override;
 
-  // What a test can see and the program cannot.
+  // The truth, which only tests see.
   double true_position_mm();
   bool is_moving();
   int moves_commanded() const { return moves_; }
@@ -61,7 +61,7 @@ class FakeSlider final : public Slider {
   double motor_mm() const;
   double speed_mm_s() const;
   bool motion_is_over() const;
-  const Fault* active(std::string_view kind) const;
+  const Fault* active(SliderFaultKind kind) const;
   void require_contact() const;
   double feedback_mm();
 

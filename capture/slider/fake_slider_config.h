@@ -1,4 +1,4 @@
-// A slider that exists only in tests, as YAML describes it.
+// Configuration of the fake slider of tests, from YAML.
 #pragma once
 
 #include <string>
@@ -7,28 +7,39 @@
 
 namespace raywalk::capture {
 
-// Something that goes wrong once a time is reached or a position passed, whichever is set.
+enum class SliderFaultKind {
+  kStall,      // the carriage stays in place, the drive still reports a motion
+  kIgnore,     // commands other than stop have no effect
+  kAlarm,      // stops at once, until reset
+  kLowLimit,   // the switch closes
+  kHighLimit,  // the switch closes
+  kNoContact,  // every call fails, the carriage keeps moving
+  kOutlier,    // one reading is off by size_mm
+  kDrift,      // the feedback creeps by size_mm per second
+  kRunaway,    // stop has no effect
+};
+
+// "stall", "low-limit", ...
+std::string_view name_of(SliderFaultKind kind);
+
+// A fault that begins once a time is reached or a position passed, whichever is set.
 struct FakeSliderFault {
-  // stall: the carriage stays where it is, the drive goes on reporting a motion. ignore: commands
-  // but stop have no effect. alarm: stops at once, until reset. low-limit, high-limit: the switch
-  // closes. no-contact: every call fails, the carriage goes on. outlier: one reading is off by
-  // size_mm. drift: the feedback creeps by size_mm per second. runaway: stop has no effect.
-  std::string kind = "stall";
+  SliderFaultKind kind = SliderFaultKind::kStall;
   double at_ms = -1.0;    // of the clock, after construction; -1: no time
   double at_mm = -1.0e9;  // when the carriage first passes it; -1e9: no position
-  double for_ms = 0.0;    // 0: for ever
+  double for_ms = 0.0;    // 0: without end
   double size_mm = 0.0;
 };
 
 struct FakeSliderConfig {
-  double most_speed_mm_s = 1e6;  // of the motor, whatever a command says
+  double most_speed_mm_s = 1e6;  // limit of the motor for every command
   double most_acceleration_mm_s2 = 1e6;
-  double backlash_mm = 0.0;  // the carriage lags behind the feedback by this on its way down
+  double backlash_mm = 0.0;  // lag of the carriage behind the feedback in downward motion
   double noise_mm = 0.0;     // standard deviation of the feedback
   int seed = 1;
-  double start_mm = 0.0;  // where the carriage stands at first, from the home switch
+  double start_mm = 0.0;  // initial position of the carriage, from the home switch
   bool homed = true;
-  bool reports_flags = true;  // whether the drive tells moving, homed, in position and so on
+  bool reports_flags = true;  // whether the drive reports moving, homed, in position, ...
   int alarm_code = 17;
   std::vector<FakeSliderFault> faults;
 };

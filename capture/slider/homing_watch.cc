@@ -16,8 +16,7 @@ double dwell_ms(const SliderState& state, const MotionRules& rules) {
   return state.homed ? rules.settle_ms : std::max(rules.settle_ms, rules.stall_ms);
 }
 
-// One that stands at home, without a flag for it, is not to be taken for stalled before its dwell
-// is over.
+// Longer than the dwell, so that a drive at home without a home flag is not reported as stalled.
 double stall_ms(const SliderState& state, const MotionRules& rules) {
   return dwell_ms(state, rules) + rules.stall_ms;
 }
@@ -62,17 +61,17 @@ void HomingWatch::follow_dwell(const SliderState& state, SteadyTime now) {
   const bool creeps = !dwell_.is_empty() &&
                       dwell_.spread_with_mm(state.position_mm) > 2.0 * rules_.settle_tolerance_mm;
   if (!at_home || creeps) dwell_.start_over();
-  if (at_home) dwell_.good(now, state.position_mm);
+  if (at_home) dwell_.add(now, state.position_mm);
 }
 
 void HomingWatch::fail_at_rest(const SliderState& state) const {
   const char* remedy = state.homed || has_moved_
-                           ? "look at the home switch and for what holds the carriage"
-                           : "look for what holds the carriage, or, where it stands on its home "
-                             "switch and the drive reports no home, jog it away first";
+                           ? "check the home switch and what blocks the carriage"
+                           : "check what blocks the carriage; if it is on its home switch and the "
+                             "drive has no home flag, jog it away first";
   throw DeviceFault(FaultKind::kStall,
-                    fmt::format("{}: stands still at {:.3f} mm without having found home; {}",
-                                slider_, state.position_mm, remedy));
+                    fmt::format("{}: at rest at {:.3f} mm without having found home; {}", slider_,
+                                state.position_mm, remedy));
 }
 
 }  // namespace raywalk::capture

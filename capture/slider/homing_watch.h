@@ -1,4 +1,4 @@
-// Judges the readings while the drive looks for its home switch.
+// Supervises homing: checks the readings while the drive searches for its home switch.
 #pragma once
 
 #include <string>
@@ -10,19 +10,19 @@
 
 namespace raywalk::capture {
 
-// Positions mean nothing until home has been found, and limit switches may serve as home switch, so
-// neither is judged here.
+// Positions are not valid before home is found, and a limit switch may serve as home switch, so
+// neither is checked here.
 class HomingWatch {
  public:
   HomingWatch(std::string slider, const SliderState& start, const MotionRules& rules,
               SteadyTime now);
 
-  // Throws DeviceFault: kAlarm, kStall (stands still, away from home), kTimeout.
+  // Takes one reading. Throws DeviceFault: kAlarm, kStall (at rest away from home), kTimeout.
   void take(const SliderState& state, SteadyTime now);
-  // Once the drive reports home, neither moves nor creeps, and its position is 0 within the
-  // following error, all through the dwell. The zero of a drive that has just been switched on is
-  // no home; so one that does not report home must have been seen to go farther than the following
-  // error, and has to stand at 0 within the tolerance for the stall time.
+  // True once the drive has, throughout the dwell, reported home, been at rest and shown position 0
+  // within the following error. A drive that has just been switched on also shows 0. So a drive
+  // without a home flag must have moved farther than the following error, and then stay at 0 within
+  // the tolerance for the stall time.
   bool is_home() const { return dwell_.is_over(); }
 
  private:

@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <stdexcept>
 
 #include "capture/base/device_fault.h"
 #include "capture/slider/quiet_line.h"
@@ -14,22 +15,30 @@
 namespace raywalk::capture {
 namespace {
 
-// Those that libmodbus 3.1.6 sets. Any other it turns into 9600 without a word.
+// The rates that libmodbus 3.1.6 supports. It silently replaces any other by 9600.
 constexpr std::array kBaudRates{
     300,    600,    1200,   2400,   4800,    9600,    19200,   38400,   57600,   115200,  230400,
     460800, 500000, 576000, 921600, 1000000, 1152000, 1500000, 2500000, 3000000, 3500000, 4000000};
 // 0 is for broadcasts, 248 to 255 are reserved (Modbus over serial line 1.02, 2.2); TCP devices
-// that are no gateways answer to 255 (Modbus messaging on TCP 1.0b, 4.4.2.1).
+// other than gateways answer to 255 (Modbus messaging on TCP 1.0b, 4.4.2.1).
 constexpr int kLastUnit = 247;
-// Exception 8 ("memory parity error") is how Leadshine's drives answer a request whose check sum is
-// wrong (CS2RS manual, 4.4.1): damaged on its way, and not carried out.
+// Exception 8 ("memory parity error"): Leadshine's drives answer so to a request with a wrong
+// checksum (CS2RS manual, 4.4.1), which they have not executed.
 constexpr int kDamagedRequest = EMBXMEMPAR;
-// Bytes keep coming for this many reply times: something else talks on the line.
+// The line must become silent within this many reply times.
 constexpr int kPatienceInReplyTimes = 4;
 
-char parity_letter(const std::string& parity) {
-  if (parity == "even") return 'E';
-  return parity == "odd" ? 'O' : 'N';
+// As modbus_new_rtu takes it.
+char parity_letter(SerialParity parity) {
+  switch (parity) {
+    case SerialParity::kNone:
+      return 'N';
+    case SerialParity::kEven:
+      return 'E';
+    case SerialParity::kOdd:
+      return 'O';
+  }
+  throw std::logic_error("unknown parity");
 }
 
 struct Timeout {
@@ -44,7 +53,7 @@ Timeout timeout_from_ms(double ms) {
 }
 
 modbus_t* new_context(const SliderConfig& config) {
-  if (config.connection == "tcp") {
+  if (config.connection == SliderConnection::kTcp) {
     return modbus_new_tcp_pi(config.host.c_str(), std::to_string(config.port).c_str());
   }
   return modbus_new_rtu(config.device.c_str(), config.baud, parity_letter(config.parity), 8,
@@ -64,7 +73,7 @@ ExchangeOutcome outcome_of(int error) {
     case EMBXGPATH:
       return ExchangeOutcome::kRefused;
     case ETIMEDOUT:
-    case EMBXACK:   // accepted, and perhaps carried out later
+    case EMBXACK:   // accepted, perhaps executed later
     case EMBXGTAR:  // a gateway got no answer
     case EMBBADCRC:
     case EMBBADDATA:
@@ -74,7 +83,7 @@ ExchangeOutcome outcome_of(int error) {
     case EMBBADSLAVE:
       return ExchangeOutcome::kUnanswered;
     default:
-      return ExchangeOutcome::kBroken;  // EIO of a line hung up, ECONNRESET, EPIPE, ...
+      return ExchangeOutcome::kBroken;  // EIO after a hang-up, ECONNRESET, EPIPE, ...
   }
 }
 
@@ -85,34 +94,28 @@ Exchange exchange_of(int result, std::size_t words) {
 }
 
 std::string how_to_reach(const SliderConfig& config) {
-  return config.connection == "tcp" ? fmt::format("{}:{}", config.host, config.port)
-                                    : config.device;
+  return config.connection == SliderConnection::kTcp
+             ? fmt::format("{}:{}", config.host, config.port)
+             : config.device;
 }
 
 }  // namespace
 
 void check_connection_settings(const SliderConfig& config) {
-  const bool device_itself = config.connection == "tcp" && config.unit == MODBUS_TCP_SLAVE;
+  const bool device_itself =
+      config.connection == SliderConnection::kTcp && config.unit == MODBUS_TCP_SLAVE;
   if ((config.unit < 1 || config.unit > kLastUnit) && !device_itself) {
     throw UsageError(fmt::format("slider.unit is {}; Modbus units are 1 to {}, and on TCP also {}",
                                  config.unit, kLastUnit, MODBUS_TCP_SLAVE));
   }
-  if (config.connection == "tcp") {
+  if (config.connection == SliderConnection::kTcp) {
     if (config.host.empty()) throw UsageError("slider.host is missing; a tcp slider needs it");
     return;
-  }
-  if (config.connection != "rtu") {
-    throw UsageError("slider.connection is " + excerpt(config.connection) +
-                     "; it must be rtu or tcp");
   }
   if (config.device.empty()) throw UsageError("slider.device is missing; an rtu slider needs it");
   if (std::find(kBaudRates.begin(), kBaudRates.end(), config.baud) == kBaudRates.end()) {
     throw UsageError(fmt::format("slider.baud is {}; known rates are {}", config.baud,
                                  fmt::join(kBaudRates, ", ")));
-  }
-  if (config.parity != "none" && config.parity != "even" && config.parity != "odd") {
-    throw UsageError("slider.parity is " + excerpt(config.parity) +
-                     "; it must be none, even or odd");
   }
   if (config.stop_bits != 1 && config.stop_bits != 2) {
     throw UsageError(fmt::format("slider.stop_bits is {}; it must be 1 or 2", config.stop_bits));
@@ -127,7 +130,7 @@ void ModbusConnection::Free::operator()(modbus_t* context) const {
 ModbusConnection::ModbusConnection(const SliderConfig& config)
     : reply_time_(duration_from_ms(std::max(config.response_timeout_ms, config.byte_timeout_ms))) {
   check_connection_settings(config);
-  if (config.connection == "rtu") {
+  if (config.connection == SliderConnection::kRtu) {
     lock_.emplace(config.device);
     frame_gap_ = frame_gap(config.baud);
   }
@@ -147,8 +150,8 @@ void ModbusConnection::set_timeouts(const SliderConfig& config) {
   const Timeout byte = timeout_from_ms(config.byte_timeout_ms);
   modbus_set_response_timeout(context_.get(), response.seconds, response.microseconds);
   modbus_set_byte_timeout(context_.get(), byte.seconds, byte.microseconds);
-  // MODBUS_ERROR_RECOVERY_LINK never returns from a terminal that has hung up (libmodbus issues 39
-  // and 217); what it would do is done here.
+  // MODBUS_ERROR_RECOVERY_LINK never returns after a terminal has hung up (libmodbus issues 39 and
+  // 217); recover() replaces it.
   modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
 }
 
@@ -169,7 +172,7 @@ void ModbusConnection::switch_to_rs485(const std::string& device) {
   if (modbus_rtu_set_serial_mode(context_.get(), MODBUS_RTU_RS485) != 0) {
     throw DeviceFault(FaultKind::kNoContact,
                       fmt::format("{} cannot switch an RS-485 driver ({}); leave slider.rs485 out "
-                                  "where the adapter switches by itself",
+                                  "if the adapter switches by itself",
                                   device, modbus_strerror(errno)));
   }
 }
@@ -196,19 +199,19 @@ Exchange ModbusConnection::before_request() {
     case LineState::kQuiet:
       return {};
     case LineState::kNeverQuiet:
-      return {ExchangeOutcome::kUnanswered, "something else talks on the line without a pause"};
+      return {ExchangeOutcome::kUnanswered, "another device sends on the line without a pause"};
     case LineState::kGone:
       break;
   }
   return {ExchangeOutcome::kBroken, "the other end has closed the connection"};
 }
 
-// On RTU nothing says which request a reply belongs to, and what is still under way must not be
-// taken for the next answer: the line has to be silent for as long as a reply may take. A reply
-// later than twice that can still be mistaken for one to a request of the same shape; Carriage
-// believes a position only after several readings in a row.
-// TCP numbers its requests, but after a reply with a wrong number libmodbus 3.1.6 has left the rest
-// of the stream out of step, also after a flush: only a new connection helps.
+// RTU replies do not name their request, so a late reply could be taken for the next one: waits
+// until the line has been silent for as long as a reply may take. A reply later than twice that can
+// still be taken for the reply to a request of the same shape; therefore Carriage acts on a
+// position only after several consecutive readings. TCP numbers its requests, but after a reply
+// with a wrong number libmodbus 3.1.6 stays out of sync with the stream, even after a flush: only a
+// new connection helps.
 bool ModbusConnection::recover(ExchangeOutcome outcome) {
   if (outcome == ExchangeOutcome::kBroken) return false;
   const bool answered = outcome != ExchangeOutcome::kUnanswered;

@@ -1,4 +1,4 @@
-// One open connection to a Modbus device, over a serial line (RTU) or TCP, by libmodbus.
+// An open connection to a Modbus device over a serial line (RTU) or TCP, through libmodbus.
 #pragma once
 
 #include <modbus/modbus.h>
@@ -19,37 +19,37 @@ namespace raywalk::capture {
 
 enum class ExchangeOutcome {
   kDone,
-  kUnanswered,  // nothing, or something damaged, came back in time
-  kBroken,      // the connection is gone
-  kBusy,        // the device asks to try again: it has not carried the request out
-  kRefused      // the device will not do that
+  kUnanswered,  // no reply or only a damaged one before the timeout
+  kBroken,      // the connection is lost
+  kBusy,        // the device did not execute the request and asks to repeat it
+  kRefused      // the device rejects the request
 };
 
 struct Exchange {
   ExchangeOutcome outcome = ExchangeOutcome::kDone;
-  std::string reason{};  // of all but kDone, in words
+  std::string reason{};  // for people; empty for kDone
 };
 
-// Throws UsageError for settings that no connection can have: a baud rate that libmodbus does not
-// know (it would quietly take 9600 instead), a parity, a unit or a connection that does not exist.
+// Throws UsageError for impossible settings: no device or host, a baud rate that libmodbus does not
+// know (it would silently use 9600), an invalid unit or number of stop bits.
 void check_connection_settings(const SliderConfig& config);
 
 class ModbusConnection {
  public:
-  // Opens it. Throws DeviceFault kNoContact, saying what to check.
+  // Opens the connection. Throws UsageError as above, and DeviceFault kNoContact.
   explicit ModbusConnection(const SliderConfig& config);
   ~ModbusConnection();
   ModbusConnection(const ModbusConnection&) = delete;
   ModbusConnection& operator=(const ModbusConnection&) = delete;
 
-  // One request each, sent once. `words` has its final size on entry.
+  // Sends one request, once. `words` of a read has one element per register.
   Exchange read(RegisterKind kind, int address, std::span<std::uint16_t> words);
   Exchange write(int address, std::span<const std::uint16_t> words);
 
-  // Waits until the line is free for a request: for a frame gap (RTU) nothing must come in.
+  // Waits until a request may be sent: on RTU after a frame gap of silence.
   Exchange before_request();
-  // After an exchange that went wrong: waits until no reply can be under way any more. False where
-  // that cannot be known, and the connection has to be opened anew.
+  // After a failed exchange: waits until no reply can arrive any more. False if that cannot be
+  // ensured; the connection must then be reopened.
   bool recover(ExchangeOutcome outcome);
 
  private:
@@ -61,10 +61,10 @@ class ModbusConnection {
   void connect(const SliderConfig& config);
   void switch_to_rs485(const std::string& device);
 
-  std::optional<PortLock> lock_;  // of a serial port; held longer than libmodbus's own descriptor
+  std::optional<PortLock> lock_;  // of a serial port; outlives libmodbus's own descriptor
   std::unique_ptr<modbus_t, Free> context_;
   Duration frame_gap_{0};
-  Duration reply_time_{0};  // a reply that has not come by then has been lost
+  Duration reply_time_{0};  // a reply later than this counts as lost
 };
 
 }  // namespace raywalk::capture

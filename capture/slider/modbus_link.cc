@@ -9,8 +9,8 @@
 namespace raywalk::capture {
 namespace {
 
-// Doubles with each failure in a row: an adapter that was plugged in again takes about a second
-// until udev has given it its name, a drive that says it is busy a few milliseconds.
+// Doubles with each consecutive failure: a busy drive needs a few milliseconds, a replugged adapter
+// about a second until udev has created its name.
 constexpr double kFirstPause_ms = 100.0;
 
 }  // namespace
@@ -20,7 +20,7 @@ ModbusLink::ModbusLink(const SliderConfig& config, Clock* clock) : config_(confi
 }
 
 std::string ModbusLink::description() const {
-  return config_.connection == "tcp"
+  return config_.connection == SliderConnection::kTcp
              ? fmt::format("unit {} at {}:{}", config_.unit, config_.host, config_.port)
              : fmt::format("unit {} at {}", config_.unit, config_.device);
 }
@@ -89,7 +89,8 @@ void ModbusLink::require_not_refused(const Exchange& exchange, int address) cons
 void ModbusLink::fail_without_contact(const Attempt& last) const {
   const std::string& reason = last.exchange.reason;
   if (!last.opened) throw DeviceFault(FaultKind::kNoContact, reason);
-  const char* settings = config_.connection == "tcp" ? "unit" : "unit, baud rate and parity";
+  const char* settings =
+      config_.connection == SliderConnection::kTcp ? "unit" : "unit, baud rate and parity";
   throw DeviceFault(FaultKind::kNoContact,
                     fmt::format("{} does not answer ({}; tries: {}); check the drive's power, its "
                                 "cable, {}",

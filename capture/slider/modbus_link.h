@@ -1,5 +1,5 @@
-// Requests to a Modbus device that outlast what goes wrong on a line: late, lost, damaged and
-// doubled replies, unplugged adapters, reset connections.
+// Requests to a Modbus device that survive faults of the line: late, lost, damaged and duplicated
+// replies, unplugged adapters, reset connections.
 #pragma once
 
 #include <functional>
@@ -14,20 +14,19 @@
 
 namespace raywalk::capture {
 
-// A reply is never taken for one to another request, as far as the protocol lets that be told:
-//  - before each request, what has come in is dropped, and the line has been silent for a frame
-//    gap; so a reply that came twice is gone by then;
-//  - after a request without a whole answer, RTU waits until the line has been silent for as long
+// A reply is not taken for the reply to another request, as far as the protocol allows:
+//  - before each request, received bytes are dropped and the line has been silent for a frame gap,
+//    which removes duplicated replies;
+//  - after a request without a complete reply, RTU waits until the line has been silent for as long
 //    as a reply may take, and TCP opens a new connection;
-//  - a second copy of the last reply that comes in between a request and its answer is refused by
-//    its shape (unit, function and length; on TCP also its number) unless both requests have the
-//    same. Then it is one request old: a position from one poll ago, a status from one poll ago.
-//    So ModbusSlider reads status and position in one request where the drive lets it, and Carriage
-//    takes no single reading for the truth.
+//  - a duplicate of the last reply that arrives between a request and its reply is rejected by its
+//    shape (unit, function and length; on TCP also its number), unless both requests have the same
+//    shape. In that case the reading is one poll old. So ModbusSlider reads status and position in
+//    one request where the drive allows it, and Carriage does not act on a single reading.
 class ModbusLink final : public RegisterLink {
  public:
-  // Opens nothing yet. Throws UsageError for settings that no connection can have. The clock has to
-  // outlive it; pauses before opening anew pass on it.
+  // Opens no connection yet. Throws UsageError as check_connection_settings. Pauses before a
+  // connection is reopened use the clock, which must outlive the link.
   ModbusLink(const SliderConfig& config, Clock* clock);
 
   std::string description() const override;
@@ -36,7 +35,7 @@ class ModbusLink final : public RegisterLink {
   bool write(int address, std::span<const std::uint16_t> words) override;
 
  private:
-  // How far a request got, and how it ended.
+  // How far a request got and its outcome.
   struct Attempt {
     bool opened = false;
     bool sent = false;

@@ -31,7 +31,7 @@ TestModbusPeer::Script honest() {
 
 SliderConfig config_for(const TestModbusPeer& peer, int timeout_ms = kTimeout_ms) {
   SliderConfig config;
-  config.connection = peer.port() > 0 ? "tcp" : "rtu";
+  config.connection = peer.port() > 0 ? SliderConnection::kTcp : SliderConnection::kRtu;
   config.device = peer.device();
   config.host = "127.0.0.1";
   config.port = peer.port();
@@ -40,7 +40,7 @@ SliderConfig config_for(const TestModbusPeer& peer, int timeout_ms = kTimeout_ms
   return config;
 }
 
-// What has to hold on either kind of line.
+// Tests of both kinds of line.
 class ModbusLinkTest : public ::testing::TestWithParam<Line> {
  protected:
   void use(const TestModbusPeer::Script& script, int timeout_ms = kTimeout_ms) {
@@ -48,7 +48,7 @@ class ModbusLinkTest : public ::testing::TestWithParam<Line> {
     for (int i = 0; i < 100; ++i) peer_->set(i, static_cast<std::uint16_t>(1000 + i));
     link_.emplace(config_for(*peer_, timeout_ms), &clock_);
   }
-  // Every reading is that of its own address, whatever the script did to the one before.
+  // Every reading has the value of its address, whatever happened to the previous reply.
   void expect_right_readings(int readings) {
     for (int i = 0; i < readings; ++i) {
       EXPECT_THAT(link_->read(RegisterKind::kHolding, i, 1), ElementsAre(1000 + i));
@@ -71,27 +71,27 @@ TEST_P(ModbusLinkTest, ReadsAndWrites) {
   EXPECT_EQ(link_->openings(), 1);
 }
 
-TEST_P(ModbusLinkTest, LostRepliesAreAskedForAgain) {
+TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterLostReplies) {
   use([](int n, const Bytes& reply) { return n % 3 == 1 ? Replies{} : Replies{{0, reply}}; });
   expect_right_readings(8);
 }
 
-// After a timeout the late reply is still to come; libmodbus alone takes it for the next answer.
-TEST_P(ModbusLinkTest, LateRepliesAreNotTakenForTheNextAnswer) {
+// After a timeout the late reply is still pending; libmodbus alone takes it for the next reply.
+TEST_P(ModbusLinkTest, LateRepliesAreNotTakenForTheNextReply) {
   use([](int n, const Bytes& reply) {
     return Replies{{n % 3 == 1 ? kTimeout_ms * 3 / 2 : 0, reply}};
   });
   expect_right_readings(8);
 }
 
-TEST_P(ModbusLinkTest, RepliesThatCameTwiceAreDropped) {
+TEST_P(ModbusLinkTest, DuplicatedRepliesAreDropped) {
   use([](int n, const Bytes& reply) {
     return n % 2 == 0 ? Replies{{0, reply}, {0, reply}} : Replies{{0, reply}};
   });
   expect_right_readings(10);
 }
 
-TEST_P(ModbusLinkTest, RepliesCutShortAreAskedForAgain) {
+TEST_P(ModbusLinkTest, RequestsAreRepeatedAfterTruncatedReplies) {
   use([](int n, Bytes reply) {
     if (n % 3 == 1) reply.resize(reply.size() - 3);
     return Replies{{0, reply}};
@@ -101,7 +101,7 @@ TEST_P(ModbusLinkTest, RepliesCutShortAreAskedForAgain) {
 
 TEST_P(ModbusLinkTest, AnswersOfAnotherShapeAreRefused) {
   use([this](int n, const Bytes& reply) {
-    // Two words where one was asked for, with a right frame around them.
+    // Two words instead of one, in a valid frame.
     const Bytes wrong = peer_->framed({1, 3, 4, 9, 9, 9, 9}, reply);
     return n % 3 == 1 ? Replies{{0, wrong}} : Replies{{0, reply}};
   });
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, ModbusLinkTest, ::testing::Values(Line::kSerial,
                            return test.param == Line::kSerial ? "Serial" : "Tcp";
                          });
 
-TEST(ModbusSerialLinkTest, DamagedRepliesAreAskedForAgain) {
+TEST(ModbusSerialLinkTest, RequestsAreRepeatedAfterDamagedReplies) {
   TestModbusPeer peer(Line::kSerial, [](int n, Bytes reply) {
     if (n % 3 == 1) reply[4] ^= 0x10;
     return Replies{{0, reply}};
@@ -184,7 +184,7 @@ TEST(ModbusSerialLinkTest, HungUpLineEndsInAFaultThatNamesThePort) {
   });
 }
 
-TEST(ModbusSerialLinkTest, AdapterThatComesBackUnderItsNameIsFoundAgain) {
+TEST(ModbusSerialLinkTest, ReconnectsToARepluggedAdapterOfTheSameName) {
   const TestDirectory directory;
   const auto by_id = directory / "usb-adapter";
   std::optional<TestModbusPeer> peer(std::in_place, Line::kSerial, honest());
@@ -204,7 +204,7 @@ TEST(ModbusSerialLinkTest, AdapterThatComesBackUnderItsNameIsFoundAgain) {
   EXPECT_EQ(link.openings(), 2);
 }
 
-TEST(ModbusSerialLinkTest, SecondProgramOnThePortGetsOneClearLine) {
+TEST(ModbusSerialLinkTest, SecondProgramOnThePortIsRefused) {
   TestModbusPeer peer(Line::kSerial, honest());
   SystemClock clock;
   ModbusLink first(config_for(peer), &clock);
@@ -225,10 +225,11 @@ TEST(ModbusSerialLinkTest, PortIsFreeAgainAfterUse) {
 
 TEST(ModbusSerialLinkTest, PortsThatCannotBeOpenedSayWhatToDo) {
   const TestDirectory directory;
-  expect_fault(FaultKind::kNoContact, "is not there; plug the adapter in",
+  expect_fault(FaultKind::kNoContact, "does not exist; plug in the adapter",
                [&] { PortLock(directory / "ttyUSB0"); });
   write_file_atomically(directory / "file", "x");
-  expect_fault(FaultKind::kNoContact, "is no serial port", [&] { PortLock(directory / "file"); });
+  expect_fault(FaultKind::kNoContact, "is not a serial port",
+               [&] { PortLock(directory / "file"); });
 }
 
 TEST(ModbusSerialLinkTest, Rs485OnAPortWithoutItIsAnError) {
@@ -256,7 +257,7 @@ TEST(ModbusTcpLinkTest, ClosedConnectionIsOpenedAgainBeforeAWrite) {
 TEST(ModbusTcpLinkTest, NobodyListeningIsReported) {
   SystemClock clock;
   SliderConfig config;
-  config.connection = "tcp";
+  config.connection = SliderConnection::kTcp;
   config.host = "127.0.0.1";
   config.port = 1;
   config.tries = 1;
@@ -276,14 +277,12 @@ TEST(ModbusLinkSettingsTest, ImpossibleSettingsAreRefused) {
     EXPECT_THROW(ModbusLink(config, &clock), UsageError);
   };
   refused([](SliderConfig* config) { config->baud = 250000; });
-  refused([](SliderConfig* config) { config->parity = "mark"; });
   refused([](SliderConfig* config) { config->stop_bits = 3; });
   refused([](SliderConfig* config) { config->unit = 0; });
   refused([](SliderConfig* config) { config->unit = 255; });
   refused([](SliderConfig* config) { config->device = ""; });
-  refused([](SliderConfig* config) { config->connection = "usb"; });
-  refused([](SliderConfig* config) { config->connection = "tcp"; });
-  good.connection = "tcp";
+  refused([](SliderConfig* config) { config->connection = SliderConnection::kTcp; });
+  good.connection = SliderConnection::kTcp;
   good.host = "drive.local";
   good.unit = 255;
   EXPECT_NO_THROW(ModbusLink(good, &clock));

@@ -13,12 +13,12 @@
 namespace raywalk::capture {
 namespace {
 
-// No rail that one motor drives is longer.
+// Longer than any rail driven by one motor.
 constexpr double kLongestRail_mm = 100000.0;
-// What an open data line or an empty register bank reads as.
+// The value read from an open data line or an empty register bank.
 constexpr std::uint16_t kAllOnes = 0xffff;
-// A position that differs by more than this since before a command: the carriage has set off. Rest
-// of a servo on its spot is within a few steps.
+// The carriage has started to move once its position differs by more than this from before the
+// command. A servo at rest stays within a few steps.
 constexpr double kSetOff_mm = 0.05;
 
 bool is_plausible(std::uint16_t status, double position_mm) {
@@ -39,7 +39,7 @@ RegisterKind ModbusSlider::state_kind() const {
 SliderState ModbusSlider::read_state() {
   if (!is_identified()) check_identity();
   Reading reading = read_plausible();
-  // A connection that was opened anew during the reading may have come to another device.
+  // A connection reopened during the reading may have reached another device.
   if (!is_identified()) {
     check_identity();
     reading = read_plausible();
@@ -48,9 +48,9 @@ SliderState ModbusSlider::read_state() {
   return state_of(reading);
 }
 
-// Where status and position lie side by side, or the drive reads across gaps, one request reads
-// both, so that they are of one moment and no answer to a request of another shape can pass for it.
-// Elsewhere the position, two words, is a shape of its own.
+// If status and position are adjacent, or the drive reads across gaps, one request reads both: they
+// then belong to the same moment, and the reply differs in shape from all others. Otherwise the
+// position, two words, has a shape of its own.
 ModbusSlider::Reading ModbusSlider::read_registers() {
   const int first = std::min(map_.position_address, map_.status_address);
   const int end = std::max(map_.position_address + 2, map_.status_address + 1);
@@ -69,15 +69,16 @@ ModbusSlider::Reading ModbusSlider::read_registers() {
   return {status, mm_from_steps(map_, steps_from_words(map_, position[0], position[1]))};
 }
 
-// One damaged word in 65536 passes the check sum; the second reading tells it from a wrong device.
+// One damaged reply in 65536 passes the checksum; a second reading tells it from a wrong device.
 ModbusSlider::Reading ModbusSlider::read_plausible() {
   Reading reading = read_registers();
   if (!is_plausible(reading.status, reading.position_mm)) reading = read_registers();
   if (is_plausible(reading.status, reading.position_mm)) return reading;
-  throw DeviceFault(FaultKind::kWrongDevice,
-                    fmt::format("{} reads as no slider does (status 0x{:04x}, position {:.0f} mm); "
-                                "check the register map against the drive's manual",
-                                description(), reading.status, reading.position_mm));
+  throw DeviceFault(
+      FaultKind::kWrongDevice,
+      fmt::format("{} returns impossible values (status 0x{:04x}, position {:.0f} mm); "
+                  "check the register map against the drive's manual",
+                  description(), reading.status, reading.position_mm));
 }
 
 SliderState ModbusSlider::state_of(const Reading& reading) {
@@ -113,15 +114,15 @@ void ModbusSlider::check_identity() {
   identified_opening_ = link_->openings();
 }
 
-void ModbusSlider::start_homing() { write_until_taken(map_.home, fixed_words(map_.home)); }
+void ModbusSlider::start_homing() { write_until_executed(map_.home, fixed_words(map_.home)); }
 
 void ModbusSlider::start_move(SafePosition target, const MotionProfile& profile) {
   const auto words = words_of_move(map_, target, profile);
-  write_until_taken(map_.move, words);
-  if (map_.start) write_until_taken(*map_.start, fixed_words(*map_.start));
+  write_until_executed(map_.move, words);
+  if (map_.start) write_until_executed(*map_.start, fixed_words(*map_.start));
 }
 
-// A stop may be written any number of times, and must not wait for readings.
+// A stop may be repeated safely and must not wait for readings.
 void ModbusSlider::stop() { write_until_answered(map_.stop); }
 
 void ModbusSlider::reset_alarm() {
@@ -134,11 +135,11 @@ void ModbusSlider::reset_alarm() {
   write_until_answered(*map_.reset_alarm);
 }
 
-// A write without an answer may have been carried out (one that timed out had been, on a real
-// line), so it is repeated only after a reading says that nothing has begun. Should that reading be
-// too early, the repetition does no harm: moves are absolute, and homing just begins again.
-void ModbusSlider::write_until_taken(const RegisterWrite& write,
-                                     std::span<const std::uint16_t> words) {
+// An unanswered write may have been executed (observed on a real line after a timeout), so it is
+// repeated only after a reading shows that nothing has started. If that reading was too early, the
+// repetition is harmless: moves are absolute, and homing starts again.
+void ModbusSlider::write_until_executed(const RegisterWrite& write,
+                                        std::span<const std::uint16_t> words) {
   for (int written = 0; written < tries_; ++written) {
     if (link_->write(write.address, words) || has_begun()) return;
   }

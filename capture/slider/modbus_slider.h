@@ -1,4 +1,4 @@
-// A slider whose drive speaks Modbus.
+// A slider whose drive is controlled by Modbus.
 #pragma once
 
 #include <memory>
@@ -12,15 +12,15 @@
 
 namespace raywalk::capture {
 
-// Beyond what Slider says: read_state throws kWrongDevice where the identity register of the map
-// holds another value (checked whenever the connection has been opened), or where the drive twice
-// in a row reads as no drive does: a status word of all ones, a position beyond any rail.
-// start_move throws UsageError where the target or the profile does not fit the drive's registers.
-// start_homing, start_move and reset_alarm throw kNoContact where, after `tries` writes without an
-// answer, the drive has not begun to do what it was told.
+// In addition to Slider: read_state throws kWrongDevice if the identity register of the map holds
+// another value (checked each time the connection has been opened), or if two consecutive readings
+// are impossible: a status word of all ones, or a position beyond any rail. start_move throws
+// UsageError if the target or the profile does not fit the drive's registers. start_homing,
+// start_move and reset_alarm throw kNoContact if the drive has not started to execute the command
+// after `tries` unanswered writes.
 class ModbusSlider final : public Slider {
  public:
-  // `tries`: how often one command is written at most, at least 1.
+  // `tries`: maximum number of writes of one command, at least 1.
   ModbusSlider(std::unique_ptr<RegisterLink> link, RegisterMap map, int tries);
 
   std::string description() const override;
@@ -42,7 +42,7 @@ class ModbusSlider final : public Slider {
   SliderState state_of(const Reading& reading);
   bool is_identified() const;
   void check_identity();
-  void write_until_taken(const RegisterWrite& write, std::span<const std::uint16_t> words);
+  void write_until_executed(const RegisterWrite& write, std::span<const std::uint16_t> words);
   void write_until_answered(const RegisterWrite& write);
   bool has_begun();
   [[noreturn]] void fail_unanswered(const RegisterWrite& write) const;
@@ -50,13 +50,14 @@ class ModbusSlider final : public Slider {
   std::unique_ptr<RegisterLink> link_;
   RegisterMap map_;
   int tries_;
-  int identified_opening_ = 0;  // the opening of the connection in which identity was checked
+  int identified_opening_ =
+      0;  // value of RegisterLink::openings() when the identity was last checked
   double last_position_mm_ = 0.0;
 };
 
-// By the configuration, over RTU or TCP; opens nothing until the first exchange. Throws UsageError
-// for a register map that cannot be read, or connection settings that cannot be. The clock has to
-// outlive the slider.
+// A slider over RTU or TCP, as configured; the connection is opened at the first exchange. Throws
+// UsageError for a register map that cannot be read, or impossible connection settings. The clock
+// must outlive the slider.
 std::unique_ptr<Slider> make_modbus_slider(const SliderConfig& config, Clock* clock);
 
 }  // namespace raywalk::capture

@@ -15,7 +15,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Registers in memory that count what is asked of them.
+// Registers in memory that count requests.
 class FakeRegisters final : public RegisterLink {
  public:
   struct Write {
@@ -47,7 +47,7 @@ class FakeRegisters final : public RegisterLink {
   int openings_count = 0;
   int nonsense = 0;              // readings of the status as all ones
   std::set<int> unanswered;      // numbers of writes
-  bool take_unanswered = false;  // the drive moves all the same
+  bool take_unanswered = false;  // the drive executes them nevertheless
   RegisterKind last_kind = RegisterKind::kHolding;
   std::map<int, std::uint16_t> values;
   std::vector<std::pair<int, int>> reads;
@@ -82,7 +82,7 @@ class ModbusSliderTest : public ::testing::Test {
   FakeRegisters* registers = nullptr;
 };
 
-TEST_F(ModbusSliderTest, ReadsNeighboursAtOnce) {
+TEST_F(ModbusSliderTest, ReadsAdjacentRegistersInOneRequest) {
   ModbusSlider drive = slider(simple_map());
   registers->values = {{0, 0x0008}, {1, 0xffff}, {2, 0xff9c}};
   const SliderState state = drive.read_state();
@@ -93,7 +93,7 @@ TEST_F(ModbusSliderTest, ReadsNeighboursAtOnce) {
   EXPECT_THAT(registers->reads, ElementsAre(std::pair(0, 3)));
 }
 
-TEST_F(ModbusSliderTest, ReadsAcrossAGapOnlyWhereTheMapAllows) {
+TEST_F(ModbusSliderTest, ReadsAcrossAGapOnlyIfTheMapAllows) {
   RegisterMap map = simple_map();
   map.status_address = 9;
   map.input_registers = true;
@@ -140,7 +140,7 @@ TEST_F(ModbusSliderTest, AnotherDeviceIsNoticedAtEveryOpening) {
   }
 }
 
-TEST_F(ModbusSliderTest, NonsenseTwiceInARowIsAWrongDevice) {
+TEST_F(ModbusSliderTest, ImpossibleReadingsTwiceInARowAreAWrongDevice) {
   ModbusSlider drive = slider(simple_map());
   registers->nonsense = 1;
   EXPECT_NO_THROW(drive.read_state());
@@ -167,13 +167,13 @@ TEST_F(ModbusSliderTest, MoveWritesTheBlockAndThenTheStart) {
   EXPECT_EQ(registers->writes[1].address, 20);
 }
 
-TEST_F(ModbusSliderTest, TargetBeyondTheRegistersIsRefusedUnwritten) {
+TEST_F(ModbusSliderTest, TargetBeyondTheRegistersIsRefusedBeforeWriting) {
   ModbusSlider drive = slider(simple_map());
   EXPECT_THROW(drive.start_move(at(3e8), MotionProfile{}), UsageError);
   EXPECT_TRUE(registers->writes.empty());
 }
 
-TEST_F(ModbusSliderTest, UnansweredMoveIsRepeatedOnlyWhereItWasNotTaken) {
+TEST_F(ModbusSliderTest, UnansweredMoveIsRepeatedOnlyIfNotExecuted) {
   ModbusSlider lost = slider(simple_map());
   registers->unanswered = {0};
   lost.start_move(at(100.0), MotionProfile{});

@@ -33,9 +33,9 @@ void require_able_to_move(const SliderState& state, const std::string& slider) {
   }
 }
 
-// The move should end within its trapezoid's time. Progress of one tolerance takes, at the slowest
-// out of rest, the time of a trapezoid of that length; the stall time comes on top of it, so that a
-// slow pass is no stall.
+// The deadline allows the duration of the move's trapezoid. Progress by one tolerance takes at most
+// the duration of a trapezoid of that length from rest; the stall time is added to it, so that a
+// slow pass is not taken for a stall.
 MotionWatch::MotionWatch(std::string slider, const SliderState& start, double target_mm,
                          const SoftLimits& limits, const MotionRules& rules, SteadyTime now)
     : slider_(std::move(slider)),
@@ -61,13 +61,13 @@ bool MotionWatch::is_outside(double position_mm) const {
                            std::max(start_mm_, limits_.high_mm())) > rules_.settle_tolerance_mm;
 }
 
-bool MotionWatch::is_off_way(double position_mm) const {
+bool MotionWatch::is_off_path(double position_mm) const {
   return distance_to_range(position_mm, std::min(start_mm_, target_mm_),
                            std::max(start_mm_, target_mm_)) > rules_.following_error_mm;
 }
 
-bool MotionWatch::is_astray(const SliderState& state) const {
-  return is_outside(state.position_mm) || is_off_way(state.position_mm);
+bool MotionWatch::is_off_course(const SliderState& state) const {
+  return is_outside(state.position_mm) || is_off_path(state.position_mm);
 }
 
 void MotionWatch::take(const SliderState& state, SteadyTime now) {
@@ -75,7 +75,7 @@ void MotionWatch::take(const SliderState& state, SteadyTime now) {
   require_able_to_move(state, slider_);
   check_switch(&low_, state.at_low_limit, state.position_mm);
   check_switch(&high_, state.at_high_limit, state.position_mm);
-  check_way(state.position_mm);
+  check_path(state.position_mm);
   follow_dwell(state, now);
   if (dwell_.is_over()) return;
   follow_progress(state, now);
@@ -96,22 +96,24 @@ void MotionWatch::check_switch(LimitSwitch* limit, std::optional<bool> on,
     return;
   }
   if (limit->may_be_on) return;
-  throw DeviceFault(FaultKind::kLimitSwitch,
-                    fmt::format("{}: {} limit switch at {:.3f} mm on the way to {:.3f} mm; look at "
-                                "the rail, then home again",
-                                slider_, limit->name, position_mm, target_mm_));
+  throw DeviceFault(
+      FaultKind::kLimitSwitch,
+      fmt::format("{}: {} limit switch at {:.3f} mm on the way to {:.3f} mm; check the "
+                  "rail, then home again",
+                  slider_, limit->name, position_mm, target_mm_));
 }
 
-void MotionWatch::check_way(double position_mm) const {
+void MotionWatch::check_path(double position_mm) const {
   if (is_outside(position_mm)) {
-    throw DeviceFault(FaultKind::kLimitSwitch,
-                      fmt::format("{}: at {:.3f} mm, outside of the soft limits {:g} to {:g} mm; "
-                                  "look at the rail, then home again",
-                                  slider_, position_mm, limits_.low_mm(), limits_.high_mm()));
+    throw DeviceFault(
+        FaultKind::kLimitSwitch,
+        fmt::format("{}: at {:.3f} mm, outside the soft limits {:g} to {:g} mm; check "
+                    "the rail, then home again",
+                    slider_, position_mm, limits_.low_mm(), limits_.high_mm()));
   }
-  if (is_off_way(position_mm)) {
+  if (is_off_path(position_mm)) {
     throw DeviceFault(FaultKind::kFollowingError,
-                      fmt::format("{}: at {:.3f} mm, off the way from {:.3f} to {:.3f} mm; look at "
+                      fmt::format("{}: at {:.3f} mm, off the path from {:.3f} to {:.3f} mm; check "
                                   "the rail and the belt, then home again",
                                   slider_, position_mm, start_mm_, target_mm_));
   }
@@ -129,14 +131,14 @@ void MotionWatch::follow_dwell(const SliderState& state, SteadyTime now) {
   if (!arrived_at_) arrived_at_ = now;
   const bool at_rest = !state.moving.value_or(false) && state.in_position.value_or(true);
   if (at_rest) {
-    dwell_.good(now, state.position_mm);
+    dwell_.add(now, state.position_mm);
   } else {
     dwell_.start_over();
   }
 }
 
-// Progress is what two readings in a row have reached: one wrong reading near the target would
-// otherwise make all that follow look like none.
+// Progress is the lesser of two consecutive readings: otherwise one wrong reading near the target
+// would make all later ones look like no progress.
 void MotionWatch::follow_progress(const SliderState& state, SteadyTime now) {
   const double distance_mm = std::abs(state.position_mm - target_mm_);
   const double reached_mm = std::max(distance_mm, previous_distance_mm_);
@@ -155,22 +157,22 @@ void MotionWatch::fail_without_progress(const SliderState& state) const {
   if (has_moved_ && drive_is_done) {
     throw DeviceFault(
         FaultKind::kFollowingError,
-        fmt::format("{}: stopped at {:.3f} mm, {:.3f} mm off its target {:.3f} mm; look for "
-                    "what holds the carriage, then home again",
+        fmt::format("{}: stopped at {:.3f} mm, {:.3f} mm off its target {:.3f} mm; check what "
+                    "blocks the carriage, then home again",
                     slider_, state.position_mm, std::abs(state.position_mm - target_mm_),
                     target_mm_));
   }
   throw DeviceFault(FaultKind::kStall,
-                    fmt::format("{}: {} at {:.3f} mm on the way to {:.3f} mm; look for what holds "
+                    fmt::format("{}: {} at {:.3f} mm on the way to {:.3f} mm; check what blocks "
                                 "the carriage, then home again",
                                 slider_, has_moved_ ? "stalled" : "does not move",
                                 state.position_mm, target_mm_));
 }
 
 void MotionWatch::fail_late(const SliderState& state, SteadyTime now) const {
-  const char* lacking = !is_at_target(state.position_mm)    ? "is not there yet"
+  const char* lacking = !is_at_target(state.position_mm)    ? "has not arrived"
                         : state.moving.value_or(false)      ? "still reports a motion"
-                        : !state.in_position.value_or(true) ? "reports that it is out of position"
+                        : !state.in_position.value_or(true) ? "reports being out of position"
                                                             : "does not come to rest";
   throw DeviceFault(FaultKind::kTimeout,
                     fmt::format("{}: {} {:.1f} s after the command to go to {:.3f} mm, at {:.3f} "

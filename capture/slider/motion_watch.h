@@ -1,4 +1,4 @@
-// Judges the readings of one move: on its way, settled, or gone wrong.
+// Supervises one move: in progress, settled or failed.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace raywalk::capture {
 
-// The drive is in a state that moves nothing: alarm, or motor not enabled. Throws DeviceFault
-// kAlarm with the alarm's code.
+// Throws DeviceFault kAlarm, with the alarm's code, if the drive cannot move: alarm or motor not
+// enabled.
 void require_able_to_move(const SliderState& state, const std::string& slider);
 
 class MotionWatch {
@@ -21,30 +21,29 @@ class MotionWatch {
   MotionWatch(std::string slider, const SliderState& start, double target_mm,
               const SoftLimits& limits, const MotionRules& rules, SteadyTime now);
 
-  // Whether the position is where it has no business to be: off the way from start to target by
-  // more than the following error, or outside of the soft limits by more than the tolerance (a move
-  // from outside back in is allowed). One such reading may be a damaged one; two in a row are
-  // passed to take().
-  bool is_astray(const SliderState& state) const;
+  // Whether the position is off the path from start to target by more than the following error, or
+  // outside the soft limits by more than the tolerance (a move from outside back in is allowed). A
+  // single such reading may be damaged; the second in a row is passed to take().
+  bool is_off_course(const SliderState& state) const;
   // Takes one reading. Throws DeviceFault: kAlarm, kLimitSwitch, kFollowingError, kStall, kTimeout.
   void take(const SliderState& state, SteadyTime now);
-  // A reading that another did not confirm: the dwell starts over.
+  // For a reading that the next one did not confirm: restarts the dwell.
   void take_outlier() { dwell_.start_over(); }
 
-  // Once the feedback has lain within the tolerance of the target all through the dwell, with the
-  // drive reporting, as far as it reports at all, that it neither moves nor is out of position.
+  // The result once, throughout the dwell, the feedback was within the tolerance of the target and
+  // the drive did not report motion or being out of position (where it reports these); else none.
   std::optional<SettledPosition> settled() const;
 
  private:
   struct LimitSwitch {
     const char* name;
-    bool may_be_on;  // it was at the start, the move leaves it, and it has not opened since
+    bool may_be_on;  // closed at the start of a move away from it, and not opened since
   };
 
   void check_switch(LimitSwitch* limit, std::optional<bool> on, double position_mm) const;
   bool is_outside(double position_mm) const;
-  bool is_off_way(double position_mm) const;
-  void check_way(double position_mm) const;
+  bool is_off_path(double position_mm) const;
+  void check_path(double position_mm) const;
   void follow_progress(const SliderState& state, SteadyTime now);
   void follow_dwell(const SliderState& state, SteadyTime now);
   bool is_at_target(double position_mm) const;
@@ -61,7 +60,7 @@ class MotionWatch {
   SteadyTime commanded_at_;
   SteadyTime deadline_;
   Duration stall_time_;
-  double nearest_mm_;  // least distance to the target up to the last progress
+  double nearest_mm_;  // least distance to the target so far, at the last progress
   double previous_distance_mm_;
   SteadyTime progress_at_;
   bool has_moved_ = false;

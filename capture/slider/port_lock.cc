@@ -29,8 +29,7 @@ namespace {
     case ENOENT:
     case ENXIO:
     case ENODEV:
-      fail(fmt::format("{} is not there; plug the adapter in, and look in /dev/serial/by-id",
-                       device));
+      fail(fmt::format("{} does not exist; plug in the adapter and see /dev/serial/by-id", device));
     case EACCES:
       fail(fmt::format("no permission for {}; add the user to the group dialout", device));
     default:
@@ -50,12 +49,12 @@ bool is_pseudo_terminal(int fd) {
 }  // namespace
 
 PortLock::PortLock(const std::string& device)
-    // O_NONBLOCK: without it an open waits for a modem's carrier.
+    // O_NONBLOCK: without it, open waits for a modem's carrier.
     : fd_(open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)) {
   if (fd_ < 0) fail_to_open(device, errno);
   if (isatty(fd_) == 0) {
     close(fd_);
-    fail(fmt::format("{} is no serial port; correct slider.device", device));
+    fail(fmt::format("{} is not a serial port; correct slider.device", device));
   }
   if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     close(fd_);
@@ -65,9 +64,9 @@ PortLock::PortLock(const std::string& device)
 
 PortLock::~PortLock() { close(fd_); }
 
-// A serial port forgets the flag when the last program closes it. A pseudo-terminal keeps it while
-// its other side holds it open, and a program that was killed would keep its successor out; there
-// the lock has to do.
+// A serial port loses the flag when the last program closes it. A pseudo-terminal keeps it while
+// its other side is open, so a killed program would lock out its successor; there flock must
+// suffice.
 void PortLock::refuse_others() {
   if (!is_pseudo_terminal(fd_)) ioctl(fd_, TIOCEXCL);
 }

@@ -1,4 +1,4 @@
-// One program at a time on a serial port: two masters on one line garble each other's requests.
+// Exclusive use of a serial port: two masters on one line would corrupt each other's requests.
 #pragma once
 
 #include <string>
@@ -7,17 +7,16 @@ namespace raywalk::capture {
 
 class PortLock {
  public:
-  // Opens the port and locks it: flock against other programs that ask (as pyserial, picocom and
-  // this one do); TIOCEXCL, by refuse_others, against those that do not.
-  // Throws DeviceFault kNoContact: no such port, no permission, no serial port, in use.
+  // Opens the port and locks it with flock, which cooperating programs respect (pyserial, picocom
+  // and this one). refuse_others adds TIOCEXCL against all others. Throws DeviceFault kNoContact:
+  // no such port, no permission, not a serial port, in use.
   explicit PortLock(const std::string& device);
   ~PortLock();
   PortLock(const PortLock&) = delete;
   PortLock& operator=(const PortLock&) = delete;
 
-  // Keeps every later open by others out, except for root's, whom Linux lets pass. Not done at
-  // construction, where it would keep out the second descriptor that this program itself opens.
-  // Without effect on pseudo-terminals.
+  // Makes every later open() of the port fail, except by root. Not done by the constructor, because
+  // it would also refuse the second descriptor that libmodbus opens. No effect on pseudo-terminals.
   void refuse_others();
 
  private:

@@ -16,7 +16,8 @@ timespec timespec_from(Duration duration) {
   return {static_cast<time_t>(seconds.count()), static_cast<long>((duration - seconds).count())};
 }
 
-// Whether something can be read, or the line is gone, within the time; signals are waited over.
+// Waits until bytes can be read or the line is closed, at most for the time given. Signals do not
+// end the wait.
 bool has_input(int fd, Duration wait) {
   const SteadyTime end = std::chrono::steady_clock::now() + wait;
   pollfd line{fd, POLLIN, 0};
@@ -29,7 +30,7 @@ bool has_input(int fd, Duration wait) {
   }
 }
 
-// Whether the line still stands after what came in has been dropped.
+// Drops the received bytes. False if the line is closed.
 bool drop_input(int fd) {
   std::array<std::uint8_t, 512> dropped{};
   const ssize_t got = read(fd, dropped.data(), dropped.size());

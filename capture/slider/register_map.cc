@@ -26,9 +26,9 @@ constexpr std::array kMeanings{NamedMeaning{"position_high", WordMeaning::kPosit
                                NamedMeaning{"acceleration", WordMeaning::kAcceleration},
                                NamedMeaning{"deceleration", WordMeaning::kDeceleration}};
 // One request reads at most 125 registers (Modbus application protocol 1.1b3, 6.3).
-constexpr int kMostReadAtOnce = 125;
+constexpr int kMaxReadAtOnce = 125;
 
-// Turns one file's text into a map; every complaint starts with the file's name.
+// Converts the text of a file to a map; every error starts with the file's name.
 class MapBuilder {
  public:
   explicit MapBuilder(std::string source) : source_(std::move(source)) {}
@@ -64,7 +64,7 @@ class MapBuilder {
   }
 
   void check(const RegisterMap& map) const {
-    if (map.name.empty()) fail("'name' is missing; messages name the drive by it");
+    if (map.name.empty()) fail("'name' is missing; it names the drive in messages");
     require_address("position_address", map.position_address);
     require_address("status_address", map.status_address);
     if (map.steps_per_mm == 0.0) fail("'steps_per_mm' is missing");
@@ -78,9 +78,9 @@ class MapBuilder {
     if (map.start) check_fixed_words("start", *map.start);
     if (map.reset_alarm) check_fixed_words("reset_alarm", *map.reset_alarm);
     if (map.alarm_address >= 0 && !map.alarm) {
-      fail("'alarm_address' is given, but not 'status.alarm.bit', which says when to read it");
+      fail("'alarm_address' needs 'status.alarm.bit', which says when to read it");
     }
-    if (!map.alarm) fail("'status.alarm.bit' is missing; a drive that fails has to be noticed");
+    if (!map.alarm) fail("'status.alarm.bit' is missing; it is needed to notice a failed drive");
     check_one_read(map);
   }
 
@@ -152,11 +152,11 @@ class MapBuilder {
   void check_one_read(const RegisterMap& map) const {
     const int first = std::min(map.position_address, map.status_address);
     const int last = std::max(map.position_address + 1, map.status_address);
-    if (map.one_read && last - first + 1 > kMostReadAtOnce) {
+    if (map.one_read && last - first + 1 > kMaxReadAtOnce) {
       fail(
           fmt::format("'one_read': {} registers lie between status and position, and one request "
                       "reads at most {}",
-                      last - first + 1, kMostReadAtOnce));
+                      last - first + 1, kMaxReadAtOnce));
     }
   }
 

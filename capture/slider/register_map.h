@@ -1,9 +1,9 @@
-// How a drive's Modbus registers are laid out, from YAML. configs/sliders/*.yaml hold maps; the
+// The layout of a drive's Modbus registers, from YAML. configs/sliders/*.yaml hold maps; the
 // comments of configs/sliders/generic.yaml explain every key.
 //
 // The scheme covers drives that move on one write: a block of words written with function 16, in
-// which named words stand for position, speed and acceleration, and, where the drive wants it, a
-// second write that starts the move. Home, stop and reset are writes of fixed words.
+// which named words hold position, speed and acceleration, and optionally a second write that
+// starts the move. Home, stop and reset are writes of fixed words.
 #pragma once
 
 #include <cstdint>
@@ -46,14 +46,14 @@ struct RegisterMap {
   std::string name;
   double steps_per_mm = 100.0;   // of commanded and reported positions
   bool low_word_first = false;   // of the feedback position
-  bool input_registers = false;  // whether state is read with function 4 rather than 3
+  bool input_registers = false;  // state is read with function 4 instead of 3
   int position_address = -1;     // two words, signed 32 bits
   int status_address = -1;
   int alarm_address = -1;       // -1: no alarm code; read while the alarm bit is set
-  bool one_read = false;        // whether one request may read all from status to position
+  bool one_read = false;        // one request may read all registers from status to position
   double speed_per_mm_s = 1.0;  // register units for 1 mm/s
-  // Acceleration as units for 1 mm/s^2, or, where the drive takes a time, as milliseconds to reach
-  // `acceleration_time_to_mm_s`; the other is 0.
+  // Register units for 1 mm/s^2; or, if the drive takes a time, the speed that it reaches within
+  // the milliseconds of the register. The other is 0.
   double acceleration_per_mm_s2 = 0.0;
   double acceleration_time_to_mm_s = 0.0;
   RegisterWrite move;
@@ -62,14 +62,14 @@ struct RegisterMap {
   RegisterWrite stop;
   std::optional<RegisterWrite> reset_alarm;
   std::optional<StatusBit> alarm, enabled, homed, moving, in_position, at_low_limit, at_high_limit;
-  // A register that holds a known value tells a right map from a wrong one.
+  // A register with a known value, to check that the map fits the drive.
   int identity_address = -1;  // -1: none
   int identity_value = 0;
 };
 
-// Throws UsageError naming file and key, and the line where SettingsSchema finds the mistake; also
-// for a map that cannot move a carriage: no position words, no stop, no way to scale acceleration,
-// an alarm code without an alarm bit, a word that speaks of a move outside of one.
+// Throws UsageError naming file and key, and the line for mistakes that SettingsSchema finds; also
+// for a map that cannot move a carriage: no position words, no stop, no scale of the acceleration,
+// an alarm code without an alarm bit, a word of a move in another write.
 RegisterMap read_register_map(const std::filesystem::path& file);
 
 }  // namespace raywalk::capture

@@ -21,7 +21,7 @@ std::filesystem::path shipped(const std::string& name) {
   return std::filesystem::path(RAYWALK_SLIDER_MAPS) / name;
 }
 
-// The least that drives a carriage.
+// A minimal map.
 const char* const kMinimal =
     "name: small\nsteps_per_mm: 80\nposition_address: 10\nstatus_address: 12\nspeed_per_mm_s: 2\n"
     "acceleration_per_mm_s2: 1\nmove: {address: 0x20, words: [position_low, position_high]}\n"
@@ -51,7 +51,7 @@ void expect_refused(const std::string& yaml, const std::string& message) {
   }
 }
 
-TEST(RegisterMapTest, MinimalMapLeavesOutWhatTheDriveDoesNotHave) {
+TEST(RegisterMapTest, MinimalMapOmitsWhatTheDriveLacks) {
   const RegisterMap map = parsed(kMinimal);
   EXPECT_EQ(map.name, "small");
   EXPECT_EQ(map.move.address, 0x20);

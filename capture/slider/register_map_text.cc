@@ -7,14 +7,14 @@ namespace {
 
 constexpr int kNone = -1;
 // Function 16 writes at most 123 registers (Modbus application protocol 1.1b3, 6.12).
-constexpr std::size_t kMostWords = 123;
-// From one step per metre to a step of a tenth of a nanometre: beyond both lies a slip of units.
-constexpr double kLeastScale = 1e-3;
-constexpr double kGreatestScale = 1e7;
+constexpr std::size_t kMaxWords = 123;
+// From one step per metre to steps of 0.1 nm; values outside are mistakes of units.
+constexpr double kMinScale = 1e-3;
+constexpr double kMaxScale = 1e7;
 
 void bind_write(SettingsSchema* schema, const std::string& key, WriteText* write) {
   schema->integer(key + ".address", &write->address, kNone, kLastAddress)
-      .words(key + ".words", &write->words, kMostWords);
+      .words(key + ".words", &write->words, kMaxWords);
 }
 
 void bind_bit(SettingsSchema* schema, const std::string& key, StatusBitText* bit) {
@@ -27,16 +27,16 @@ void bind_bit(SettingsSchema* schema, const std::string& key, StatusBitText* bit
 SettingsSchema register_map_schema(RegisterMapText* text) {
   SettingsSchema schema;
   schema.text("name", &text->name)
-      .number("steps_per_mm", &text->steps_per_mm, kLeastScale, kGreatestScale)
+      .number("steps_per_mm", &text->steps_per_mm, kMinScale, kMaxScale)
       .boolean("low_word_first", &text->low_word_first)
       .boolean("input_registers", &text->input_registers)
       .boolean("one_read", &text->one_read)
       .integer("position_address", &text->position_address, kNone, kLastAddress - 1)
       .integer("status_address", &text->status_address, kNone, kLastAddress)
       .integer("alarm_address", &text->alarm_address, kNone, kLastAddress)
-      .number("speed_per_mm_s", &text->speed_per_mm_s, kLeastScale, kGreatestScale)
-      .number("acceleration_per_mm_s2", &text->acceleration_per_mm_s2, 0.0, kGreatestScale)
-      .number("acceleration_time_to_mm_s", &text->acceleration_time_to_mm_s, 0.0, kGreatestScale)
+      .number("speed_per_mm_s", &text->speed_per_mm_s, kMinScale, kMaxScale)
+      .number("acceleration_per_mm_s2", &text->acceleration_per_mm_s2, 0.0, kMaxScale)
+      .number("acceleration_time_to_mm_s", &text->acceleration_time_to_mm_s, 0.0, kMaxScale)
       .integer("identity.address", &text->identity_address, kNone, kLastAddress)
       .integer("identity.value", &text->identity_value, 0, 0xffff);
   bind_write(&schema, "move", &text->move);

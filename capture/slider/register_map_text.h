@@ -1,4 +1,4 @@
-// A register map as its YAML file spells it, before names become meanings.
+// A register map as written in its YAML file, before the words of writes are parsed.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace raywalk::capture {
 // Register addresses are 16-bit words of the protocol.
 inline constexpr int kLastAddress = 0xffff;
 
-// Addresses and bits of -1 stand for "the drive has none".
+// An address or bit of -1: the drive has none.
 struct WriteText {
   int address = -1;
   std::vector<std::string> words;  // numbers, or names such as "position_high"
@@ -40,7 +40,7 @@ struct RegisterMapText {
   int identity_value = 0;
 };
 
-// Binds every key of a register map; `text` has to outlive the schema's use.
+// Binds every key of a register map; `text` must outlive the schema's use.
 SettingsSchema register_map_schema(RegisterMapText* text);
 
 }  // namespace raywalk::capture

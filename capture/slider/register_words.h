@@ -1,4 +1,4 @@
-// Quantities of a motion as the words of a drive's registers, and back.
+// Conversion between quantities of a motion and words of a drive's registers.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@
 
 namespace raywalk::capture {
 
-// The nearest whole step. Throws UsageError where that does not fit a signed 32-bit word pair.
+// The nearest whole step. Throws UsageError if it does not fit 32 signed bits.
 std::int32_t steps_from_mm(const RegisterMap& map, double mm);
 double mm_from_steps(const RegisterMap& map, std::int32_t steps);
 
-// A signed 32-bit number of two words, the first of lower address.
+// A signed 32-bit number of two words; `first` has the lower address.
 std::int32_t steps_from_words(const RegisterMap& map, std::uint16_t first, std::uint16_t second);
 
-// The words of a move, in order. Throws UsageError, naming the value, where the position, the speed
-// or the acceleration does not fit the map's words, or would be 0 (never the nearest value that
-// fits: a carriage at another speed than asked for is a wrong result).
+// The words of a move, in order. Throws UsageError, naming the value, if the position, the speed or
+// the acceleration does not fit the map's words, or if speed or acceleration would be 0. Values are
+// never clamped: a carriage at another speed than requested would be a wrong result.
 std::vector<std::uint16_t> words_of_move(const RegisterMap& map, SafePosition target,
                                          const MotionProfile& profile);
 
-// The words of a write that holds numbers only: start, home, stop, reset.
+// The words of a write of constants: start, home, stop, reset.
 std::vector<std::uint16_t> fixed_words(const RegisterWrite& write);
 
-// What the status word says of a flag; none for one that the map does not have.
+// A flag of the status word; none if the map does not define it.
 std::optional<bool> flag_of(std::uint16_t status, const std::optional<StatusBit>& bit);
 
 }  // namespace raywalk::capture

@@ -13,11 +13,11 @@ struct MotionProfile {
   double acceleration_mm_s2 = 200.0;  // and deceleration
 };
 
-// What the drive says of itself in one reading. A flag the drive does not report is none.
+// The state that the drive reports in one reading. Flags that it does not report are none.
 struct SliderState {
   double position_mm = 0.0;  // feedback, from home
   bool alarm = false;
-  int alarm_code = 0;  // as the drive's manual numbers them; 0 where it gives none
+  int alarm_code = 0;  // as in the drive's manual; 0 if unknown
   std::optional<bool> enabled{};
   std::optional<bool> homed{};
   std::optional<bool> moving{};
@@ -26,16 +26,16 @@ struct SliderState {
   std::optional<bool> at_high_limit{};
 };
 
-// Every call is one exchange with the drive, with its retries, and throws DeviceFault kNoContact or
-// kWrongDevice where that fails. None waits for a motion to end.
+// Every call is one exchange with the drive, with retries, and throws DeviceFault kNoContact or
+// kWrongDevice if it fails. No call waits for the end of a motion.
 class Slider {
  public:
   virtual ~Slider() = default;
 
-  // Where and what it is, for people: "leadshine-pr0, unit 1 at /dev/ttyUSB0".
+  // Drive and address, for messages: "leadshine-pr0, unit 1 at /dev/ttyUSB0".
   virtual std::string description() const = 0;
   virtual SliderState read_state() = 0;
-  // To the home switch, which becomes 0 mm.
+  // Towards the home switch, which becomes 0 mm.
   virtual void start_homing() = 0;
   virtual void start_move(SafePosition target, const MotionProfile& profile) = 0;
   // Decelerates to a stop; harmless at rest.

@@ -1,20 +1,53 @@
-// What a user says of the slider. configs/capture-*.yaml explain every key.
+// The slider section of a configuration. configs/capture-*.yaml explain every key.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "capture/slider/carriage.h"
 
 namespace raywalk::capture {
 
+// Modbus over a serial line, or over TCP.
+enum class SliderConnection { kRtu, kTcp };
+inline constexpr std::array kSliderConnections{SliderConnection::kRtu, SliderConnection::kTcp};
+
+enum class SerialParity { kNone, kEven, kOdd };
+inline constexpr std::array kSerialParities{SerialParity::kNone, SerialParity::kEven,
+                                            SerialParity::kOdd};
+
+// The words of the configuration file.
+constexpr std::string_view name_of(SliderConnection connection) {
+  switch (connection) {
+    case SliderConnection::kRtu:
+      return "rtu";
+    case SliderConnection::kTcp:
+      return "tcp";
+  }
+  throw std::logic_error("unknown connection of a slider");
+}
+constexpr std::string_view name_of(SerialParity parity) {
+  switch (parity) {
+    case SerialParity::kNone:
+      return "none";
+    case SerialParity::kEven:
+      return "even";
+    case SerialParity::kOdd:
+      return "odd";
+  }
+  throw std::logic_error("unknown parity");
+}
+
 struct SliderConfig {
-  std::string connection = "rtu";  // "rtu" or "tcp"
-  std::string device;              // serial port; best by /dev/serial/by-id
+  SliderConnection connection = SliderConnection::kRtu;
+  std::string device;  // serial port, preferably /dev/serial/by-id/...
   int baud = 115200;
-  std::string parity = "none";  // "none", "even" or "odd"
+  SerialParity parity = SerialParity::kNone;
   int stop_bits = 1;
-  bool rs485 = false;  // have the kernel switch the driver of an RS-485 port
+  bool rs485 = false;  // the kernel switches the driver of an RS-485 port
   std::string host;    // for tcp
   int port = 502;
   int unit = 1;  // Modbus address, 1 to 247; on TCP also 255
@@ -24,7 +57,7 @@ struct SliderConfig {
   std::filesystem::path register_map;
   double low_limit_mm = 0.0;  // soft limits
   double high_limit_mm = 0.0;
-  double first_station_mm = 0.0;  // where on the rail the first station of every line lies
+  double first_station_mm = 0.0;  // position of the first station of every line on the rail
   MotionRules motion{};
 };
 

@@ -22,16 +22,16 @@ TEST(SoftLimitsTest, BothEndsAreAllowedAndNothingBeyond) {
   }
 }
 
-TEST(SoftLimitsTest, RefusalNamesWhatWasAskedFor) {
+TEST(SoftLimitsTest, RefusalNamesTheTarget) {
   try {
     SoftLimits(0.0, 100.0).require(100.5, "station x0_003");
     ADD_FAILURE() << "allowed";
   } catch (const UsageError& e) {
-    EXPECT_STREQ(e.what(), "station x0_003: 100.500 mm is outside of the soft limits, 0 to 100 mm");
+    EXPECT_STREQ(e.what(), "station x0_003: 100.500 mm is outside the soft limits, 0 to 100 mm");
   }
 }
 
-TEST(SoftLimitsTest, LimitsThatLeaveNoWayAreRefused) {
+TEST(SoftLimitsTest, EmptyRangesAreRefused) {
   EXPECT_THROW(SoftLimits(5.0, 5.0), UsageError);
   EXPECT_THROW(SoftLimits(6.0, 5.0), UsageError);
   EXPECT_THROW(SoftLimits(std::numeric_limits<double>::quiet_NaN(), 5.0), UsageError);

@@ -1,4 +1,4 @@
-// For tests: keeps the number of a pseudo-terminal taken.
+// For tests: keeps the number of a pseudo-terminal in use.
 #pragma once
 
 #include <fcntl.h>
@@ -8,9 +8,9 @@
 
 namespace raywalk::capture {
 
-// The kernel gives the number of a terminal to the next program that asks once both of its sides
-// are closed, so that a link that tries to come back after a hang-up would meet another test's
-// device there. While this holds the terminal open, such a link finds it dead.
+// Once both sides of a terminal are closed, the kernel reuses its number. A link that reconnects
+// after a hang-up would then reach the device of another test. While this object holds the terminal
+// open, such a link finds it closed.
 class TerminalReservation {
  public:
   explicit TerminalReservation(const std::string& device)

@@ -1,5 +1,5 @@
-// For tests: a Modbus device on a pseudo-terminal or on TCP that answers rightly unless told
-// otherwise, with each byte it sends in the hands of the test.
+// For tests: a Modbus device on a pseudo-terminal or on TCP. It answers correctly unless the test's
+// script replaces its replies.
 #pragma once
 
 #include <arpa/inet.h>
@@ -29,7 +29,7 @@ namespace raywalk::capture {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// One thing the peer sends, that long after the request.
+// Bytes that the peer sends `after_ms` after the request.
 struct TimedReply {
   int after_ms = 0;
   Bytes frame;
@@ -38,7 +38,7 @@ struct TimedReply {
 class TestModbusPeer {
  public:
   enum class Line { kSerial, kTcp };
-  // What becomes of the right reply to request number n (from 0).
+  // What is sent instead of `reply`, the correct reply to request n (from 0).
   using Script = std::function<std::vector<TimedReply>(int n, const Bytes& reply)>;
 
   TestModbusPeer(Line line, Script script) : line_(line), script_(std::move(script)) {
@@ -78,10 +78,10 @@ class TestModbusPeer {
     while (hang_up_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 
-  // A frame as it goes over this line, from unit, function and data.
+  // The frame on this line of a body of unit, function and data.
   Bytes framed(Bytes body, const Bytes& request) const {
     if (line_ == Line::kSerial) {
-      const std::uint16_t sum = check_sum(body);
+      const std::uint16_t sum = checksum(body);
       body.push_back(static_cast<std::uint8_t>(sum & 0xff));
       body.push_back(static_cast<std::uint8_t>(sum >> 8));
       return body;
@@ -93,7 +93,7 @@ class TestModbusPeer {
 
  private:
   // CRC-16 with the polynomial 0xA001, from 0xFFFF (Modbus over serial line 1.02, 6.2.2).
-  static std::uint16_t check_sum(const Bytes& bytes) {
+  static std::uint16_t checksum(const Bytes& bytes) {
     std::uint16_t sum = 0xffff;
     for (const std::uint8_t byte : bytes) {
       sum = static_cast<std::uint16_t>(sum ^ byte);

@@ -12,8 +12,8 @@ double seconds(double ms) { return ms / kMsPerSecond; }
 
 }  // namespace
 
-// A ramp to speed v takes t = v/a and a way of v^2/(2a). Both ramps fit in the distance d while
-// v^2/a <= d; otherwise the top speed is sqrt(a d) and nothing is left between them.
+// A ramp to speed v takes the time v/a and the distance v^2/(2a). Both ramps fit in the distance d
+// if v^2/a <= d; otherwise the top speed is sqrt(a d) and there is no cruise.
 Trapezoid::Trapezoid(double distance_mm, const MotionProfile& profile)
     : distance_mm_(distance_mm),
       acceleration_mm_s2_(profile.acceleration_mm_s2),

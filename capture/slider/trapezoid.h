@@ -1,4 +1,4 @@
-// How far a carriage gets in which time: speed up, go on, slow down.
+// The trapezoidal velocity profile of a move: accelerate, cruise, decelerate.
 #pragma once
 
 #include "capture/slider/slider.h"
@@ -12,7 +12,7 @@ class Trapezoid {
   Trapezoid(double distance_mm, const MotionProfile& profile);
 
   double duration_ms() const { return 2.0 * ramp_ms_ + cruise_ms_; }
-  // Way made `ms` after the start: 0 before it, the whole distance after the end.
+  // Distance travelled `ms` after the start: 0 before it, the whole distance after the end.
   double travelled_mm(double ms) const;
   double speed_mm_s(double ms) const;
 
@@ -24,7 +24,7 @@ class Trapezoid {
   double cruise_ms_;
 };
 
-// Time from a speed to rest.
+// Time to decelerate from the profile's speed to rest.
 double stopping_ms(const MotionProfile& profile);
 
 }  // namespace raywalk::capture

@@ -17,14 +17,14 @@ TEST(TrapezoidTest, LongMoveCruises) {
   EXPECT_DOUBLE_EQ(way.speed_mm_s(750.0), 100.0);
 }
 
-TEST(TrapezoidTest, ShortMoveTurnsFromSpeedingUpToSlowingDown) {
+TEST(TrapezoidTest, ShortMoveHasNoCruise) {
   const Trapezoid way(2.0, {100.0, 200.0});
   EXPECT_DOUBLE_EQ(way.duration_ms(), 200.0);  // 2 sqrt(d/a)
   EXPECT_DOUBLE_EQ(way.travelled_mm(100.0), 1.0);
   EXPECT_DOUBLE_EQ(way.speed_mm_s(100.0), 20.0);
 }
 
-TEST(TrapezoidTest, NoWayTakesNoTime) {
+TEST(TrapezoidTest, ZeroDistanceTakesNoTime) {
   const Trapezoid way(0.0, {100.0, 200.0});
   EXPECT_EQ(way.duration_ms(), 0.0);
   EXPECT_EQ(way.travelled_mm(10.0), 0.0);
@@ -35,7 +35,8 @@ TEST(TrapezoidTest, StoppingTakesSpeedOverAcceleration) {
   EXPECT_DOUBLE_EQ(stopping_ms({100.0, 200.0}), 500.0);
 }
 
-// Speed is the slope of the way, never above the top speed, and the way ends at the distance.
+// Speed is the derivative of the distance, never above the top speed; the move ends at the
+// distance.
 TEST(TrapezoidTest, HoldsOverAllScales) {
   std::mt19937_64 random(3);
   const auto any = [&](double low, double high) {

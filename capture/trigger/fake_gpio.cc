@@ -1,6 +1,8 @@
 #include "capture/trigger/fake_gpio.h"
 
+#include <array>
 #include <cerrno>
+#include <stdexcept>
 
 #include "capture/trigger/gpio_faults.h"
 #include "core/files/settings.h"
@@ -20,9 +22,13 @@ SettingsSchema schema_of(FakeGpioSettings* settings) {
       .number("busy_delay_ms", &settings->busy_delay_ms, 0.0, 1e6)
       .number("busy_ms", &settings->busy_ms, 0.0, 1e6)
       .boolean("films", &settings->films)
-      .choice("camera", &settings->camera, {"good", "never-busy", "busy-for-ever"})
+      .choice("camera", &settings->camera,
+              std::array{FakeGpioCamera::kGood, FakeGpioCamera::kNeverBusy,
+                         FakeGpioCamera::kBusyForEver})
       .integer("bad_press", &settings->bad_press, 0, 1000000)
-      .choice("chip", &settings->chip, {"good", "missing", "forbidden", "no-gpio"})
+      .choice("chip", &settings->chip,
+              std::array{FakeGpioChipState::kGood, FakeGpioChipState::kMissing,
+                         FakeGpioChipState::kForbidden, FakeGpioChipState::kNoGpio})
       .integer("taken_line", &settings->taken_line, -1, 511)
       .text("taken_by", &settings->taken_by)
       .integer("gone_after_changes", &settings->gone_after_changes, -1, 1000000);
@@ -30,6 +36,32 @@ SettingsSchema schema_of(FakeGpioSettings* settings) {
 }
 
 }  // namespace
+
+std::string_view name_of(FakeGpioCamera camera) {
+  switch (camera) {
+    case FakeGpioCamera::kGood:
+      return "good";
+    case FakeGpioCamera::kNeverBusy:
+      return "never-busy";
+    case FakeGpioCamera::kBusyForEver:
+      return "busy-for-ever";
+  }
+  throw std::logic_error("unknown kind of fake camera");
+}
+
+std::string_view name_of(FakeGpioChipState chip) {
+  switch (chip) {
+    case FakeGpioChipState::kGood:
+      return "good";
+    case FakeGpioChipState::kMissing:
+      return "missing";
+    case FakeGpioChipState::kForbidden:
+      return "forbidden";
+    case FakeGpioChipState::kNoGpio:
+      return "no-gpio";
+  }
+  throw std::logic_error("unknown state of a fake GPIO chip");
+}
 
 FakeGpioSettings parse_fake_gpio(std::string_view yaml) {
   FakeGpioSettings settings;
@@ -46,7 +78,7 @@ class FakeGpioOutput final : public GpioOutput {
     try {
       set(false);
     } catch (const DeviceFault&) {
-      // The chip has gone, and the line with it.
+      // The chip was removed, and the line with it.
     }
     gpio_->give_back(line_.offset);
   }
@@ -86,7 +118,7 @@ class FakeGpioInput final : public GpioInput {
   }
 
  private:
-  // Whether the program believes the opposite of how the line is wired.
+  // Whether the program's active_low setting differs from the wiring.
   bool is_inverted() const { return line_.active_low != gpio_->settings_.busy_active_low; }
 
   FakeGpio* gpio_;
@@ -119,10 +151,17 @@ FakeGpio::FakeGpio(FakeGpioSettings settings, Clock* clock)
       owned_(static_cast<std::size_t>(settings_.lines), false) {}
 
 std::unique_ptr<GpioChip> FakeGpio::open() {
-  if (settings_.chip == "missing") throw gpio_open_fault(kPath, ENOENT);
-  if (settings_.chip == "forbidden") throw gpio_open_fault(kPath, EACCES);
-  if (settings_.chip == "no-gpio") throw gpio_open_fault(kPath, ENOTTY);
-  return std::make_unique<FakeGpioChip>(this);
+  switch (settings_.chip) {
+    case FakeGpioChipState::kGood:
+      return std::make_unique<FakeGpioChip>(this);
+    case FakeGpioChipState::kMissing:
+      throw gpio_open_fault(kPath, ENOENT);
+    case FakeGpioChipState::kForbidden:
+      throw gpio_open_fault(kPath, EACCES);
+    case FakeGpioChipState::kNoGpio:
+      throw gpio_open_fault(kPath, ENOTTY);
+  }
+  throw std::logic_error("unknown state of a fake GPIO chip");
 }
 
 void FakeGpio::take(const GpioLine& line) {
@@ -145,7 +184,7 @@ void FakeGpio::set_voltage(int line, bool high) {
   const bool has_gone = settings_.gone_after_changes >= 0 &&
                         changes_.size() >= static_cast<std::size_t>(settings_.gone_after_changes);
   if (has_gone) throw gpio_line_fault(kPath, line, ENODEV);
-  // What nobody ever drove is held at the camera's inactive level by the wiring.
+  // The wiring holds a line that was never driven at the camera's inactive level.
   const auto [level, is_new] = high_.try_emplace(line, settings_.shutter_active_low);
   if (level->second == high) return;
   level->second = high;
@@ -165,18 +204,18 @@ void FakeGpio::press_camera() {
 }
 
 void FakeGpio::plan_busy() {
-  if (misbehaves("never-busy")) return;
+  if (misbehaves(FakeGpioCamera::kNeverBusy)) return;
   const SteadyTime change = clock_->now() + duration_from_ms(settings_.busy_delay_ms);
   if (settings_.films && !filming_) {
-    if (!misbehaves("busy-for-ever")) coming_.push_back({false, change});
+    if (!misbehaves(FakeGpioCamera::kBusyForEver)) coming_.push_back({false, change});
     return;
   }
   coming_.push_back({true, change});
-  if (settings_.films || misbehaves("busy-for-ever")) return;
+  if (settings_.films || misbehaves(FakeGpioCamera::kBusyForEver)) return;
   coming_.push_back({false, change + duration_from_ms(settings_.busy_ms)});
 }
 
-bool FakeGpio::misbehaves(const std::string& how) const {
+bool FakeGpio::misbehaves(FakeGpioCamera how) const {
   return settings_.camera == how && (settings_.bad_press == 0 || settings_.bad_press == presses_);
 }
 

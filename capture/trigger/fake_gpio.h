@@ -1,5 +1,5 @@
-// For tests: a GPIO chip with a camera wired to it, behind the interface of gpio_lines.h. Time is
-// that of a Clock, so that with a ManualClock nothing waits.
+// For tests: an implementation of gpio_lines.h with a simulated chip and camera. Time is that of a
+// Clock; with a ManualClock nothing waits.
 #pragma once
 
 #include <deque>
@@ -13,22 +13,32 @@
 
 namespace raywalk::capture {
 
+// Behaviour of the camera's busy line: "good", "never-busy", "busy-for-ever".
+enum class FakeGpioCamera { kGood, kNeverBusy, kBusyForEver };
+// Result of opening the chip: "good", "missing", "forbidden" (no permission), "no-gpio" (another
+// kind of device).
+enum class FakeGpioChipState { kGood, kMissing, kForbidden, kNoGpio };
+
+// The words of the YAML.
+std::string_view name_of(FakeGpioCamera camera);
+std::string_view name_of(FakeGpioChipState chip);
+
 // Read from YAML with keys of the same names.
 struct FakeGpioSettings {
   int lines = 8;
   int shutter_line = 1;
   int busy_line = 2;
-  bool shutter_active_low = false;  // as wired, whatever the program believes
+  bool shutter_active_low = false;  // as wired, independent of the program's settings
   bool busy_active_low = false;
   double busy_delay_ms = 30.0;  // from the shutter's press to the busy line
   double busy_ms = 400.0;
-  bool films = false;              // a press starts a film, the next one stops it
-  std::string camera = "good";     // "never-busy", "busy-for-ever"
-  int bad_press = 0;               // the one press, from 1, at which it is so; 0: all
-  std::string chip = "good";       // "missing", "forbidden", "no-gpio"
-  int taken_line = -1;             // held by another program
-  std::string taken_by = "other";  // which calls itself this
-  int gone_after_changes = -1;     // the chip goes after so many changes of outputs; -1: never
+  bool films = false;  // a press starts a film, the next one stops it
+  FakeGpioCamera camera = FakeGpioCamera::kGood;
+  int bad_press = 0;  // the only press, from 1, with the camera's fault; 0: all
+  FakeGpioChipState chip = FakeGpioChipState::kGood;
+  int taken_line = -1;             // owned by another program
+  std::string taken_by = "other";  // name of that program
+  int gone_after_changes = -1;  // the chip is removed after this many changes of outputs; -1: never
 };
 
 // Throws UsageError as SettingsSchema does.
@@ -42,17 +52,17 @@ struct GpioLevelChange {
   friend bool operator==(const GpioLevelChange&, const GpioLevelChange&) = default;
 };
 
-// The chip, the wires and the camera. Outlives the chips that it opens.
+// The chip, the wiring and the camera. Must outlive the chips that it opens.
 class FakeGpio {
  public:
   FakeGpio(FakeGpioSettings settings, Clock* clock);
 
-  // As open_gpio_chip: throws the DeviceFault of the configured fault.
+  // As open_gpio_chip; throws DeviceFault as configured.
   std::unique_ptr<GpioChip> open();
 
   // Every change of the outputs so far, in order.
   const std::vector<GpioLevelChange>& changes() const { return changes_; }
-  // Presses that the camera saw, those it ignored because it was busy included.
+  // Presses of the shutter, including those that a busy camera ignored.
   int presses() const { return presses_; }
   bool is_owned(int line) const { return owned_.at(static_cast<std::size_t>(line)); }
 
@@ -66,8 +76,8 @@ class FakeGpio {
   void set_voltage(int line, bool high);
   void press_camera();
   void plan_busy();
-  bool misbehaves(const std::string& how) const;
-  // Lets the busy line do what is due by now.
+  bool misbehaves(FakeGpioCamera how) const;
+  // Applies the changes of the busy line that are due.
   void catch_up();
 
   FakeGpioSettings settings_;
@@ -78,8 +88,8 @@ class FakeGpio {
   int presses_ = 0;
   bool filming_ = false;
   bool busy_ = false;
-  std::deque<GpioEdge> coming_;  // of the busy line, in order of time
-  std::deque<GpioEdge> queued_;  // seen by the kernel, not yet taken
+  std::deque<GpioEdge> coming_;  // future edges of the busy line, in order of time
+  std::deque<GpioEdge> queued_;  // in the kernel's queue
 };
 
 }  // namespace raywalk::capture

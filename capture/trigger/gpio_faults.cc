@@ -59,8 +59,8 @@ DeviceFault gpio_request_fault(const GpioRequestFailure& failure) {
     case EPERM:
       return {FaultKind::kNoContact, permission_advice(failure.path)};
     default:
-      return {FaultKind::kNoContact, "cannot request " + line + " (" + reason(failure.error) +
-                                         "); see what gpioinfo says of it"};
+      return {FaultKind::kNoContact,
+              "cannot request " + line + " (" + reason(failure.error) + "); see gpioinfo"};
   }
 }
 

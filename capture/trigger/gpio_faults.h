@@ -1,4 +1,4 @@
-// What went wrong with a GPIO chip, in words that every implementation of gpio_lines.h shares.
+// Error messages shared by the implementations of gpio_lines.h.
 #pragma once
 
 #include <string>
@@ -7,22 +7,23 @@
 
 namespace raywalk::capture {
 
-// The device behind the name a user gives: as it is where it holds a '/', else in /dev.
+// The path of a chip: unchanged if it contains a '/', else in /dev.
 std::string gpio_chip_path(const std::string& chip);
 
-// `error` is the errno of the call that failed.
+// For a chip that cannot be opened. `error` is the errno of the failed call.
 DeviceFault gpio_open_fault(const std::string& path, int error);
 
 struct GpioRequestFailure {
   std::string path;  // of the chip
   int offset = 0;    // of the line
   int line_count = 0;
-  int error = 0;         // errno of the call that failed
-  std::string consumer;  // who holds the line; empty where unknown
+  int error = 0;         // errno of the failed call
+  std::string consumer;  // the owner of the line; empty if unknown
 };
+// For a line that cannot be requested.
 DeviceFault gpio_request_fault(const GpioRequestFailure& failure);
 
-// Reading, setting or waiting on a line that was requested.
+// For a failed read, write or wait on a requested line.
 DeviceFault gpio_line_fault(const std::string& path, int offset, int error);
 
 }  // namespace raywalk::capture

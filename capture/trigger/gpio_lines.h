@@ -1,7 +1,6 @@
-// GPIO lines as the programs use them: a chip that lends single lines, outputs that are set and
-// inputs that report edges. Behind it stands libgpiod, 1.6 or 2.x (gpiod_lines_v1.cc,
-// gpiod_lines_v2.cc; the build takes the one that fits the installed library), or a fake chip
-// (fake_gpio.h).
+// Interface to GPIO lines: a chip whose lines are requested as outputs that are set or inputs that
+// report edges. Implemented by libgpiod 1.6 or 2.x (gpiod_lines_v1.cc or gpiod_lines_v2.cc; the
+// build chooses by the installed version), and by a fake chip (fake_gpio.h).
 //
 // "Active" is the logical level: high, or low for a line declared active low.
 #pragma once
@@ -25,21 +24,21 @@ struct GpioEdge {
   SteadyTime time{};
 };
 
-// Owned until destroyed: no other program can take the line meanwhile.
+// A line owned exclusively until destroyed.
 class GpioOutput {
  public:
   GpioOutput() = default;
   GpioOutput(const GpioOutput&) = delete;
   GpioOutput& operator=(const GpioOutput&) = delete;
-  // Leaves the line inactive. What a pin does once nobody owns it is up to its driver (many become
-  // inputs), so the wiring must hold an open line inactive.
+  // Leaves the line inactive. The state of a pin without an owner depends on its driver (many
+  // become inputs), so the wiring must hold an open line inactive.
   virtual ~GpioOutput() = default;
 
-  // Throws DeviceFault kNoContact where the chip has gone.
+  // Throws DeviceFault kNoContact if the chip was removed.
   virtual void set(bool active) = 0;
 };
 
-// Edges queue from the request on (the kernel keeps 16), so that none between two waits is lost.
+// The kernel queues edges (up to 16) from the request on, so none between two waits is lost.
 class GpioInput {
  public:
   GpioInput() = default;
@@ -48,14 +47,13 @@ class GpioInput {
   virtual ~GpioInput() = default;
 
   virtual bool is_active() = 0;
-  // The oldest edge not yet taken; none once `timeout` has passed, or sooner where a signal
-  // arrives. Zero looks without waiting.
+  // The oldest queued edge; none after `timeout`, or earlier if a signal arrives. A timeout of zero
+  // does not wait.
   virtual std::optional<GpioEdge> wait_edge(Duration timeout) = 0;
 };
 
-// Requests throw DeviceFault naming chip and line: kWrongDevice where the chip has no such line,
-// kNoContact where another program holds it or the right to it is missing. The chip must outlive
-// its lines.
+// Requests throw DeviceFault naming chip and line: kWrongDevice if the chip has no such line,
+// kNoContact if another program owns it or permission is missing. The chip must outlive its lines.
 class GpioChip {
  public:
   GpioChip() = default;
@@ -71,7 +69,7 @@ class GpioChip {
 };
 
 // `chip` is a device ("/dev/gpiochip0") or its name in /dev ("gpiochip0"). Throws DeviceFault:
-// kNoContact where it is missing or not permitted, kWrongDevice where it is no GPIO chip.
+// kNoContact if it is missing or not permitted, kWrongDevice if it is not a GPIO chip.
 std::unique_ptr<GpioChip> open_gpio_chip(const std::string& chip);
 
 }  // namespace raywalk::capture

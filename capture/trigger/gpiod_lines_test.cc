@@ -1,4 +1,4 @@
-// What open_gpio_chip says without a chip; against real kernel chips it runs in QEMU.
+// Errors of open_gpio_chip without a chip. tests/kernel runs it on real kernel drivers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -21,7 +21,7 @@ struct LineReleaser {
   void operator()(gpiod_line* line) const { gpiod_line_release(line); }
 };
 using ChipHandle = std::unique_ptr<gpiod_chip, ChipCloser>;
-// A line belongs to its chip; what is owned, and given back, is the request of it.
+// Owns the request of a line; the line itself belongs to its chip.
 using LineHandle = std::unique_ptr<gpiod_line, LineReleaser>;
 
 int flags_of(const GpioLine& line) {
@@ -62,7 +62,7 @@ class GpiodInput final : public GpioInput {
     if (waited == 0 || (waited < 0 && errno == EINTR)) return std::nullopt;
     gpiod_line_event event{};
     if (waited < 0 || gpiod_line_event_read(line_.get(), &event) != 0) throw fault();
-    // With both edges asked for the kernel reports logical levels, also for active low lines.
+    // For both edges the kernel reports logical levels, also for active-low lines.
     return GpioEdge{.active = event.event_type == GPIOD_LINE_EVENT_RISING_EDGE,
                     .time = SteadyTime{std::chrono::seconds(event.ts.tv_sec) +
                                        std::chrono::nanoseconds(event.ts.tv_nsec)}};
@@ -89,7 +89,7 @@ class GpiodChip final : public GpioChip {
 
   std::unique_ptr<GpioOutput> request_output(const GpioLine& line) override {
     gpiod_line* const handle = line_at(line);
-    // The last argument is the logical level the line starts with.
+    // The last argument is the initial logical level.
     if (gpiod_line_request_output_flags(handle, kConsumer, flags_of(line), 0) != 0) {
       throw refusal(line, handle);
     }
@@ -116,14 +116,14 @@ class GpiodChip final : public GpioChip {
     return handle;
   }
 
-  // errno must be that of the call that failed.
+  // Reads errno of the failed call.
   DeviceFault refusal(const GpioLine& line, gpiod_line* handle) const {
     GpioRequestFailure failure{.path = path_,
                                .offset = line.offset,
                                .line_count = line_count(),
                                .error = errno,
                                .consumer = {}};
-    // The library's copy of who holds the line dates from before the request.
+    // The library's copy of the line's consumer is older than the request.
     if (handle != nullptr && gpiod_line_update(handle) == 0) {
       const char* const consumer = gpiod_line_consumer(handle);
       if (consumer != nullptr) failure.consumer = consumer;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kConsumer = "raywalk-capture";
 
-// Calls the library's own function for an object when its owner goes.
+// Deleter that calls the library's function for the type.
 template <auto kFree>
 struct Freer {
   template <typename T>
@@ -31,14 +31,14 @@ using RequestConfig = std::unique_ptr<gpiod_request_config, Freer<gpiod_request_
 using LineRequest = std::unique_ptr<gpiod_line_request, Freer<gpiod_line_request_release>>;
 using EventBuffer = std::unique_ptr<gpiod_edge_event_buffer, Freer<gpiod_edge_event_buffer_free>>;
 
-// The library's constructors give a null pointer only where memory runs out.
+// The library's constructors return a null pointer only when out of memory.
 template <typename Handle>
 Handle made(typename Handle::pointer object) {
   if (object == nullptr) throw std::bad_alloc();
   return Handle(object);
 }
 
-// One request holds one line.
+// One request per line.
 struct RequestedLine {
   LineRequest request;
   std::string path;  // of its chip
@@ -80,7 +80,7 @@ class GpiodInput final : public GpioInput {
   }
 
   std::optional<GpioEdge> wait_edge(Duration timeout) override {
-    // A negative time would wait for ever.
+    // A negative time would wait without end.
     const int waited = gpiod_line_request_wait_edge_events(
         line_.request.get(), std::max(timeout, Duration::zero()).count());
     if (waited == 0 || (waited < 0 && errno == EINTR)) return std::nullopt;
@@ -125,7 +125,7 @@ class GpiodChip final : public GpioChip {
   std::unique_ptr<GpioInput> request_input(const GpioLine& line) override {
     const LineSettings settings = settings_for(line, GPIOD_LINE_DIRECTION_INPUT);
     gpiod_line_settings_set_edge_detection(settings.get(), GPIOD_LINE_EDGE_BOTH);
-    // The library's default, said here because the edges' times rest on it.
+    // The library's default; stated here because the times of edges rely on it.
     gpiod_line_settings_set_event_clock(settings.get(), GPIOD_LINE_CLOCK_MONOTONIC);
     return std::make_unique<GpiodInput>(request(line, settings));
   }

@@ -9,24 +9,24 @@
 namespace raywalk::capture {
 namespace {
 
-// How long a Ctrl-C may go unnoticed.
+// Longest delay of the reaction to an interrupt.
 constexpr Duration kStep = std::chrono::milliseconds(50);
 
 std::string in_ms(double ms) { return std::to_string(std::lround(ms)) + " ms"; }
 
-// Lets go of a line when an exception leaves a press.
-class LetGo {
+// Releases a line when an exception leaves a press.
+class ReleaseOnExit {
  public:
-  explicit LetGo(GpioOutput* line) : line_(line) {}
-  ~LetGo() {
+  explicit ReleaseOnExit(GpioOutput* line) : line_(line) {}
+  ~ReleaseOnExit() {
     try {
       if (line_ != nullptr) line_->set(false);
     } catch (const DeviceFault&) {
-      // The chip has gone; the press that failed says so.
+      // The chip was removed; the failed press reports it.
     }
   }
-  LetGo(const LetGo&) = delete;
-  LetGo& operator=(const LetGo&) = delete;
+  ReleaseOnExit(const ReleaseOnExit&) = delete;
+  ReleaseOnExit& operator=(const ReleaseOnExit&) = delete;
 
  private:
   GpioOutput* line_;
@@ -92,26 +92,27 @@ void Shutter::wait_until_done(ShutterTimes* times, const std::string& since) {
 }
 
 SteadyTime Shutter::press() {
-  const LetGo focus(focus_.get());
-  const LetGo shutter(shutter_.get());
+  const ReleaseOnExit focus(focus_.get());
+  const ReleaseOnExit shutter(shutter_.get());
   if (focus_ != nullptr) {
     focus_->set(true);
     wait(config_.focus_ms);
   }
   throw_if_interrupted();
-  // What the busy line did until now, at the half-press too, was not about this picture.
+  // Drops earlier edges of the busy line, also of the half-press: they do not belong to this
+  // picture.
   while (busy_ != nullptr && busy_->wait_edge(Duration::zero())) {
   }
   const SteadyTime pressed = clock_->now();
   shutter_->set(true);
   hold(config_.pulse_ms);
-  // Here, where a line that cannot be let go is an error, and not in LetGo.
+  // Here and not in ReleaseOnExit, because here a failure to release a line is an error.
   shutter_->set(false);
   if (focus_ != nullptr) focus_->set(false);
   return pressed;
 }
 
-// Sleeps may end early at a signal.
+// Sleeps again after a signal.
 void Shutter::hold(double ms) {
   const SteadyTime end = clock_->now() + duration_from_ms(ms);
   while (clock_->now() < end) clock_->sleep(end - clock_->now());
@@ -128,7 +129,7 @@ void Shutter::wait(double ms) {
 SteadyTime Shutter::wait_for_busy(SteadyTime pressed) {
   const SteadyTime deadline = pressed + duration_from_ms(config_.busy_start_timeout_ms);
   for (;;) {
-    // Any edge will do: of a pulse shorter than the kernel's latency only the end is seen.
+    // Any edge counts: of a pulse shorter than the kernel's latency only the end is reported.
     if (const auto edge = busy_->wait_edge(step_to(deadline))) return edge->time;
     throw_if_interrupted();
     if (clock_->now() >= deadline) break;
@@ -136,8 +137,8 @@ SteadyTime Shutter::wait_for_busy(SteadyTime pressed) {
   throw DeviceFault(FaultKind::kMissingPicture,
                     "the camera did not become busy within " +
                         in_ms(config_.busy_start_timeout_ms) +
-                        " of the shutter, so it took no picture; see that it is awake, has room on "
-                        "its card, and that trigger.shutter_line and busy_line are wired so");
+                        " of the shutter, so it took no picture; check that it is awake, that its "
+                        "card has room, and the wiring of trigger.shutter_line and busy_line");
 }
 
 void Shutter::wait_until_free(const std::string& since) {
@@ -147,10 +148,10 @@ void Shutter::wait_until_free(const std::string& since) {
     if (clock_->now() >= deadline) {
       throw DeviceFault(FaultKind::kBusy, "the camera stayed busy for " +
                                               in_ms(config_.busy_end_timeout_ms) + " " + since +
-                                              "; see what it shows, switch it off and on if need "
-                                              "be, and check trigger.busy_active_low");
+                                              "; check its display, switch it off and on if "
+                                              "needed, and check trigger.busy_active_low");
     }
-    // Only to wake when it happens: the level decides.
+    // Wakes early at an edge; the level decides.
     busy_->wait_edge(step_to(deadline));
   }
 }

@@ -1,5 +1,5 @@
-// The shutter of a still camera behind opto-isolated lines: half-press, press, release, and waiting
-// for the camera to be done.
+// The shutter of a still camera on opto-isolated lines: half-press, press, release, and wait until
+// the camera is done.
 //
 //   focus   ___/-----------------\_______________________
 //   shutter __________/----------\_______________________
@@ -24,11 +24,11 @@ struct ShutterTimes {
   SteadyTime done{};     // the camera was no longer busy, or hold_ms had passed
 };
 
-// Both outputs are inactive except during a press, however that ends. Calls throw DeviceFault, and
-// Interrupted while they wait; a press itself is brief and never cut short.
+// Both outputs are inactive except during a press, also after an exception. Calls throw
+// DeviceFault, and Interrupted while they wait; a press itself is brief and not interrupted.
 class Shutter {
  public:
-  // Requests the lines. Throws UsageError without a shutter line, else what GpioChip throws.
+  // Requests the lines. Throws UsageError without a shutter line, and as GpioChip does.
   Shutter(const TriggerConfig& config, std::unique_ptr<GpioChip> chip, Clock* clock);
 
   // "line 5 of /dev/gpiochip0 (pinctrl-bcm2711, 58 lines)"
@@ -36,9 +36,9 @@ class Shutter {
   // None without a busy line.
   std::optional<bool> is_busy();
 
-  // Waits until the camera is free, presses, and waits for it to be done. Throws DeviceFault kBusy:
-  // busy beyond busy_end_timeout_ms, before or after; kMissingPicture: not busy within
-  // busy_start_timeout_ms of the press, so it took nothing.
+  // Waits until the camera is free, presses, and waits until it is done. Throws DeviceFault kBusy
+  // if it is busy for longer than busy_end_timeout_ms, before or after the press; kMissingPicture
+  // if it does not become busy within busy_start_timeout_ms of the press, so it took no picture.
   ShutterTimes take_picture();
 
   // A press that starts a film and one that stops it, for cameras that toggle. The busy line, where

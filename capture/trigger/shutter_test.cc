@@ -26,7 +26,7 @@ TriggerConfig wired() {
   return config;
 }
 
-// A shutter on the fake chip that `yaml` describes.
+// A shutter on the fake chip described by `yaml`.
 struct Rig {
   explicit Rig(std::string_view yaml, const TriggerConfig& config = wired())
       : gpio(parse_fake_gpio(yaml), &clock), shutter(config, gpio.open(), &clock) {}
@@ -42,7 +42,7 @@ bool is_let_go(const FakeGpio& gpio, bool active_low = false) {
   return high[0] == active_low && high[1] == active_low;
 }
 
-TEST(Shutter, PressesHalfThenFullyThenLetsGo) {
+TEST(Shutter, PressesHalfThenFullyThenReleases) {
   Rig rig("{busy_delay_ms: 30, busy_ms: 400}");
   const ShutterTimes times = rig.shutter.take_picture();
   EXPECT_THAT(
@@ -124,7 +124,7 @@ TEST(Shutter, CameraThatStaysBusyIsAFault) {
   EXPECT_TRUE(is_let_go(rig.gpio));
 }
 
-TEST(Shutter, ChipThatGoesInMidPressIsNoContact) {
+TEST(Shutter, ChipRemovedDuringAPressIsNoContact) {
   Rig rig("{gone_after_changes: 2}");
   const DeviceFault fault = fault_of([&] { rig.shutter.take_picture(); });
   EXPECT_EQ(fault.kind(), FaultKind::kNoContact);
@@ -150,7 +150,7 @@ TEST(Shutter, FilmThatDoesNotStartOrStopIsAFault) {
   EXPECT_EQ(fault_of([&] { endless.shutter.stop_film(); }).kind(), FaultKind::kBusy);
 }
 
-TEST(Shutter, LinesAreItsOwnUntilItGoes) {
+TEST(Shutter, OwnsItsLinesUntilDestroyed) {
   ManualClock clock;
   FakeGpio gpio(FakeGpioSettings{}, &clock);
   {
@@ -162,7 +162,7 @@ TEST(Shutter, LinesAreItsOwnUntilItGoes) {
   EXPECT_FALSE(gpio.is_owned(0) || gpio.is_owned(1) || gpio.is_owned(2));
 }
 
-TEST(Shutter, SaysWhichLineCannotBeHad) {
+TEST(Shutter, NamesTheLineThatCannotBeRequested) {
   const DeviceFault taken = fault_of([] { Rig rig("{taken_line: 2, taken_by: lirc}"); });
   EXPECT_EQ(taken.kind(), FaultKind::kNoContact);
   EXPECT_THAT(taken.what(), HasSubstr("line 2 of /dev/gpiochip-fake is in use by 'lirc'"));
@@ -173,7 +173,7 @@ TEST(Shutter, SaysWhichLineCannotBeHad) {
   EXPECT_THAT(outside.what(), HasSubstr("no line 8 of /dev/gpiochip-fake, which has 8 lines"));
 }
 
-TEST(Shutter, SaysWhyTheChipCannotBeHad) {
+TEST(Shutter, SaysWhyTheChipCannotBeOpened) {
   EXPECT_EQ(fault_of([] { Rig rig("{chip: missing}"); }).kind(), FaultKind::kNoContact);
   EXPECT_THAT(fault_of([] { Rig rig("{chip: forbidden}"); }).what(), HasSubstr("no permission"));
   EXPECT_EQ(fault_of([] { Rig rig("{chip: no-gpio}"); }).kind(), FaultKind::kWrongDevice);
@@ -201,7 +201,7 @@ class InterruptingClock final : public Clock {
   SteadyTime when_;
 };
 
-// Exit code: 10 times the changes of lines before the interruption, plus 1 where all are let go.
+// Exit code: 10 times the changes of lines before the interruption, plus 1 if all are released.
 void interrupt_picture_at(double ms) {
   install_interrupt_handlers();
   InterruptingClock clock(at_ms(ms));
@@ -225,7 +225,7 @@ TEST_F(ShutterDeathTest, InterruptAtTheHalfPressTakesNoPicture) {
   EXPECT_EXIT(interrupt_picture_at(300), testing::ExitedWithCode(21), "");
 }
 
-TEST_F(ShutterDeathTest, InterruptDuringThePressOrAfterItLetsTheLinesGo) {
+TEST_F(ShutterDeathTest, InterruptDuringThePressOrAfterItReleasesTheLines) {
   EXPECT_EXIT(interrupt_picture_at(350), testing::ExitedWithCode(41), "");
   EXPECT_EXIT(interrupt_picture_at(5000), testing::ExitedWithCode(41), "");
 }

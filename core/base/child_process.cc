@@ -21,7 +21,7 @@ namespace raywalk {
 namespace {
 
 constexpr std::chrono::milliseconds kPollEvery{20};
-constexpr std::chrono::seconds kGrace{3};  // between asking a program to end and killing it
+constexpr std::chrono::seconds kGrace{3};  // between SIGTERM and SIGKILL
 
 std::string_view name_of(std::string_view variable) {
   return variable.substr(0, variable.find('='));
@@ -46,7 +46,7 @@ std::vector<char*> null_terminated(std::vector<std::string>* texts) {
   return pointers;
 }
 
-// In the child.
+// Runs in the child process after fork.
 [[noreturn]] void start(const std::vector<char*>& argv, const std::vector<char*>& envp,
                         int output) {
   setpgid(0, 0);
@@ -68,7 +68,7 @@ ChildProcess::ChildProcess(const std::filesystem::path& executable,
                            const std::filesystem::path& output,
                            const std::vector<std::string>& environment) {
   // Everything that allocates comes before fork: between fork and exec only async-signal-safe
-  // functions may be called in a program of several threads.
+  // functions may be called in a multithreaded program.
   std::vector<std::string> words{executable.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> variables = environment_with(environment);
@@ -91,7 +91,7 @@ ChildProcess::ChildProcess(const std::filesystem::path& executable,
   setpgid(pid_, pid_);
 }
 
-std::optional<int> ChildProcess::ended() {
+std::optional<int> ChildProcess::try_wait() {
   if (!status_) {
     int status = 0;
     if (waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
@@ -101,11 +101,11 @@ std::optional<int> ChildProcess::ended() {
 
 void ChildProcess::stop() {
   const auto deadline = std::chrono::steady_clock::now() + kGrace;
-  if (!ended()) kill(-pid_, SIGTERM);
-  while (!ended() && std::chrono::steady_clock::now() < deadline) {
+  if (!try_wait()) kill(-pid_, SIGTERM);
+  while (!try_wait() && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(kPollEvery);
   }
-  if (ended()) return;
+  if (try_wait()) return;
   kill(-pid_, SIGKILL);
   int status = 0;
   waitpid(pid_, &status, 0);
@@ -113,7 +113,7 @@ void ChildProcess::stop() {
 }
 
 int ChildProcess::wait() {
-  while (!ended()) {
+  while (!try_wait()) {
     if (interrupt_requested()) {
       stop();
       throw Interrupted("interrupted");
@@ -125,7 +125,7 @@ int ChildProcess::wait() {
 
 bool succeeded(int status) { return WIFEXITED(status) && WEXITSTATUS(status) == 0; }
 
-std::string ending_of(int status) {
+std::string describe_failure(int status) {
   if (WIFSIGNALED(status)) return fmt::format("was killed by signal {}", WTERMSIG(status));
   return fmt::format("failed with exit code {}", WEXITSTATUS(status));
 }

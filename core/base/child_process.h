@@ -10,14 +10,14 @@
 
 namespace raywalk {
 
-// A running program in a process group of its own, so that whatever it starts ends with it, and
-// that cannot outlive this process. What it says, on stdout and stderr, is appended to a file; its
-// stdin is empty. The destructor stops it.
+// A child process in its own process group, so that its descendants are stopped with it. It cannot
+// outlive this process. Its stdout and stderr are appended to a file; its stdin is empty. The
+// destructor stops it.
 class ChildProcess {
  public:
-  // `environment` holds "NAME=value" that the program gets besides, or instead of, this process's
-  // own. Throws Error where the file cannot be written or no process be made; a program that cannot
-  // be executed ends with exit code 127.
+  // `environment` holds "NAME=value" entries that are added to this process's environment or
+  // override it. Throws Error if the output file cannot be written or the fork fails. A program
+  // that cannot be executed ends with exit code 127.
   ChildProcess(const std::filesystem::path& executable, const std::vector<std::string>& arguments,
                const std::filesystem::path& output,
                const std::vector<std::string>& environment = {});
@@ -25,11 +25,11 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  // The status as waitpid tells it; none while it runs.
-  std::optional<int> ended();
-  // Asks it to end, and ends it where it does not within a few seconds.
+  // The status as waitpid(2) returns it; none while the process runs. Does not block.
+  std::optional<int> try_wait();
+  // Sends SIGTERM, then SIGKILL if the process has not ended within a few seconds.
   void stop();
-  // Waits for its end; the status. On Ctrl-C stops it and throws Interrupted.
+  // Waits for the process to end and returns its status. On Ctrl-C stops it and throws Interrupted.
   int wait();
 
  private:
@@ -37,9 +37,9 @@ class ChildProcess {
   std::optional<int> status_{};
 };
 
-// Whether a status says that all went well.
+// Whether `status` (from waitpid) is a normal exit with code 0.
 bool succeeded(int status);
-// How a program that did not succeed ended: "failed with exit code 1", "was killed by signal 9".
-std::string ending_of(int status);
+// A failed status in words: "failed with exit code 1", "was killed by signal 9".
+std::string describe_failure(int status);
 
 }  // namespace raywalk

@@ -30,19 +30,19 @@ class ChildProcessTest : public ::testing::Test {
   std::filesystem::path log_ = directory_ / "log";
 };
 
-TEST_F(ChildProcessTest, WhatItSaysIsAppended) {
+TEST_F(ChildProcessTest, OutputIsAppended) {
   EXPECT_TRUE(succeeded(run_shell("echo one; echo two >&2")));
   EXPECT_TRUE(succeeded(run_shell("cat; echo three")));  // stdin is empty
   EXPECT_EQ(text_of(log_), "one\ntwo\nthree\n");
 }
 
-TEST_F(ChildProcessTest, ArgumentsAreNotLookedAtByAShell) {
+TEST_F(ChildProcessTest, ArgumentsAreNotInterpretedByAShell) {
   ChildProcess child("/bin/echo", {"a b", "$HOME", "*", "'"}, log_);
   EXPECT_TRUE(succeeded(child.wait()));
   EXPECT_EQ(text_of(log_), "a b $HOME * '\n");
 }
 
-TEST_F(ChildProcessTest, EnvironmentIsAddedToAndReplaced) {
+TEST_F(ChildProcessTest, EnvironmentIsExtendedAndOverridden) {
   ASSERT_EQ(setenv("RAYWALK_TEST_OLD", "old", 1), 0);
   ASSERT_EQ(setenv("RAYWALK_TEST_KEPT", "kept", 1), 0);
   run_shell("echo $RAYWALK_TEST_OLD $RAYWALK_TEST_NEW $RAYWALK_TEST_KEPT",
@@ -50,22 +50,22 @@ TEST_F(ChildProcessTest, EnvironmentIsAddedToAndReplaced) {
   EXPECT_EQ(text_of(log_), "replaced new kept\n");
 }
 
-TEST_F(ChildProcessTest, EndIsTold) {
-  EXPECT_EQ(ending_of(run_shell("exit 3")), "failed with exit code 3");
-  EXPECT_EQ(ending_of(run_shell("kill -9 $$")), "was killed by signal 9");
+TEST_F(ChildProcessTest, FailuresAreDescribed) {
+  EXPECT_EQ(describe_failure(run_shell("exit 3")), "failed with exit code 3");
+  EXPECT_EQ(describe_failure(run_shell("kill -9 $$")), "was killed by signal 9");
   ChildProcess missing(directory_ / "nothing", {}, log_);
-  EXPECT_EQ(ending_of(missing.wait()), "failed with exit code 127");
+  EXPECT_EQ(describe_failure(missing.wait()), "failed with exit code 127");
   EXPECT_THROW(ChildProcess("/bin/true", {}, directory_ / "none/log"), Error);
 }
 
-TEST_F(ChildProcessTest, StoppingEndsWhatItStartedToo) {
+TEST_F(ChildProcessTest, StoppingEndsDescendants) {
   ChildProcess child("/bin/sh", {"-c", "sleep 100 & echo $!; wait"}, log_);
   while (text_of(log_).find('\n') == std::string::npos) usleep(1000);
   const pid_t grandchild = std::stoi(text_of(log_));
-  EXPECT_FALSE(child.ended());
+  EXPECT_FALSE(child.try_wait());
   child.stop();
-  EXPECT_TRUE(child.ended());
-  // Ended, and no more than a zombie until init has noticed.
+  EXPECT_TRUE(child.try_wait());
+  // Ended; it may remain a zombie until init reaps it.
   const auto is_gone = [grandchild] {
     const std::string stat = text_of("/proc/" + std::to_string(grandchild) + "/stat");
     return stat.empty() || stat.find(") Z ") != std::string::npos;
@@ -74,12 +74,12 @@ TEST_F(ChildProcessTest, StoppingEndsWhatItStartedToo) {
   EXPECT_TRUE(is_gone());
 }
 
-TEST_F(ChildProcessTest, ProgramDeafToTheRequestIsEndedAllTheSame) {
+TEST_F(ChildProcessTest, ProgramThatIgnoresSigtermIsKilled) {
   ChildProcess child("/bin/sh", {"-c", "trap '' TERM; echo on; while :; do sleep 1; done"}, log_);
   while (text_of(log_).empty()) usleep(1000);
   child.stop();
-  ASSERT_TRUE(child.ended());
-  EXPECT_EQ(ending_of(*child.ended()), "was killed by signal 9");
+  ASSERT_TRUE(child.try_wait());
+  EXPECT_EQ(describe_failure(*child.try_wait()), "was killed by signal 9");
 }
 
 }  // namespace

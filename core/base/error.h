@@ -15,31 +15,31 @@ enum class ExitCode : int {
   kDone = 0,
   kFailed = 1,        // bad input, unwritable output, a device that failed
   kWrongUsage = 2,    // wrong command line or configuration
-  kPaused = 3,        // stopped in good order, can be resumed
+  kPaused = 3,        // stopped cleanly, can be resumed
   kInterrupted = 130  // Ctrl-C
 };
 
-// The input or the world is at fault; exit code kFailed.
+// Bad input, a failed device or a failed system call; exit code kFailed.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// The command line or a configuration file is at fault; exit code kWrongUsage.
+// A wrong command line or configuration file; exit code kWrongUsage.
 class UsageError : public Error {
  public:
   using Error::Error;
 };
 
-// A session stopped in good order because something outside of the program has to be put right
-// first; the same command goes on afterwards. Exit code kPaused.
+// A session stopped cleanly because the operator has to fix something first; the same command
+// resumes it. Exit code kPaused.
 class Paused : public Error {
  public:
   using Error::Error;
 };
 
-// The user asked to stop; exit code kInterrupted. Work done so far is kept where a stage can
-// resume.
+// The user interrupted the program (Ctrl-C); exit code kInterrupted. Stages that can resume keep
+// their finished work.
 class Interrupted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -50,7 +50,7 @@ class Interrupted : public std::runtime_error {
 // ends.
 std::string one_line(std::string_view text);
 
-// `text` as a message shows what it found in a file: one_line, cut to 60 bytes, in single quotes.
+// File content quoted in an error message: one_line(text), cut to 60 bytes, in single quotes.
 std::string excerpt(std::string_view text);
 
 }  // namespace raywalk

@@ -8,13 +8,13 @@
 namespace raywalk {
 namespace {
 
-// A signal handler may touch lock-free atomics only ([support.signal]).
+// A signal handler may only access lock-free atomics ([support.signal]).
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 extern "C" void request_stop(int /*signal*/) { stop_requested.store(true); }
 
-// Returns what was there before.
+// Returns the previous action.
 struct sigaction install(int signal, int flags) {
   struct sigaction action = {};
   action.sa_handler = request_stop;
@@ -28,17 +28,17 @@ struct sigaction install(int signal, int flags) {
 }  // namespace
 
 void install_interrupt_handlers() {
-  // SA_RESETHAND restores the default after the first SIGINT, so the second ends the process the
-  // way a shell expects: killed by SIGINT, which it shows as 130.
+  // SA_RESETHAND restores the default after the first SIGINT, so the second one kills the process
+  // by SIGINT, which shells report as 130.
   install(SIGINT, SA_RESTART | SA_RESETHAND);
   install(SIGTERM, SA_RESTART);
 }
 
-StopSignalsOnlyAsk::StopSignalsOnlyAsk() {
+DeferStopSignals::DeferStopSignals() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) before_[i] = install(kSignals[i], SA_RESTART);
 }
 
-StopSignalsOnlyAsk::~StopSignalsOnlyAsk() {
+DeferStopSignals::~DeferStopSignals() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 

@@ -1,4 +1,4 @@
-// Ctrl-C as a flag that long work looks at, so that it can stop in good order.
+// Ctrl-C as a flag that long work polls, so that it can stop cleanly.
 #pragma once
 
 #include <array>
@@ -10,15 +10,14 @@ namespace raywalk {
 // once.
 void install_interrupt_handlers();
 
-// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT ask to stop and do no more, however often
-// they come: for work that must not end in the middle, as a motor that has to be stopped first.
-// Only one may exist at a time.
-class StopSignalsOnlyAsk {
+// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT only set the flag, however often they
+// arrive: for work that must not be killed, such as moving a motor. Only one may exist at a time.
+class DeferStopSignals {
  public:
-  StopSignalsOnlyAsk();
-  ~StopSignalsOnlyAsk();
-  StopSignalsOnlyAsk(const StopSignalsOnlyAsk&) = delete;
-  StopSignalsOnlyAsk& operator=(const StopSignalsOnlyAsk&) = delete;
+  DeferStopSignals();
+  ~DeferStopSignals();
+  DeferStopSignals(const DeferStopSignals&) = delete;
+  DeferStopSignals& operator=(const DeferStopSignals&) = delete;
 
  private:
   static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};

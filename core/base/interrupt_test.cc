@@ -9,7 +9,7 @@
 namespace raywalk {
 namespace {
 
-// The flag never goes back, so each case that raises a signal runs in a process of its own.
+// The flag is never reset, so each test that raises a signal runs in its own process.
 class InterruptDeathTest : public testing::Test {
  protected:
   void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
@@ -50,21 +50,21 @@ TEST_F(InterruptDeathTest, SecondSigintEndsTheProcessAtOnce) {
       testing::KilledBySignal(SIGINT), "");
 }
 
-TEST_F(InterruptDeathTest, WhileSignalsOnlyAskNoneEndsTheProcess) {
+TEST_F(InterruptDeathTest, DeferredSignalsDoNotEndTheProcess) {
   EXPECT_EXIT(
       {
         install_interrupt_handlers();
-        const StopSignalsOnlyAsk protection;
+        const DeferStopSignals protection;
         for (const int signal : {SIGINT, SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::raise(signal);
         std::exit(interrupt_requested() ? 42 : 1);
       },
       testing::ExitedWithCode(42), "");
 }
 
-TEST_F(InterruptDeathTest, AfterwardsSignalsDoWhatTheyDidBefore) {
+TEST_F(InterruptDeathTest, HandlersAreRestoredAfterwards) {
   EXPECT_EXIT(
       {
-        { const StopSignalsOnlyAsk protection; }
+        { const DeferStopSignals protection; }
         std::raise(SIGHUP);
         std::exit(0);
       },

@@ -1,4 +1,4 @@
-// The middle of a set of values.
+// The median.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,8 @@
 
 namespace raywalk {
 
-// The median of at least one value, none of them NaN; of an even number the upper middle one.
+// The median of `values`: at least one, none NaN. The upper of the two middle values if their
+// number is even.
 inline double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

@@ -48,9 +48,9 @@ class AtEnd {
 void set_thread_count(int threads) {
   if (threads < 0) {
     throw UsageError("the number of threads is " + std::to_string(threads) +
-                     "; give 0 for all cores, or 1 and more");
+                     "; give 0 for all cores, or at least 1");
   }
-  // TBB takes the smallest limit of all global_control objects alive, so the old one has to go
+  // TBB uses the smallest limit of all live global_control objects, so the old one is destroyed
   // first.
   static std::mutex mutex;
   static std::unique_ptr<tbb::global_control> limit;
@@ -60,7 +60,7 @@ void set_thread_count(int threads) {
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   static_cast<std::size_t>(threads));
   }
-  // For OpenCV 0 means "no threading at all", so it is told the resolved count.
+  // OpenCV takes 0 as "no threading", so it gets the resolved count.
   cv::setNumThreads(thread_count());
 }
 
@@ -76,7 +76,7 @@ void parallel_for(int begin, int end, int grain, const std::function<void(int, i
   give(&to_bodies);
   const AtEnd take_at_end([&] { take(&from_bodies); });
   // The simple partitioner splits until a chunk holds at most `grain` indices; the default one may
-  // hand out far larger chunks, which would delay the answer to Ctrl-C.
+  // make far larger chunks, which would delay the response to Ctrl-C.
   tbb::parallel_for(
       tbb::blocked_range<int>(begin, end, chunk),
       [&](const tbb::blocked_range<int>& range) {

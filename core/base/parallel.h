@@ -14,10 +14,10 @@ void set_thread_count(int threads);
 int thread_count();
 
 // Calls body(chunk_begin, chunk_end) for consecutive chunks that cover [begin, end) exactly once,
-// on several threads at a time and in no particular order. A chunk holds at most `grain` indices
-// (below 1 counts as 1), so that is the longest a Ctrl-C has to wait. An empty range makes no
-// calls. The first exception of a body, or Interrupted once the user has asked to stop, ends the
-// loop: chunks that have started finish, the others are dropped, and it is thrown from here.
+// on several threads and in no particular order. A chunk holds at most `grain` indices (values
+// below 1 count as 1); interrupts are checked between chunks. An empty range makes no calls. The
+// first exception thrown by a body, or Interrupted after Ctrl-C, ends the loop: chunks that have
+// started finish, the others are skipped, and the exception is rethrown here.
 void parallel_for(int begin, int end, int grain, const std::function<void(int, int)>& body);
 
 }  // namespace raywalk

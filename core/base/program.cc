@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -24,7 +25,7 @@ std::string program_name(const CLI::App& app, int argc, char** argv) {
   return argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "raywalk";
 }
 
-// Log lines read "<program>: <level>: <message>", as the error line does.
+// Log lines have the form of the error line, "<program>: <level>: <message>".
 void set_up_logging(const std::string& program) {
   auto logger =
       std::make_shared<spdlog::logger>(program, std::make_shared<spdlog::sinks::stderr_sink_mt>());
@@ -34,8 +35,8 @@ void set_up_logging(const std::string& program) {
 
 void set_up_signals() {
   install_interrupt_handlers();
-  // A reader that goes away (`| head`) and a file-size limit are then failed writes, which clean up
-  // after themselves, and not the end of the process in the middle of a file.
+  // Turns a closed pipe (`| head`) and an exceeded file-size limit into failed writes with regular
+  // cleanup, instead of signals that kill the process in the middle of a file.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }
@@ -51,8 +52,7 @@ bool reader_of_stdout_is_gone() {
   return poll(&descriptor, 1, 0) == 1 && (descriptor.revents & POLLERR) != 0;
 }
 
-// Results on stdout count as written only once they have left the buffers. A reader that has seen
-// enough is no failure.
+// Write errors on stdout show only when the buffers are flushed. A closed pipe is not a failure.
 void flush_stdout() {
   std::cout.flush();
   const bool flushed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
@@ -98,6 +98,11 @@ int run_program(CLI::App& app, int argc, char** argv) {
   } catch (...) {
     return fail(program, "an exception of unknown type; please report it", ExitCode::kFailed);
   }
+}
+
+void add_threads_option(CLI::App* command, int* threads) {
+  command->add_option("--threads", *threads, "Threads to use; 0 = all cores")
+      ->check(CLI::Range(0, 1024));
 }
 
 }  // namespace raywalk

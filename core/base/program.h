@@ -1,11 +1,12 @@
-// What every Raywalk executable does around its work: handle Ctrl-C, set up logging, turn
-// exceptions into one line on stderr and an exit code.
+// The shared main() of the Raywalk executables: handles Ctrl-C, sets up logging, turns exceptions
+// into one line on stderr and an exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <functional>
-
 #include "core/base/error.h"
+
+namespace CLI {
+class App;
+}
 
 namespace raywalk {
 
@@ -15,5 +16,9 @@ namespace raywalk {
 // kFailed, Interrupted kInterrupted. Every failure prints exactly one line, "<program>: error:
 // <what>", to stderr.
 int run_program(CLI::App& app, int argc, char** argv);
+
+// Adds the option --threads, 0 to 1024, for set_thread_count (parallel.h); 0 means all cores.
+// `threads` has to outlive the command.
+void add_threads_option(CLI::App* command, int* threads);
 
 }  // namespace raywalk

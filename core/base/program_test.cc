@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -139,13 +140,13 @@ int exit_code_with_stdout(int descriptor) {
   return run_program(app, 1, argv);
 }
 
-// These spoil stdout, so each has a process of its own.
+// These break stdout, so each runs in its own process.
 TEST(RunProgramDeathTest, ResultsThatCannotBeWrittenAreAFailure) {
   EXPECT_EXIT(std::_Exit(exit_code_with_stdout(open("/dev/full", O_WRONLY))),
               testing::ExitedWithCode(1), "raywalk-test: error: cannot write to standard output");
 }
 
-TEST(RunProgramDeathTest, AReaderThatHasSeenEnoughIsNoFailure) {
+TEST(RunProgramDeathTest, ClosedPipeIsNoFailure) {
   EXPECT_EXIT(
       {
         int ends[2] = {};
@@ -170,6 +171,18 @@ int exit_code_after_ctrl_c() {
 TEST(RunProgramDeathTest, CtrlCGives130) {
   EXPECT_EXIT(std::_Exit(exit_code_after_ctrl_c()), testing::ExitedWithCode(130),
               "raywalk-test: error: interrupted");
+}
+
+TEST(ThreadsOption, TakesANumberOfThreads) {
+  int threads = -1;
+  CLI::App app("", "raywalk-test");
+  add_threads_option(&app, &threads);
+  app.parse("--threads 0");
+  EXPECT_EQ(threads, 0);
+  app.parse("--threads 7");
+  EXPECT_EQ(threads, 7);
+  EXPECT_THROW(app.parse("--threads -1"), CLI::ValidationError);
+  EXPECT_THROW(app.parse("--threads many"), CLI::ParseError);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ constexpr auto kLogInterval = std::chrono::seconds(1);
 constexpr std::int64_t kLogLines = 10;
 
 std::string duration_text(double seconds) {
-  // Beyond a hundred hours the estimate says nothing any more; the clamp keeps the cast defined.
+  // The clamp keeps the cast defined; an estimate above a hundred hours is meaningless anyway.
   const auto whole = static_cast<std::int64_t>(std::clamp(seconds, 0.0, 360000.0));
   if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
   if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);

@@ -1,4 +1,4 @@
-// Progress of long work: a live line with rate and time left on a terminal, plain lines in a log.
+// Progress output: a live line with rate and remaining time on a terminal, plain lines in a log.
 #pragma once
 
 #include <chrono>
@@ -8,9 +8,9 @@
 
 namespace raywalk {
 
-// Counts finished units of one piece of work; thread-safe. Prints to stderr: on a terminal one line
-// that is rewritten at most ten times a second, elsewhere a line every tenth of the work but at
-// most one a second. The destructor ends the live line.
+// Counts finished units of a task; thread-safe. Prints to stderr: on a terminal one line, rewritten
+// at most ten times a second; elsewhere one line per tenth of the work, at most one a second. The
+// destructor ends the live line.
 class Progress {
  public:
   Progress(std::string what, std::int64_t total, std::string unit);

@@ -54,7 +54,7 @@ TEST(Progress, CountsFromAllThreads) {
   EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("4000 of 4000 columns (100 %)"));
 }
 
-TEST(Progress, WorkOfUnknownOrNoSizePrintsNoNonsense) {
+TEST(Progress, UnknownOrZeroTotalIsSupported) {
   testing::internal::CaptureStderr();
   {
     Progress nothing("packing", 0, "frames");
@@ -66,7 +66,7 @@ TEST(Progress, WorkOfUnknownOrNoSizePrintsNoNonsense) {
   EXPECT_THAT(log, testing::Not(ContainsRegex("nan|inf|%")));
 }
 
-// Runs `work` with stderr on a pseudo-terminal and returns what a terminal would have been sent.
+// Runs `work` with stderr on a pseudo-terminal and returns the terminal output.
 template <typename Work>
 std::string terminal_output_of(Work work) {
   int controller = -1;
@@ -77,7 +77,7 @@ std::string terminal_output_of(Work work) {
   work();
   dup2(saved, STDERR_FILENO);
   close(saved);
-  // The kernel hands on what was written a piece at a time; the work's last word ends its line.
+  // The kernel delivers the output in pieces; the last one ends with a newline.
   constexpr int kPatienceMs = 5000;
   std::string shown;
   std::array<char, 4096> buffer = {};

@@ -1,4 +1,4 @@
-// Times of pieces of work.
+// Wall-clock and CPU time of a function.
 #pragma once
 
 #include <chrono>
@@ -6,14 +6,14 @@
 
 namespace raywalk {
 
-// Seconds that passed, and seconds that all threads of this process computed. Where other programs
-// compete for the cores the second says more.
+// Wall-clock time and CPU time of all threads, seconds. CPU time is the better measure where other
+// programs compete for the cores.
 struct Times {
   double wall_s = 0.0;
   double cpu_s = 0.0;
 };
 
-// Runs `work` and returns the times it took.
+// Runs `work` and measures it.
 template <typename Work>
 Times times_of(const Work& work) {
   const auto start = std::chrono::steady_clock::now();

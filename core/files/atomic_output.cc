@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Linux limits a name to 255 bytes; what a temporary name adds to the stem stays far below 100.
+// Linux limits a name to 255 bytes; a temporary name adds far less than 100 to the stem.
 constexpr std::size_t kMaxStemBytes = 100;
 constexpr std::size_t kReadBlockBytes = std::size_t{1} << 20;
 
@@ -42,7 +42,7 @@ class Descriptor {
 
   bool valid() const { return fd_ >= 0; }
   int get() const { return fd_; }
-  // Closes now and tells whether it succeeded: network file systems report failed writes here.
+  // Closes now; false on failure: network file systems report failed writes here.
   bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
 
  private:
@@ -67,7 +67,7 @@ void check_target(const fs::path& target) {
     throw Error("cannot write " + target.string() + ": it is a directory; name a file in it");
   }
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw Error("cannot write " + target.string() + ": it is not a plain file");
+    throw Error("cannot write " + target.string() + ": it is not a regular file");
   }
   const fs::path directory = directory_of(target);
   if (!fs::is_directory(directory, error)) {
@@ -77,8 +77,8 @@ void check_target(const fs::path& target) {
   if (access(directory.c_str(), W_OK | X_OK) != 0) throw_write_error(target, errno);
 }
 
-// ".<stem>.<pid>.<n>.partial<extension>": the process id keeps programs apart, the counter keeps
-// apart what one program writes at the same time, the dot hides it from listings.
+// ".<stem>.<pid>.<n>.partial<extension>": the process id and the counter make it unique between and
+// within processes, the dot hides it from listings.
 fs::path temporary_beside(const fs::path& target) {
   static std::atomic<unsigned> counter{0};
   fs::path temporary;
@@ -91,7 +91,7 @@ fs::path temporary_beside(const fs::path& target) {
 }
 
 // fsync of a file or directory; 0 or an errno value. Some file systems cannot sync a directory and
-// say EINVAL (fsync(2)), which is no loss of data.
+// return EINVAL (fsync(2)); no data is lost.
 int sync_to_disk(const fs::path& path) {
   const Descriptor descriptor(path, O_RDONLY);
   if (!descriptor.valid()) return errno;
@@ -152,7 +152,7 @@ void make_directories(const fs::path& directory) {
 }
 
 std::string read_file(const fs::path& file, std::size_t max_bytes) {
-  // One byte more than allowed tells a file that fits from one that was cut.
+  // Reads one byte more than allowed to detect a file that is too large.
   std::string bytes = read_file_prefix(file, std::max(max_bytes, max_bytes + 1));
   if (bytes.size() > max_bytes) {
     throw Error(file.string() + ": larger than " + std::to_string(max_bytes) +
@@ -164,7 +164,7 @@ std::string read_file(const fs::path& file, std::size_t max_bytes) {
 std::string read_file_prefix(const fs::path& file, std::size_t max_bytes) {
   const Descriptor descriptor(file, O_RDONLY);
   if (!descriptor.valid()) throw Error("cannot read " + file.string() + ": " + reason(errno));
-  // The size is only a hint how much to reserve: pipes have none, and a file may be growing.
+  // The size is only used to reserve memory: pipes have none, and a file may be growing.
   struct stat status = {};
   const bool sized = fstat(descriptor.get(), &status) == 0 && status.st_size > 0;
   const std::size_t expected = sized ? static_cast<std::size_t>(status.st_size) : kReadBlockBytes;

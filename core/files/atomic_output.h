@@ -1,5 +1,4 @@
-// Outputs that appear only when complete: written under a temporary name beside the target, then
-// renamed onto it.
+// Atomic output files: written under a temporary name beside the target, then renamed to it.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +9,19 @@
 
 namespace raywalk {
 
-// A file being written at temporary_path(); commit() flushes it to disk and renames it to the
-// target. Without commit() the destructor removes it, so a failure leaves nothing.
+// Write the file at temporary_path(); commit() flushes it to disk and renames it to the target.
+// Without commit() the destructor removes it, so a failure leaves nothing behind.
 class AtomicFile {
  public:
-  // Throws Error if the target's directory does not exist or is not writable, or the target is a
-  // directory, a device or anything else that is not a plain file. A symbolic link is followed, so
-  // that the file it names is replaced and the link stays.
+  // Throws Error if the target's directory does not exist or is not writable, or the target exists
+  // and is not a regular file. A symbolic link is followed: the file it names is replaced and the
+  // link stays.
   explicit AtomicFile(std::filesystem::path target);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // Same directory as the target, same extension (encoders look at it), not yet existing.
+  // In the target's directory, with the target's extension (encoders use it); does not exist yet.
   const std::filesystem::path& temporary_path() const { return temporary_; }
   // fsync, rename, fsync of the directory. Throws Error (disk full, permissions).
   void commit();
@@ -40,7 +39,7 @@ void write_file_atomically(const std::filesystem::path& target, std::string_view
 // The directory a file lies in; "." for a bare name.
 std::filesystem::path directory_of(const std::filesystem::path& file);
 
-// Makes a directory and those above it where they are missing. Throws Error naming it.
+// Creates a directory and its missing parents. Throws Error naming it.
 void make_directories(const std::filesystem::path& directory);
 
 // Reads a whole file. Throws Error naming it when missing, unreadable, a directory, or larger than
@@ -48,7 +47,7 @@ void make_directories(const std::filesystem::path& directory);
 std::string read_file(const std::filesystem::path& file,
                       std::size_t max_bytes = std::size_t{1} << 30);
 
-// The first max_bytes bytes of a file, or all of it where it is shorter. Throws Error as read_file.
+// The first max_bytes bytes of a file, or all of it if it is shorter. Throws Error as read_file.
 std::string read_file_prefix(const std::filesystem::path& file, std::size_t max_bytes);
 
 }  // namespace raywalk

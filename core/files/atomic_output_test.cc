@@ -75,7 +75,7 @@ TEST(AtomicFile, CommitWithoutAWrittenFileIsAnError) {
   EXPECT_THAT(error_of([&] { output.commit(); }), HasSubstr("a.txt: No such file"));
 }
 
-TEST(AtomicFile, ImpossibleTargetsAreRefusedBeforeAnythingIsWritten) {
+TEST(AtomicFile, InvalidTargetsAreRejectedBeforeWriting) {
   const TestDirectory directory;
   fs::create_directory(directory / "folder");
   write_file_atomically(directory / "file", "text");
@@ -85,7 +85,7 @@ TEST(AtomicFile, ImpossibleTargetsAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(error_of([&] { AtomicFile(directory / "file/a.png"); }),
               HasSubstr("not an existing directory"));
   EXPECT_THAT(error_of([] { AtomicFile(""); }), HasSubstr("names no file"));
-  EXPECT_THAT(error_of([] { AtomicFile("/dev/null"); }), HasSubstr("not a plain file"));
+  EXPECT_THAT(error_of([] { AtomicFile("/dev/null"); }), HasSubstr("not a regular file"));
   EXPECT_THAT(error_of([] { write_file_atomically("/proc/raywalk", "text"); }),
               HasSubstr("cannot write /proc/raywalk: "));
 }
@@ -125,7 +125,7 @@ TEST(WriteFileDeathTest, FailedWriteKeepsTheOldFile) {
   EXPECT_EQ(directory.entries(), 1U);
 }
 
-TEST(MakeDirectories, MakesAllThatAreMissingAndAcceptsWhatIsThere) {
+TEST(MakeDirectories, CreatesMissingOnesAndAcceptsExistingOnes) {
   const TestDirectory directory;
   make_directories(directory / "a" / "b");
   make_directories(directory / "a" / "b");

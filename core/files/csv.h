@@ -1,4 +1,4 @@
-// Comma-separated tables with a header line, as poses.csv, gt.csv and path.csv are.
+// Comma-separated tables with a header line, such as poses.csv, gt.csv and path.csv.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,12 @@ namespace raywalk {
 // A parsed table. Fields are trimmed; quoted fields ("a, ""b""") follow RFC 4180; blank lines and
 // lines that start with '#' are skipped; CRLF and a UTF-8 byte order mark are accepted. The table
 // may have no rows. `text` and `number` throw std::logic_error for a column the table does not
-// have: ask has_column first where a column is optional.
+// have: check has_column for optional columns.
 class CsvTable {
  public:
-  // `source` names the text in errors. `required` columns must be there, `optional` may be, any
-  // other is an error that names the nearest valid column. Throws Error with source and line.
+  // `source` names the text in errors. Columns in `required` must be present, those in `optional`
+  // may be; any other column is an error that suggests the nearest valid one. Throws Error with
+  // source and line.
   static CsvTable parse(std::string_view text, const std::string& source,
                         const std::vector<std::string>& required,
                         const std::vector<std::string>& optional);
@@ -26,9 +27,9 @@ class CsvTable {
   std::size_t rows() const { return rows_.size(); }
   bool has_column(const std::string& column) const;
   const std::string& text(std::size_t row, const std::string& column) const;
-  // A finite number; throws Error with source, line and column if it is none.
+  // A finite number; throws Error with source, line and column if the field is not one.
   double number(std::size_t row, const std::string& column) const;
-  // "poses.csv:12", for errors found later.
+  // "poses.csv:12", for error messages.
   std::string where(std::size_t row) const;
 
  private:

@@ -17,7 +17,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
-// A cursor over the text; each function consumes what its name says.
+// A cursor over the text; each function consumes the element it is named after.
 class CsvSplitter {
  public:
   CsvSplitter(std::string_view text, const std::string& source) : rest_(text), source_(source) {
@@ -69,7 +69,7 @@ class CsvSplitter {
     return std::string(trimmed(field));
   }
 
-  // A doubled quote stands for one quote (RFC 4180, section 2, rule 7).
+  // A doubled quote is an escaped quote (RFC 4180, section 2, rule 7).
   std::string quoted_field() {
     skip(1);
     std::string field(up_to_quote());

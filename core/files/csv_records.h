@@ -13,10 +13,10 @@ struct CsvRecord {
   std::vector<std::string> fields;
 };
 
-// Splits the text. Unquoted fields are trimmed, quoted ones are kept as they are; blank lines and
-// lines that start with '#' are skipped; LF and CRLF end a line; a UTF-8 byte order mark is
-// skipped. Throws Error with source and line: a quote without its end, text beside a quoted field,
-// a quote inside an unquoted field, a NUL byte.
+// Splits the text. Unquoted fields are trimmed, quoted ones are not; blank lines and lines that
+// start with '#' are skipped; LF and CRLF end a line; a UTF-8 byte order mark is skipped. Throws
+// Error with source and line: an unterminated quote, text after a quoted field, a quote inside an
+// unquoted field, a NUL byte.
 std::vector<CsvRecord> split_csv(std::string_view text, const std::string& source);
 
 }  // namespace raywalk

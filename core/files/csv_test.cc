@@ -69,7 +69,7 @@ TEST(CsvTable, BlankLinesAndCommentsAreSkippedButCounted) {
 
 TEST(CsvTable, HeaderAloneIsATableWithoutRows) { EXPECT_EQ(poses("file,x,y,z").rows(), 0U); }
 
-TEST(CsvTable, HeaderErrorsSayWhatIsNeeded) {
+TEST(CsvTable, HeaderErrorsNameTheRequiredColumns) {
   EXPECT_EQ(error_of(""), "poses.csv: empty; a header line with file,x,y,z is needed");
   EXPECT_EQ(error_of("# nothing\n\n"), error_of(""));
   EXPECT_EQ(error_of("file,x,z\n"), "poses.csv:1: no column 'y'; the header needs file,x,y,z");
@@ -113,7 +113,7 @@ TEST(CsvTable, ErrorsStayOneLineWhateverTheFieldHolds) {
   EXPECT_EQ(error.find_first_of("\n\x1b"), std::string::npos) << error;
 }
 
-TEST(CsvTable, AskingForAColumnTheTableLacksIsAProgrammingError) {
+TEST(CsvTable, MissingColumnIsALogicError) {
   EXPECT_THROW(poses("file,x,y,z\na,1,2,3\n").number(0, "yaw"), std::logic_error);
 }
 

@@ -21,8 +21,8 @@ namespace {
                           std::generic_category().message(error_number)));
 }
 
-// Whether the open file is the one that is there under this name: a process that just finished has
-// renamed or removed the directory, and the lock is then of a file that nobody else will find.
+// Whether the path still names the open file: a process that has just finished may have renamed or
+// removed the directory, and the lock is then on a file that no other process can find.
 bool is_file_of_name(int fd, const std::filesystem::path& file) {
   struct stat held = {}, named = {};
   return ::fstat(fd, &held) == 0 && ::stat(file.c_str(), &named) == 0 &&

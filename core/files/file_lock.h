@@ -1,5 +1,5 @@
-// An exclusive lock on a file, held by an open descriptor and so released by any end of the
-// process: what one program is making, a second one does not touch.
+// An exclusive lock on a file (flock), which keeps two processes from writing the same output. It
+// is held through an open descriptor, so the system releases it when the process ends or crashes.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@ namespace raywalk {
 
 class FileLock {
  public:
-  // Makes the file if need be and locks it. Throws Error: "cannot write <directory>: ..." if it
-  // cannot be made, "<directory>: <busy>" if another lock holds it or its holder just took it away,
-  // "cannot lock <file>: ..." if the file system locks no files.
+  // Creates the file if it is missing and locks it. Throws Error: "cannot write <directory>: ..."
+  // if it cannot be created, "<directory>: <busy>" if another process holds the lock or has just
+  // removed the file, "cannot lock <file>: ..." if the file system does not support locks.
   FileLock(const std::filesystem::path& file, const std::string& busy);
   ~FileLock();
   FileLock(const FileLock&) = delete;

@@ -27,7 +27,7 @@ TEST(FileLockTest, IsHeldByOneAtATime) {
   EXPECT_NO_THROW(take()) << "released with the object";
 }
 
-TEST(FileLockTest, KeepsWhatTheFileHolds) {
+TEST(FileLockTest, KeepsTheContentOfTheFile) {
   const TestDirectory directory;
   std::ofstream(directory / "lock") << "text";
   { const FileLock lock(directory / "lock", "busy"); }
@@ -36,8 +36,8 @@ TEST(FileLockTest, KeepsWhatTheFileHolds) {
   EXPECT_EQ(text, "text");
 }
 
-// A file of the same name that came after the holder took its own away is another file.
-TEST(FileLockTest, BelongsToTheFileAndNotToItsName) {
+// A new file of the same name, created after the holder removed the old one, is not locked.
+TEST(FileLockTest, LocksTheFileNotItsName) {
   const TestDirectory directory;
   const FileLock held(directory / "lock", "busy");
   std::filesystem::rename(directory / "lock", directory / "elsewhere");
@@ -45,7 +45,7 @@ TEST(FileLockTest, BelongsToTheFileAndNotToItsName) {
   EXPECT_THROW(FileLock(directory / "elsewhere", "busy"), Error);
 }
 
-TEST(FileLockTest, UnwritablePlaceIsNotCalledBusy) {
+TEST(FileLockTest, UnwritableDirectoryIsNotReportedAsBusy) {
   const TestDirectory directory;
   EXPECT_THAT([&] { FileLock(directory / "missing/lock", "busy"); },
               ThrowsMessage<Error>(

@@ -11,7 +11,7 @@
 namespace raywalk {
 namespace {
 
-// Positions beyond this are a wrong unit or a wrong column; manifest.json has the same limit.
+// Larger positions indicate a wrong unit or column; manifest.json has the same limit.
 constexpr double kMaxMetres = 1e6;
 
 double metres(const CsvTable& table, std::size_t row, const std::string& column) {
@@ -53,7 +53,7 @@ std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
     const auto [first, is_new] = listed.emplace(frame.file, frame.where);
     if (!is_new) {
       throw Error(
-          fmt::format("{}: {} is listed already at {}", frame.where, frame.file, first->second));
+          fmt::format("{}: {} is already listed at {}", frame.where, frame.file, first->second));
     }
     frames.push_back(std::move(frame));
   }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Room for the EXIF block and previews that cameras put before the size; longer headers are rare.
+// Enough for the EXIF block and previews that cameras put before the size; longer headers are rare.
 constexpr std::size_t kHeaderPrefixBytes = std::size_t{256} << 10;
 
 [[noreturn]] void throw_truncated(const fs::path& file) {
@@ -34,7 +34,7 @@ std::string size_text(std::int64_t width, std::int64_t height) {
 }
 
 void require_picture(const ImageHeader& header, const fs::path& file) {
-  // PNG counts to 2^32, cv::Mat to 2^31.
+  // PNG sizes go up to 2^32, those of cv::Mat up to 2^31.
   if (std::max(header.width, header.height) > std::numeric_limits<int>::max()) {
     throw Error(file.string() + ": " + size_text(header.width, header.height) + " is too large");
   }
@@ -69,14 +69,14 @@ void require_mask(const ImageHeader& header, const fs::path& file, PanoramaSize 
   }
 }
 
-// A complete image file, as bytes and as its header.
+// The bytes of a complete image file, and its header.
 struct EncodedImage {
   std::string bytes;
   ImageHeader header;
 };
 
-// OpenCV hands out a picture that stops early as if it were whole, the missing part grey or black,
-// so that the end of the file is looked for first.
+// Checks for the end of the image first: OpenCV decodes a truncated file without an error and
+// leaves the rest grey or black.
 EncodedImage read_encoded(const fs::path& file) {
   EncodedImage image;
   image.bytes = read_file(file);
@@ -110,7 +110,7 @@ std::string lower_case_extension(const fs::path& file) {
   return extension;
 }
 
-// OpenCV would convert what a format cannot hold without a word, and change its values.
+// OpenCV would silently convert types that a format does not support, changing the values.
 void require_encodable(const fs::path& file, const cv::Mat& image) {
   const std::string extension = lower_case_extension(file);
   const bool is_jpeg = extension == ".jpg" || extension == ".jpeg";

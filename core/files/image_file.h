@@ -1,4 +1,4 @@
-// Reading and writing of images, with errors that say what is wrong with a file.
+// Reading and writing images, with errors that say what is wrong with the file.
 #pragma once
 
 #include <filesystem>
@@ -13,23 +13,23 @@ namespace raywalk {
 // end marker, PNG that stops early), not 2:1.
 cv::Mat read_panorama(const std::filesystem::path& file);
 
-// An 8-bit colour picture of any proportions, as a fisheye frame is; otherwise as read_panorama.
+// An 8-bit colour image of any aspect ratio, such as a fisheye frame; otherwise as read_panorama.
 cv::Mat read_picture(const std::filesystem::path& file);
 
 // A distance map: 16-bit grey PNG, CV_16UC1, millimetres along the ray, 0 = no surface. Throws
-// Error naming the file as above, also when it is not 16-bit grey.
+// Error as read_panorama, also if it is not 16-bit grey.
 cv::Mat read_distance_map(const std::filesystem::path& file);
 
-// A mask of a given size: an 8-bit grey image, CV_8UC1, any format. Throws Error naming the file as
-// above, also when it has another size.
+// A mask: an 8-bit grey image, CV_8UC1, any format. Throws Error as read_panorama, also if its size
+// is not `size`.
 cv::Mat read_mask(const std::filesystem::path& file, PanoramaSize size);
-// Throws Error as read_mask does where the header shows it, without decoding the image.
+// Throws the errors of read_mask that the header reveals, without decoding the image.
 void require_mask(const std::filesystem::path& file, PanoramaSize size);
 
-// Size from the image's header, without decoding it. Throws Error as read_panorama does where the
-// header shows it.
+// Size from the image's header, without decoding it. Throws the errors of read_panorama that the
+// header reveals.
 PanoramaSize panorama_size_of(const std::filesystem::path& file);
-// The same of a picture of any proportions.
+// The same for an image of any aspect ratio.
 PanoramaSize picture_size_of(const std::filesystem::path& file);
 
 // Writes an image atomically (see atomic_output.h); the format follows the extension (.png, .jpg).

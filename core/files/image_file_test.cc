@@ -93,7 +93,7 @@ TEST_F(ImageFileTest, SizeIsFoundBehindALongHeader) {
             (PanoramaSize{64, 32}));
 }
 
-TEST_F(ImageFileTest, FilesCutAnywhereAreErrors) {
+TEST_F(ImageFileTest, TruncatedFilesAreErrors) {
   for (const std::string name : {"a.jpg", "a.png"}) {
     const std::string whole = read_file(written(name, noise(64, 32, CV_8UC3)));
     for (const double share : {0.001, 0.05, 0.3, 0.5, 0.9, 0.999}) {
@@ -111,7 +111,7 @@ TEST_F(ImageFileTest, DamagedPngIsAnError) {
   EXPECT_THAT(panorama_error(written("a.png", bytes)), HasSubstr("damaged"));
 }
 
-TEST_F(ImageFileTest, WhatIsNoPanoramaSaysWhy) {
+TEST_F(ImageFileTest, NonPanoramasAreRejectedWithAReason) {
   EXPECT_THAT(panorama_error(directory_ / "none.jpg"), HasSubstr("No such file"));
   EXPECT_THAT(panorama_error(directory_.path()), HasSubstr("Is a directory"));
   EXPECT_THAT(panorama_error(written("a.jpg", std::string())), HasSubstr("empty"));
@@ -122,7 +122,7 @@ TEST_F(ImageFileTest, WhatIsNoPanoramaSaysWhy) {
   EXPECT_THAT(panorama_error(written("e.png", noise(8, 4, CV_16UC1))), HasSubstr("16 bits"));
 }
 
-TEST_F(ImageFileTest, SizeQueryRefusesWhatTheHeaderShows) {
+TEST_F(ImageFileTest, SizeQueryRejectsInvalidHeaders) {
   EXPECT_THROW(panorama_size_of(directory_ / "none.jpg"), Error);
   EXPECT_THROW(panorama_size_of(written("a.jpg", std::string())), Error);
   EXPECT_THROW(panorama_size_of(written("b.jpg", "<html>")), Error);
@@ -152,7 +152,7 @@ TEST_F(ImageFileTest, DistanceMapRoundTripIsExact) {
   EXPECT_EQ(cv::norm(read_distance_map(written("d.png", map)), map, cv::NORM_INF), 0.0);
 }
 
-TEST_F(ImageFileTest, OtherPicturesAreNoDistanceMaps) {
+TEST_F(ImageFileTest, OtherImagesAreRejectedAsDistanceMaps) {
   for (const auto& [name, type] :
        {std::pair("grey8.png", CV_8UC1), {"colour16.png", CV_16UC3}, {"photo.jpg", CV_8UC1}}) {
     const fs::path file = written(name, noise(8, 4, type));
@@ -165,7 +165,7 @@ TEST_F(ImageFileTest, OtherPicturesAreNoDistanceMaps) {
   }
 }
 
-TEST_F(ImageFileTest, WritingRefusesWhatAFormatCannotHold) {
+TEST_F(ImageFileTest, WritingRejectsUnsupportedTypes) {
   EXPECT_THROW(write_image(directory_ / "a.bmp", noise(8, 4, CV_8UC3)), UsageError);
   EXPECT_THROW(write_image(directory_ / "a", noise(8, 4, CV_8UC3)), UsageError);
   EXPECT_THROW(write_image(directory_ / "a.png", cv::Mat()), Error);

@@ -26,7 +26,8 @@ std::uint32_t uint32_at(Bytes bytes, std::size_t index) {
   return uint16_at(bytes, index) << 16 | uint16_at(bytes, index + 2);
 }
 
-// Compares as far as `bytes` go: a file cut within its signature is cut short, not of another kind.
+// Compares only the available `bytes`: a file that ends within its signature is truncated, not of
+// another format.
 template <std::size_t N>
 bool starts_like(Bytes bytes, const std::array<std::uint8_t, N>& signature) {
   for (std::size_t i = 0; i < std::min(N, bytes.size()); ++i) {
@@ -61,9 +62,9 @@ class JpegWalker {
  public:
   explicit JpegWalker(Bytes bytes) : bytes_(bytes) {}
 
-  // The next segment; none at the end of the bytes. What stands before its 0xFF (entropy-coded
-  // data, stray bytes) is skipped: in entropy-coded data 0xFF is followed by 0 (T.81, F.1.2.3), so
-  // 0xFF with anything but 0 or another 0xFF (fill, B.1.1.2) is a marker.
+  // The next segment; none at the end of the bytes. Bytes before its 0xFF (entropy-coded data,
+  // stray bytes) are skipped: in entropy-coded data 0xFF is followed by 0 (T.81, F.1.2.3), so 0xFF
+  // with anything but 0 or another 0xFF (fill, B.1.1.2) is a marker.
   std::optional<JpegSegment> next() {
     while (position_ + 1 < bytes_.size()) {
       const std::uint8_t first = byte_at(bytes_, position_);

@@ -1,4 +1,4 @@
-// What the header of a JPEG or PNG file says, read without decoding the picture.
+// The header of a JPEG or PNG file, read without decoding the image.
 //
 // JPEG: ITU-T T.81 (the marker structure is annex B). PNG: W3C Portable Network Graphics, second
 // edition (chunks: section 5).
@@ -22,13 +22,14 @@ struct ImageHeader {
   bool is_grey = false;  // one channel without alpha
 };
 
-// The header of the image that starts with `bytes`; none when they end before the header does.
-// Throws Error naming `source`: empty, neither JPEG nor PNG, or a header that contradicts itself.
+// The header of the image that starts with `bytes`; none if they end before the header does. Throws
+// Error naming `source`: empty, neither JPEG nor PNG, or an invalid header.
 std::optional<ImageHeader> parse_image_header(std::span<const std::byte> bytes,
                                               const std::string& source);
 
-// Whether the image reaches its end: a JPEG its end-of-image marker, a PNG its IEND chunk. Data
-// after that is legal (cameras append previews there). `bytes` start with a header of that format.
+// Whether the image is not truncated: a JPEG has its end-of-image marker, a PNG its IEND chunk.
+// Data after that is legal (cameras append previews there). `bytes` start with a header of that
+// format.
 bool is_complete_image(std::span<const std::byte> bytes, ImageFormat format);
 
 }  // namespace raywalk

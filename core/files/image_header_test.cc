@@ -57,7 +57,7 @@ TEST(ImageHeader, ProgressiveJpegIsReadAndFollowedToItsEnd) {
   EXPECT_TRUE(is_complete_image(as_bytes(bytes), ImageFormat::kJpeg));
 }
 
-TEST(ImageHeader, EveryPrefixIsShortButNeverComplete) {
+TEST(ImageHeader, NoPrefixIsComplete) {
   for (const std::string extension : {".jpg", ".png"}) {
     const Buffer whole = encoded(extension, 32, 16, CV_8UC3);
     const ImageFormat format = header_of(whole)->format;
@@ -93,7 +93,7 @@ Buffer with_preview(const Buffer& jpeg, const Buffer& preview) {
   return bytes;
 }
 
-TEST(ImageHeader, PreviewInsideTheHeaderIsNotTakenForTheImage) {
+TEST(ImageHeader, PreviewInsideTheHeaderIsSkipped) {
   const Buffer preview = encoded(".jpg", 16, 8, CV_8UC3);
   Buffer bytes = with_preview(encoded(".jpg", 256, 128, CV_8UC3), preview);
   EXPECT_EQ(header_of(bytes)->width, 256);
@@ -102,7 +102,7 @@ TEST(ImageHeader, PreviewInsideTheHeaderIsNotTakenForTheImage) {
   EXPECT_FALSE(is_complete_image(as_bytes(bytes), ImageFormat::kJpeg));
 }
 
-TEST(ImageHeader, WhatIsNoImageIsRefused) {
+TEST(ImageHeader, NonImagesAreRejected) {
   const std::string page = "<!DOCTYPE html><html></html>";
   EXPECT_THROW(header_of({}), Error);
   EXPECT_THROW(header_of(Buffer(page.begin(), page.end())), Error);

@@ -18,7 +18,7 @@ constexpr double kLargestCoefficient = 10.0;
 constexpr double kLargestPosition_mm = 1000.0;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// A lens as the file has it, in degrees and millimetres.
+// A lens in the units of the file, degrees and millimetres.
 struct LensEntry {
   FisheyeLens lens{};
   double largest_angle_deg = degrees_from_radians(FisheyeLens{}.largest_angle_rad);
@@ -48,7 +48,7 @@ void bind_lens(SettingsSchema* schema, const std::string& name, LensEntry* entry
   }
 }
 
-// What has no sensible value of its own has to be in the file.
+// For keys without a sensible default.
 void require_given(bool given, const std::string& file, const std::string& key) {
   if (!given) {
     throw UsageError(fmt::format("{}: '{}' is missing; configs/lenses holds examples", file, key));
@@ -62,7 +62,7 @@ FisheyeLens lens_of(const LensEntry& entry, const std::string& file, const std::
   require_given(!std::isnan(lens.focal_px), file, name + ".focal_px");
   lens.largest_angle_rad = radians_from_degrees(entry.largest_angle_deg);
   try {
-    require_growing_radius(lens);
+    require_monotonic_radius(lens);
   } catch (const Error& e) {
     throw UsageError(fmt::format("{}: {}: {}", file, name, e.what()));
   }
@@ -137,10 +137,10 @@ void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera&
 
 DualFisheyeCamera scaled_to(const DualFisheyeCamera& camera, PanoramaSize picture) {
   const double factor = static_cast<double>(picture.width) / camera.picture.width;
-  // A height can be off by rounding to whole pixels.
+  // The scaled height may be off by rounding to whole pixels.
   if (!(std::abs(camera.picture.height * factor - picture.height) <= 0.5)) {
     throw Error(fmt::format(
-        "the lenses are those of pictures of {} x {} pixels, which {} x {} is no multiple of; use "
+        "the lens file is for pictures of {} x {} pixels; {} x {} has another aspect ratio; use "
         "the lens file of this camera and its picture format",
         camera.picture.width, camera.picture.height, picture.width, picture.height));
   }

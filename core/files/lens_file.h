@@ -1,5 +1,5 @@
-// A dual-fisheye camera's lenses as a YAML file: written by `raywalk-calibrate lens`, read by
-// whatever turns its frames into directions. configs/lenses holds examples.
+// The lenses of a dual-fisheye camera as a YAML file, written by `raywalk-calibrate lens`.
+// Examples: configs/lenses.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,9 @@
 namespace raywalk {
 
 struct DualFisheyeCamera {
-  PanoramaSize picture{};  // pixels of one file; any proportion
-  bool two_files = false;  // front and back in a file each; both lenses then have their
-                           // centres in a picture of that size
+  PanoramaSize picture{};  // pixels of one file; any aspect ratio
+  bool two_files = false;  // one file per lens; both lenses then have their
+                           // centres in an image of that size
   DualFisheyeLayout layout{};
 };
 
@@ -20,14 +20,15 @@ struct DualFisheyeCamera {
 //   picture_width_px, picture_height_px, two_files
 //   front.centre_u_px, .centre_v_px, .focal_px, .k1 ... .k4, .largest_angle_deg,
 //   front.x_mm, .y_mm, .z_mm   position in the camera's frame
-//   back.…                     the same, and back.yaw_deg, .pitch_deg, .roll_deg: its attitude
-//   there
-// Throws UsageError as SettingsSchema does, and for a lens whose radius does not grow.
+//   back.…                     the same, and its attitude in the camera's frame:
+//                              back.yaw_deg, .pitch_deg, .roll_deg
+// Throws UsageError as SettingsSchema does, and if a lens fails require_monotonic_radius
+// (fisheye_lens.h).
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file);
-// Written atomically, every number with all its digits.
+// Written atomically, numbers in full precision. Throws Error if it cannot be written.
 void write_lens_file(const std::filesystem::path& file, const DualFisheyeCamera& camera);
 
-// The same camera in pictures of another size. Throws Error where the proportions differ.
+// The same camera for images of another size. Throws Error if the aspect ratios differ.
 DualFisheyeCamera scaled_to(const DualFisheyeCamera& camera, PanoramaSize picture);
 
 }  // namespace raywalk

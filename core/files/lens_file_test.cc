@@ -15,7 +15,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr const char* kLeast =
+constexpr const char* kMinimal =
     "picture_width_px: 400\npicture_height_px: 200\n"
     "front:\n  centre_u_px: 99.5\n  centre_v_px: 99.5\n  focal_px: 59\n"
     "back:\n  centre_u_px: 299.5\n  centre_v_px: 99.5\n  focal_px: 59\n";
@@ -65,7 +65,7 @@ void expect_same(const FisheyeLens& a, const FisheyeLens& b) {
   EXPECT_DOUBLE_EQ(a.largest_angle_rad, b.largest_angle_rad);
 }
 
-TEST(LensFileTest, WhatIsWrittenIsReadBackWithAllItsDigits) {
+TEST(LensFileTest, RoundTripKeepsFullPrecision) {
   const TestDirectory directory;
   const DualFisheyeCamera camera = crooked_camera();
   write_lens_file(directory / "lens.yaml", camera);
@@ -81,8 +81,8 @@ TEST(LensFileTest, WhatIsWrittenIsReadBackWithAllItsDigits) {
   EXPECT_TRUE(back.layout.back_position_m.isApprox(camera.layout.back_position_m, 1e-15));
 }
 
-TEST(LensFileTest, LensesLookAwayFromEachOtherFromOnePlaceUnlessToldOtherwise) {
-  const DualFisheyeCamera camera = parsed(kLeast);
+TEST(LensFileTest, DefaultIsBackToBackAtOnePosition) {
+  const DualFisheyeCamera camera = parsed(kMinimal);
   EXPECT_FALSE(camera.two_files);
   EXPECT_EQ(camera.layout.back.centre.u, 299.5);
   EXPECT_DOUBLE_EQ(camera.layout.back_attitude.yaw_rad, kPi);
@@ -91,27 +91,27 @@ TEST(LensFileTest, LensesLookAwayFromEachOtherFromOnePlaceUnlessToldOtherwise) {
   EXPECT_EQ(camera.layout.front.k, FisheyeLens{}.k);
 }
 
-TEST(LensFileTest, NumbersThatNothingCanStandInForAreAskedFor) {
+TEST(LensFileTest, KeysWithoutDefaultsAreRequired) {
   for (const char* key : {"picture_width_px", "picture_height_px"}) {
-    expect_refused(without_line_of(kLeast, key), std::string("'") + key + "' is missing");
+    expect_refused(without_line_of(kMinimal, key), std::string("'") + key + "' is missing");
   }
   for (const char* key : {"centre_u_px", "centre_v_px", "focal_px"}) {
-    expect_refused(without_line_of(kLeast, key), std::string("'front.") + key + "' is missing");
+    expect_refused(without_line_of(kMinimal, key), std::string("'front.") + key + "' is missing");
   }
-  expect_refused(std::string(kLeast).substr(0, std::string(kLeast).find("back:")),
+  expect_refused(std::string(kMinimal).substr(0, std::string(kMinimal).find("back:")),
                  "'back.centre_u_px' is missing");
 }
 
 TEST(LensFileTest, MistakesAreNamed) {
-  expect_refused(std::string(kLeast) + "  focal_mm: 3\n", "did you mean 'back.focal_px'");
-  expect_refused(std::string(kLeast) + "  k1: much\n", "back.k1");
-  expect_refused(std::string(kLeast) + "  largest_angle_deg: 190\n", "back.largest_angle_deg");
-  expect_refused(std::string(kLeast) + "  k1: -0.3\n", "back: the fisheye lens images two");
+  expect_refused(std::string(kMinimal) + "  focal_mm: 3\n", "did you mean 'back.focal_px'");
+  expect_refused(std::string(kMinimal) + "  k1: much\n", "back.k1");
+  expect_refused(std::string(kMinimal) + "  largest_angle_deg: 190\n", "back.largest_angle_deg");
+  expect_refused(std::string(kMinimal) + "  k1: -0.3\n", "back: the radius of the fisheye lens");
   EXPECT_THROW(read_lens_file("no/such/lens.yaml"), UsageError);
 }
 
-// A direction is seen at the same share of a picture of any size, measured from its corner.
-TEST(LensFileTest, ScaledCameraSeesTheSameAtTheSameShareOfItsPicture) {
+// A direction has the same relative position, measured from the corner, at any picture size.
+TEST(LensFileTest, ScaledCameraKeepsRelativePixelPositions) {
   const DualFisheyeCamera camera = crooked_camera();
   const DualFisheyeCamera small = scaled_to(camera, {640, 320});
   EXPECT_EQ(small.picture.width, 640);
@@ -126,7 +126,7 @@ TEST(LensFileTest, ScaledCameraSeesTheSameAtTheSameShareOfItsPicture) {
   EXPECT_EQ(small.layout.back_position_m, camera.layout.back_position_m);
 }
 
-TEST(LensFileTest, PicturesOfOtherProportionsAreNotOfThisCamera) {
+TEST(LensFileTest, OtherAspectRatiosAreRejected) {
   EXPECT_THROW(scaled_to(crooked_camera(), {640, 480}), Error);
   EXPECT_NO_THROW(scaled_to(crooked_camera(), {641, 320}));
 }

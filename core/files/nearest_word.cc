@@ -34,11 +34,11 @@ std::optional<std::string> nearest_word(const std::string& word,
   std::optional<std::string> nearest;
   std::size_t nearest_distance = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : candidates) {
-    // A typing error leaves most of the word intact: two letters swapped cost 2, and beyond a third
-    // of the letters it is another word.
+    // A typing error leaves most of the word intact: two swapped letters cost 2; more than a third
+    // of the letters makes it another word.
     const std::size_t allowed = std::max<std::size_t>(2, candidate.size() / 3);
-    // At least one letter must remain, or every one-letter column would resemble every other. The
-    // distance is at least the difference in length, which spares long rubbish the table.
+    // At least one letter must remain, or all one-letter columns would match each other. The
+    // distance is at least the difference in length, so very long words need no table.
     if (word.size() > candidate.size() + allowed || candidate.size() > word.size() + allowed) {
       continue;
     }

@@ -7,8 +7,8 @@
 
 namespace raywalk {
 
-// The candidate closest to `word` in edit distance; none when nothing is close enough to be a
-// typing error. Of equally close ones the first.
+// The candidate closest to `word` in edit distance, the first of equally close ones; none if no
+// candidate is close enough to be a typing error.
 std::optional<std::string> nearest_word(const std::string& word,
                                         const std::vector<std::string>& candidates);
 

@@ -16,14 +16,14 @@ TEST(NearestWord, FindsTypingErrors) {
 
 TEST(NearestWord, PrefersTheClosest) { EXPECT_EQ(nearest_word("yax", {"yawn", "yaw"}), "yaw"); }
 
-TEST(NearestWord, AnotherWordIsNoTypingError) {
+TEST(NearestWord, DifferentWordsDoNotMatch) {
   EXPECT_FALSE(nearest_word("temperature", kColumns));
   EXPECT_FALSE(nearest_word("q", kColumns)) << "a letter resembles no other letter";
   EXPECT_FALSE(nearest_word("", kColumns));
   EXPECT_FALSE(nearest_word("yaw", {}));
 }
 
-TEST(Suggestion, ListsWhatIsValidWhereNothingIsNear) {
+TEST(Suggestion, ListsValidWordsIfNoneIsNear) {
   EXPECT_EQ(suggestion("hybird", {"hybrid", "lfu"}), "; did you mean 'hybrid'?");
   EXPECT_EQ(suggestion("stereo", {"hybrid", "lfu"}), "; valid are hybrid, lfu");
 }

@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-// std::from_chars is exact and ignores the locale, but knows no leading '+'.
+// std::from_chars is exact and ignores the locale, but does not accept a leading '+'.
 template <typename Number>
 std::optional<Number> parse_all(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);

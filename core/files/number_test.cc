@@ -19,7 +19,7 @@ TEST(ParseFiniteNumber, RoundTripsDoublesOfAnySize) {
   }
 }
 
-TEST(ParseFiniteNumber, TakesTheWholeTextOrNothing) {
+TEST(ParseFiniteNumber, RequiresTheWholeText) {
   EXPECT_EQ(parse_finite_number("+1.5"), 1.5);
   for (const char* bad : {"", " 1", "1 ", "1,5", "0x1p3", "+", "-", "+-1", "++1", "nan", "inf",
                           "1e400", "1e", "1_0", "1f"}) {
@@ -27,7 +27,7 @@ TEST(ParseFiniteNumber, TakesTheWholeTextOrNothing) {
   }
 }
 
-TEST(ParseWholeNumber, CoversTheRangeOfIntAndNoMore) {
+TEST(ParseWholeNumber, CoversExactlyTheRangeOfInt) {
   EXPECT_EQ(parse_whole_number("2147483647"), std::numeric_limits<int>::max());
   EXPECT_EQ(parse_whole_number("-2147483648"), std::numeric_limits<int>::min());
   for (const char* bad : {"2147483648", "-2147483649", "1.0", "1e3", "", "x", "0x10"}) {

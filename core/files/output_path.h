@@ -1,4 +1,4 @@
-// Paths of outputs that a program makes anew and never overwrites.
+// Output paths that a program creates and never overwrites.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +6,11 @@
 
 namespace raywalk {
 
-// "room.lf/" and "room.lf" name the same directory, but only the latter has a name to extend.
+// "room.lf/" becomes "room.lf", so that a suffix such as ".partial" can be appended.
 std::filesystem::path without_trailing_slash(const std::filesystem::path& path);
 
-// Throws Error naming it where `path` is taken, be it by a link that leads nowhere; `option` is
-// what chooses it ("--out").
+// Throws Error if `path` exists, even as a dangling symbolic link. `option` is the flag that sets
+// it ("--out"), for the message.
 void require_absent(const std::filesystem::path& path, const std::string& option);
 
 }  // namespace raywalk

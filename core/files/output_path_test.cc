@@ -9,13 +9,13 @@
 namespace raywalk {
 namespace {
 
-TEST(OutputPathTest, LosesOneTrailingSlash) {
+TEST(OutputPathTest, RemovesATrailingSlash) {
   EXPECT_EQ(without_trailing_slash("a/room.lf/"), "a/room.lf");
   EXPECT_EQ(without_trailing_slash("a/room.lf"), "a/room.lf");
   EXPECT_EQ(without_trailing_slash(""), "");
 }
 
-TEST(OutputPathTest, WhatIsTakenIsRefusedByNameAndOption) {
+TEST(OutputPathTest, ExistingPathIsAnErrorNamingPathAndOption) {
   const TestDirectory directory;
   EXPECT_NO_THROW(require_absent(directory / "free", "--out"));
   std::filesystem::create_directory(directory / "taken");

@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-// File systems take 255 bytes with extension and suffix.
+// File systems allow 255 bytes, including extension and suffix.
 constexpr std::size_t kLongestName = 200;
 
 bool is_file_name(const std::string& name) {
@@ -25,7 +25,7 @@ std::vector<std::string> file_names_of_rows(const CsvTable& table, const std::st
     const std::string& name = table.text(row, column);
     if (!is_file_name(name)) {
       throw Error(table.where(row) + ": the name " + excerpt(name) +
-                  " cannot be a file's; use letters, digits, '_' and '-'");
+                  " is not a valid file name; use letters, digits, '_' and '-'");
     }
     if (!taken.insert(name).second) {
       throw Error(table.where(row) + ": the name " + excerpt(name) + " appears twice");

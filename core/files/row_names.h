@@ -1,4 +1,4 @@
-// The names that a table gives to the files made from its rows.
+// Output file names taken from a column of a table.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace raywalk {
 
-// Column `column` of every row. Throws Error with source and line for a name that cannot be a
-// file's before an extension, or not be found in a table without quotes (empty, beginning with a
-// dot, with a slash, comma, quote or line break, over 200 bytes), or that is there twice.
+// Column `column` of every row, without extension. Throws Error with source and line for a name
+// that is not usable as a file name or would need quotes in a table (empty, a leading dot, a slash,
+// comma, quote or line break, over 200 bytes), or that occurs twice.
 std::vector<std::string> file_names_of_rows(const CsvTable& table, const std::string& column);
 
 }  // namespace raywalk

@@ -45,12 +45,12 @@ std::string sequence_text(const std::vector<Value>& values) {
 // Applies one mapping of a document to the variables of a schema.
 class SettingsReader {
  public:
-  // `place` goes before every key in messages: "" or, within items, "validation[2].".
+  // `place` prefixes every key in messages: "" or, within items, "validation[2].".
   SettingsReader(const SettingsSchema& schema, const std::string& source, std::string place)
       : settings_(schema.settings_), source_(source), place_(std::move(place)) {}
 
-  // Reads the mapping whose keys start with `group` ("" or "blend."). It goes deeper only where the
-  // schema does, so that neither nesting nor aliases in a hostile file can make it run long.
+  // Reads the mapping whose keys start with `group` ("" or "blend."). Recurses only where the
+  // schema does, so that deep nesting or aliases in a hostile file cannot make it run long.
   void read_mapping(const YAML::Node& mapping, const std::string& group) {
     for (const auto& entry : mapping) {
       if (!entry.first.IsScalar()) fail(entry.first, "a key must be a single word");
@@ -80,10 +80,10 @@ class SettingsReader {
     read_mapping(node, key + ".");
   }
 
-  // Here and below `key` is as messages name it.
+  // From here on `key` is the full name used in messages.
   void apply(const SettingsSchema::Setting& setting, const YAML::Node& node,
              const std::string& key) const {
-    if (setting.most) {
+    if (setting.max_count) {
       read_sequence(setting, node, key);
     } else {
       read_scalar(setting, node, key);
@@ -97,9 +97,9 @@ class SettingsReader {
                      (setting.next_item ? "' must be a list; start every item under it with '- '"
                                         : "' must be a list; write it as [first, second]"));
     }
-    if (node.size() > *setting.most) {
+    if (node.size() > *setting.max_count) {
       fail(node, fmt::format("'{}' has {} items; it may have {} at most", key, node.size(),
-                             *setting.most));
+                             *setting.max_count));
     }
     if (setting.clear) setting.clear();
     for (std::size_t i = 0; i < node.size(); ++i) {
@@ -202,37 +202,47 @@ SettingsSchema& SettingsSchema::path(std::string key, std::filesystem::path* val
 
 SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
                                        std::vector<std::string> choices) {
-  const auto set = [value, choices = std::move(choices)](const std::string& scalar) {
-    if (std::find(choices.begin(), choices.end(), scalar) == choices.end()) {
-      throw std::invalid_argument("is not a choice" + suggestion(scalar, choices));
+  return bind_choice(
+      std::move(key), choices, [value, choices](std::size_t i) { *value = choices[i]; },
+      [value] { return *value; });
+}
+
+SettingsSchema& SettingsSchema::bind_choice(std::string key, std::vector<std::string> choices,
+                                            std::function<void(std::size_t)> set,
+                                            std::function<std::string()> value) {
+  const auto set_named = [choices = std::move(choices),
+                          set = std::move(set)](const std::string& scalar) {
+    const auto choice = std::find(choices.begin(), choices.end(), scalar);
+    if (choice == choices.end()) {
+      throw std::invalid_argument("is not a valid choice" + suggestion(scalar, choices));
     }
-    *value = scalar;
+    set(static_cast<std::size_t>(choice - choices.begin()));
   };
-  return bind(std::move(key), {.set = set, .takes_quoted = true, .value = [=] { return *value; }});
+  return bind(std::move(key), {.set = set_named, .takes_quoted = true, .value = std::move(value)});
 }
 
 SettingsSchema& SettingsSchema::numbers(std::string key, std::vector<double>* values, double min,
-                                        double max, std::size_t most) {
+                                        double max, std::size_t max_count) {
   return bind(
       std::move(key),
       {.set = [=](const std::string& scalar) { values->push_back(number_from(scalar, min, max)); },
        .value = [=] { return sequence_text(*values); },
-       .most = most,
+       .max_count = max_count,
        .clear = [=] { values->clear(); }});
 }
 
 SettingsSchema& SettingsSchema::words(std::string key, std::vector<std::string>* values,
-                                      std::size_t most) {
+                                      std::size_t max_count) {
   return bind(std::move(key), {.set = [=](const std::string& scalar) { values->push_back(scalar); },
                                .takes_quoted = true,
                                .value = [=] { return sequence_text(*values); },
-                               .most = most,
+                               .max_count = max_count,
                                .clear = [=] { values->clear(); }});
 }
 
 SettingsSchema& SettingsSchema::items(std::string key, std::function<SettingsSchema()> next_item,
-                                      std::size_t most) {
-  return bind(std::move(key), {.most = most, .next_item = std::move(next_item)});
+                                      std::size_t max_count) {
+  return bind(std::move(key), {.max_count = max_count, .next_item = std::move(next_item)});
 }
 
 std::map<std::string, std::string> SettingsSchema::values() const {

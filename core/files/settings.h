@@ -1,5 +1,5 @@
-// Strict settings from YAML: every key is documented, typed and ranged; anything else is an error
-// that names file, line, key and the nearest valid key. An empty file sets nothing.
+// Strict settings from YAML: every key has a type and a range; anything else is an error that names
+// file, line, key and the nearest valid key. An empty file sets nothing.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,11 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/files/nearest_word.h"  // IWYU pragma: export
@@ -17,33 +20,37 @@ namespace raywalk {
 
 // The keys a YAML mapping may hold and the variables they set. Keys carry their unit as a suffix
 // (`settle_ms`). Nested mappings are written as dotted keys ("blend.overlap_deg"). The variables
-// have to outlive the schema's use.
+// must outlive the schema.
 class SettingsSchema {
  public:
-  // Each binds a key to a variable, which keeps its value where the file does not set it. Bounds
-  // are inclusive; NaN and infinity are always refused. Whole numbers may be hexadecimal (0x6200).
+  // Each binds a key to a variable, which keeps its value if the file does not set the key. Bounds
+  // are inclusive; NaN and infinity are always rejected. Integers may be hexadecimal (0x6200).
   SettingsSchema& number(std::string key, double* value, double min, double max);
   SettingsSchema& integer(std::string key, int* value, int min, int max);
   SettingsSchema& boolean(std::string key, bool* value);
   SettingsSchema& text(std::string key, std::string* value);
-  // As written; whoever reads the file makes a relative path relative to it.
+  // As written; the caller resolves a relative path against the file's directory.
   SettingsSchema& path(std::string key, std::filesystem::path* value);
   SettingsSchema& choice(std::string key, std::string* value, std::vector<std::string> choices);
+  // One of the enumerators `choices`, which a file names as name_of(Enum) does.
+  template <typename Enum>
+  requires std::is_enum_v<Enum> SettingsSchema& choice(
+      std::string key, Enum* value, std::span<const std::type_identity_t<Enum>> choices);
 
-  // Sequences of up to `most` values ("[0, -2, 2]"); one that is given replaces all that `values`
-  // held, also where it is empty. Messages name an element "bracket_ev[1]", counted from 0.
+  // Sequences of up to `max_count` values ("[0, -2, 2]"). A sequence in the file, even an empty
+  // one, replaces the whole of `values`. Messages name an element "bracket_ev[1]", counted from 0.
   SettingsSchema& numbers(std::string key, std::vector<double>* values, double min, double max,
-                          std::size_t most);
-  SettingsSchema& words(std::string key, std::vector<std::string>* values, std::size_t most);
-  // A sequence of up to `most` mappings. `next_item` is called before each is read and returns the
-  // schema of that item, bound to variables that have to last until the next call. Messages name
-  // a key of an item "validation[2].axis".
+                          std::size_t max_count);
+  SettingsSchema& words(std::string key, std::vector<std::string>* values, std::size_t max_count);
+  // A sequence of up to `max_count` mappings. `next_item` is called before each is read and returns
+  // the schema of that item, bound to variables that must live until the next call. Messages name a
+  // key of an item "validation[2].axis".
   SettingsSchema& items(std::string key, std::function<SettingsSchema()> next_item,
-                        std::size_t most);
+                        std::size_t max_count);
 
-  // Every key with the value that its variable holds, as a file would have it ("[0, -2]" for a
-  // sequence); keys of items as "validation[].axis" with the values of a new item, for which
-  // `next_item` is called once.
+  // Every key with the current value of its variable, in YAML syntax ("[0, -2]" for a sequence);
+  // keys of items as "validation[].axis" with the default values of an item (calls `next_item`
+  // once).
   std::map<std::string, std::string> values() const;
 
   // Throws UsageError: not YAML, not a mapping, unknown or duplicate key, wrong type, out of range.
@@ -52,21 +59,36 @@ class SettingsSchema {
   void parse(std::string_view yaml, const std::string& source) const;
 
  private:
-  friend class SettingsReader;  // walks the YAML tree, which this header keeps to itself
+  friend class SettingsReader;  // keeps yaml-cpp out of this header
 
   // Throws std::invalid_argument with the reason a scalar does not fit.
   using Setter = std::function<void(const std::string& scalar)>;
   struct Setting {
-    Setter set{};               // of a scalar, or of the next one of a sequence
-    bool takes_quoted = false;  // text may be written in quotes, a number or a boolean may not
+    Setter set{};               // sets the scalar, or appends to the sequence
+    bool takes_quoted = false;  // text may be quoted, numbers and booleans may not
     std::function<std::string()> value{};
-    std::optional<std::size_t> most{};  // of a sequence; none: a single value
-    std::function<void()> clear{};      // of a sequence of scalars
+    std::optional<std::size_t> max_count{};  // of a sequence; none: a scalar
+    std::function<void()> clear{};           // empties a sequence of scalars
     std::function<SettingsSchema()> next_item{};
   };
   SettingsSchema& bind(std::string key, Setting setting);
+  // `set` takes the index of the choice.
+  SettingsSchema& bind_choice(std::string key, std::vector<std::string> choices,
+                              std::function<void(std::size_t)> set,
+                              std::function<std::string()> value);
 
   std::map<std::string, Setting> settings_;
 };
+
+template <typename Enum>
+requires std::is_enum_v<Enum> SettingsSchema& SettingsSchema::choice(
+    std::string key, Enum* value, std::span<const std::type_identity_t<Enum>> choices) {
+  std::vector<std::string> names;
+  for (const Enum choice : choices) names.emplace_back(name_of(choice));
+  const std::vector<Enum> values(choices.begin(), choices.end());
+  return bind_choice(
+      std::move(key), std::move(names), [value, values](std::size_t i) { *value = values[i]; },
+      [value] { return std::string(name_of(*value)); });
+}
 
 }  // namespace raywalk

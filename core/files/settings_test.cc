@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
+#include <array>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
@@ -68,7 +70,7 @@ TEST(Settings, SetsEveryTypeAndNestedKeys) {
   EXPECT_EQ(view.overlap_deg, 2.0);
 }
 
-TEST(Settings, WhatTheFileDoesNotSetKeepsItsValue) {
+TEST(Settings, UnsetKeysKeepTheirValues) {
   const ViewSettings view = parsed("width: 512\n");
   EXPECT_EQ(view.k_deg, 76.0);
   EXPECT_EQ(view.connection, "hybrid");
@@ -110,12 +112,13 @@ TEST(Settings, WrongTypesAreErrors) {
                                 "blend: 5",       "blend:",        "blend: [overlap_deg]"}) {
     EXPECT_THAT(error_of(bad), StartsWith("view.yaml:1: ")) << bad;
   }
-  EXPECT_EQ(error_of("connection: hybird"),
-            "view.yaml:1: 'connection' is 'hybird'; it is not a choice; did you mean 'hybrid'?");
+  EXPECT_EQ(
+      error_of("connection: hybird"),
+      "view.yaml:1: 'connection' is 'hybird'; it is not a valid choice; did you mean 'hybrid'?");
   EXPECT_EQ(error_of("k_deg:"), "view.yaml:1: 'k_deg' has no value");
 }
 
-TEST(Settings, WhatIsNotOneMappingIsAnError) {
+TEST(Settings, DocumentThatIsNotAMappingIsAnError) {
   for (const std::string bad :
        {"- k_deg", "just text", "k_deg: 50\n---\nwidth: 512\n", "? [a]\n: b", "k_deg: [", "a: b: c",
         "\t- x", "*nowhere", "{", "'open"}) {
@@ -194,7 +197,7 @@ std::string drawing_error(const std::string& yaml) {
   return "";
 }
 
-TEST(Settings, SequencesReplaceWhatWasThere) {
+TEST(Settings, SequencesReplaceEarlierValues) {
   const Drawing drawing = drawing_from(
       "plot:\n  steps: [1, -0.25]\nlayers: [\"0x10\", grid]\nmarks:\n  - axis: z\n    at_m: [2]\n"
       "  - {}\n");
@@ -227,7 +230,7 @@ TEST(Settings, MistakesInSequencesNameTheElement) {
 
 TEST(Settings, MistakesInItemsNameItemLineAndKey) {
   EXPECT_EQ(drawing_error("marks:\n- axis: x\n- axis: y\n"),
-            "plan.yaml:3: 'marks[1].axis' is 'y'; it is not a choice; valid are x, z");
+            "plan.yaml:3: 'marks[1].axis' is 'y'; it is not a valid choice; valid are x, z");
   EXPECT_EQ(drawing_error("marks:\n- axs: x\n"),
             "plan.yaml:2: unknown key 'marks[0].axs'; did you mean 'marks[0].axis'?");
   EXPECT_EQ(drawing_error("marks:\n- axis: x\n  axis: z\n"),
@@ -255,6 +258,26 @@ TEST(Settings, ValuesAreThoseOfTheVariables) {
       schema_of(view).values(),
       ElementsAre(Pair("blend.overlap_deg", "5"), Pair("connection", "hybrid"), Pair("k_deg", "76"),
                   Pair("title", "untitled"), Pair("two_sided", "false"), Pair("width", "4096")));
+}
+
+enum class Lens { kFront, kBack };
+constexpr std::string_view name_of(Lens lens) { return lens == Lens::kFront ? "front" : "back"; }
+
+TEST(Settings, ChoicesOfAnEnumerationAreReadByTheirNames) {
+  Lens lens = Lens::kFront;
+  SettingsSchema schema;
+  schema.choice("lens", &lens, std::array{Lens::kFront, Lens::kBack});
+  EXPECT_THAT(schema.values(), ElementsAre(Pair("lens", "front")));
+  schema.parse("lens: back", "camera.yaml");
+  EXPECT_EQ(lens, Lens::kBack);
+  try {
+    schema.parse("lens: bakc", "camera.yaml");
+    ADD_FAILURE() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(),
+                 "camera.yaml:1: 'lens' is 'bakc'; it is not a valid choice; did you mean 'back'?");
+  }
+  EXPECT_EQ(lens, Lens::kBack);
 }
 
 TEST(Settings, LoadNamesTheFile) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBusyTimeout_ms = 10000;
 
-// A file name as SQLite's URIs take it (sqlite.org/uri.html): '%', '?' and '#' escaped.
+// A file name as an SQLite URI (sqlite.org/uri.html): '%', '?' and '#' escaped.
 std::string uri_of(const std::filesystem::path& file, std::string_view query) {
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(file).string()) {
@@ -43,8 +43,8 @@ sqlite3* open_handle(const std::filesystem::path& file, SqliteAccess access, int
   return handle;
 }
 
-// What failed and what to do about it, for the primary result codes of sqlite.org/rescode.html
-// that the world outside of the program causes.
+// What failed and what to do, for the primary result codes (sqlite.org/rescode.html) with external
+// causes.
 std::string explanation(sqlite3* handle) {
   switch (sqlite3_errcode(handle) & 0xFF) {
     case SQLITE_FULL:
@@ -62,9 +62,9 @@ std::string explanation(sqlite3* handle) {
              "untouched)";
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another program keeps it locked; close that one first";
+      return "another program has locked it; close that program first";
     case SQLITE_CANTOPEN:
-      return fmt::format("it cannot be opened ({}); check that it is there and may be read",
+      return fmt::format("it cannot be opened ({}); check that it exists and is readable",
                          std::generic_category().message(sqlite3_system_errno(handle)));
     case SQLITE_IOERR:
       return fmt::format("reading or writing failed ({}); check the disk",
@@ -74,8 +74,8 @@ std::string explanation(sqlite3* handle) {
   }
 }
 
-// SQLite reads a log on a disk that it cannot write only where its index is there too; without the
-// log's entries the latest rows would silently be missing.
+// On a read-only file system SQLite can read a write-ahead log only if its index file exists;
+// without the log the latest rows would silently be missing.
 SqliteConnection open_immutable(const std::filesystem::path& file) {
   std::filesystem::path log = file;
   log += "-wal";
@@ -83,8 +83,8 @@ SqliteConnection open_immutable(const std::filesystem::path& file) {
   const auto log_bytes = std::filesystem::file_size(log, none);
   if (!none && log_bytes > 0) {
     throw Error(
-        fmt::format("{}: its latest entries are in {}, which cannot be read on a disk that "
-                    "cannot be written; copy the directory to another disk first",
+        fmt::format("{}: its latest entries are in {}, which cannot be read on a read-only "
+                    "disk; copy the directory to another disk first",
                     file.string(), log.filename().string()));
   }
   return {file, SqliteAccess::kImmutable};
@@ -130,7 +130,7 @@ std::string SqliteConnection::text(const std::string& sql) {
   return statement.step() ? statement.text(0) : std::string();
 }
 
-SqliteConnection open_sqlite_to_look(const std::filesystem::path& file) {
+SqliteConnection open_sqlite_read_only(const std::filesystem::path& file) {
   SqliteConnection connection(file, SqliteAccess::kReadOnly);
   return can_be_read(&connection) ? std::move(connection) : open_immutable(file);
 }
@@ -156,7 +156,7 @@ bool SqliteStatement::is_null(int column) const {
 }
 
 std::string SqliteStatement::text(int column) const {
-  // The text has to be asked for before its length (sqlite.org/c3ref/column_blob.html).
+  // The text must be requested before its length (sqlite.org/c3ref/column_blob.html).
   const auto* characters =
       reinterpret_cast<const char*>(sqlite3_column_text(handle_.get(), column));
   const int bytes = sqlite3_column_bytes(handle_.get(), column);
@@ -191,7 +191,7 @@ void SqliteStatement::bind_real(int parameter, double value) {
 }
 
 void SqliteStatement::bind_text(int parameter, std::string_view value) {
-  // An empty view may have no address, which SQLite would take for NULL.
+  // An empty view may have a null address, which SQLite would bind as NULL.
   const char* characters = value.empty() ? "" : value.data();
   if (sqlite3_bind_text(handle_.get(), parameter, characters, static_cast<int>(value.size()),
                         SQLITE_TRANSIENT) != SQLITE_OK) {
@@ -204,7 +204,7 @@ SqliteTransaction::SqliteTransaction(SqliteConnection* connection) : connection_
 }
 
 SqliteTransaction::~SqliteTransaction() {
-  // Some failures, a full disk among them, have rolled back already.
+  // Some failures, such as a full disk, have already rolled back.
   if (connection_->in_transaction()) {
     sqlite3_exec(connection_->handle(), "ROLLBACK", nullptr, nullptr, nullptr);
   }

@@ -1,5 +1,5 @@
-// The part of SQLite that sessions use: handles that close themselves, failures that throw Error
-// with the file and what to do.
+// RAII wrappers of the part of SQLite that capture sessions use. Failures throw Error with the file
+// and what to do.
 #pragma once
 
 #include <sqlite3.h>
@@ -17,13 +17,13 @@
 namespace raywalk {
 
 enum class SqliteAccess {
-  kReadWrite,  // makes the file where it is missing
+  kReadWrite,  // creates the file if it is missing
   kReadOnly,   // also while another process writes
-  kImmutable   // a file nobody writes, on a disk that cannot be written: no locks, no log
+  kImmutable   // on a read-only file system: no locks, no write-ahead log
 };
 
-// An open database. Used by one thread at a time. Every failure throws Error of one line: disk
-// full, read-only, damaged, not a database, locked by another program for over 10 s.
+// An open database, for use by one thread at a time. Every failure throws Error: disk full,
+// read-only, damaged, not a database, locked by another program for over 10 s.
 class SqliteConnection {
  public:
   SqliteConnection(const std::filesystem::path& file, SqliteAccess access);
@@ -40,7 +40,7 @@ class SqliteConnection {
   bool is_read_only() const { return sqlite3_db_readonly(handle_.get(), "main") == 1; }
 
   sqlite3* handle() const { return handle_.get(); }
-  // Throws Error for what the last call on this connection failed with.
+  // Throws Error for the last failed call on this connection.
   [[noreturn]] void fail() const;
 
  private:
@@ -52,19 +52,19 @@ class SqliteConnection {
   std::unique_ptr<sqlite3, Closer> handle_;
 };
 
-// To look only, also while another process writes, and on disks that cannot be written. Throws
-// Error as the constructor does, and where a disk that cannot be written holds the latest entries
-// in a log only.
-SqliteConnection open_sqlite_to_look(const std::filesystem::path& file);
+// Opens a database read-only, also while another process writes and on read-only file systems.
+// Throws Error as the constructor does, and if the file system is read-only and the latest entries
+// are still in the write-ahead log.
+SqliteConnection open_sqlite_read_only(const std::filesystem::path& file);
 
 // A prepared statement: bind, then step through its rows. Columns are counted from 0.
 class SqliteStatement {
  public:
-  // `connection` has to outlive it.
+  // `connection` must outlive the statement.
   SqliteStatement(SqliteConnection* connection, std::string_view sql);
 
-  // Sets ?1, ?2, ... and makes the statement ready to run, once more if it has run before. Takes
-  // integers, double, text, and optionals of these (none: NULL).
+  // Resets the statement and binds ?1, ?2, ... to integers, doubles, text or optionals of these
+  // (none: NULL).
   template <typename... Values>
   SqliteStatement& bind(const Values&... values) {
     sqlite3_reset(handle_.get());
@@ -72,7 +72,7 @@ class SqliteStatement {
     (bind_one(++parameter, values), ...);
     return *this;
   }
-  // Whether there is a (next) row.
+  // Advances to the next row; false if there is none.
   bool step();
   // For a statement that returns no rows.
   void run() { step(); }
@@ -115,7 +115,7 @@ class SqliteStatement {
   std::unique_ptr<sqlite3_stmt, Finalizer> handle_;
 };
 
-// Everything up to commit() happens or nothing does: without it the destructor rolls back.
+// A transaction; without commit() the destructor rolls it back.
 class SqliteTransaction {
  public:
   explicit SqliteTransaction(SqliteConnection* connection);
@@ -123,7 +123,7 @@ class SqliteTransaction {
   SqliteTransaction(const SqliteTransaction&) = delete;
   SqliteTransaction& operator=(const SqliteTransaction&) = delete;
 
-  // On disk when it returns.
+  // The changes are on disk when it returns.
   void commit();
 
  private:

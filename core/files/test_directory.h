@@ -1,4 +1,4 @@
-// For tests: a fresh directory that goes away with the object.
+// For tests: a temporary directory, removed by the destructor.
 #pragma once
 
 #include <cstdlib>
@@ -25,7 +25,7 @@ class TestDirectory {
   std::filesystem::path path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
-  // Names of everything in it, to see that nothing is left behind.
+  // The number of entries, to check that nothing is left behind.
   std::size_t entries() const {
     return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_), {}));
   }

@@ -1,4 +1,4 @@
-// Which keys a settings file holds, for tests that compare shipped files with their schema.
+// For tests: the keys of a settings file, to compare shipped files with their schema.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,7 @@ inline void add_yaml_keys(const YAML::Node& node, const std::string& key,
   }
 }
 
-// Keys as SettingsSchema::values() names them: "blend.overlap_deg", "validation[].axis".
+// Keys in the form of SettingsSchema::values(): "blend.overlap_deg", "validation[].axis".
 inline std::set<std::string> keys_of_yaml(const std::filesystem::path& file) {
   std::set<std::string> keys;
   add_yaml_keys(load_yaml_document(read_file(file), file.string()), "", &keys);

@@ -12,7 +12,7 @@
 namespace raywalk {
 namespace {
 
-// Notes where the last document it was handed starts, and ignores what is in it.
+// Records the start of the last document and ignores its content.
 class DocumentStart : public YAML::EventHandler {
  public:
   YAML::Mark mark() const { return mark_; }
@@ -36,19 +36,18 @@ class DocumentStart : public YAML::EventHandler {
 
 // YAML::Load drops whatever follows the first document, and YAML::LoadAll of yaml-cpp 0.7 never
 // returns from some malformed texts ("{a: 1}, d}": it finds one more empty document again and
-// again), so the parser is asked for two documents at most.
+// again), so the parser reads at most two documents.
 void require_single_document(const std::string& yaml, const std::string& source) {
   std::istringstream stream(yaml);
   YAML::Parser parser(stream);
   DocumentStart start;
   if (parser.HandleNextDocument(start) && parser.HandleNextDocument(start)) {
     throw UsageError(yaml_place(source, start.mark()) +
-                     "something follows the settings; they are one YAML document");
+                     "text after the settings, which must be a single YAML document");
   }
 }
 
-// What one part of a key ("blend", ".overlap_deg" or "[2]") leads to; undefined where there is
-// nothing.
+// The child node for one part of a key ("blend", ".overlap_deg" or "[2]"); undefined if missing.
 YAML::Node child_of(const YAML::Node& node, std::string_view part) {
   if (part.starts_with('[')) {
     const auto index = parse_whole_number(part.substr(1, part.size() - 2));

@@ -21,9 +21,9 @@ double sum_over_latitude_rows(const Shift& shift) {
   return 2.0 * sum;
 }
 
-// (7) at one k and distance. A viewpoint with b > a is counted from the other line's side, that is
-// with a and b exchanged, which makes it the mirror image of one with a > b; for a = b the corner
-// is at 45 degrees and D_m is 0 at every k. So twice the sum over a > b is the whole sum.
+// (7) at one k and distance. A viewpoint with b > a is measured from the other line, that is with a
+// and b exchanged, so it mirrors one with a > b; for a = b the corner is at 45 degrees and D_m is 0
+// at every k. The whole sum is therefore twice the sum over a > b.
 double mismatch_error(const CellSampling& sampling, double d_src_m, double k_deg) {
   const double spacing_m = sampling.side_m / sampling.viewpoints;
   double sum = 0.0;
@@ -31,7 +31,8 @@ double mismatch_error(const CellSampling& sampling, double d_src_m, double k_deg
     for (int front = 0; front < side; ++front) {
       const double apart_m =
           mismatch_distance({(side + 0.5) * spacing_m, (front + 0.5) * spacing_m}, k_deg);
-      if (apart_m == 0.0) break;  // grows with the corner angle, which falls from here on
+      if (apart_m == 0.0)
+        break;  // it increases with the corner angle, which decreases from here on
       sum += sum_over_latitude_rows(
           [&](double phi_rad) { return latitude_shift(d_src_m, phi_rad, apart_m); });
     }

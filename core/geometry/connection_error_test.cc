@@ -101,7 +101,7 @@ TEST(ConnectionErrorCurve, AddsUpOverDistances) {
   }
 }
 
-TEST(ConnectionErrorCurve, ConnectsPhysicallyWhereNothingBends) {
+TEST(ConnectionErrorCurve, ConnectsPhysicallyWithoutBending) {
   const ConnectionErrorCurve curve =
       connection_error_curve({.step_m = 0.0, .viewpoints = 5}, {{1.5}});
   EXPECT_THAT(curve.bending_rad, testing::Each(0.0));
@@ -115,7 +115,7 @@ TEST(ConnectionErrorCurve, HasNoErrorAtInfinity) {
   EXPECT_EQ(curve.optimum_k_deg, 90);
 }
 
-TEST(ConnectionErrorCurve, RefusesWhatIsOutsideItsDomain) {
+TEST(ConnectionErrorCurve, RejectsArgumentsOutsideTheDomain) {
   const std::vector<double> one{1.0};
   EXPECT_THROW(connection_error_curve({.side_m = 0.0}, one), Error);
   EXPECT_THROW(connection_error_curve({.side_m = kInfinity}, one), Error);

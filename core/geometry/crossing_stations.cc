@@ -65,8 +65,8 @@ class CrossingAssignment {
     return crossings;
   }
 
-  // A stray station lines up with stations of the lines around it. A line needs two stations that
-  // were captured for it: a station that is alone at a crossing proves nothing.
+  // A stray station can form a spurious line with stations of the lines around it. A real line has
+  // at least two stations of its own; a single station at a crossing is no evidence for it.
   void require_own_stations(const std::vector<Crossing>& crossings) const {
     std::vector<bool> shared(stations_.size(), false);
     for (const Crossing& crossing : crossings) {
@@ -88,22 +88,23 @@ class CrossingAssignment {
     std::vector<int> shared;
     for (int station = 0; station < static_cast<int>(stations_.size()); ++station) {
       const Eigen::Vector2d point = plan_of(stations_[static_cast<size_t>(station)]);
-      if (line(x_line).off(point) <= tolerance_m_ && line(z_line).off(point) <= tolerance_m_) {
+      if (line(x_line).distance_to(point) <= tolerance_m_ &&
+          line(z_line).distance_to(point) <= tolerance_m_) {
         shared.push_back(station);
       }
     }
     if (shared.size() > 2) {
       throw Error(
           fmt::format("{}, {} and {} all lie within {:.3g} mm of the crossing of two lines, where "
-                      "each line has one "
-                      "station; remove the repeated one or lower the line tolerance",
+                      "each line has one station; remove the repeated one or lower the line "
+                      "tolerance",
                       name(shared[0]), name(shared[1]), name(shared[2]), tolerance_m_ * 1e3));
     }
     return shared;
   }
 
-  // The list's own order, or the file names' where that keeps the settled stations of a line
-  // together better.
+  // The order of the list, or of the file names if that better keeps the settled stations of each
+  // line together.
   void choose_order(const std::vector<int>& settled) {
     std::vector<int> listed(stations_.size());
     std::iota(listed.begin(), listed.end(), 0);
@@ -156,8 +157,8 @@ class CrossingAssignment {
     if (current != wanted && members > 2) owner(station) = wanted;
   }
 
-  // What the line would lose without the station. First whether it would lose its end, which cannot
-  // be interpolated; then the gap that would remain, in units of the line's mean spacing.
+  // The loss to a line without the station: whether it would lose its end, which cannot be
+  // interpolated; then the remaining gap, in units of the line's mean spacing.
   struct Hole {
     bool is_end;
     double spacings;

@@ -1,5 +1,5 @@
-// Settles which line owns the stations captured where two lines cross. A step of find_grid
-// (grid.h); nothing else needs it.
+// Assigns the stations captured where two lines cross to one of the lines. Internal to find_grid
+// (grid.h).
 #pragma once
 
 #include <span>
@@ -10,13 +10,12 @@
 namespace raywalk {
 
 // Reassigns the stations at every crossing and sorts each group's stations along its line.
-// - Two stations: one for each line. The capture order tells which: the slider visits a line's
-// stations
-//   one after the other, so a station belongs with its neighbours in the list, or in the file
-//   names, whichever order follows the lines more.
-// - One station: the line that would otherwise have the larger hole, measured in its own spacing.
-// Throws Error when more than two stations lie at a crossing: the tolerance does not tell them
-// apart.
+// - Two stations: one per line. The capture order decides: the slider visits a line's stations one
+//   after the other, so a station belongs with its neighbours in the list or in the file names,
+//   whichever order follows the lines better.
+// - One station: it goes to the line that would otherwise have the larger gap, relative to its
+//   spacing.
+// Throws Error when more than two stations lie at a crossing: the tolerance cannot separate them.
 void assign_crossing_stations(std::span<const StationPose> stations, double tolerance_m,
                               std::vector<StationGroup>* groups);
 

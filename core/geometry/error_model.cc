@@ -8,8 +8,8 @@
 namespace raywalk {
 namespace {
 
-// The trigonometry of k in [45, 90] degrees by its complement 90 - k, which is exact in double and
-// small where tan k is large: tan k keeps all its digits as k approaches 90 degrees.
+// Trigonometry of k in [45, 90] degrees via its complement 90 - k, which is exact in double, so
+// that tan k keeps full precision as k approaches 90 degrees.
 struct LimitAngle {
   explicit LimitAngle(double k_deg) {
     const double complement_rad = radians_from_degrees(90.0 - k_deg);
@@ -28,7 +28,7 @@ double corrected_latitude(double d_src_m, double d_p_m, double phi_rad) {
   // (5) with both arguments divided by d_src, which cannot overflow the products.
   const double corrected_rad = std::atan2(std::sin(phi_rad), std::cos(phi_rad) + d_p_m / d_src_m);
   if (d_p_m < 0.0) return corrected_rad;
-  // Moving back towards the horizon only ever lowers |phi|; rounding must not raise it.
+  // Correction towards the horizon never increases |phi|; rounding must not either.
   return std::copysign(std::min(std::abs(corrected_rad), std::abs(phi_rad)), phi_rad);
 }
 
@@ -37,8 +37,8 @@ double latitude_shift(double d_src_m, double phi_rad, double apart_m) {
   // (2) and (4) are the angle between v = d (cos phi, sin phi) and w = v + (D, 0). It has
   //   w x v = (d cos phi + D) d sin phi - d sin phi d cos phi = d D sin phi,
   //   w . v = d^2 + d D cos phi,
-  // so it is atan2(D sin phi, d + D cos phi): no difference of nearly equal angles is left. Divided
-  // by D, neither product can underflow and every rounding is relative to the result.
+  // so it is atan2(D sin phi, d + D cos phi), without cancellation. Dividing both by D avoids
+  // underflow and keeps every rounding error relative to the result.
   const double shift_rad = std::atan2(std::sin(phi_rad), d_src_m / apart_m + std::cos(phi_rad));
   return std::copysign(std::min(std::abs(shift_rad), std::abs(phi_rad)), phi_rad);
 }
@@ -48,7 +48,7 @@ double bending_distance(double d_src_m, double phi_rad, double theta_rad, double
   // (3) is D_b = h - c with c = d cos phi and h = hypot(c cos theta, c sin theta + s). Multiplied
   // by (h + c) / (h + c), as h^2 - c^2 = s (2 c sin theta + s):
   //   D_b = s (2 c sin theta + s) / (h + c).
-  // There is no difference of nearly equal lengths left; fma saves the rounding of each product.
+  // This form has no cancellation; fma avoids the rounding of each product.
   const double c = d_src_m * std::cos(phi_rad);
   const double sine = std::sin(theta_rad);
   if (std::isinf(c)) return step_m * sine;
@@ -63,11 +63,11 @@ double corner_angle_deg(CornerOffset corner) {
 }
 
 double mismatch_distance(CornerOffset corner, double k_deg) {
-  // The ray of incidence k crosses the front line b tan k to the side; to the side line, at a, it
-  // has (a - b tan k) / sin k still to go. That is (8), and with c = atan2(a, b) it equals hypot(a,
-  // b) sin(c - k) / (sin k cos k). The first form is the one to compute: by fma the difference is
-  // rounded once, so only tan k's last digit is magnified as k approaches c, and at 45 degrees,
-  // where tan k is exact, nothing is.
+  // The ray of incidence k crosses the front line at b tan k; from there its distance to the side
+  // line, at a, is (a - b tan k) / sin k. That is (8); with c = atan2(a, b) it equals hypot(a, b)
+  // sin(c - k) / (sin k cos k). The first form is used: with fma the difference is rounded once, so
+  // as k approaches c only the rounding error of tan k is magnified, and at 45 degrees tan k is
+  // exact.
   if (k_deg >= 90.0 || k_deg >= corner_angle_deg(corner)) return 0.0;
   const LimitAngle k(k_deg);
   return std::max(0.0, std::fma(-corner.to_front_m, k.tangent, corner.to_side_m) / k.sine);

@@ -1,36 +1,38 @@
-// The error model of a 3D light field: how far a ray read from a line differs in latitude from the
-// ray that is wanted, at one point. connection_error.h sums these errors over a cell. Equations (n)
+// The error model of a 3D light field at one point: the difference in latitude between a ray read
+// from a line and the ray wanted. connection_error.h sums these errors over a cell. Equations (n)
 // are those of the paper: "Enabling Five-Degree-of-Freedom From Low-Dimensional Light Fields With
 // Extended Light Ray Acquisition Field-of-View".
 //
-// Metres and radians; k and the corner angle in degrees, because 45 and 90 degrees are then exact.
-// d_src is the distance from the acquisition point to the source, 0 to infinity, phi the latitude
-// it is seen at from there, |phi| <= pi/2. No function returns NaN or infinity within its domain.
+// Metres and radians; k and the corner angle in degrees, so that 45 and 90 degrees are exact. d_src
+// is the distance from the acquisition point to the source, 0 to infinity; phi is the latitude of
+// the source seen from there, |phi| <= pi/2. No function returns NaN or infinity within its domain.
 //
 // Accuracy: each result is within 4 ulp of the exact value of its equation for the given doubles,
-// unless stated. Multiplying every length by a power of two changes no bit of an angle. The
-// functions do not check their arguments, which would cost as much as some of them do.
+// unless stated. Multiplying every length by a power of two changes no bit of an angle. Arguments
+// are not checked, as that would cost as much as some of the functions.
 #pragma once
 
 namespace raywalk {
 
-// (5): the latitude at which the viewpoint sees what the line sees at phi. `phi_rad` may go over
-// the pole, [-pi, pi]; `d_p_m` is the plan distance from viewpoint to acquisition point, negative
-// where the viewpoint is in front of the line. |result| <= |phi| for d_p >= 0; phi itself when
-// d_src is infinite or d_p is 0. Where x = cos(phi) + d_p / d_src cancels, because its terms differ
-// in sign, the error is at most 1e-15 rad * (1 + (|cos phi| + |d_p / d_src|) / hypot(x, sin phi)).
+// (5): the latitude at which the viewpoint sees the source that the line sees at phi. `phi_rad` may
+// go past the pole, [-pi, pi]; `d_p_m` is the plan distance from viewpoint to acquisition point,
+// negative where the viewpoint is in front of the line. |result| <= |phi| for d_p >= 0; phi itself
+// when d_src is infinite or d_p is 0. Where x = cos(phi) + d_p / d_src cancels, because its terms
+// differ in sign, the error is at most 1e-15 rad * (1 + (|cos phi| + |d_p / d_src|) / hypot(x, sin
+// phi)).
 double corrected_latitude(double d_src_m, double d_p_m, double phi_rad);
 
 // (2), (4): the difference in latitude between two acquisition points, the second `apart_m` >= 0
-// farther from the source in the plan. With apart = d_p it is the vertical parallax phi - phi* that
-// (1) means. Odd in phi, |result| <= |phi|, falls with d_src and grows with apart (to one ulp); 0
-// at infinite d_src or no distance apart, phi at d_src = 0.
+// farther from the source in the plan. With apart = d_p it is the vertical parallax phi - phi* of
+// (1). Odd in phi, |result| <= |phi|, decreases with d_src and increases with apart (to one ulp); 0
+// at infinite d_src or apart = 0, phi at d_src = 0.
 double latitude_shift(double d_src_m, double phi_rad, double apart_m);
 
-// (3): how much farther in the plan the source is from the station `step_m` >= 0 further along the
-// line, on the side turned away for theta > 0. `theta_rad` is the incidence angle in
-// [-pi/2, pi/2]. |result| <= step. The result crosses zero with n = 2 d_src cos(phi) sin(theta) +
-// step; where the terms of n differ in sign the bound is 4 ulp * (sum of their magnitudes) / |n|.
+// (3): the difference in plan distance to the source between the station `step_m` >= 0 further
+// along the line (away from the source for theta > 0) and this one. `theta_rad` is the incidence
+// angle in [-pi/2, pi/2]. |result| <= step. The result crosses zero with n = 2 d_src cos(phi)
+// sin(theta) + step; where the terms of n differ in sign the bound is 4 ulp * (sum of their
+// magnitudes) / |n|.
 double bending_distance(double d_src_m, double phi_rad, double theta_rad, double step_m);
 
 // Distances from a viewpoint to the two lines that meet at a corner, both >= 0 and finite; with the
@@ -40,19 +42,19 @@ struct CornerOffset {
   double to_front_m = 0.0;
 };
 
-// The angle between the front line's normal and the corner, as the viewpoint sees it, in [0, 90]; 0
+// The angle between the front line's normal and the corner, seen from the viewpoint, in [0, 90]; 0
 // in the corner itself.
 double corner_angle_deg(CornerOffset corner);
 
-// (8): the distance between the points where the front and the side line hold the ray of incidence
-// `k_deg` in [45, 90]: 0 for k at or above the corner angle (a physical connection). Its limit is
-// where the ray meets the corner: the error is at most 4 ulp * a / (a - b tan k), a = to_side,
-// b = to_front, as if a had been off in its last digits; k counts as at the corner angle when it
-// equals corner_angle_deg.
+// (8): the distance between the points at which the front and the side line read the ray of
+// incidence `k_deg` in [45, 90]: 0 for k at or above the corner angle (a physical connection). Its
+// limit is where the ray meets the corner: the error is at most 4 ulp * a / (a - b tan k), a =
+// to_side, b = to_front, as if a had been off in its last digits; k counts as at the corner angle
+// when it equals corner_angle_deg.
 double mismatch_distance(CornerOffset corner, double k_deg);
 
-// (9): the limit angles that make a difference at this corner. A corner angle under 45 degrees is
-// counted from the other line's side, so max_deg >= min_deg.
+// (9): the range of limit angles that have an effect at this corner. A corner angle below 45
+// degrees is measured from the other line, so max_deg >= min_deg.
 struct ConnectionRange {
   double min_deg = 45.0;
   double max_deg = 45.0;

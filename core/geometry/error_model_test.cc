@@ -13,8 +13,8 @@
 namespace raywalk {
 namespace {
 
-// The printed equations lose up to 34 digits over the tested domain (step^2 / d_src^2 in (3)); a
-// hundred leave more than enough.
+// The equations as printed lose up to 34 digits over the tested domain (step^2 / d_src^2 in (3)),
+// so 100 digits are more than enough.
 using Exact = boost::multiprecision::cpp_bin_float_100;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -23,7 +23,7 @@ constexpr double kBoundUlp = 4.0;
 
 Exact exact_pi() { return boost::math::constants::pi<Exact>(); }
 
-// The equations as the paper prints them.
+// The equations as printed in the paper.
 Exact printed_5(double d, double d_p, double phi) {
   const Exact p = phi;
   return atan2(Exact(d * sin(p)), Exact(d * cos(p) + d_p));

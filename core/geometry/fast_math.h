@@ -1,4 +1,4 @@
-// Single-precision arc tangent for the inner loops: branch-free, so that compilers vectorise it.
+// Branch-free single-precision arc tangent for inner loops, which compilers can vectorise.
 //
 // The project's geometry is in double (core/geometry); these loops only turn directions into pixel
 // positions, where 6e-7 rad is a thousandth of a pixel at W = 8192.

@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-constexpr int kMostNewtonSteps = 20;
+constexpr int kMaxNewtonSteps = 20;
 
 // r / focal_px at the angle t, and its derivative.
 struct Radius {
@@ -25,11 +25,11 @@ Radius relative_radius(const FisheyeLens& lens, double t) {
 }
 
 // Solves relative_radius(t) = radius by Newton's method, kept inside a bracket that bisection
-// narrows: the radius grows with the angle, so there is one root.
+// narrows: the radius increases with the angle, so there is one root.
 double angle_of_radius(const FisheyeLens& lens, double radius) {
   double low = 0.0, high = lens.largest_angle_rad;
   double t = std::min(radius, high);
-  for (int i = 0; i < kMostNewtonSteps; ++i) {
+  for (int i = 0; i < kMaxNewtonSteps; ++i) {
     const Radius at = relative_radius(lens, t);
     const double error = at.value - radius;
     if (std::abs(error) < 1e-14) break;
@@ -42,14 +42,13 @@ double angle_of_radius(const FisheyeLens& lens, double radius) {
 
 }  // namespace
 
-void require_growing_radius(const FisheyeLens& lens) {
+void require_monotonic_radius(const FisheyeLens& lens) {
   constexpr int kSteps = 1000;
   for (int i = 0; i <= kSteps; ++i) {
     if (!(relative_radius(lens, lens.largest_angle_rad * i / kSteps).slope > 0.0)) {
       throw Error(
-          "the fisheye lens images two directions at one radius, or none at all; reduce its "
-          "coefficients k or its "
-          "field of view");
+          "the radius of the fisheye lens does not increase with the angle; reduce its "
+          "coefficients k or its field of view");
     }
   }
 }

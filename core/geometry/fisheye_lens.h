@@ -1,4 +1,4 @@
-// Fisheye lenses, and cameras of two that look away from each other.
+// Fisheye lenses, and cameras of two fisheye lenses back to back.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@
 namespace raywalk {
 
 // The radial model of Kannala and Brandt (2006, "A generic camera model and calibration method for
-// conventional, wide-angle, and fish-eye lenses"), as OpenCV's fisheye module has it. A direction
-// at the angle t from the lens's axis is imaged at the distance
+// conventional, wide-angle, and fish-eye lenses"), as in OpenCV's fisheye module. A direction at
+// the angle t from the lens's axis is imaged at the distance
 //   r = focal_px (t + k[0] t^3 + k[1] t^5 + k[2] t^7 + k[3] t^9)
 // from the centre; all k = 0 is the equidistant lens. Lens frame: x right, y up, z along the axis.
 struct FisheyeLens {
@@ -21,27 +21,27 @@ struct FisheyeLens {
   double largest_angle_rad = radians_from_degrees(95.0);  // from the axis; half the field of view
 };
 
-// r / focal_px of the model at the angle t, in whatever type of number the caller counts with: a
-// double, or one that carries derivatives along.
+// r / focal_px of the model at the angle t (radians). T is double or an automatic-differentiation
+// type such as ceres::Jet.
 template <typename T, typename Coefficients>
 T fisheye_radius(const Coefficients& k, const T& t) {
   const T square = t * t;
   return t * (1.0 + square * (k[0] + square * (k[1] + square * (k[2] + square * k[3]))));
 }
 
-// Throws Error where the lens's radius does not grow with the angle all over its field of view, or
-// is not a number there: it would image two directions at one place.
-void require_growing_radius(const FisheyeLens& lens);
+// Throws Error unless the lens's radius is finite and increases with the angle throughout the field
+// of view; otherwise two directions would map to one pixel.
+void require_monotonic_radius(const FisheyeLens& lens);
 
-// Where the lens images a direction of its own frame; none beyond its field of view.
+// The pixel of a direction in the lens's frame; none outside the field of view.
 std::optional<PixelPosition> project(const FisheyeLens& lens, const Eigen::Vector3d& direction);
 
-// The unit direction in the lens's frame that is imaged at `pixel`; none beyond the field of view.
+// The unit direction in the lens's frame of `pixel`; none outside the field of view.
 std::optional<Eigen::Vector3d> unproject(const FisheyeLens& lens, PixelPosition pixel);
 
-// Two image circles, in one frame or each in a picture of its own. The camera's frame has the axes
-// of the front lens; its origin, which is where panoramas stitched of the two are said to be taken
-// from, is best put half way between the lenses.
+// Two image circles, in one frame or in one image each. The camera's frame has the axes of the
+// front lens. Its origin is the viewpoint of the stitched panoramas, best placed half way between
+// the lenses.
 struct DualFisheyeLayout {
   FisheyeLens front{};
   FisheyeLens back{};

@@ -63,7 +63,7 @@ TEST(FisheyeLensTest, RadiusIsWhereProjectPutsTheAngle) {
     const auto pixel = project(lens, at_angle(t, 0.0));
     ASSERT_TRUE(pixel);
     EXPECT_NEAR(pixel->u, lens.focal_px * fisheye_radius(lens.k, t), 1e-12);
-    // A wider type of number gives the same to more digits.
+    // A wider floating-point type gives the same with more digits.
     EXPECT_NEAR(static_cast<double>(fisheye_radius(lens.k, static_cast<long double>(t))),
                 fisheye_radius(lens.k, t), 1e-15);
   }

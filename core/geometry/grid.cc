@@ -16,8 +16,8 @@
 namespace raywalk {
 namespace {
 
-// A side of a cell counts as captured while no gap between its stations exceeds this many of the
-// line's median spacings: a few lost frames do not open a cell, a missing stretch does.
+// A side of a cell is captured if no gap between its stations exceeds this multiple of the line's
+// median spacing: a few lost frames do not open a cell, a missing section does.
 constexpr double kLargestGapInSpacings = 4.0;
 
 Eigen::Vector2d vector_of(PlanPoint point) { return {point.x_m, point.z_m}; }
@@ -38,8 +38,8 @@ double tolerance_for(std::span<const StationPose> stations, const GridTolerance&
   return std::max(0.1 * median_nearest_distance(stations), 1e-9 * extent.diagonal().norm());
 }
 
-// A slider may climb a little along its way; a station's height is compared with the straight line
-// through all heights, y = mean + slope (along - mean along).
+// A slider may climb slightly along its travel, so a station's height is compared with the straight
+// line through all heights, y = mean + slope (along - mean along).
 void check_heights(const Line& line, std::span<const StationPose> stations,
                    const std::vector<int>& members, double tolerance_m) {
   const auto count = static_cast<double>(line.stations.size());
@@ -69,7 +69,7 @@ void check_heights(const Line& line, std::span<const StationPose> stations,
   }
 }
 
-// The line's final fit, over its own stations only; along_m counts from the first station.
+// The line's final fit to its own stations; along_m is 0 at the first station.
 Line line_from_group(const StationGroup& group, std::span<const StationPose> stations,
                      double tolerance_m) {
   std::vector<Eigen::Vector2d> points;
@@ -90,7 +90,7 @@ Line line_from_group(const StationGroup& group, std::span<const StationPose> sta
   return line;
 }
 
-// Lines along x in order of z, then lines along z in order of x, named by their place.
+// Lines along x in order of z, then lines along z in order of x; numbered in this order.
 void sort_and_name(std::vector<Line>* lines) {
   const auto place = [](const Line& line) {
     const double middle = 0.5 * (line.first_m() + line.last_m());
@@ -107,8 +107,8 @@ void sort_and_name(std::vector<Line>* lines) {
   }
 }
 
-// Whether the line's stations cover from one point to the other without a large gap. A line may end
-// up to one spacing short of a corner.
+// Whether the line's stations cover the segment without a large gap. A line may end up to one
+// spacing before a corner.
 bool covers(const Line& line, PlanPoint from, PlanPoint to) {
   const double spacing = median_spacing_m(line);
   const double begin = along_line(line, from), end = along_line(line, to);
@@ -142,7 +142,7 @@ std::optional<Cell> cell_between(const std::vector<Line>& lines, int back, int f
 }
 
 // From each back left corner, the smallest closed rectangle. A line that ends inside a rectangle
-// (it closes no side of it) does not split it.
+// does not split it.
 std::vector<Cell> find_cells(const std::vector<Line>& lines) {
   const auto first_z = std::find_if(lines.begin(), lines.end(),
                                     [](const Line& line) { return line.axis == LineAxis::kZ; });

@@ -1,7 +1,7 @@
 // The capture grid: stations on lines, lines that bound square or rectangular cells.
 //
-// A line runs along x or along z within a tolerance; it is fitted to its stations, so it may be
-// slightly oblique and need not lie exactly where it was planned. A cell is closed by four lines.
+// A line runs along x or along z. It is fitted to its stations, so it may be slightly oblique and
+// off its planned place. Four lines close a cell.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/sphere.h"
@@ -17,6 +18,9 @@ namespace raywalk {
 
 // Which plan axis a line follows.
 enum class LineAxis { kX, kZ };
+
+// "x" or "z".
+constexpr std::string_view name_of(LineAxis axis) { return axis == LineAxis::kX ? "x" : "z"; }
 
 // One captured position on a line.
 struct Station {
@@ -39,10 +43,10 @@ struct Line {
   double last_m() const { return stations.back().along_m; }
 };
 
-// The sides of a cell, in the order the rest of the program indexes them.
+// The sides of a cell, in index order.
 enum class Side : int { kFront = 0, kRight = 1, kBack = 2, kLeft = 3 };
 
-// A rectangle of the plan whose four sides are captured. Bounds are world metres; `line[side]`
+// A rectangle of the plan whose four sides were captured. Bounds in world metres; `line[side]`
 // indexes Grid::lines.
 struct Cell {
   double x_min_m = 0.0, x_max_m = 0.0, z_min_m = 0.0, z_max_m = 0.0;
@@ -51,7 +55,7 @@ struct Cell {
 
 struct Grid {
   std::vector<Line> lines;
-  std::vector<Cell> cells;  // empty where no four lines close one
+  std::vector<Cell> cells;  // empty if no four lines close one
 };
 
 // A station before it has been assigned to a line.
@@ -62,12 +66,12 @@ struct StationPose {
 };
 
 struct GridTolerance {
-  // How far a station may lie from its line, in metres; none: a tenth of the median spacing between
-  // nearest stations, but at least 1e-9 of the grid's extent.
+  // Maximum distance of a station from its line, metres; none: a tenth of the median distance
+  // between nearest stations, at least 1e-9 of the grid's extent.
   std::optional<double> off_line_m;
 };
 
-// Where a point projects onto a line: along_m of the foot of its perpendicular.
+// The orthogonal projection of a point onto a line, as along_m.
 double along_line(const Line& line, PlanPoint point);
 
 // Where two lines of different axes intersect, each taken as infinitely long.
@@ -76,14 +80,14 @@ PlanPoint crossing_of(const Line& a, const Line& b);
 // Median distance between neighbouring stations of a line.
 double median_spacing_m(const Line& line);
 
-// Groups stations into lines along x and z, fits each line, and finds the cells. A station at a
-// crossing may appear once per line it belongs to only if it was captured once per line; stations
-// are never shared. Throws Error when a station belongs to no line, two stations of a line
-// coincide, a line has one station, or a coordinate is not finite.
+// Groups stations into lines along x and z, fits each line, and finds the cells. Lines never share
+// a station: one captured at a crossing belongs to one of the two lines. Throws Error when a
+// station belongs to no line, two stations of a line coincide, a line has only one station, or a
+// coordinate is not finite.
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
 
-// Index of the cell that holds the viewpoint, borders included (the first in Grid::cells where
-// several do); none if no cell holds it.
+// Index of the cell that contains the viewpoint, borders included; the first in Grid::cells if
+// several do, none if no cell does.
 std::optional<int> find_cell(const Grid& grid, PlanPoint viewpoint);
 
 }  // namespace raywalk

@@ -19,7 +19,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// A straight capture from (x, z) on, `count` stations, named <name>_000.jpg on.
+// A straight capture of `count` stations starting at (x, z), named <name>_000.jpg and so on.
 struct Capture {
   std::string name;
   double x_m, z_m;
@@ -131,7 +131,7 @@ TEST(FindGrid, CornerStationsStayWithTheirCapture) {
   expect_lines_are_captures(find_grid(square(), {}), 124);
 }
 
-TEST(FindGrid, OrderOfTheListDoesNotMatterWhenNamesTell) {
+TEST(FindGrid, OrderOfTheListDoesNotMatterIfNamesAreOrdered) {
   std::vector<StationPose> stations = square();
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::shuffle(stations.begin(), stations.end(), std::mt19937(seed));
@@ -201,7 +201,7 @@ TEST(FindGrid, GridsOfEverySizeCloseAllTheirCells) {
   }
 }
 
-// Stations of parallel lines also align across the lines; those rows are not captures.
+// Stations of parallel lines also align across the lines; these rows must not become lines.
 TEST(FindGrid, ManyShortParallelLinesAreNotMistakenForRows) {
   std::vector<Capture> runs;
   for (int i = 0; i < 12; ++i) runs.push_back({fmt::format("z{}", i), i * 1.0, 0.0, 0.0, 0.1, 6});
@@ -246,7 +246,7 @@ TEST(FindGrid, SideWithALongGapLeavesTheCellOpenButALostFrameDoesNot) {
   EXPECT_TRUE(find_grid(stations, {}).cells.empty());
 }
 
-TEST(FindGrid, OneStationAtACrossingGoesWhereItIsNeeded) {
+TEST(FindGrid, OneStationAtACrossingGoesToTheLineWithTheLargerGap) {
   // The left line ends at its corner with the front line; without it, it would be short of the
   // corner.
   std::vector<StationPose> stations =

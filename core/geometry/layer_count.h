@@ -1,13 +1,13 @@
-// How many depth layers a view needs.
+// The number of depth layers a view needs.
 //
-// HLF-VD may correct in N layers equally spaced in inverse distance. A pixel's distance is then
-// wrong by at most half a layer, and phi* by at most half a layer times |d alpha / d omega|, where
-// alpha = phi* + asin(q), q = d_p omega sin phi* (law of sines), omega = 1 / d_src:
+// HLF-VD can correct in N layers, equally spaced in inverse distance. The inverse distance of a
+// pixel is then off by at most half a layer, and phi* by at most half a layer times |d alpha / d
+// omega|, where alpha = phi* + asin(q), q = d_p omega sin phi* (law of sines), omega = 1 / d_src:
 //
 //   d alpha / d omega = d_p sin phi* / sqrt(1 - q^2) <= d_p / sqrt(1 - q^2).
 //
-// The slope has no bound where q reaches 1 (the ray grazes the layer's circle), so the count is
-// made for q up to sin 80 deg and holds for every pixel with a smaller q.
+// The slope is unbounded as q approaches 1 (the ray grazes the layer's circle), so the count is
+// computed for q = sin 80 deg and holds for every pixel with a smaller q.
 #pragma once
 
 namespace raywalk {
@@ -18,8 +18,8 @@ struct OmegaRange {
   double max = 0.0;
 };
 
-// Layers needed so that no pixel moves by more than `tolerance_rad` (> 0) at the largest d_p of a
-// view. At least 1, at most 65536.
+// Layers needed to keep the error of phi* within `tolerance_rad` (> 0) at the largest d_p of a
+// view, metres. In [1, 65536].
 int layers_for_tolerance(OmegaRange range, double largest_d_p_m, double tolerance_rad);
 
 }  // namespace raywalk

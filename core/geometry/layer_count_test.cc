@@ -11,7 +11,7 @@
 namespace raywalk {
 namespace {
 
-// Inverse distance of the layer that stands for `omega`.
+// Inverse distance of the layer nearest to `omega`.
 double layer_of(double omega, OmegaRange range, int count) {
   const double step = (range.max - range.min) / count;
   const double index = std::clamp(std::floor((omega - range.min) / step), 0.0, count - 1.0);
@@ -37,7 +37,7 @@ TEST(LayerCount, CountKeepsEveryPixelWithinTheTolerance) {
       const double q = d_p * omega * std::sin(phi);
       const double snapped_q = d_p * snapped * std::sin(phi);
       if (std::max(std::fabs(q), std::fabs(snapped_q)) > most_q) continue;
-      // alpha = phi* + asin(q): what the pixel is read at, with and without layers.
+      // alpha = phi* + asin(q): the latitude read, with and without layers.
       const double moved = std::fabs(std::asin(snapped_q) - std::asin(q));
       ASSERT_LE(moved, tolerance * (1.0 + 1e-9));
       worst = std::max(worst, moved / tolerance);
@@ -55,7 +55,7 @@ TEST(LayerCount, CountGrowsWithRangeDistanceAndPrecision) {
   EXPECT_GT(layers_for_tolerance(range, 0.5, 0.5e-3), count);
 }
 
-TEST(LayerCount, NothingToCorrectNeedsOneLayer) {
+TEST(LayerCount, NoCorrectionNeedsOneLayer) {
   EXPECT_EQ(layers_for_tolerance({0.5, 0.5}, 1.0, 1e-3), 1);
   EXPECT_EQ(layers_for_tolerance({0.1, 2.0}, 0.0, 1e-3), 1);
   EXPECT_EQ(layers_for_tolerance({0.0, 0.0}, 1.0, 1e-3), 1);

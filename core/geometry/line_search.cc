@@ -16,13 +16,13 @@ namespace {
 
 const double kMaxObliqueness = std::tan(radians_from_degrees(kMaxObliquenessDeg));
 
-// Refits settle after two or three rounds; the bound only stops a station that flips in and out.
+// Refits converge in two or three rounds; the bound stops a station that alternates in and out.
 constexpr int kMaxRefits = 20;
 
 // Coordinates of plan vectors, (x, z).
 int along_index(LineAxis axis) { return axis == LineAxis::kX ? 0 : 1; }
 
-// Greedy search: a station not yet claimed proposes a line, the line claims its stations.
+// Greedy search: an unclaimed station proposes a line, the line claims its stations.
 class LineSearch {
  public:
   LineSearch(std::span<const StationPose> stations, double tolerance_m)
@@ -38,7 +38,7 @@ class LineSearch {
   }
 
  private:
-  // Densely captured stations first, so that a stray station cannot take any from a line.
+  // Stations with near neighbours first, so that a stray station cannot take stations from a line.
   std::vector<int> seeds_by_nearness() const {
     std::vector<std::pair<double, int>> seeds;
     seeds.reserve(points_.size());
@@ -54,7 +54,7 @@ class LineSearch {
     return order;
   }
 
-  // Claims a line near the seed. The seed need not be on it (a stray station beside a line first
+  // Claims a line near the seed. The seed may not be on it (a stray station beside a line first
   // finds that line, then remains alone), but every call claims at least two stations or throws.
   void claim_line_from(int seed) {
     for (LineAxis axis : axes_by_nearness(seed)) {
@@ -69,9 +69,9 @@ class LineSearch {
     throw_no_line(seed);
   }
 
-  // Which axis the seed's line may follow, the likelier first. Stations of one line are closer to
-  // each other than neighbouring parallel lines are, so the nearest station tells. An axis is out
-  // where the seed lies on a line of that axis already: this is the second capture at a crossing.
+  // Candidate axes of the seed's line, the likelier first: towards the nearest station, as stations
+  // of a line are closer together than parallel lines. An axis is excluded if the seed lies on a
+  // claimed line of that axis, as this is the second capture at a crossing.
   std::vector<LineAxis> axes_by_nearness(int seed) const {
     std::vector<std::pair<double, LineAxis>> nearest;
     for (LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
@@ -96,7 +96,7 @@ class LineSearch {
 
   bool on_claimed_line(int station, LineAxis axis) const {
     return std::any_of(groups_.begin(), groups_.end(), [&](const StationGroup& group) {
-      return group.line.axis == axis && group.line.off(point(station)) <= tolerance_m_;
+      return group.line.axis == axis && group.line.distance_to(point(station)) <= tolerance_m_;
     });
   }
 
@@ -112,7 +112,7 @@ class LineSearch {
     return inside;
   }
 
-  // Of the lines through the seed and one other station, the one most stations are near to.
+  // Of the lines through the seed and one other station, the one with the most stations nearby.
   PlanLine best_line_through(int seed, LineAxis axis, const std::vector<int>& candidates) const {
     PlanLine best;
     std::ptrdiff_t best_count = -1;
@@ -120,7 +120,7 @@ class LineSearch {
       const std::array<Eigen::Vector2d, 2> ends{point(seed), point(other)};
       const PlanLine line = fit_line(ends, axis);
       const auto count = std::count_if(candidates.begin(), candidates.end(), [&](int station) {
-        return line.off(point(station)) <= 2.0 * tolerance_m_;
+        return line.distance_to(point(station)) <= 2.0 * tolerance_m_;
       });
       if (count > best_count) {
         best = line;
@@ -152,7 +152,8 @@ class LineSearch {
   std::vector<int> stations_within(const PlanLine& line, double limit_m) const {
     std::vector<int> members;
     for (int station = 0; station < static_cast<int>(points_.size()); ++station) {
-      if (claimed_[static_cast<size_t>(station)] || line.off(point(station)) > limit_m) continue;
+      if (claimed_[static_cast<size_t>(station)] || line.distance_to(point(station)) > limit_m)
+        continue;
       members.push_back(station);
     }
     std::stable_sort(members.begin(), members.end(),
@@ -193,7 +194,7 @@ class LineSearch {
 
 }  // namespace
 
-double PlanLine::off(const Eigen::Vector2d& point) const {
+double PlanLine::distance_to(const Eigen::Vector2d& point) const {
   const Eigen::Vector2d from = point - origin;
   return std::abs(direction.x() * from.y() - direction.y() * from.x());
 }

@@ -1,5 +1,5 @@
-// Finds the straight lines along x and z that a set of captured positions lies on. A step of
-// find_grid (grid.h); nothing else needs it.
+// Finds the straight lines along x and z through a set of captured positions. Internal to find_grid
+// (grid.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,9 +19,9 @@ struct PlanLine {
   Eigen::Vector2d direction{1, 0};
 
   double along(const Eigen::Vector2d& point) const { return (point - origin).dot(direction); }
-  // Distance of a point from the line, not signed.
-  double off(const Eigen::Vector2d& point) const;
-  // The slope against the axis, as the tangent of the angle; infinite at a right angle.
+  // Unsigned distance of a point from the line, metres.
+  double distance_to(const Eigen::Vector2d& point) const;
+  // Tangent of the angle to the axis; infinite at a right angle.
   double obliqueness() const;
 };
 
@@ -31,8 +31,7 @@ struct StationGroup {
   std::vector<int> stations;
 };
 
-// Lines up to this angle off their axis are accepted: a slider placed by eye comes within 2
-// degrees.
+// Maximum angle between a line and its axis; a slider placed by eye is within 2 degrees.
 inline constexpr double kMaxObliquenessDeg = 3.0;
 
 // The plan position of a station.
@@ -45,12 +44,11 @@ std::string name_of(const StationPose& station);
 // centroid.
 PlanLine fit_line(std::span<const Eigen::Vector2d> points, LineAxis axis);
 
-// Median over the stations of the distance to the nearest station of another position.
+// Median over the stations of the distance to the nearest station at a different position.
 double median_nearest_distance(std::span<const StationPose> stations);
 
-// Every station goes to exactly one line; where lines cross, a station may be given to either.
-// Throws Error when a station fits no line or lies where every line through it has a station
-// already.
+// Assigns every station to exactly one line; at a crossing it may be either. Throws Error when a
+// station fits no line, or every line through it already has a station there.
 std::vector<StationGroup> find_lines(std::span<const StationPose> stations, double tolerance_m);
 
 }  // namespace raywalk

@@ -8,8 +8,8 @@
 namespace raywalk {
 namespace {
 
-// The ghost for a difference of inverse distances that is known better than their difference in
-// floating point is.
+// The ghost from a given difference of inverse distances, more accurate than their floating-point
+// difference.
 double ghost_of_difference(double step_m, double difference, double omega, double assumed_omega) {
   const double h = 0.5 * step_m;
   return 2.0 * std::atan2(h * difference, 1.0 + (h * omega) * (h * assumed_omega));
@@ -19,7 +19,7 @@ double ghost_of_difference(double step_m, double difference, double omega, doubl
 //   h D = T (1 + h^2 omega omega_0),   h = step / 2,
 // a quadratic in h whose smaller root, written without cancellation, is
 //   h = 2 T / (D + sqrt((D - R)(D + R))),   R = 2 T sqrt(omega omega_0).
-// Where D < R it has none: the copies never get that far apart.
+// If D < R there is no root: the ghost never reaches the tolerance.
 double step_for_difference(double tolerance_rad, double difference, double omega,
                            double assumed_omega) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -53,8 +53,8 @@ double omega_error_of_layers(OmegaRange scene, int layers) {
   return 0.5 * (scene.max - scene.min) / layers;
 }
 
-// For a given error the ghost falls with the product of the two inverse distances, so that the
-// farthest source is the worst one, taken to be nearer than it is.
+// For a given error the ghost decreases with the product of the two inverse distances, so the worst
+// case is the farthest source, assumed nearer than it is.
 double spacing_needed(OmegaRange scene, double omega_error, double tolerance_rad) {
   return step_for_difference(tolerance_rad, omega_error, scene.min, scene.min + omega_error);
 }
@@ -63,11 +63,11 @@ double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad) {
   return step_for_difference(tolerance_rad, scene.max, scene.max, 0.0);
 }
 
-double tolerance_reached(OmegaRange scene, double omega_error, double spacing_m) {
+double largest_ghost(OmegaRange scene, double omega_error, double spacing_m) {
   return ghost_of_difference(spacing_m, omega_error, scene.min, scene.min + omega_error);
 }
 
-double tolerance_reached_without_depth(OmegaRange scene, double spacing_m) {
+double largest_ghost_without_depth(OmegaRange scene, double spacing_m) {
   return ghost_of_difference(spacing_m, scene.max, scene.max, 0.0);
 }
 

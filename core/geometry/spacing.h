@@ -1,10 +1,10 @@
-// How far apart the stations of a line may be: plenoptic sampling (Chai, Tong, Chan, Shum:
-// "Plenoptic Sampling", SIGGRAPH 2000) for panoramas along a rail.
+// The station spacing that a scene requires: plenoptic sampling (Chai, Tong, Chan, Shum: "Plenoptic
+// Sampling", SIGGRAPH 2000) for panoramas along a rail.
 //
-// Between two stations. A view reads each ray from the two stations around the point A where the
-// ray crosses the line, and blends them. Take A in the middle of two stations `step` apart, and a
-// source at distance d = 1 / omega from A, at the angle psi to the rail. A station t further along
-// the rail sees it turned by the angle that t and the source span,
+// A view reads each ray from the two stations on either side of the point A where the ray crosses
+// the line, and blends them. Take A in the middle of two stations `step` apart, and a source at
+// distance d = 1 / omega from A, at the angle psi to the rail. A station t further along the rail
+// sees it turned by the angle that t and the source span,
 //
 //   parallax(t) = atan2(t sin psi, d - t cos psi)                 (~ t omega sin psi),
 //
@@ -14,29 +14,28 @@
 //
 //   ghost = 2 atan2(h (omega - omega_0), 1 + h^2 omega omega_0),  h = step / 2,
 //
-// at psi = 90 degrees: the difference of the two angles atan(h omega) and atan(h omega_0) in closed
-// form, so that no difference of nearly equal angles is left. No other direction is worse while
-// both distances are at least 1.21 steps: with x = h omega, y = h omega_0 and B = 1 + x y, the two
-// residuals add up to atan2(2 (x - y) B sin psi, B^2 - (x + y)^2 + 4 x y sin^2 psi), which grows
-// with sin psi as long as (1 - x^2)(1 - y^2) >= 4 x y, that is x, y <= tan 22.5 degrees. Across the
-// rail, no other place between the stations is worse either: atan is concave there, so the sum of
-// the two angles is largest where they are equal. Off the middle and aslant at once the ghost can
-// be larger, by at most the factor (1 + m^2 / 4) / (1 - m^2), m = step max(omega, omega_0): the
-// slope of parallax(t) over omega is t sin psi / (1 - 2 t omega cos psi + t^2 omega^2) <= t / (1 -
-// m^2). For sources ten steps away that is 1.3 %.
+// at psi = 90 degrees: 2 (atan(h omega) - atan(h omega_0)) in a form without cancellation. No other
+// direction is worse as long as both distances are at least 1.21 steps: with x = h omega, y = h
+// omega_0 and B = 1 + x y, the two residuals add up to atan2(2 (x - y) B sin psi, B^2 - (x + y)^2 +
+// 4 x y sin^2 psi), which grows with sin psi as long as (1 - x^2)(1 - y^2) >= 4 x y, that is x, y
+// <= tan 22.5 degrees. Across the rail, no other place between the stations is worse either: atan
+// is concave there, so the sum of the two angles is largest where they are equal. Away from the
+// middle and at an oblique angle the ghost can be larger, by at most the factor (1 + m^2 / 4) / (1
+// - m^2), m = step max(omega, omega_0): the slope of parallax(t) over omega is t sin psi / (1 - 2 t
+// omega cos psi + t^2 omega^2) <= t / (1 - m^2). For sources ten steps away that is 1.3 %.
 //
-// What is known of the distances decides how large |omega - omega_0| can be:
+// |omega - omega_0| depends on what is known of the distances:
 //   nothing     omega_0 = 0 (blended in place, the vertical cut): ghost of the nearest source;
 //   one depth   omega_0 in the middle of the range, Chai's 1 / z_opt = (1 / z_min + 1 / z_max) / 2:
 //               half the range;
 //   N layers    equally spaced in omega: 1 / (2 N) of the range;
 //   distances   their own error.
-// In small angles the step is tolerance / |omega - omega_0|. Chai's critical sampling, where the
-// spectra of the light field's copies touch, is a disparity range of two pixels between stations:
-// one pixel to either side of the optimal depth, a tolerance of 1 px here.
+// For small angles the largest step is tolerance / |omega - omega_0|. Chai's critical sampling,
+// where the spectra of the light field's copies touch, is a disparity range of two pixels between
+// stations: one pixel to either side of the optimal depth, a tolerance of 1 px here.
 //
-// What this does not cover: what one of the stations cannot see (occlusion), and surfaces that look
-// different from there (reflections). Distances do not help where there is nothing to read.
+// Not covered: occlusion and view-dependent appearance (reflections). Distances do not help where a
+// station does not see the source.
 //
 // Lengths are metres, inverse distances 1/m (0: infinitely far), angles radians. A tolerance in
 // pixels of a panorama of width W is an angle of tolerance_px * 2 pi / W. Results are within 1e-14
@@ -48,42 +47,42 @@
 
 namespace raywalk {
 
-// The angle of `tolerance_px` pixels of a panorama `width_px` > 0 pixels wide.
+// The angle, radians, of `tolerance_px` pixels of a panorama `width_px` > 0 pixels wide.
 double angle_of_pixels(double tolerance_px, int width_px);
 
-// By how much the direction to a source at `d_m` > 0 (infinity included) and `psi_rad` in [0, pi]
-// to the rail turns over `step_m` >= 0 along the rail; in [0, pi]. At psi = pi the source lies
-// behind, on the rail, and does not turn; at psi = 0 it turns by pi once it is passed. Where d and
-// step cos(psi) cancel the error is relative to the larger of them.
+// The change of direction, in [0, pi], to a source at distance `d_m` > 0 (infinity included) and
+// angle `psi_rad` in [0, pi] to the rail, after `step_m` >= 0 along the rail. At psi = pi (the
+// source is behind, on the rail) it is 0; at psi = 0 it is pi once the source is passed. Where d
+// and step cos(psi) cancel the error is relative to the larger of them.
 double parallax_angle(double d_m, double psi_rad, double step_m);
 
-// How far apart a blend of two stations `step_m` >= 0 apart shows the copies of a source at inverse
-// distance `omega` >= 0, their samples moved by the inverse distance `assumed_omega` >= 0 (0: not
-// moved). In [0, pi]; symmetric in the two.
+// The angle, in [0, pi], between the two copies of a source at inverse distance `omega` >= 0 in a
+// blend of stations `step_m` >= 0 apart, with samples moved by the parallax of `assumed_omega` >= 0
+// (0: not moved). Symmetric in omega and assumed_omega.
 double ghost_angle(double step_m, double omega, double assumed_omega);
 
-// The largest step up to which ghost_angle is within `tolerance_rad` in (0, pi); infinity where
-// every step is. The error is 1e-14 relative, and grows to 1e-14 / r where the steps at which the
-// ghost reaches the tolerance and falls below it again come together (r: their difference relative
-// to their sum).
+// The largest step, metres, such that ghost_angle is within `tolerance_rad` in (0, pi) for all
+// smaller steps; infinity if it is for every step. The relative error is 1e-14, and up to 1e-14 / r
+// where the two steps at which the ghost equals the tolerance nearly coincide (r: their difference
+// relative to their sum).
 double largest_step(double tolerance_rad, double omega, double assumed_omega);
 
-// Half a layer: how wrong an inverse distance of the scene is that one of `layers` >= 1 layers
-// stands for. One layer is Chai's constant depth.
+// Half a layer: the largest error, 1/m, when inverse distances are quantised to `layers` >= 1
+// layers. One layer is Chai's constant depth.
 double omega_error_of_layers(OmegaRange scene, int layers);
 
-// The spacing that keeps every ghost of a scene within `tolerance_rad`, where samples are moved by
-// inverse distances wrong by up to `omega_error` >= 0; infinity where no spacing is too large.
+// The largest spacing, metres, that keeps every ghost of a scene within `tolerance_rad` when the
+// inverse distances used are off by up to `omega_error` >= 0, 1/m; infinity if there is no limit.
 double spacing_needed(OmegaRange scene, double omega_error, double tolerance_rad);
-// The same where samples are not moved.
+// The same when samples are not moved.
 double spacing_needed_without_depth(OmegaRange scene, double tolerance_rad);
 
-// The inverse question: the largest ghost, in radians, at a spacing.
-double tolerance_reached(OmegaRange scene, double omega_error, double spacing_m);
-double tolerance_reached_without_depth(OmegaRange scene, double spacing_m);
+// The inverse of spacing_needed: the largest ghost of a scene, radians, at a spacing.
+double largest_ghost(OmegaRange scene, double omega_error, double spacing_m);
+double largest_ghost_without_depth(OmegaRange scene, double spacing_m);
 
-// What a spacing can resolve without distances: sources from this distance on stay within the
-// tolerance.
+// The distance, metres, beyond which sources stay within the tolerance at a spacing when samples
+// are not moved.
 double nearest_distance_resolved(double spacing_m, double tolerance_rad);
 
 }  // namespace raywalk

@@ -21,8 +21,8 @@ constexpr int kSamples = 3000;
 // The direction to (x, z) relative to the rail along x.
 Exact direction_to(const Exact& x, const Exact& z) { return atan2(z, x); }
 
-// Two copies of a source as geometry has it: from each of the stations at -h and h, the directions
-// to the source and to where it is assumed to be, straight ahead of the middle.
+// The two copies of a source by exact geometry: from the stations at -h and h, the directions to
+// the source and to its assumed position, straight ahead of the middle.
 Exact exact_ghost(double step_m, double omega, double assumed_omega) {
   const Exact h = Exact(step_m) / 2;
   const auto seen_aside = [&](double inverse) { return atan(Exact(h * Exact(inverse))); };
@@ -50,7 +50,7 @@ class Spacing : public testing::Test {
   std::mt19937_64 random_{7};
 };
 
-TEST_F(Spacing, ParallaxIsTheTurnOfTheDirectionToTheSource) {
+TEST_F(Spacing, ParallaxIsTheChangeOfDirection) {
   for (int i = 0; i < kSamples; ++i) {
     const double d = log_uniform(1e-6, 1e12);
     const double psi = one_in(3) ? log_uniform(1e-9, kHalfPi) : uniform(0.0, kPi);
@@ -78,7 +78,7 @@ TEST_F(Spacing, NothingMovesWithoutStepOrAtInfinity) {
 TEST_F(Spacing, GhostIsTheGapOfTheCopiesAtAnyScale) {
   for (int i = 0; i < kSamples; ++i) {
     const double omega = inverse_distance();
-    // Half of the time so close to it that their difference has few digits.
+    // Half of the samples are so close that their difference has few significant digits.
     const double assumed =
         one_in(2) ? inverse_distance() : omega * (1.0 + log_uniform(1e-15, 1e-3));
     const double s = step();
@@ -88,8 +88,8 @@ TEST_F(Spacing, GhostIsTheGapOfTheCopiesAtAnyScale) {
   }
 }
 
-// What the header says of other directions and of other places between the stations.
-TEST_F(Spacing, OtherDirectionsAndOtherPlacesAreHardlyWorse) {
+// The header's bounds for other directions and for other positions between the stations.
+TEST_F(Spacing, OtherDirectionsAndPositionsAreHardlyWorse) {
   double most = 0.0;
   for (int i = 0; i < 20 * kSamples; ++i) {
     const double s = step();
@@ -126,21 +126,21 @@ TEST_F(Spacing, LargestStepJustReachesTheTolerance) {
     const double tolerance = one_in(4) ? uniform(0.1, 3.0) : log_uniform(1e-9, 0.1);
     const double largest = largest_step(tolerance, omega, assumed);
     if (std::isinf(largest)) {
-      // At h^2 omega omega_0 = 1 the copies are farthest apart; even there they are close enough.
+      // The ghost is largest at h^2 omega omega_0 = 1; even there it is within the tolerance.
       if (omega == assumed || omega == 0.0 || assumed == 0.0) continue;
       const double farthest = 2.0 / std::sqrt(omega) / std::sqrt(assumed);
       ASSERT_LE(ghost_angle(farthest, omega, assumed), tolerance * (1.0 + 1e-12));
       continue;
     }
     ASSERT_GT(largest, 0.0);
-    // Within 1e-6 of the step rather than at it: where the ghost is near its maximum the step is
-    // known less well than the angle (see the header).
+    // Checked within 1e-6 of the step: near the maximum of the ghost the step is less accurate than
+    // the angle (see the header).
     ASSERT_NEAR(ghost_angle(largest, omega, assumed) / tolerance, 1.0, 1e-12);
     ASSERT_LE(ghost_angle(largest * (1.0 - 1e-6), omega, assumed), tolerance);
   }
 }
 
-TEST_F(Spacing, SmallAnglesGiveTheRuleOfThumb) {
+TEST_F(Spacing, SmallAngleApproximationHolds) {
   for (int i = 0; i < kSamples; ++i) {
     const double near = log_uniform(1e-3, 1e3);
     const OmegaRange scene{uniform(0.0, 1.0) / near, 1.0 / near};
@@ -164,7 +164,7 @@ TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
     const double error = omega_error_of_layers(scene, layers);
     const double spacing = spacing_needed(scene, error, tolerance);
     if (std::isinf(spacing)) continue;
-    EXPECT_NEAR(tolerance_reached(scene, error, spacing), tolerance, 1e-12 * tolerance);
+    EXPECT_NEAR(largest_ghost(scene, error, spacing), tolerance, 1e-12 * tolerance);
     for (int source = 0; source < 20; ++source) {
       const double omega = uniform(scene.min, scene.max);
       const double width = 2.0 * error;
@@ -173,7 +173,7 @@ TEST_F(Spacing, SpacingNeededHoldsForEverySourceOfTheScene) {
       ASSERT_LE(ghost_angle(spacing, omega, assumed), tolerance * (1.0 + 1e-9));
     }
     const double in_place = spacing_needed_without_depth(scene, tolerance);
-    EXPECT_NEAR(tolerance_reached_without_depth(scene, in_place), tolerance, 1e-12 * tolerance);
+    EXPECT_NEAR(largest_ghost_without_depth(scene, in_place), tolerance, 1e-12 * tolerance);
     ASSERT_LE(ghost_angle(in_place, uniform(scene.min, scene.max), 0.0), tolerance * (1.0 + 1e-12));
     EXPECT_NEAR(nearest_distance_resolved(in_place, tolerance) * scene.max, 1.0, 1e-12);
   }
@@ -191,10 +191,10 @@ TEST_F(Spacing, DepthAllowsWiderSpacing) {
   }
 }
 
-TEST_F(Spacing, NothingNearNeedsNoStationsAtAll) {
+TEST_F(Spacing, SceneAtInfinityNeedsNoStations) {
   EXPECT_EQ(spacing_needed_without_depth({0.0, 0.0}, 1e-3), kInfinity);
   EXPECT_EQ(spacing_needed({0.5, 0.5}, 0.0, 1e-3), kInfinity);
-  EXPECT_EQ(tolerance_reached({0.1, 2.0}, 0.0, 10.0), 0.0);
+  EXPECT_EQ(largest_ghost({0.1, 2.0}, 0.0, 10.0), 0.0);
   EXPECT_EQ(nearest_distance_resolved(0.0, 1e-3), 0.0);
 }
 

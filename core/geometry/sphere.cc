@@ -5,7 +5,7 @@
 namespace raywalk {
 
 double wrap_angle(double angle_rad) {
-  // std::remainder is exact and lies in [-pi, pi]; the upper end belongs to the lower one.
+  // std::remainder is exact and in [-pi, pi]; the upper end is mapped to the lower one.
   const double wrapped = std::remainder(angle_rad, kTwoPi);
   return wrapped >= kPi ? wrapped - kTwoPi : wrapped;
 }
@@ -29,7 +29,7 @@ SphereAngles angles_from_direction(const Eigen::Vector3d& direction) {
 }
 
 SphereAngles angles_from_pixel(PixelPosition pixel, PanoramaSize size) {
-  // Measured from the panorama's centre, so that mirrored pixels get exactly mirrored angles.
+  // Relative to the panorama's centre, so that mirrored pixels get exactly mirrored angles.
   const double right = (pixel.u + 0.5) - 0.5 * size.width;
   const double up = 0.5 * size.height - (pixel.v + 0.5);
   return {wrap_angle(right / size.width * kTwoPi), up / size.height * kPi};
@@ -42,9 +42,9 @@ PixelPosition pixel_from_angles(SphereAngles angles, PanoramaSize size) {
 }
 
 Eigen::Matrix3d world_from_camera(Attitude attitude) {
-  // The columns of each factor are where it takes the x, y and z axis. The frame is left-handed and
-  // so are the positive senses: yaw takes z towards x, pitch takes z towards y, roll takes y
-  // towards x (clockwise for an eye that looks along +z with x to its right).
+  // The columns of each factor are the images of the x, y and z axes. The frame is left-handed, and
+  // so are positive rotations: yaw turns z towards x, pitch z towards y, roll y towards x
+  // (clockwise when looking along +z with x to the right).
   const double cy = std::cos(attitude.yaw_rad);
   const double sy = std::sin(attitude.yaw_rad);
   const double cp = std::cos(attitude.pitch_rad);

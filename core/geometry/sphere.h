@@ -42,9 +42,9 @@ struct PixelPosition {
   double v = 0.0;
 };
 
-// Attitude of a frame, as poses.csv carries it: R_world_from_camera = Ry(yaw) Rx(pitch) Rz(roll).
-// yaw turns the panorama's centre towards +x, pitch raises it, roll turns the camera clockwise as
-// it looks.
+// Attitude of a frame, as in poses.csv: R_world_from_camera = Ry(yaw) Rx(pitch) Rz(roll). yaw turns
+// the panorama's centre towards +x, pitch raises it, roll turns the camera clockwise about its
+// viewing direction.
 struct Attitude {
   double yaw_rad = 0.0;
   double pitch_rad = 0.0;
@@ -57,8 +57,7 @@ double wrap_angle(double angle_rad);
 // Unit vector (cos phi sin theta, sin phi, cos phi cos theta).
 Eigen::Vector3d direction_from_angles(SphereAngles angles);
 
-// Inverse of direction_from_angles for any vector other than zero; need not be of unit length. At a
-// pole theta is 0.
+// Inverse of direction_from_angles for any nonzero vector, of any length. theta is 0 at the poles.
 SphereAngles angles_from_direction(const Eigen::Vector3d& direction);
 
 SphereAngles angles_from_pixel(PixelPosition pixel, PanoramaSize size);
@@ -67,8 +66,8 @@ PixelPosition pixel_from_angles(SphereAngles angles, PanoramaSize size);
 // The rotation matrix of an attitude; it maps camera-frame directions to world-frame directions.
 Eigen::Matrix3d world_from_camera(Attitude attitude);
 
-// The attitude of a rotation matrix: yaw and roll in [-pi, pi], pitch in [-pi/2, pi/2]. Where the
-// camera looks straight up or down only yaw and roll together are determined; roll is 0 there.
+// The attitude of a rotation matrix: yaw and roll in [-pi, pi], pitch in [-pi/2, pi/2]. At pitch =
+// +-pi/2 only a combination of yaw and roll is determined; roll is 0 there.
 Attitude attitude_from_world_from_camera(const Eigen::Matrix3d& rotation);
 
 }  // namespace raywalk

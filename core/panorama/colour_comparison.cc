@@ -14,15 +14,15 @@
 namespace raywalk {
 namespace {
 
-constexpr int kBorder = 24;  // more than anything moves between two stations, in pixels
-// Levels outside are clipped or hold little but noise and rounding.
+constexpr int kBorder = 24;  // pixels; more than the motion between two stations
+// Levels outside are clipped or dominated by noise and rounding.
 constexpr int kDarkest = 10;
 constexpr int kBrightest = 250;
 
 bool usable(int level) { return level > kDarkest && level < kBrightest; }
 
-// The weighted mean of the middle half of many values and their spread: as robust as the median,
-// but not tied to the few values that ratios of whole levels can take.
+// Weighted interquartile mean and spread: nearly as robust as the median, but not restricted to the
+// few values that ratios of integer levels can take.
 class MiddleHalf {
  public:
   MiddleHalf() : bins_(static_cast<size_t>(2.0 * kRange / kBinWidth) + 1) {}
@@ -37,12 +37,12 @@ class MiddleHalf {
     ++count_;
   }
   int count() const { return count_; }
-  // How many values of equal weight tell as much (Kish).
+  // Kish's effective sample size.
   double effective_count() const { return total_ * total_ / total_square_; }
 
   struct Summary {
     double mean = 0.0;
-    double half_width = 0.0;  // of the range that holds the middle half
+    double half_width = 0.0;  // of the interquartile range
   };
   Summary summary() const {
     const double from = 0.25 * total_;
@@ -100,21 +100,21 @@ const std::array<double, 256>& logs_of(ColourScale scale) {
   return scale == ColourScale::kLight ? light : levels;
 }
 
-// About what levels are multiplied by where light or levels are by exp(log_ratio): the sRGB curve
-// is near to a power of 2.2 all over.
+// The approximate factor of the levels when light (or levels) change by exp(log_ratio): the sRGB
+// curve is close to a power of 2.2.
 double level_factor(double log_ratio, ColourScale scale) {
   return std::exp(scale == ColourScale::kLight ? log_ratio / 2.2 : log_ratio);
 }
 
-// Fills the log ratios and their errors; false if there is too little to compare. Pixels
-// count by `trust` (CV_32F; 0: not at all), and by level, for an error of rounding or noise changes
-// a log ratio by a share of 1 / level.
+// Computes the log ratios and their errors; false if there is too little to compare. Pixels are
+// weighted by `trust` (CV_32F; 0: ignored) and by level, as rounding and noise change a log ratio
+// in proportion to 1 / level.
 bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust,
                     ColourScale colour_scale, ColourComparison* comparison) {
   const std::vector<double> solid_angle = solid_angles(from.cols);
   const auto& logs = logs_of(colour_scale);
   constexpr double kLeastShare = 0.02;
-  // Neighbouring pixels err alike; so many of them tell as much as one.
+  // Errors of neighbouring pixels are correlated; this many count as one sample.
   constexpr double kPixelsPerSample = 64.0;
   constexpr double kLeastError = 2e-4;
   for (int channel = 0; channel < 3; ++channel) {
@@ -175,9 +175,9 @@ cv::Mat grey(const cv::Mat& image, double scale) {
   return single;
 }
 
-// Both images moved to where the camera was halfway, so that they show the same surfaces. Halfway,
-// because interpolating blurs, and blurring raises the mean of logarithms: done to one image only,
-// that would add up from station to station.
+// Both images warped to the viewpoint half way, so that they show the same surfaces. Both are
+// warped because interpolation blurs, and blur raises the mean of logarithms: warping only one
+// would cause a bias that accumulates from station to station.
 struct HalfwayImages {
   cv::Mat from;
   cv::Mat to;
@@ -187,10 +187,11 @@ struct HalfwayImages {
 cv::Mat moved_along(const cv::Mat& flow, float share, const cv::Mat& bordered) {
   cv::Mat places(flow.size(), CV_32FC2);
   for (int row = 0; row < flow.rows; ++row) {
-    const auto* way = flow.ptr<cv::Vec2f>(row);
+    const auto* displacement = flow.ptr<cv::Vec2f>(row);
     auto* place = places.ptr<cv::Vec2f>(row);
     for (int col = 0; col < flow.cols; ++col) {
-      place[col] = cv::Vec2f(static_cast<float>(col), static_cast<float>(row)) + share * way[col];
+      place[col] =
+          cv::Vec2f(static_cast<float>(col), static_cast<float>(row)) + share * displacement[col];
     }
   }
   cv::Mat moved;
@@ -198,8 +199,8 @@ cv::Mat moved_along(const cv::Mat& flow, float share, const cv::Mat& bordered) {
   return without_border(moved, kBorder);
 }
 
-// `scale` brings `to` to the exposure of `from`, which Farnebaeck's flow assumes to be equal. The
-// flow from `from` is taken for the one from halfway; it changes little from pixel to pixel.
+// `scale` adjusts `to` to the exposure of `from`, as Farnebaeck's flow assumes equal brightness.
+// The flow at `from` approximates the flow at the half-way view, as it varies slowly.
 HalfwayImages meet_halfway(const cv::Mat& from, const cv::Mat& to, double scale) {
   constexpr double kPyramidScale = 0.5;
   constexpr int kLevels = 4;
@@ -215,10 +216,10 @@ HalfwayImages meet_halfway(const cv::Mat& from, const cv::Mat& to, double scale)
   return {moved_along(flow, -0.5f, bordered_from), moved_along(flow, 0.5f, bordered_to)};
 }
 
-// How far the flow can be trusted, 0 to 1: it follows what has contrast in every direction, as
-// corners do. Where a plain surface merely gets brighter to one side, the flow stays behind, and
-// moving towards a lamp would look like a longer exposure. The measure is the lesser eigenvalue of
-// the mean of gradient * gradient^T (Shi and Tomasi 1994).
+// Reliability of the flow, 0 to 1: flow is reliable where there is contrast in every direction, as
+// at corners. On a smooth brightness gradient the flow lags behind, and moving towards a lamp would
+// look like a longer exposure. The measure is the lesser eigenvalue of the mean of gradient *
+// gradient^T (Shi and Tomasi 1994).
 cv::Mat trust_in_flow(const cv::Mat& image) {
   constexpr int kNeighbourhood = 7;
   constexpr int kSobel = 3;
@@ -229,12 +230,12 @@ cv::Mat trust_in_flow(const cv::Mat& image) {
   cv::cornerMinEigenVal(with_border(grey(image, 1.0), kNeighbourhood), contrast, kNeighbourhood,
                         kSobel);
   contrast = without_border(contrast, kNeighbourhood) / kPerMeanSquare;
-  // Where all is plain, all counts alike.
+  // In an image without texture all pixels have equal weight.
   constexpr double kLeast = 1e-6;
   return contrast / (contrast + kClearLevelsPerPixel * kClearLevelsPerPixel) + kLeast;
 }
 
-// Where both may be used.
+// Pixels valid in both.
 cv::Mat valid_in_both(const ComparedPicture& a, const ComparedPicture& b) {
   if (a.valid.empty()) return b.valid;
   return b.valid.empty() ? a.valid : a.valid & b.valid;

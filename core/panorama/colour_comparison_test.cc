@@ -10,7 +10,7 @@
 namespace raywalk {
 namespace {
 
-// Patches between dark and bright in three colours, moved by `shift_px` rows, under noise.
+// Patches of varying brightness in three colours, shifted by `shift_px` rows, with noise.
 ComparedPicture picture_of(double exposure, unsigned noise_seed, double shift_px = 0.0) {
   std::mt19937 random(noise_seed);
   std::normal_distribution<double> noise(0.0, 0.5);
@@ -29,7 +29,7 @@ ComparedPicture picture_of(double exposure, unsigned noise_seed, double shift_px
   return {.colours = picture};
 }
 
-// Also ratios far below one level, which rounding must not swallow.
+// Also for ratios far below one level, which must not be lost to rounding.
 TEST(ColourComparisonTest, RatioIsThatOfTheLight) {
   for (const double exposure : {0.7, 0.99, 1.002, 1.0, 1.3}) {
     const ColourComparison compared =
@@ -41,7 +41,7 @@ TEST(ColourComparisonTest, RatioIsThatOfTheLight) {
   }
 }
 
-TEST(ColourComparisonTest, MotionIsFollowed) {
+TEST(ColourComparisonTest, MotionIsCompensated) {
   const ColourComparison compared =
       compare_colours(picture_of(1.0, 1), picture_of(1.1, 2, 2.0), ColourScale::kLight);
   ASSERT_TRUE(compared.comparable);
@@ -59,10 +59,10 @@ TEST(ColourComparisonTest, LevelsAreComparedAsLevels) {
               std::log(linear_from_srgb_level(120.0) / linear_from_srgb_level(100.0)), 1e-3);
 }
 
-TEST(ColourComparisonTest, WhatIsMaskedOrClippedSaysNothing) {
+TEST(ColourComparisonTest, MaskedAndClippedPixelsAreIgnored) {
   const ComparedPicture first = picture_of(1.0, 1);
   ComparedPicture second = picture_of(1.2, 2);
-  // Two thirds of the picture: enough to turn a median.
+  // Two thirds of the picture, enough to change a median.
   second.colours.colRange(40, 128) = cv::Scalar(60, 60, 60);
   const auto log_ratio = [&] {
     return compare_colours(first, second, ColourScale::kLight).log_ratio[0];

@@ -7,18 +7,18 @@
 namespace raywalk {
 namespace {
 
-// Weighted least squares. The normal equations are those of a graph: they leave the mean of every
-// connected part open. Their right side sums to 0 over each part, so with a vanishing multiple of
-// the unit matrix added, which makes them regular, each part's mean comes out as 0. How small it
-// can be is a matter of rounding, which it magnifies: to less than 1e-6 here.
+// Weighted least squares. The normal matrix is a graph Laplacian, singular in the mean of every
+// connected component. The right side sums to 0 over each component, so adding a small multiple of
+// the identity makes the system regular and each component's mean 0. The multiple amplifies
+// rounding errors, to less than 1e-6 here.
 Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
                                const std::vector<double>& weights, int pictures,
                                double prior_weight) {
-  constexpr double kVanishing = 1e-9;
+  constexpr double kRegularisation = 1e-9;
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(static_cast<std::size_t>(pictures) + 4 * equations.size());
   Eigen::VectorXd right = Eigen::VectorXd::Zero(pictures);
-  double most_weight = 1.0;
+  double max_weight = 1.0;
   for (std::size_t i = 0; i < equations.size(); ++i) {
     const auto [from, to, difference, error] = equations[i];
     const double weight = weights[i];
@@ -28,9 +28,9 @@ Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
     entries.emplace_back(to, from, -weight);
     right[from] += weight * difference;
     right[to] -= weight * difference;
-    most_weight = std::max(most_weight, weight);
+    max_weight = std::max(max_weight, weight);
   }
-  const double diagonal = std::max(prior_weight, kVanishing * most_weight);
+  const double diagonal = std::max(prior_weight, kRegularisation * max_weight);
   for (int i = 0; i < pictures; ++i) entries.emplace_back(i, i, diagonal);
   Eigen::SparseMatrix<double> normal(pictures, pictures);
   normal.setFromTriplets(entries.begin(), entries.end());
@@ -43,7 +43,7 @@ Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
 Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures,
                                  double prior_error) {
   constexpr double kHuber = 1.345;
-  constexpr int kMostIterations = 50;
+  constexpr int kMaxIterations = 50;
   constexpr double kConverged = 1e-6;
   const double prior_weight = 1.0 / (prior_error * prior_error);
   std::vector<double> weights;
@@ -52,7 +52,7 @@ Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int
     weights.push_back(1.0 / (equation.error * equation.error));
   }
   Eigen::VectorXd solution = solve_weighted(equations, weights, pictures, prior_weight);
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     for (std::size_t i = 0; i < equations.size(); ++i) {
       const GainEquation& equation = equations[i];
       const double residual =

@@ -1,4 +1,4 @@
-// Gains of many pictures from the ratios measured between pairs of them.
+// Least-squares gains of a set of pictures from ratios measured between pairs.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,7 @@
 
 namespace raywalk {
 
-// log gain(from) - log gain(to) = difference, known to within `error` (standard deviation).
+// log gain(from) - log gain(to) = difference, with standard deviation `error` > 0.
 struct GainEquation {
   int from = 0;
   int to = 0;
@@ -15,13 +15,13 @@ struct GainEquation {
   double error = 1.0;
 };
 
-// The log gains of `pictures` pictures that fit the equations best. `prior_error`: what a log gain
-// is expected to be off 0 by, for pictures that little or nothing is known of; infinite: nothing is
-// expected, and each connected part has a mean of 0. Errors may differ by factors up to 1e4.
+// The log gains of `pictures` pictures that best fit the equations. `prior_error`: standard
+// deviation of a prior that each log gain is 0, for pictures with few or no equations; infinite: no
+// prior, and each connected component has mean 0. Errors may differ by factors up to 1e4.
 //
 // Huber's estimate by iterative reweighting: a residual r of more than k standard errors s counts
-// as k s |r|, not r^2, so a wrong ratio pulls no harder the more it is wrong (k = 1.345 keeps 95 %
-// of the efficiency of least squares under normal errors; Huber, Robust Statistics, 1981).
+// as k s |r|, not r^2, which bounds the influence of outliers (k = 1.345 keeps 95 % of the
+// efficiency of least squares under normal errors; Huber, Robust Statistics, 1981).
 Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures,
                                  double prior_error = std::numeric_limits<double>::infinity());
 

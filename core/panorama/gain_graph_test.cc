@@ -41,7 +41,7 @@ TEST(GainGraph, EveryPartHasAMeanOfZero) {
   EXPECT_EQ(found[5], 0.0);
 }
 
-TEST(GainGraph, AWrongRatioHardlyCounts) {
+TEST(GainGraph, IsRobustToAnOutlier) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal(0.0, 0.005);
   std::vector<double> gains(30);
@@ -56,7 +56,7 @@ TEST(GainGraph, AWrongRatioHardlyCounts) {
   }
 }
 
-TEST(GainGraph, APriorHoldsWhatIsHardlyKnown) {
+TEST(GainGraph, PriorRegularisesWeaklyConnectedPictures) {
   const std::vector<GainEquation> equations = {{0, 1, 2.0, 100.0}, {2, 3, 0.1, 1e-4}};
   const Eigen::VectorXd found = solve_gain_graph(equations, 4, 0.5);
   EXPECT_NEAR(found[0], 0.0, 1e-3);

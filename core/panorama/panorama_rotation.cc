@@ -46,19 +46,8 @@ cv::Mat rotate_changed(const cv::Mat& panorama, const Eigen::Matrix3d& world_fro
   return rotated;
 }
 
-// Rows and columns on each side that a cubic at the border reads beyond it.
+// Rows and columns that cubic interpolation reads beyond each border.
 constexpr int kMaskBorder = 2;
-
-cv::Mat mask_with_border(const cv::Mat& mask) {
-  cv::Mat bordered(mask.rows + 2 * kMaskBorder, mask.cols + 2 * kMaskBorder, CV_8UC1);
-  for (int v = 0; v < bordered.rows; ++v) {
-    for (int u = 0; u < bordered.cols; ++u) {
-      bordered.at<uchar>(v, u) =
-          mask.at<uchar>(wrapped_pixel(u - kMaskBorder, v - kMaskBorder, mask.size()));
-    }
-  }
-  return bordered;
-}
 
 }  // namespace
 
@@ -74,19 +63,17 @@ cv::Mat rotate_panorama(const cv::Mat& panorama, const Eigen::Matrix3d& world_fr
 cv::Mat rotate_distance_map(const cv::Mat& map, const Eigen::Matrix3d& world_from_camera) {
   cv::Mat rotated(map.size(), CV_16UC1);
   for_each_source(map.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
-    const int nearest_u = static_cast<int>(std::lround(position.u));
-    const int nearest_v = static_cast<int>(std::lround(position.v));
-    rotated.at<ushort>(v, u) = map.at<ushort>(wrapped_pixel(nearest_u, nearest_v, map.size()));
+    rotated.at<ushort>(v, u) = map.at<ushort>(nearest_pixel(position, map.size()));
   });
   return rotated;
 }
 
 cv::Mat rotate_mask(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camera) {
-  // A cubic at a position between pixels 0 and 1 reads pixels -1 to 2: the least of these, for
-  // every place at once.
+  // Cubic interpolation between pixels 0 and 1 reads pixels -1 to 2: an erosion takes the minimum
+  // of these for all positions at once.
   const cv::Mat footprint = cv::Mat::ones(4, 4, CV_8UC1);
   cv::Mat least;
-  cv::erode(mask_with_border(mask), least, footprint, {1, 1});
+  cv::erode(with_wrapped_border(mask, kMaskBorder), least, footprint, {1, 1});
   cv::Mat rotated(mask.size(), CV_8UC1);
   for_each_source(mask.size(), world_from_camera, [&](int u, int v, PixelPosition position) {
     const int left = static_cast<int>(std::floor(position.u));

@@ -25,7 +25,7 @@ cv::Vec3b world_colour(const Eigen::Vector3d& direction) {
   return {channel(direction.x()), channel(direction.y()), channel(direction.z())};
 }
 
-// What a camera with the given attitude sees of that world.
+// That world seen by a camera with the given attitude.
 cv::Mat seen_by_camera(const Eigen::Matrix3d& rotation) {
   cv::Mat image(kSize.height, kSize.width, CV_8UC3);
   for (int v = 0; v < kSize.height; ++v) {
@@ -72,8 +72,8 @@ TEST(RotatePanorama, NoRotationChangesNoPixel) {
             0.0);
 }
 
-// A positive yaw turns the camera's centre towards +x, so what it saw in its centre lies at theta =
-// yaw in the world: a quarter of the width to the right.
+// A positive yaw turns the camera's centre towards +x, so its centre maps to theta = yaw in the
+// world: a quarter of the width to the right.
 TEST(RotatePanorama, YawMovesTheCameraCentreToTheRight) {
   cv::Mat image(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0));
   image.at<cv::Vec3b>(kSize.height / 2, kSize.width / 2) = {255, 255, 255};
@@ -113,8 +113,8 @@ TEST(RotateDistanceMap, KeepsValuesAndMovesThem) {
   }
 }
 
-// Whatever is painted under the mask, the rotated panorama is the same where its mask is not 0.
-TEST(RotateMask, NothingMaskedIsLeftOutsideTheRotatedMask) {
+// The content under the mask does not affect the rotated panorama where its mask is not 0.
+TEST(RotateMask, RotatedMaskCoversAllMaskedPixels) {
   cv::Mat mask(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
   mask(cv::Rect(0, 110, kSize.width, 18)).setTo(0);
   mask(cv::Rect(0, 0, 9, 60)).setTo(0);
@@ -130,8 +130,8 @@ TEST(RotateMask, NothingMaskedIsLeftOutsideTheRotatedMask) {
     cv::absdiff(rotate_panorama(clean, rotation), rotate_panorama(painted, rotation), difference);
     difference.setTo(cv::Scalar::all(0), rotated == 0);
     EXPECT_EQ(cv::norm(difference, cv::NORM_INF), 0.0);
-    // Two pixels around what is masked are lost, and no more: the areas are those of the mask with
-    // such a border, towards the poles weighted down.
+    // Only a border of about two pixels is lost: the solid angle is at most that of the mask
+    // dilated by three.
     const auto solid_angle = [](const cv::Mat& of) {
       double sum = 0.0;
       for (int v = 0; v < of.rows; ++v) {

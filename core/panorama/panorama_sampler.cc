@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+
+#include "core/geometry/panorama_pixels.h"
 
 namespace raywalk {
 namespace {
 
-// Rows and columns a cubic reads beyond the image on each side.
+// Rows and columns that cubic interpolation reads beyond each border.
 constexpr int kSampleBorder = 2;
 
 // Catmull-Rom weights of the samples at -1, 0, 1, 2 for a position t in [0, 1): the cubic through
@@ -17,17 +20,6 @@ std::array<float, 4> cubic_weights(float t) {
           t * (0.5F + t * (2.0F - 1.5F * t)), t * t * (-0.5F + 0.5F * t)};
 }
 
-cv::Mat picture_with_border(const cv::Mat& image) {
-  cv::Mat bordered(image.rows + 2 * kSampleBorder, image.cols + 2 * kSampleBorder, image.type());
-  for (int v = 0; v < bordered.rows; ++v) {
-    for (int u = 0; u < bordered.cols; ++u) {
-      bordered.at<cv::Vec3b>(v, u) =
-          image.at<cv::Vec3b>(wrapped_pixel(u - kSampleBorder, v - kSampleBorder, image.size()));
-    }
-  }
-  return bordered;
-}
-
 }  // namespace
 
 cv::Point wrapped_pixel(int u, int v, cv::Size size) {
@@ -35,11 +27,34 @@ cv::Point wrapped_pixel(int u, int v, cv::Size size) {
     v = v < 0 ? -1 - v : 2 * size.height - 1 - v;
     u += size.width / 2;
   }
-  return {((u % size.width) + size.width) % size.width, std::clamp(v, 0, size.height - 1)};
+  return {wrapped_column(u, size.width), std::clamp(v, 0, size.height - 1)};
+}
+
+cv::Mat with_wrapped_border(const cv::Mat& panorama, int border_px) {
+  cv::Mat bordered(panorama.rows + 2 * border_px, panorama.cols + 2 * border_px, panorama.type());
+  const std::size_t pixel_bytes = panorama.elemSize();
+  for (int v = 0; v < bordered.rows; ++v) {
+    for (int u = 0; u < bordered.cols; ++u) {
+      const cv::Point from = wrapped_pixel(u - border_px, v - border_px, panorama.size());
+      std::memcpy(bordered.ptr(v, u), panorama.ptr(from.y, from.x), pixel_bytes);
+    }
+  }
+  return bordered;
+}
+
+cv::Point nearest_pixel(PixelPosition position, cv::Size size) {
+  return wrapped_pixel(static_cast<int>(std::lround(position.u)),
+                       static_cast<int>(std::lround(position.v)), size);
+}
+
+cv::Point nearest_pixel(const Eigen::Vector3d& direction, cv::Size size) {
+  return nearest_pixel(
+      pixel_from_angles(angles_from_direction(direction), {size.width, size.height}), size);
 }
 
 PanoramaSampler::PanoramaSampler(const cv::Mat& panorama)
-    : size_{panorama.cols, panorama.rows}, bordered_(picture_with_border(panorama)) {}
+    : size_{panorama.cols, panorama.rows},
+      bordered_(with_wrapped_border(panorama, kSampleBorder)) {}
 
 cv::Vec3f PanoramaSampler::at(PixelPosition position) const {
   const int u = static_cast<int>(std::floor(position.u));

@@ -63,5 +63,38 @@ TEST(WrappedPixelTest, RowsBeyondAPoleAreSeenHalfATurnAway) {
   EXPECT_EQ(wrapped_pixel(6, 4, size), cv::Point(2, 3));
 }
 
+TEST(WrappedBorderTest, ContinuesAcrossSeamAndPoles) {
+  cv::Mat_<ushort> image(2, 4);
+  for (int i = 0; i < 8; ++i) image(i / 4, i % 4) = static_cast<ushort>(1000 + i);
+  const cv::Mat_<ushort> expected = (cv::Mat_<ushort>(4, 6) << 1001, 1002, 1003, 1000, 1001, 1002,
+                                     1003, 1000, 1001, 1002, 1003, 1000,  //
+                                     1007, 1004, 1005, 1006, 1007, 1004,  //
+                                     1005, 1006, 1007, 1004, 1005, 1006);
+  EXPECT_EQ(cv::norm(with_wrapped_border(image, 1), expected, cv::NORM_INF), 0.0);
+}
+
+TEST(NearestPixelTest, IsTheOneThatTheDirectionLiesIn) {
+  const cv::Size size(kSize.width, kSize.height);
+  for (double phi = -90.0; phi <= 90.0; phi += 1.5) {
+    for (double theta = -180.0; theta < 180.0; theta += 2.25) {
+      const Eigen::Vector3d direction =
+          direction_from_angles({radians_from_degrees(theta), radians_from_degrees(phi)});
+      const cv::Point pixel = nearest_pixel(direction, size);
+      ASSERT_TRUE(cv::Rect({}, size).contains(pixel)) << theta << " " << phi;
+      const Eigen::Vector3d centre =
+          direction_from_angles(angles_from_pixel({double(pixel.x), double(pixel.y)}, kSize));
+      // Half the diagonal of a pixel.
+      EXPECT_LT((centre - direction).norm(), 0.71 * kTwoPi / kSize.width) << theta << " " << phi;
+    }
+  }
+}
+
+TEST(NearestPixelTest, GoesRoundAtTheSeam) {
+  const cv::Size size(kSize.width, kSize.height);
+  EXPECT_EQ(nearest_pixel(PixelPosition{63.6, 5.2}, size), cv::Point(0, 5));
+  EXPECT_EQ(nearest_pixel(PixelPosition{-0.4, 5.2}, size), cv::Point(0, 5));
+  EXPECT_EQ(nearest_pixel(PixelPosition{-0.4, 31.4}, size), cv::Point(0, 31));
+}
+
 }  // namespace
 }  // namespace raywalk

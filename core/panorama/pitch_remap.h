@@ -1,12 +1,12 @@
-// The yardstick that views are timed against: one cv::remap of a panorama of their size.
+// The baseline for view timings: one cv::remap of a panorama of the same size.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
 
 namespace raywalk {
 
-// Pitches a panorama of noise, `width` x `width` / 2 pixels, by 30 degrees, so that neither rows
-// nor columns are read in order.
+// Rotates a panorama of noise, `width` x `width` / 2 pixels, by 30 degrees of pitch, so that the
+// reads follow neither rows nor columns.
 class PitchRemap {
  public:
   explicit PitchRemap(int width);

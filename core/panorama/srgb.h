@@ -1,4 +1,4 @@
-// The sRGB transfer curve (IEC 61966-2-1): what 8-bit pictures are encoded by.
+// The sRGB transfer curve (IEC 61966-2-1), which encodes 8-bit pictures.
 //
 // Above a short linear toe the curve is a pure power of shifted levels,
 //   linear = ((level / 255 + 0.055) / 1.055)^2.4,
@@ -10,10 +10,10 @@ namespace raywalk {
 
 inline constexpr double kSrgbExponent = 2.4;
 inline constexpr double kSrgbShift_levels = 0.055 * 255.0;
-// Where the toe ends.
+// The end of the linear toe.
 inline constexpr double kSrgbToe_levels = 0.04045 * 255.0;
 
-// Between linear light 0..1 and levels 0..255 (any value in between).
+// Conversion between linear light in [0, 1] and continuous levels in [0, 255].
 double srgb_level_from_linear(double linear);
 double linear_from_srgb_level(double level);
 

@@ -15,8 +15,8 @@ TEST(SrgbTest, KnowsTheStandardsValues) {
   EXPECT_NEAR(linear_from_srgb_level(128.0), 0.2159, 1e-4);
 }
 
-// The standard rounds where its two parts meet, which leaves a step of a few millionths there.
-TEST(SrgbTest, ThereAndBackGivesTheLevel) {
+// The standard's rounded constants leave a step of a few millionths where its two parts meet.
+TEST(SrgbTest, RoundTripGivesTheLevel) {
   for (double level = 0.0; level <= 255.0; level += 0.25) {
     EXPECT_NEAR(srgb_level_from_linear(linear_from_srgb_level(level)), level, 1e-4);
   }

@@ -8,11 +8,10 @@
 
 namespace raywalk {
 
-// "data:<media_type>;base64,..." for bytes that already are a file of that type.
+// "data:<media_type>;base64,..." for the bytes of a file of that type.
 std::string data_uri(std::span<const unsigned char> bytes, std::string_view media_type);
 
-// How a picture is embedded: PNG keeps every pixel, JPEG (quality 90) is far smaller for
-// photographs.
+// Encoding of embedded pictures: PNG is lossless, JPEG (quality 90) far smaller for photographs.
 enum class EmbeddedFormat { kPng, kJpeg };
 
 // Encodes an 8-bit image (CV_8UC1, or CV_8UC3 in OpenCV's BGR order). Throws Error for an empty

@@ -1,6 +1,6 @@
-// Reports as one self-contained HTML page: text, tables, plots and pictures, no other file (but for
-// links to other reports) and no script. The page follows the reader's light or dark mode and
-// prints well. It is well-formed XML too.
+// Reports as one self-contained HTML page: text, tables, plots and pictures, without scripts or
+// other files (except links to other reports). The page follows the reader's light or dark mode,
+// prints well and is well-formed XML.
 //
 //   HtmlPage page("Validation of room.lf", "12 views, hlf-vd at 16 layers");
 //   page.add_section("Gain over distance");
@@ -20,28 +20,27 @@
 
 namespace raywalk {
 
-// Something to look at and what it shows. `markup` goes into the page as it is: use the functions
-// below to make it.
+// A figure and its caption. `markup` is inserted unescaped: use the functions below to make it.
 struct HtmlFigure {
   std::string markup{};
   std::string caption{};  // plain text
 };
 
-// A figure of an <svg> element, as svg_from_plot returns it.
+// A figure of an <svg> element, e.g. from svg_from_plot.
 HtmlFigure svg_figure(std::string svg, std::string caption);
 
-// A figure of a picture; shown at up to its own width. `alt` is read out where it cannot be seen.
-// Throws Error as data_uri does.
+// A figure of a picture, shown at up to its own width. `alt` is its alternative text. Throws Error
+// as data_uri does.
 HtmlFigure picture_figure(const cv::Mat& image, EmbeddedFormat format, std::string_view alt,
                           std::string caption);
 
 struct HtmlCell {
   std::string text{};       // plain text
-  bool emphasised = false;  // bold and tinted, as the best value of a row
-  std::string link{};       // where a click on it goes; empty: nowhere
+  bool emphasised = false;  // bold and tinted, e.g. for the best value of a row
+  std::string link{};       // target of the link; empty: none
 };
 
-// The first column names the row; the others are aligned to the right, as numbers are.
+// The first column names the row; the others are right-aligned, for numbers.
 struct HtmlTable {
   std::string caption{};  // plain text, may be empty
   std::vector<std::string> header{};
@@ -58,14 +57,14 @@ struct HtmlFact {
 struct HtmlLink {
   std::string file{};  // relative
   std::string text{};
-  std::string note{};  // what is there to see
+  std::string note{};  // describes the target
 };
 
-// One of many things of a kind, to be found by its anchor.
+// An entry of a list of cards, with an anchor to link to.
 struct HtmlCard {
-  std::string anchor{};                        // "#anchor" leads to it; unique in the page
+  std::string anchor{};                        // link target "#anchor"; unique in the page
   std::string heading{};                       // plain text
-  HtmlLink back{};                             // to where it was come from; no file: none
+  HtmlLink back{};                             // a link back; empty file: none
   std::string picture{};                       // markup, as picture_figure makes it; may be empty
   std::vector<std::vector<HtmlFact>> facts{};  // in groups
 };
@@ -75,7 +74,7 @@ class HtmlPage {
  public:
   explicit HtmlPage(std::string_view title, std::string_view subtitle = {});
 
-  // `anchor`: "#anchor" leads to it.
+  // `anchor`: link target "#anchor".
   void add_section(std::string_view heading, std::string_view anchor = {});
   void add_paragraph(std::string_view text);
   void add_facts(std::span<const HtmlFact> facts);
@@ -88,7 +87,7 @@ class HtmlPage {
   void add_figures(std::span<const HtmlFigure> figures);
   void add_figures(std::initializer_list<HtmlFigure> figures);
 
-  // Side by side as far as the window has room; the one that a link led to stands out.
+  // Side by side as far as the window has room; the card that a link targets is highlighted.
   void add_cards(std::span<const HtmlCard> cards);
 
   // The complete page so far.

@@ -78,7 +78,7 @@ TEST(DataUri, JpegComesClose) {
   EXPECT_LT(cv::norm(back, gradient(), cv::NORM_INF), 24.0);
 }
 
-TEST(DataUri, RefusesWhatIsNoPicture) {
+TEST(DataUri, RejectsInvalidImages) {
   EXPECT_THROW(data_uri(cv::Mat(), EmbeddedFormat::kPng), Error);
   EXPECT_THROW(data_uri(cv::Mat(4, 4, CV_32FC3), EmbeddedFormat::kPng), Error);
 }
@@ -101,7 +101,7 @@ TEST(HtmlPage, IsWellFormed) {
   EXPECT_EQ(markup_fault(HtmlPage("").html()), "");
 }
 
-TEST(HtmlPage, NeedsNothingFromOutside) {
+TEST(HtmlPage, IsSelfContained) {
   const std::string html = full_page().html();
   for (const char* part : {"<link", "<script", "src=\"http", "url(", "@import"}) {
     EXPECT_THAT(html, Not(HasSubstr(part)));
@@ -140,7 +140,7 @@ TEST(HtmlPage, EmphasisesACell) {
   EXPECT_THAT(html, HasSubstr("<td>731</td>"));
 }
 
-TEST(HtmlPage, RefusesARowThatDoesNotFitTheHeader) {
+TEST(HtmlPage, RejectsARowOfAnotherLength) {
   HtmlPage page("A title");
   EXPECT_THROW(page.add_table({.caption = "t", .header = {"a", "b"}, .rows = {{{"1"}}}}), Error);
   EXPECT_THAT(page.html(), Not(HasSubstr("<table>")));
@@ -154,7 +154,7 @@ TEST(HtmlPage, LinksToOtherReports) {
   EXPECT_THAT(page.html(), HasSubstr("<a href=\"a&amp;b.html\">&lt;Poses&gt;</a></li>"));
 }
 
-TEST(HtmlPage, CardsAreFoundByTheirAnchors) {
+TEST(HtmlPage, CardsHaveAnchors) {
   HtmlPage page("Cards");
   page.add_section("Overview & more", "top");
   page.add_table({.header = {"name"}, .rows = {{{.text = "a<b", .link = "#card-1"}}}});

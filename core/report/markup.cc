@@ -84,6 +84,10 @@ std::string fixed_number(double value, int decimals) {
   return std::string(is_zero && text.starts_with('-') ? text.substr(1) : text);
 }
 
+std::string number_or_dash(double value, int decimals) {
+  return std::isfinite(value) ? fixed_number(value, decimals) : "–";
+}
+
 std::string plain_number(double value, int decimals) {
   std::string text = fixed_number(value, decimals);
   if (text.find('.') == std::string::npos) return text;

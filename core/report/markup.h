@@ -6,18 +6,21 @@
 
 namespace raywalk {
 
-// `text` as it may stand between tags and in quoted attributes of HTML and XML: the five special
-// characters become references; bytes that are not UTF-8 and control characters that XML forbids
-// become U+FFFD, so that a file name of any bytes keeps a page well-formed.
+// Escapes `text` for use between tags and in quoted attributes of HTML and XML: the five special
+// characters become references; invalid UTF-8 and control characters that XML forbids become
+// U+FFFD, so that any file name keeps a page well-formed.
 std::string escape_markup(std::string_view text);
 
-// A number in plain notation with exactly `decimals` digits after the point ("2.00", "-3.14"), as
-// columns of numbers need, independent of the locale. Not-a-number and infinities read "nan",
-// "inf",
-// "-inf"; zero has no sign.
+// A number in fixed notation with exactly `decimals` digits after the point ("2.00", "-3.14"),
+// independent of the locale. Not-a-number and infinities read "nan", "inf", "-inf"; zero has no
+// sign.
 std::string fixed_number(double value, int decimals);
 
-// The same with at most `decimals` digits and no trailing zeros ("2", "0.25", "-3.1").
+// The same; "–" for a value that is not finite: not measured, or not measurable.
+std::string number_or_dash(double value, int decimals);
+
+// The same as fixed_number with at most `decimals` digits and no trailing zeros ("2", "0.25",
+// "-3.1").
 std::string plain_number(double value, int decimals);
 
 }  // namespace raywalk

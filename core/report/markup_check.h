@@ -1,4 +1,4 @@
-// A check for tests: is a page or plot well-formed?
+// For tests: checks that a page or plot is well-formed.
 #pragma once
 
 #include <cctype>
@@ -8,8 +8,8 @@
 
 namespace raywalk {
 
-// What is wrong with `markup` as XML, or an empty string: tags that do not match, attributes
-// without quotes, stray '<' or '&', or bytes after the root element. Style sheets are passed over.
+// The first error in `markup` as XML, or an empty string: mismatched tags, unquoted attributes,
+// stray '<' or '&', or text outside the root element. Style sheets are skipped.
 inline std::string markup_fault(std::string_view markup) {
   std::vector<std::string> open;
   std::size_t at = 0;

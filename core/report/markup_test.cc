@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-TEST(EscapeMarkup, ReplacesWhatMarkupReserves) {
+TEST(EscapeMarkup, EscapesSpecialCharacters) {
   EXPECT_EQ(escape_markup(R"(<a href="x">Tom & 'Jerry'</a>)"),
             "&lt;a href=&quot;x&quot;&gt;Tom &amp; &#39;Jerry&#39;&lt;/a&gt;");
 }
@@ -44,6 +44,12 @@ TEST(FixedNumber, HasAllItsDecimals) {
   EXPECT_EQ(fixed_number(-0.0, 0), "0");
 }
 
+TEST(NumberOrDash, HasADashForWhatIsNotFinite) {
+  EXPECT_EQ(number_or_dash(2.0, 2), "2.00");
+  EXPECT_EQ(number_or_dash(std::nan(""), 2), "–");
+  EXPECT_EQ(number_or_dash(-std::numeric_limits<double>::infinity(), 2), "–");
+}
+
 TEST(PlainNumber, HasNoTrailingZeros) {
   EXPECT_EQ(plain_number(2.0, 3), "2");
   EXPECT_EQ(plain_number(0.25, 3), "0.25");
@@ -53,7 +59,7 @@ TEST(PlainNumber, HasNoTrailingZeros) {
   EXPECT_EQ(plain_number(-0.0004, 3), "0");
 }
 
-TEST(PlainNumber, NamesWhatIsNotANumber) {
+TEST(PlainNumber, PrintsNanAndInfinity) {
   EXPECT_EQ(plain_number(std::nan(""), 2), "nan");
   EXPECT_EQ(plain_number(std::numeric_limits<double>::infinity(), 2), "inf");
   EXPECT_EQ(plain_number(-std::numeric_limits<double>::infinity(), 2), "-inf");

@@ -11,7 +11,7 @@
 
 namespace raywalk {
 
-// What a drawing has to show: grows to hold the points that are added. Metres.
+// Bounding box of the points added, metres.
 struct PlanBounds {
   PlanPoint min{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   PlanPoint max{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -21,17 +21,17 @@ struct PlanBounds {
   double depth_m() const { return max.z_m - min.z_m; }
 };
 
-// Where a label stands to its point.
+// The position of a label relative to its point.
 enum class LabelSide { kLeft, kRight, kAbove, kBelow };
 
-// Content is drawn in the order it is added. Classes name rules of the style sheet.
+// Content is drawn in the order it is added. CSS classes refer to the rules given to svg().
 class PlanDrawing {
  public:
-  // `bounds` hold at least two different points; `border_px` is left free around them. The longer
+  // `bounds` must contain two different points; `border_px` is the margin around them. The longer
   // side is 520 px.
   PlanDrawing(const PlanBounds& bounds, double border_px);
 
-  // What is so long in the drawing, in metres; for sizes that do not depend on the scale.
+  // Converts a length in the drawing to metres, for sizes that do not depend on the scale.
   double metres_of(double px) const { return px / px_per_m_; }
 
   void add_dot(std::string_view css_class, PlanPoint centre, double radius_px);
@@ -39,8 +39,8 @@ class PlanDrawing {
   void add_polygon(std::string_view css_class, std::span<const PlanPoint> corners);
   void add_label(std::string_view text, PlanPoint point, LabelSide side);
 
-  // A complete <svg> element of class "raywalk-plan" that stands alone as a file and within a page
-  // and follows the reader's light or dark mode. `rules` are style rules for the classes used, each
+  // A complete <svg> element of class "raywalk-plan", valid as a file and within a page, that
+  // follows the reader's light or dark mode. `rules` are CSS rules for the classes used, each
   // starting with ".raywalk-plan "; they may use the colours --ink, --soft and --accent. `notes`
   // are lines of text below the scale bar.
   std::string svg(std::string_view title, std::string_view rules,

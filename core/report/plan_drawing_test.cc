@@ -45,7 +45,7 @@ TEST(PlanDrawing, TheScaleBarIsARoundLengthOfAboutAQuarter) {
   EXPECT_THAT(svg(2.0), HasSubstr("class=\"scale\" x1=\"20\" y1=\"568\" x2=\"150\""));
 }
 
-TEST(PlanDrawing, TextIsEscapedAndWhatIsDrawnIsWellFormed) {
+TEST(PlanDrawing, TextIsEscapedAndMarkupIsWellFormed) {
   PlanDrawing drawing(bounds_of({0.0, 0.0}, {1.0, 1.0}), 20.0);
   for (const LabelSide side :
        {LabelSide::kLeft, LabelSide::kRight, LabelSide::kAbove, LabelSide::kBelow}) {

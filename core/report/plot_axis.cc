@@ -8,7 +8,7 @@
 namespace raywalk {
 namespace {
 
-// Beyond it doubles have no fractional tick left to label, and spans overflow.
+// Larger values would overflow the span.
 constexpr double kLargestValue = 1e300;
 
 AxisRange usable_range(AxisRange range) {
@@ -44,7 +44,7 @@ AxisRange usable_on(AxisScale scale, AxisRange range) {
   return scale == AxisScale::kLinear ? usable_range(range) : positive_range(range);
 }
 
-// Rounding may push a tick that belongs to an end just outside it.
+// Rounding may push the tick at an end just outside the range.
 constexpr double kTickSlack = 1e-9;
 
 std::vector<double> linear_ticks(AxisRange range, int tick_count) {
@@ -74,7 +74,7 @@ std::vector<double> rounded_logarithmic_ticks(AxisRange range) {
   return ticks;
 }
 
-// Powers of ten in the range, some left out where there are many.
+// Powers of ten in the range, thinned if there are many.
 std::vector<double> decades(AxisRange range, int tick_count) {
   const int first = static_cast<int>(std::ceil(std::log10(range.min) - kTickSlack));
   const int last = static_cast<int>(std::floor(std::log10(range.max) + kTickSlack));

@@ -43,7 +43,7 @@ TEST(PlotAxis, LabelsHaveTheDecimalsOfTheSpacing) {
   EXPECT_EQ(fine.label(fine.ticks()[1]), "0.0012");
 }
 
-TEST(PlotAxis, StandsARangeThatIsNone) {
+TEST(PlotAxis, HandlesAnInvalidRange) {
   for (const AxisRange range :
        {AxisRange{3.0, 3.0}, AxisRange{kInfinity, -kInfinity}, AxisRange{std::nan(""), 1.0},
         AxisRange{5.0, 2.0}, AxisRange{-1e308, 1e308}, AxisRange{1.0, 1.0 + 1e-15}}) {
@@ -93,7 +93,7 @@ TEST(LogarithmicAxis, HasTicksAtPowersOfTen) {
   EXPECT_THAT(some.ticks().size(), testing::AllOf(testing::Ge(4U), testing::Le(8U)));
 }
 
-TEST(LogarithmicAxis, StandsARangeThatIsNone) {
+TEST(LogarithmicAxis, HandlesAnInvalidRange) {
   for (const AxisRange range : {AxisRange{3.0, 3.0}, AxisRange{kInfinity, -kInfinity},
                                 AxisRange{-1.0, 1.0}, AxisRange{0.0, 0.0}, AxisRange{5.0, 2.0},
                                 AxisRange{std::nan(""), 1.0}, AxisRange{5e-324, 1e308}}) {

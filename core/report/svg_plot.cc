@@ -22,8 +22,8 @@ constexpr double kLegendGapPx = 18.0;
 constexpr double kLegendRowPx = 18.0;
 constexpr std::size_t kColours = 6;
 
-// Okabe and Ito's palette, which stays distinct for colour-blind readers; lightened where it would
-// be too dark on black. The class keeps the style from reaching the rest of a page.
+// Okabe and Ito's palette, distinct for colour-blind readers; lightened for dark mode. The class
+// limits the style to the plot.
 constexpr std::string_view kPlotStyle = R"(<style>
 .raywalk-plot { --ink: #1f2933; --soft: #6b7785; --grid: #e3e7eb; --s0: #0072b2; --s1: #d55e00;
   --s2: #009e73; --s3: #b0508a; --s4: #b57d00; --s5: #3a93c4; }
@@ -65,7 +65,7 @@ std::string line_element(double x1, double y1, double x2, double y2, std::string
          "\" x2=\"" + px(x2) + "\" y2=\"" + px(y2) + "\"/>\n";
 }
 
-// About how wide a text is printed.
+// Approximate printed width of a text.
 double text_px(std::string_view text) {
   return kGlyphWidth * kFontPx * static_cast<double>(text.size());
 }
@@ -86,7 +86,7 @@ std::string marker(double x, double y, PlotStyle style, const std::string& colou
          "\" r=\"3.6\"/>\n";
 }
 
-// A marker that leads somewhere and says something.
+// Wraps a marker in its link and tooltip.
 std::string marked(const std::string& marker, const PlotMark& mark) {
   const std::string title =
       mark.title.empty() ? "" : "<title>" + escape_markup(mark.title) + "</title>\n";
@@ -94,7 +94,7 @@ std::string marked(const std::string& marker, const PlotMark& mark) {
   return "<a href=\"" + escape_markup(mark.link) + "\">\n" + title + marker + "</a>\n";
 }
 
-// The place of a text, pixels.
+// The bounding box of a text, pixels.
 struct TextBox {
   double left = 0.0;
   double right = 0.0;
@@ -120,7 +120,7 @@ AxisRange data_range(const LinePlot& plot,
   return range;
 }
 
-// Where a legend entry starts.
+// The start of a legend entry.
 struct LegendPlace {
   double x = 0.0;
   double y = 0.0;
@@ -144,7 +144,7 @@ std::vector<LegendPlace> legend_places(const std::vector<PlotSeries>& all, doubl
   return places;
 }
 
-// The plot's rectangle within the picture: what title, legend and labels leave.
+// The plot area: the picture without title, legend and labels.
 struct Frame {
   double left = 64.0;
   double right = 0.0;
@@ -221,9 +221,8 @@ class SvgPlot {
     }
   }
 
-  // The rightmost line has its label on its right and the others on their left, as far as there is
-  // room, so that a label does not lie across a neighbouring line; each stands below the one
-  // before.
+  // The rightmost line has its label on the right, the others on the left if there is room, so that
+  // no label crosses a neighbouring line; each label is below the previous one.
   void draw_references() {
     std::vector<PlotReference> references = plot_.references;
     std::ranges::sort(references, {}, &PlotReference::x);
@@ -283,8 +282,8 @@ class SvgPlot {
     }
   }
 
-  // To the left and above the point, or where another label lies there to the right and below. A
-  // label that has no room at all is left out, as it would make both unreadable.
+  // Above left of the point, or below right if another label is there. A label that fits in neither
+  // place is omitted, as overlapping labels are unreadable.
   void draw_label(double x, double y, const std::string& label) {
     if (label.empty()) return;
     const double width = text_px(label);
@@ -317,7 +316,7 @@ class SvgPlot {
     svg_ += "</svg>\n";
   }
 
-  // Without a given range nothing lies outside, and a dot on the frame should stay whole.
+  // Without a given range nothing lies outside, and dots on the frame should not be clipped.
   bool clips() const { return plot_.x_range.has_value() || plot_.y_range.has_value(); }
 
   void draw_frame_and_labels() {
@@ -352,7 +351,7 @@ class SvgPlot {
   Frame frame_;
   PlotAxis x_;
   PlotAxis y_;
-  std::vector<TextBox> labels_;  // of points, that are drawn
+  std::vector<TextBox> labels_;  // point labels drawn so far
   std::string svg_;
 };
 

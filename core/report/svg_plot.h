@@ -16,23 +16,23 @@ struct PlotPoint {
   double y = 0.0;
 };
 
-// kRings: points that are drawn hollow, for what matters less.
+// kRings: hollow points, for less important data.
 enum class PlotStyle { kLine, kPoints, kLineAndPoints, kRings };
 
-// What a point leads to and says.
+// Link and texts of a point.
 struct PlotMark {
-  std::string link{};   // where a click on it goes; empty: nowhere
-  std::string title{};  // shown where the reader points at it
-  std::string label{};  // printed beside it, where there is room
+  std::string link{};   // target of the link; empty: none
+  std::string title{};  // tooltip
+  std::string label{};  // printed beside it if there is room
 };
 
 struct PlotSeries {
-  std::string name{};  // in the legend; empty: not there
-  // A point that is not finite, or has no place on a logarithmic axis, leaves a gap.
+  std::string name{};  // in the legend; empty: not listed
+  // A point that is not finite, or not positive on a logarithmic axis, leaves a gap.
   std::vector<PlotPoint> points{};
   PlotStyle style = PlotStyle::kLine;
   std::vector<PlotMark> marks{};  // of each point; empty: none
-  // Its colour's place in the palette; none: its own place among the series.
+  // Index into the colour palette; none: the index of the series.
   std::optional<std::size_t> colour{};
 };
 
@@ -56,10 +56,9 @@ struct LinePlot {
   int height_px = 400;
 };
 
-// A complete <svg> element that stands alone as a file and within a page; it scales to the width it
-// is given and follows the reader's light or dark mode. Pixels are those of its viewBox, `width_px`
-// x `height_px`; a point is drawn at the same pixels as the ticks of its coordinates. What lies
-// outside a given range is clipped.
+// A complete <svg> element, valid as a file and within a page, that scales to the available width
+// and follows the reader's light or dark mode. Its viewBox is `width_px` x `height_px`; points and
+// ticks use the same PlotAxis. Data outside a given range is clipped.
 std::string svg_from_plot(const LinePlot& plot);
 
 }  // namespace raywalk

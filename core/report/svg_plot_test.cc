@@ -208,7 +208,7 @@ TEST(SvgPlot, LogarithmicPointsLieAtTheirTicksToo) {
   EXPECT_EQ(markup_fault(svg), "");
 }
 
-TEST(SvgPlot, PointsLeadSomewhereAndSayWhatTheyAre) {
+TEST(SvgPlot, PointsHaveLinksAndTitles) {
   LinePlot plot = simple_plot();
   plot.series[0].style = PlotStyle::kRings;
   plot.series[0].marks = {{.link = "#a&b", .title = "first <one>", .label = "no. 1"}, {}, {}};
@@ -254,7 +254,7 @@ TEST(SvgPlot, ASeriesMayStayOutOfTheLegendAndChooseItsColour) {
   EXPECT_EQ(count(svg_from_plot(plot), "class=\"dot c4\""), 2U);
 }
 
-TEST(SvgPlot, StandsAPlotWithoutData) {
+TEST(SvgPlot, HandlesAPlotWithoutData) {
   EXPECT_EQ(markup_fault(svg_from_plot({})), "");
   LinePlot plot = simple_plot();
   plot.series[0].points = {{1.0, 1.0}};

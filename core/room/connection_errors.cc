@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 
 namespace raywalk {
 namespace {
@@ -37,63 +38,52 @@ Json json_of(const ConnectionErrorMeasurement& measurement) {
           {"rows", std::move(rows)}};
 }
 
-void require(bool valid, const std::string& what) {
-  if (!valid) throw Error(what);
-}
-
-double number_in(const Json& json, const char* key, double min, double max) {
-  const Json& value = json.at(key);
-  require(value.is_number(), fmt::format("'{}' is not a number", key));
-  const auto number = value.get<double>();
-  require(number >= min && number <= max, fmt::format("'{}' is not in {}..{}", key, min, max));
-  return number;
-}
-
-double error_in(const Json& json, const char* key) {
+double error_in(const CheckedJson& json) {
   constexpr double kLargest = 255.0 * 255.0;  // black against white
-  if (json.at(key).is_null()) return std::nan("");
-  return number_in(json, key, 0.0, kLargest);
+  return json.is_null() ? std::nan("") : json.number(0.0, kLargest);
 }
 
-std::string generation_in(const Json& json) {
-  auto generation = json.at("generation").get<std::string>();
+std::string generation_in(const CheckedJson& json) {
+  std::string generation = json.text();
   const bool known = generation == "initial" || generation == "hlf-vd" || generation == "two-sided";
-  require(known, fmt::format("the generation {} is unknown", excerpt(generation)));
+  if (!known) json.fail("is no generation of views");
   return generation;
 }
 
-ConnectionErrorAtK row_of(const Json& json) {
-  const ConnectionErrorAtK row{.k_deg = number_in(json, "k_deg", 45.0, 90.0),
-                               .e_connect = error_in(json, "e_connect"),
-                               .e_connect_common = error_in(json, "e_connect_common"),
-                               .coverage = number_in(json, "coverage", 0.0, 1.0)};
-  require(std::isnan(row.e_connect) == (row.coverage == 0.0), "'coverage' contradicts 'e_connect'");
+ConnectionErrorAtK row_of(const CheckedJson& json) {
+  const ConnectionErrorAtK row{.k_deg = json.at("k_deg").number(45.0, 90.0),
+                               .e_connect = error_in(json.at("e_connect")),
+                               .e_connect_common = error_in(json.at("e_connect_common")),
+                               .coverage = json.at("coverage").number(0.0, 1.0)};
+  if (std::isnan(row.e_connect) != (row.coverage == 0.0)) {
+    json.at("coverage").fail("contradicts e_connect");
+  }
   return row;
 }
 
-ConnectionErrorMeasurement measurement_of(const Json& json) {
-  ConnectionErrorMeasurement measurement{
-      .generation = generation_in(json),
-      .viewpoints = static_cast<int>(number_in(json, "viewpoints", 1.0, 1e6)),
-      .overlap_deg = number_in(json, "overlap_deg", 0.0, 45.0)};
-  require(json.at("rows").is_array() && !json.at("rows").empty(), "'rows' is not a list of rows");
-  for (const Json& row : json.at("rows")) measurement.rows.push_back(row_of(row));
+ConnectionErrorMeasurement measurement_of(const CheckedJson& json) {
+  ConnectionErrorMeasurement measurement{.generation = generation_in(json.at("generation")),
+                                         .viewpoints = json.at("viewpoints").integer(1, 1'000'000),
+                                         .overlap_deg = json.at("overlap_deg").number(0.0, 45.0)};
+  for (const CheckedJson& row : json.at("rows").items()) measurement.rows.push_back(row_of(row));
+  if (measurement.rows.empty()) json.at("rows").fail("is empty");
   return measurement;
 }
 
-std::vector<ConnectionErrorMeasurement> measurements_of(const Json& root) {
-  const double version = number_in(root, "format_version", 1.0, 1e6);
-  require(version <= kFormatVersion, "made by a newer Raywalk");
+std::vector<ConnectionErrorMeasurement> measurements_of(const CheckedJson& root) {
+  root.require_version(kFormatVersion);
   std::vector<ConnectionErrorMeasurement> measurements;
   std::set<std::string> generations;
-  for (const Json& json : root.at("measurements")) {
+  for (const CheckedJson& json : root.at("measurements").items()) {
     measurements.push_back(measurement_of(json));
-    require(generations.insert(measurements.back().generation).second, "a generation occurs twice");
+    if (!generations.insert(measurements.back().generation).second) {
+      json.at("generation").fail("occurs twice");
+    }
   }
   return measurements;
 }
 
-// What a new measurement is added to.
+// The existing measurements; none if the file cannot be read.
 std::vector<ConnectionErrorMeasurement> earlier_measurements(const std::filesystem::path& room) {
   try {
     return read_connection_errors(room);
@@ -118,18 +108,8 @@ std::vector<ConnectionErrorMeasurement> read_connection_errors(const std::filesy
   const std::filesystem::path file = connection_errors_path(room);
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return {};
-  const auto fail = [&](const std::string& what) -> Error {
-    return Error(one_line(fmt::format("{}: {}; measure again with raywalk-render connect-error",
-                                      file.string(), what)));
-  };
-  const std::string text = read_file(file, kMaxErrorsBytes);
-  try {
-    return measurements_of(Json::parse(text));
-  } catch (const nlohmann::json::exception& e) {
-    throw fail(e.what());
-  } catch (const Error& e) {
-    throw fail(e.what());
-  }
+  return measurements_of(CheckedJson::parse(read_file(file, kMaxErrorsBytes), file.string(),
+                                            "measure again with raywalk-render connect-error"));
 }
 
 void store_connection_errors(const std::filesystem::path& room,

@@ -65,7 +65,7 @@ TEST_F(ConnectionErrorsTest, LeastErrorPrefersThePhysicalConnectionOfEquals) {
   EXPECT_FALSE(least_error(measured)) << "nothing could be measured";
 }
 
-TEST_F(ConnectionErrorsTest, LeastErrorsAreThoseOfTheGenerationsThatCouldBeRead) {
+TEST_F(ConnectionErrorsTest, LeastErrorsSkipUnmeasuredGenerations) {
   EXPECT_TRUE(least_errors(directory_.path()).empty());
   ConnectionErrorMeasurement unread = measurement("initial", 3.0);
   unread.rows.resize(1);
@@ -80,7 +80,7 @@ TEST_F(ConnectionErrorsTest, LeastErrorsAreThoseOfTheGenerationsThatCouldBeRead)
   EXPECT_EQ(least[0].e_connect, 2.0);
 }
 
-TEST_F(ConnectionErrorsTest, DamageIsNamedWithItsRemedyAndThenReplaced) {
+TEST_F(ConnectionErrorsTest, DamageIsReportedAndThenReplaced) {
   store_connection_errors(directory_.path(), measurement("hlf-vd", 1.5));
   const std::filesystem::path file = connection_errors_path(directory_.path());
   const std::string whole = read_file(file);

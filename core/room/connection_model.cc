@@ -11,8 +11,8 @@ namespace raywalk {
 namespace {
 
 constexpr int kSamplesPerMap = 1024;
-// The middles of five equal parts. The optimum hardly depends on how many distances are summed over
-// (5 and 33 quantiles of a box room give the same), while every one takes its time.
+// The midpoints of five equal parts. Each distance costs time, and the optimum hardly depends on
+// their number (5 and 33 quantiles of a box room give the same).
 constexpr std::array kShares{0.1, 0.3, 0.5, 0.7, 0.9};
 constexpr double kPaperDistance = 1.5;  // in units of N
 

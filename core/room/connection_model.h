@@ -7,17 +7,17 @@
 
 namespace raywalk {
 
-// N is the mean side of the cells (which there must be), the step of (3) the median over the lines
-// of their median spacing.
+// N is the mean side of the cells (at least one), the step of (3) the median over the lines of
+// their median spacing.
 CellSampling cell_sampling(const Grid& grid);
 
 struct ConnectionModel {
   ConnectionErrorCurve curve{};
-  bool from_distances = false;  // else the paper's d_src = 1.5 N stands for the room's distances
+  bool from_distances = false;  // else from the paper's d_src = 1.5 N
 };
 
-// E_t summed over the room's distances: equally many pixels, by solid angle and confidence, stand
-// behind each of the distances summed over. The room must have a cell.
+// E_t summed over quantiles of the room's distances, each representing an equal share of the pixels
+// by solid angle and confidence. The room must have a cell.
 ConnectionModel connection_model(const Room& room);
 
 }  // namespace raywalk

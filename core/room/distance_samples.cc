@@ -7,7 +7,7 @@
 namespace raywalk {
 namespace {
 
-// Adds a map's samples; returns the solid angle looked at.
+// Adds a map's samples; returns the solid angle sampled.
 double add_samples(const DistanceVolume& volume, int map, int count,
                    std::vector<DistanceSample>* samples) {
   const PanoramaSize size = volume.size();

@@ -1,4 +1,4 @@
-// Samples of all distances that a room knows, for statistics of the scene.
+// Samples of a room's known distances, for statistics of the scene.
 #pragma once
 
 #include <span>
@@ -20,13 +20,13 @@ struct DistanceSamples {
   double known_share = 0.0;  // of the solid angle of all maps, weighted by confidence
 };
 
-// About `per_map` pixels of every distance map, evenly over its rows and columns. Pixels of
-// confidence 0, and those that hold no distance (0, negative, NaN), count as unknown. Empty where
-// the room has no maps.
+// About `per_map` pixels of every distance map, spread evenly over rows and columns. Pixels with
+// confidence 0 or an invalid distance (0, negative, NaN) count as unknown. Empty if the room has no
+// maps.
 DistanceSamples sample_distances(const Room& room, int per_map);
 
-// The distances that `shares` of the weight, each in [0, 1], do not exceed. Sorts the samples. NaN
-// where there are none.
+// The weighted quantiles of the distances, metres, for `shares` in [0, 1]. Sorts the samples. NaN
+// if there are none.
 std::vector<double> distance_quantiles(std::span<DistanceSample> samples,
                                        std::span<const double> shares);
 

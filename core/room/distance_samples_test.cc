@@ -37,7 +37,7 @@ TEST_F(DistanceSamplesTest, WeightsAreSolidAngle) {
   EXPECT_NEAR(above_30 / all, 0.25, 0.02);
 }
 
-TEST_F(DistanceSamplesTest, FewSamplesTellTheSameAsAllOfThem) {
+TEST_F(DistanceSamplesTest, FewSamplesMatchTheFullStatistics) {
   const Room room = room_of({.width = 128});
   const std::array shares{0.05, 0.5, 0.95};
   DistanceSamples some = sample_distances(room, 500), all = sample_distances(room, 1 << 20);
@@ -47,7 +47,7 @@ TEST_F(DistanceSamplesTest, FewSamplesTellTheSameAsAllOfThem) {
   for (size_t i = 0; i < shares.size(); ++i) EXPECT_NEAR(few[i], many[i], 0.05 * many[i]);
 }
 
-TEST(DistanceQuantiles, GoByWeight) {
+TEST(DistanceQuantiles, AreWeighted) {
   std::vector<DistanceSample> samples{{.distance_m = 3.0f, .weight = 1.0f},
                                       {.distance_m = 1.0f, .weight = 8.0f},
                                       {.distance_m = INFINITY, .weight = 1.0f}};
@@ -67,7 +67,7 @@ TEST_F(DistanceSamplesTest, RoomWithoutDistancesHasNoSamples) {
   EXPECT_TRUE(std::isnan(distance_quantiles(none.samples, std::array{0.5})[0]));
 }
 
-TEST_F(DistanceSamplesTest, ModelSaysWhetherItKnewDistances) {
+TEST_F(DistanceSamplesTest, ModelReportsWhetherItUsedDistances) {
   EXPECT_TRUE(connection_model(room_of({.width = 32})).from_distances);
   EXPECT_FALSE(connection_model(room_of({.width = 32, .distances = false})).from_distances);
 }

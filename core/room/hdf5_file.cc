@@ -16,16 +16,17 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSmallElements = std::size_t{1} << 24;
 
-// Every thread has an error stack of its own, which HDF5 prints to stderr unless told not to; the
-// stack is read instead (fail). The first call also turns off HDF5's cleaning up at exit, see
-// fail_to_write; it must come before HDF5 initialises itself.
+// Disables HDF5's printing of the per-thread error stack to stderr; fail() reads the stack instead.
+// The first call also disables HDF5's cleanup at exit (see fail_to_write) and must precede HDF5's
+// initialisation.
 void prepare_library_for_this_thread() {
   static const bool no_cleaning_at_exit = H5dont_atexit() >= 0;
   static_cast<void>(no_cleaning_at_exit);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
-// Walking downward ends at the function that detected the error, whose description says most.
+// Walking downward ends at the function that detected the error, whose description is the most
+// specific.
 herr_t keep_last(unsigned, const H5E_error2_t* error, void* reason) {
   if (error->desc != nullptr && *error->desc != '\0') {
     *static_cast<std::string*>(reason) = error->desc;
@@ -94,10 +95,9 @@ Hdf5File Hdf5File::create(const fs::path& file) {
   created.path_ = file;
   const Hdf5Handle access =
       created.checked(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "cannot create the file");
-  // The format of HDF5 1.10: its metadata carry checksums, so that damage is found instead of
-  // followed.
+  // The format of HDF5 1.10: its metadata have checksums, so that damage is detected.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-  // Datasets are read where they lie in the file, so numbers have to be aligned there.
+  // Datasets are memory-mapped, so their numbers must be aligned in the file.
   constexpr hsize_t kAlignment = 8;
   H5Pset_alignment(access.get(), 1, kAlignment);
   created.file_ = created.checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()),

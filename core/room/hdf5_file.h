@@ -1,6 +1,5 @@
-// The part of HDF5 that room volumes use, with handles that close themselves and failures that
-// throw Error naming the file and HDF5's reason. The HDF5 library is not thread-safe as packaged:
-// callers make one call at a time.
+// RAII wrappers of the part of HDF5 that room volumes use. Failures throw Error naming the file and
+// HDF5's reason. Packaged HDF5 libraries are not thread-safe: callers must serialise their calls.
 #pragma once
 
 #include <hdf5.h>
@@ -14,16 +13,16 @@
 
 namespace raywalk {
 
-// The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads; every file carries
-// its own as the root attribute `format_version`. A file is written in the oldest format that holds
-// what is in it, so that programs which do not know the rest can read it.
+// The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads; a file's own is its
+// root attribute `format_version`. A file is written in the oldest format that can hold its
+// content, so that older programs can read it.
 inline constexpr int kVolumeFormatVersion = 2;
-// What these formats hold: rays or distances; since 2, which rays are not to be used (`valid_rows`
-// of a line). A program that does not know masks must not show what they hide.
+// Format 1 holds rays or distances; format 2 adds masks (`valid_rows` of a line). A program that
+// does not support masks must not open a masked line, as it would show masked pixels.
 inline constexpr int kPlainVolumeVersion = 1;
 inline constexpr int kMaskedVolumeVersion = 2;
 
-// An HDF5 identifier, closed by the function that belongs to its kind.
+// Owns an HDF5 identifier and its close function.
 class Hdf5Handle {
  public:
   using Closer = herr_t (*)(hid_t);
@@ -36,9 +35,9 @@ class Hdf5Handle {
   ~Hdf5Handle();
 
   hid_t get() const { return id_; }
-  // Closes now; false if that failed, as it does when buffered data cannot be written.
+  // Closes now; false on failure, e.g. when buffered data cannot be written.
   bool close();
-  // Forgets the identifier without closing it.
+  // Releases the identifier without closing it.
   void abandon() { id_ = H5I_INVALID_HID; }
 
  private:
@@ -49,17 +48,17 @@ class Hdf5Handle {
 // An open HDF5 file.
 class Hdf5File {
  public:
-  // Throw Error naming the file. `create` replaces a file that exists.
+  // Throw Error naming the file. `create` replaces an existing file.
   static Hdf5File open(const std::filesystem::path& file);
   static Hdf5File create(const std::filesystem::path& file);
 
   const std::filesystem::path& path() const { return path_; }
   hid_t id() const { return file_.get(); }
 
-  // Throws Error unless the root attribute `format` is `format` and its version can be read.
+  // Throws Error unless the root attribute `format` is `format` and its version is supported.
   void require_format(const std::string& format) const;
 
-  // A root attribute; none where the file has no text under this name.
+  // A root attribute; none if the file has no text attribute of this name.
   std::optional<std::string> text_attribute(const std::string& name) const;
   bool has_dataset(const std::string& name) const;
   Hdf5Handle open_dataset(const std::string& name) const;
@@ -76,12 +75,12 @@ class Hdf5File {
   void write_int32(const std::string& name, std::span<const std::int32_t> values);
   void write_float64(const std::string& name, std::span<const double> values,
                      std::span<const std::size_t> shape);
-  // All of one length.
+  // All strings must have the same length.
   void write_strings(const std::string& name, std::span<const std::string> values);
-  // Makes a dataset stored contiguously, its space reserved and not filled.
+  // Creates a contiguous dataset; its space is allocated but not filled.
   Hdf5Handle create_contiguous(const std::string& name, hid_t type,
                                std::span<const std::size_t> shape);
-  // Writes the values of one index of the first dimension; `bytes` is in the memory type `type`.
+  // Writes the values at one index of the first dimension; `type` is their type in memory.
   void write_slab(const Hdf5Handle& dataset, std::size_t index, hid_t type,
                   std::span<const std::size_t> shape, const void* values);
 
@@ -92,9 +91,8 @@ class Hdf5File {
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
-  // The same after a failed write. HDF5 1.10 crashes when it closes a file whose buffers it cannot
-  // write (disk full), at the latest when the process exits; so the file stays open for the short
-  // rest.
+  // The same after a failed write. HDF5 1.10 crashes when it closes a file whose buffers cannot be
+  // written (disk full), even at process exit, so the file is never closed.
   [[noreturn]] void fail_to_write(const std::string& what);
   Hdf5Handle checked(hid_t id, Hdf5Handle::Closer closer, const std::string& what) const;
   std::size_t element_count(const std::string& name, hid_t dataset) const;

@@ -33,7 +33,7 @@ std::vector<std::vector<int>> held_out_stations(const Grid& grid, int every) {
   return left_out;
 }
 
-KeptStations all_but(const Grid& grid, const std::vector<std::vector<int>>& left_out) {
+KeptStations stations_except(const Grid& grid, const std::vector<std::vector<int>>& left_out) {
   KeptStations kept;
   for (std::size_t i = 0; i < grid.lines.size(); ++i) {
     std::vector<int>& of_line = kept.emplace_back();

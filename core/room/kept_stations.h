@@ -1,4 +1,4 @@
-// Which stations of a room to use, where not all are.
+// Subsets of a room's stations.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,19 @@
 
 namespace raywalk {
 
-// One of every `stride` (at least 1) neighbouring stations of each line: the first that has a
-// distance map, else the first; and the line's own first and last one.
+// Of every `stride` (at least 1) consecutive stations of each line the first with a distance map,
+// or the first if none has one; and always the line's first and last station.
 KeptStations every_nth_station(const Room& room, int stride);
 
-// One of every `every` (at least 2) neighbouring stations of each line, from the middle of the
-// first such group on, but never the line's first or last: those to leave out and to render again.
+// The stations to hold out and re-render: of every `every` (at least 2) consecutive stations of
+// each line the middle one, never the line's first or last.
 std::vector<std::vector<int>> held_out_stations(const Grid& grid, int every);
 
-// All stations but `left_out` (of each line, increasing).
-KeptStations all_but(const Grid& grid, const std::vector<std::vector<int>>& left_out);
+// All stations except `left_out` ([line], increasing indices).
+KeptStations stations_except(const Grid& grid, const std::vector<std::vector<int>>& left_out);
 
-// Where `raywalk-build-lf depth --hold-out` keeps distances estimated without some stations; their
-// files are those of a room of the other stations alone.
+// Where `raywalk-build-lf depth --hold-out` stores distances estimated without the held-out
+// stations. Station indices in its files are those of the room without them.
 std::filesystem::path held_out_directory(const std::filesystem::path& room);
 
 }  // namespace raywalk

@@ -39,10 +39,10 @@ TEST_F(KeptStationsTest, StationsWithMapsArePreferred) {
   EXPECT_THAT(every_nth_station(room_, 1 << 30), Each(ElementsAre(0, 8)));
 }
 
-TEST_F(KeptStationsTest, HeldOutStationsAndTheRestAreAllOnce) {
+TEST_F(KeptStationsTest, HeldOutAndKeptStationsPartitionTheRoom) {
   for (int every = 2; every < 12; ++every) {
     const auto left_out = held_out_stations(room_.grid(), every);
-    const KeptStations kept = all_but(room_.grid(), left_out);
+    const KeptStations kept = stations_except(room_.grid(), left_out);
     for (std::size_t line = 0; line < kept.size(); ++line) {
       std::vector<int> all;
       std::ranges::merge(kept[line], left_out[line], std::back_inserter(all));
@@ -57,7 +57,7 @@ TEST_F(KeptStationsTest, HeldOutStationsAndTheRestAreAllOnce) {
   EXPECT_THAT(held_out_stations(room_.grid(), 4), Each(ElementsAre(2, 6)));
 }
 
-TEST_F(KeptStationsTest, PartOfARoomHoldsTheSameRaysAndMaps) {
+TEST_F(KeptStationsTest, SubsetHasTheSameRaysAndMaps) {
   const std::vector<int> kept{0, 3, 4, 8};
   const Room part = room_.subset({kept, kept, kept, kept});
   // A part of a part counts from its own stations.
@@ -85,7 +85,7 @@ TEST_F(KeptStationsTest, PartOfARoomHoldsTheSameRaysAndMaps) {
   EXPECT_EQ(part.grid().cells.size(), 1U);
 }
 
-TEST_F(KeptStationsTest, ChoicesThatLeaveNoLineAreRefused) {
+TEST_F(KeptStationsTest, InvalidSubsetsAreRejected) {
   const std::vector<int> two{0, 8};
   EXPECT_NO_THROW(room_.subset({two, two, two, two}));
   EXPECT_THROW(room_.subset({two, two, two}), UsageError);
@@ -96,7 +96,7 @@ TEST_F(KeptStationsTest, ChoicesThatLeaveNoLineAreRefused) {
   EXPECT_THROW(room_.subset({two, two, two, {-1, 8}}), UsageError);
 }
 
-TEST_F(KeptStationsTest, OtherDistancesReplaceTheRooms) {
+TEST_F(KeptStationsTest, WithDistancesReplacesTheMaps) {
   SyntheticRoomSpec spec;
   spec.width = 16;
   spec.distance_every = 4;

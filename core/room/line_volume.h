@@ -4,11 +4,10 @@
 // column), phi index = v (pixel row, 0 at the top). One output column is one contiguous read.
 //
 // Dataset `valid_rows`, only in lines some of whose stations have a mask: int32
-// [station][theta][2], stored contiguously; the first row of a column that may be used, and one
-// past the last. What a camera must not show (its dolly, its operator) reaches the picture's border
-// nearly always, so one run of rows per column is enough to say what is left; it is also what
-// rendering can ask for in no time. Where a mask leaves several runs, the longest is kept. The rays
-// of the other rows stay in the volume as they were captured, but nothing may be read from them.
+// [station][theta][2], stored contiguously; the first valid row of a column, and one past the last.
+// Masked objects (dolly, operator) nearly always reach the panorama's border, so one run of valid
+// rows per column suffices, and it is fast to look up. If a mask leaves several runs, the longest
+// is kept. The volume keeps the captured rays of the other rows, but they must not be used.
 #pragma once
 
 #include <algorithm>
@@ -34,24 +33,24 @@ struct RowRun {
   friend bool operator==(const RowRun&, const RowRun&) = default;
 };
 
-// The rows that are in both.
+// The intersection of two runs.
 inline RowRun common_rows(RowRun a, RowRun b) {
   return {std::max(a.begin, b.begin), std::min(a.end, b.end)};
 }
 
 class LineVolume {
  public:
-  // Maps the volume read-only. Throws Error naming the file when it is missing, not HDF5, cut
-  // short, of a newer format version, or its shape is not [stations][width][height][3], or that of
-  // `valid_rows` is not [stations][width][2].
+  // Maps the volume read-only. Throws Error naming the file when it is missing, not HDF5,
+  // truncated, of a newer format version, or the shape of `rays` is not
+  // [stations][width][height][3] or that of `valid_rows` not [stations][width][2].
   static LineVolume open(const std::filesystem::path& file, int stations, PanoramaSize panorama);
 
-  // The same rays of some of the stations alone, which count from 0 on in the order given; the
-  // mapping is shared. Each of `stations` must be in [0, stations()).
+  // The rays of a subset of the stations, renumbered from 0 in the order given; the mapping is
+  // shared. Each of `stations` must be in [0, stations()).
   LineVolume subset(std::span<const int> stations) const;
 
   int stations() const { return static_cast<int>(stored_.size()); }
-  // A station's index in the file, where a subset counts otherwise, and how many the file holds.
+  // A station's index in the file (differs in a subset), and the number of stations in the file.
   int index_in_file(int station) const { return stored_[static_cast<size_t>(station)]; }
   int stations_in_file() const { return static_cast<int>(rays_->shape()[0]); }
   PanoramaSize panorama() const { return panorama_; }
@@ -62,28 +61,26 @@ class LineVolume {
             bytes};
   }
 
-  // Asks for bytes of a station's rays to be fetched from the disk, without waiting; `begin` counts
-  // from the station's first column on.
+  // Starts reading bytes of a station's rays from disk, without waiting; `begin` is relative to the
+  // station's first column.
   void fetch(int station, std::size_t begin, std::size_t bytes) const {
     rays_->fetch(column(station, 0).data() + begin, bytes);
   }
-  // Whether the middle row of a column can be read without waiting (see MappedDataset).
+  // Whether the middle row of a column is in memory (MappedDataset::in_memory).
   bool in_memory(int station, int theta) const {
     return rays_->in_memory(column(station, theta).data() + 3 * (panorama_.height / 2));
   }
 
   // Whether any station has a mask.
   bool masked() const { return valid_rows_ != nullptr; }
-  // The rows of a column that may be used, within [0, height); the whole column where the line has
-  // no masks.
+  // The valid rows of a column, within [0, height]; the whole column if the line has no masks.
   RowRun valid_rows(int station, int theta) const {
     if (!masked()) return {0, panorama_.height};
     const auto* run =
         static_cast<const std::int32_t*>(valid_rows_->data()) + 2 * index_of(station, theta);
     return {std::max(run[0], 0), std::min(run[1], panorama_.height)};
   }
-  // valid_rows() of all columns of a station as they are stored: [theta][2]; empty where the line
-  // has no masks.
+  // valid_rows() of all columns of a station as stored: [theta][2]; empty if the line has no masks.
   std::span<const std::int32_t> stored_valid_rows(int station) const {
     if (!masked()) return {};
     return {static_cast<const std::int32_t*>(valid_rows_->data()) + 2 * index_of(station, 0),

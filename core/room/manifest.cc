@@ -1,4 +1,4 @@
-// manifest.json, written and read. What reading rejects: see manifest_from_json in room.h.
+// Writes and reads manifest.json; manifest_from_json in room.h lists what reading rejects.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/files/checked_json.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -16,16 +17,13 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "raywalk-room";
 constexpr const char* kFrame =
     "metres; x right, y up, z forward (left-handed); theta = 0 looks to +z and grows towards +x, "
-    "phi "
-    "grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v + "
-    "0.5) "
-    "/ height * 180 degrees; every packed panorama is in world axes";
+    "phi grows upwards; pixel (u, v): theta = (u + 0.5) / width * 360 - 180 degrees, phi = 90 - (v "
+    "+ 0.5) / height * 180 degrees; every packed panorama is in world axes";
 constexpr const char* kSideNames[] = {"front", "right", "back", "left"};
 
-constexpr int kMaxDepth = 16;       // the manifest itself nests 5 deep
 constexpr int kMaxWidth = 1 << 17;  // pixels; far beyond any camera
 constexpr double kMaxMetres = 1e6;  // far beyond any room; keeps products finite
-// Written values are rounded to double precision; these allow for text edited by hand.
+// Written values have full double precision; the tolerances allow for text edited by hand.
 constexpr double kUnitTolerance = 1e-6;
 constexpr double kAlongTolerance = 1e-6;     // of the coordinates' size
 constexpr double kCellSideTolerance = 0.01;  // of the cell's size; sides may be oblique
@@ -59,160 +57,98 @@ Json json_of(const Cell& cell, const std::vector<Line>& lines) {
   return json;
 }
 
-// A JSON value with its place, so that every error says where.
-class Reader {
- public:
-  Reader(const Json& json, std::string place) : json_(json), place_(std::move(place)) {}
+double metres(const CheckedJson& json) { return json.number(-kMaxMetres, kMaxMetres); }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(one_line(fmt::format("{}: {}", place_, what)));
-  }
-
-  Reader at(const std::string& key) const {
-    if (!json_.is_object()) fail("is not an object");
-    const auto found = json_.find(key);
-    if (found == json_.end()) fail(fmt::format("has no '{}'", key));
-    return {*found, fmt::format("{}: {}", place_, key)};
-  }
-  bool has(const std::string& key) const { return json_.is_object() && json_.contains(key); }
-
-  std::vector<Reader> items() const {
-    if (!json_.is_array()) fail("is not a list");
-    std::vector<Reader> readers;
-    for (size_t i = 0; i < json_.size(); ++i) {
-      readers.emplace_back(json_[i], fmt::format("{}[{}]", place_, i));
-    }
-    return readers;
-  }
-  std::vector<Reader> items(size_t count) const {
-    std::vector<Reader> readers = items();
-    if (readers.size() != count) fail(fmt::format("does not have {} elements", count));
-    return readers;
-  }
-
-  std::string text() const {
-    if (!json_.is_string()) fail("is not a text");
-    std::string value = json_.get<std::string>();
-    if (value.empty()) fail("is empty");
-    return value;
-  }
-  int integer(int min, int max) const {
-    if (!json_.is_number_integer()) fail("is not a whole number");
-    const bool too_large =
-        json_.is_number_unsigned() && json_.get<std::uint64_t>() > static_cast<std::uint64_t>(max);
-    const auto value = too_large ? 0 : json_.get<std::int64_t>();
-    if (too_large || value < min || value > max) {
-      fail(fmt::format("is not between {} and {}", min, max));
-    }
-    return static_cast<int>(value);
-  }
-  double metres() const {
-    if (!json_.is_number()) fail("is not a number");
-    const double value = json_.get<double>();
-    if (!(std::abs(value) <= kMaxMetres)) {
-      fail(fmt::format("is not between -{0:g} and {0:g}", kMaxMetres));
-    }
-    return value;
-  }
-  PlanPoint plan_point() const {
-    const std::vector<Reader> both = items(2);
-    return {both[0].metres(), both[1].metres()};
-  }
-
- private:
-  const Json& json_;
-  std::string place_;
-};
-
-void check_version(const Reader& root) {
-  if (root.at("format").text() != kFormat) root.at("format").fail("is not " + std::string(kFormat));
-  const int version = root.at("format_version").integer(1, 1 << 30);
-  if (version > kRoomFormatVersion) {
-    root.fail(
-        fmt::format("format version {} is newer than {}, the newest this program reads; use a "
-                    "newer Raywalk",
-                    version, kRoomFormatVersion));
-  }
+PlanPoint plan_point(const CheckedJson& json) {
+  const std::vector<CheckedJson> both = json.items(2);
+  return {metres(both[0]), metres(both[1])};
 }
 
-PanoramaSize read_panorama_size(const Reader& reader) {
-  const PanoramaSize size{reader.at("width").integer(2, kMaxWidth),
-                          reader.at("height").integer(1, kMaxWidth)};
-  if (size.width != 2 * size.height) reader.fail("the width is not twice the height");
+void check_format(const CheckedJson& root) {
+  const CheckedJson format = root.at("format");
+  if (format.text() != kFormat) format.fail("is not " + std::string(kFormat));
+  root.require_version(kRoomFormatVersion);
+}
+
+PanoramaSize read_panorama_size(const CheckedJson& json) {
+  const PanoramaSize size{json.at("width").integer(2, kMaxWidth),
+                          json.at("height").integer(1, kMaxWidth)};
+  if (size.width != 2 * size.height) json.fail("the width is not twice the height");
   return size;
 }
 
 // A line's id is also its file name: "x" or "z" and a number.
-std::string read_line_id(const Reader& reader, LineAxis axis) {
-  std::string id = reader.text();
+std::string read_line_id(const CheckedJson& json, LineAxis axis) {
+  std::string id = json.text();
   const bool number =
       id.size() > 1 && id.size() < 10 && id.find_first_not_of("0123456789", 1) == std::string::npos;
   if (!number || id[0] != (axis == LineAxis::kX ? 'x' : 'z')) {
-    reader.fail("is not the line's axis followed by a number, such as x0");
+    json.fail("is not the line's axis followed by a number, such as x0");
   }
   return id;
 }
 
-LineAxis read_axis(const Reader& reader) {
-  const std::string axis = reader.text();
-  if (axis != "x" && axis != "z") reader.fail("is neither x nor z");
+LineAxis read_axis(const CheckedJson& json) {
+  const std::string axis = json.text();
+  if (axis != "x" && axis != "z") json.fail("is neither x nor z");
   return axis == "x" ? LineAxis::kX : LineAxis::kZ;
 }
 
-PlanPoint read_direction(const Reader& reader, LineAxis axis) {
-  const PlanPoint direction = reader.plan_point();
+PlanPoint read_direction(const CheckedJson& json, LineAxis axis) {
+  const PlanPoint direction = plan_point(json);
   const double along_axis = axis == LineAxis::kX ? direction.x_m : direction.z_m;
   if (std::abs(std::hypot(direction.x_m, direction.z_m) - 1.0) > kUnitTolerance) {
-    reader.fail("is not a unit vector");
+    json.fail("is not a unit vector");
   }
-  // Beyond 45 degrees it would be a line along the other axis.
-  if (along_axis < std::sqrt(0.5)) reader.fail("does not follow the line's axis");
+  // Above 45 degrees it would be a line along the other axis.
+  if (along_axis < std::sqrt(0.5)) json.fail("does not follow the line's axis");
   return direction;
 }
 
-Station read_station(const Reader& reader, const Line& line) {
+Station read_station(const CheckedJson& json, const Line& line) {
   Station station;
-  station.file = reader.at("file").text();
-  const std::vector<Reader> position = reader.at("position_m").items(3);
-  station.position_m = {position[0].metres(), position[1].metres(), position[2].metres()};
-  station.along_m = reader.at("along_m").metres();
+  station.file = json.at("file").text();
+  if (station.file.empty()) json.at("file").fail("is empty");
+  const std::vector<CheckedJson> position = json.at("position_m").items(3);
+  station.position_m = {metres(position[0]), metres(position[1]), metres(position[2])};
+  station.along_m = metres(json.at("along_m"));
   const PlanPoint plan{station.position_m.x(), station.position_m.z()};
   const double size = 1.0 + std::abs(plan.x_m) + std::abs(plan.z_m) + std::abs(line.origin.x_m) +
                       std::abs(line.origin.z_m);
   if (std::abs(along_line(line, plan) - station.along_m) > kAlongTolerance * size) {
-    reader.fail("along_m contradicts position_m");
+    json.fail("along_m contradicts position_m");
   }
   if (!line.stations.empty() && station.along_m <= line.stations.back().along_m) {
-    reader.fail("along_m does not increase");
+    json.fail("along_m does not increase");
   }
   return station;
 }
 
-Line read_line(const Reader& reader) {
+Line read_line(const CheckedJson& json) {
   Line line;
-  line.axis = read_axis(reader.at("axis"));
-  line.id = read_line_id(reader.at("id"), line.axis);
-  line.origin = reader.at("origin_m").plan_point();
-  line.direction = read_direction(reader.at("direction"), line.axis);
-  line.height_m = reader.at("height_m").metres();
-  for (const Reader& station : reader.at("stations").items()) {
+  line.axis = read_axis(json.at("axis"));
+  line.id = read_line_id(json.at("id"), line.axis);
+  line.origin = plan_point(json.at("origin_m"));
+  line.direction = read_direction(json.at("direction"), line.axis);
+  line.height_m = metres(json.at("height_m"));
+  for (const CheckedJson& station : json.at("stations").items()) {
     line.stations.push_back(read_station(station, line));
   }
-  if (line.stations.size() < 2) reader.fail("has fewer than two stations");
+  if (line.stations.size() < 2) json.fail("has fewer than two stations");
   return line;
 }
 
-std::string read_sha256(const Reader& reader) {
-  std::string sha256 = reader.text();
+std::string read_sha256(const CheckedJson& json) {
+  std::string sha256 = json.text();
   if (sha256.size() != 64 || sha256.find_first_not_of("0123456789abcdef") != std::string::npos) {
-    reader.fail("is not a SHA-256 checksum");
+    json.fail("is not a SHA-256 checksum");
   }
   return sha256;
 }
 
-void read_lines(const Reader& reader, RoomManifest* manifest) {
+void read_lines(const CheckedJson& json, RoomManifest* manifest) {
   std::set<std::string> ids;
-  for (const Reader& item : reader.items()) {
+  for (const CheckedJson& item : json.items()) {
     manifest->grid.lines.push_back(read_line(item));
     if (!ids.insert(manifest->grid.lines.back().id).second) {
       item.fail(fmt::format("the id {} occurs twice", manifest->grid.lines.back().id));
@@ -221,16 +157,16 @@ void read_lines(const Reader& reader, RoomManifest* manifest) {
       manifest->rays_sha256.push_back(read_sha256(item.at("rays_sha256")));
     }
   }
-  if (manifest->grid.lines.empty()) reader.fail("is empty");
+  if (manifest->grid.lines.empty()) json.fail("is empty");
   if (!manifest->rays_sha256.empty() && manifest->rays_sha256.size() != ids.size()) {
-    reader.fail("some lines have a rays_sha256 and others have none");
+    json.fail("some lines have a rays_sha256 and others have none");
   }
 }
 
-// Each side must lie where the bounds say; checked at the middle of the side.
-void check_side(const Reader& reader, const Line& line, const Cell& cell, Side side) {
+// Each side must lie on the cell's bounds; checked at the middle of the side.
+void check_side(const CheckedJson& json, const Line& line, const Cell& cell, Side side) {
   const bool along_x = side == Side::kFront || side == Side::kBack;
-  if ((line.axis == LineAxis::kX) != along_x) reader.fail("runs along the wrong axis");
+  if ((line.axis == LineAxis::kX) != along_x) json.fail("runs along the wrong axis");
   const double x = 0.5 * (cell.x_min_m + cell.x_max_m), z = 0.5 * (cell.z_min_m + cell.z_max_m);
   const PlanPoint& d = line.direction;
   const double at = along_x ? line.origin.z_m + (x - line.origin.x_m) * d.z_m / d.x_m
@@ -238,19 +174,19 @@ void check_side(const Reader& reader, const Line& line, const Cell& cell, Side s
   const std::array<double, 4> bounds{cell.z_max_m, cell.x_max_m, cell.z_min_m, cell.x_min_m};
   const double size = std::max(cell.x_max_m - cell.x_min_m, cell.z_max_m - cell.z_min_m);
   if (std::abs(at - bounds[static_cast<size_t>(side)]) > kCellSideTolerance * size) {
-    reader.fail("the line does not lie where the cell's bounds say");
+    json.fail("the line does not lie where the cell's bounds say");
   }
 }
 
-Cell read_cell(const Reader& reader, const std::vector<Line>& lines) {
+Cell read_cell(const CheckedJson& json, const std::vector<Line>& lines) {
   Cell cell;
-  cell.x_min_m = reader.at("x_min_m").metres();
-  cell.x_max_m = reader.at("x_max_m").metres();
-  cell.z_min_m = reader.at("z_min_m").metres();
-  cell.z_max_m = reader.at("z_max_m").metres();
-  if (!(cell.x_min_m < cell.x_max_m && cell.z_min_m < cell.z_max_m)) reader.fail("has no area");
+  cell.x_min_m = metres(json.at("x_min_m"));
+  cell.x_max_m = metres(json.at("x_max_m"));
+  cell.z_min_m = metres(json.at("z_min_m"));
+  cell.z_max_m = metres(json.at("z_max_m"));
+  if (!(cell.x_min_m < cell.x_max_m && cell.z_min_m < cell.z_max_m)) json.fail("has no area");
   for (size_t side = 0; side < cell.line.size(); ++side) {
-    const Reader item = reader.at(kSideNames[side]);
+    const CheckedJson item = json.at(kSideNames[side]);
     const std::string id = item.text();
     const auto found =
         std::find_if(lines.begin(), lines.end(), [&](const Line& line) { return line.id == id; });
@@ -259,18 +195,6 @@ Cell read_cell(const Reader& reader, const std::vector<Line>& lines) {
     check_side(item, *found, cell, static_cast<Side>(side));
   }
   return cell;
-}
-
-Json parse_json(const std::string& text, const std::string& source) {
-  const auto limit_depth = [&](int depth, nlohmann::json::parse_event_t, Json&) {
-    if (depth > kMaxDepth) throw Error(source + ": nested too deeply for a manifest");
-    return true;
-  };
-  try {
-    return Json::parse(text, limit_depth);
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(one_line(fmt::format("{}: not JSON: {}", source, error.what())));
-  }
 }
 
 }  // namespace
@@ -300,13 +224,12 @@ std::string manifest_to_json(const RoomManifest& manifest) {
 }
 
 RoomManifest manifest_from_json(const std::string& text, const std::string& source) {
-  const Json json = parse_json(text, source);
-  const Reader root(json, source);
-  check_version(root);
+  const CheckedJson root = CheckedJson::parse(text, source);
+  check_format(root);
   RoomManifest manifest;
   manifest.panorama = read_panorama_size(root.at("panorama"));
   read_lines(root.at("lines"), &manifest);
-  for (const Reader& cell : root.at("cells").items()) {
+  for (const CheckedJson& cell : root.at("cells").items()) {
     manifest.grid.cells.push_back(read_cell(cell, manifest.grid.lines));
   }
   return manifest;

@@ -39,7 +39,7 @@ Element element_of(ElementType type) {
   throw Error("unknown element type");
 }
 
-// Where a dataset's bytes lie in its file.
+// The byte range of a dataset in its file.
 struct Extent {
   std::vector<std::size_t> shape;
   std::size_t offset = 0;
@@ -88,7 +88,7 @@ std::size_t page_bytes() {
   return bytes;
 }
 
-// Where the page of a mapped byte begins, as the system's calls take it.
+// The start of the page of a mapped byte, as madvise and mincore require.
 std::byte* page_of(const void* byte) {
   auto* at = const_cast<std::byte*>(static_cast<const std::byte*>(byte));
   return at - reinterpret_cast<std::uintptr_t>(at) % page_bytes();
@@ -144,7 +144,7 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
   }
   // mmap wants an offset that is a whole number of pages.
   const std::size_t page = page_bytes();
-  // The page before is mapped too where there is one: vector loads may begin a few bytes early.
+  // Also maps the preceding page, if any: vector loads may begin a few bytes early.
   const std::size_t before = extent.offset % page + (extent.offset >= page ? page : 0);
   MappedDataset mapped;
   mapped.mapping_bytes_ = before + extent.bytes;
@@ -161,8 +161,7 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
 }
 
 void MappedDataset::fetch(const void* begin, std::size_t bytes) const {
-  // Linux reads no more than the disk's read-ahead for one piece of advice, 128 KiB unless somebody
-  // set another.
+  // Linux reads at most the disk's read-ahead size per call, by default 128 KiB.
   constexpr std::size_t kPiece = std::size_t{128} << 10;
   std::byte* at = page_of(begin);
   std::byte* const end = const_cast<std::byte*>(static_cast<const std::byte*>(begin)) + bytes;

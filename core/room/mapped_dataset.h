@@ -1,5 +1,5 @@
-// A contiguous HDF5 dataset mapped read-only into memory, so that a view touches only the pages it
-// reads. HDF5 gives the offset of a contiguous dataset's bytes in the file (H5Dget_offset).
+// A contiguous HDF5 dataset mapped read-only into memory, so that a view loads only the pages it
+// reads. H5Dget_offset gives the dataset's offset in the file.
 #pragma once
 
 #include <cstddef>
@@ -21,23 +21,22 @@ class MappedDataset {
   ~MappedDataset();
 
   // Maps `dataset` of `file`. Throws Error naming both when the file is missing, is not HDF5, the
-  // dataset is missing, of another element type, not stored contiguously, or reaches past the end
-  // of the file (a volume cut short).
+  // dataset is missing, of another element type, not contiguous, or reaches past the end of the
+  // file (truncated).
   static MappedDataset open(const std::filesystem::path& file, const std::string& dataset,
                             ElementType type);
 
   const std::vector<std::size_t>& shape() const { return shape_; }
   const void* data() const { return data_; }
 
-  // Tells the system that a few kilobytes will be read in each of thousands of places, where
-  // reading ahead from the disk would fetch many times what is needed. Advice only.
+  // Disables read-ahead (madvise, MADV_RANDOM), for reads of a few kilobytes in thousands of
+  // places. Advice only.
   void expect_scattered_reads() const;
 
-  // Asks the system to begin fetching bytes of data() from the disk; does not wait for them. Advice
-  // only.
+  // Starts reading bytes of data() from disk (madvise, MADV_WILLNEED) without waiting. Advice only.
   void fetch(const void* begin, std::size_t bytes) const;
-  // Whether a byte of data() can be read without waiting for the disk, as far as the system tells;
-  // it tells of nobody else's files, which all count as in memory.
+  // Whether the page of a byte of data() is in memory, by mincore(2). Linux reports files that the
+  // caller neither owns nor may write as always in memory.
   bool in_memory(const void* byte) const;
 
  private:

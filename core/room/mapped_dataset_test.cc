@@ -1,4 +1,4 @@
-// What a mapped dataset asks of the system's cache. How datasets are opened: room_test.
+// Tests of page-cache advice; room_test covers opening datasets.
 #include "core/room/mapped_dataset.h"
 
 #include <fcntl.h>
@@ -25,7 +25,7 @@ std::vector<std::uint8_t> row_values(std::size_t row) {
   return values;
 }
 
-// A file of kRows rows none of which is in memory, where the system lets go of them.
+// A file of kRows rows, dropped from the page cache if the file system supports it.
 std::filesystem::path write_cold(const TestDirectory& directory) {
   const std::filesystem::path path = directory / "cold.h5";
   const std::vector<std::size_t> shape{kRows, kRowBytes};
@@ -44,15 +44,15 @@ std::filesystem::path write_cold(const TestDirectory& directory) {
   return path;
 }
 
-TEST(MappedDataset, FetchesFromTheDiskWhatItIsAskedForAndHardlyMore) {
+TEST(MappedDataset, FetchesLittleMoreThanRequested) {
   const TestDirectory directory;
   const MappedDataset mapped =
       MappedDataset::open(write_cold(directory), "rays", ElementType::kUint8);
   mapped.expect_scattered_reads();
   const auto* rays = static_cast<const std::uint8_t*>(mapped.data());
   const std::uint8_t* const middle = rays + 2 * kRowBytes + kRowBytes / 2;
-  if (mapped.in_memory(middle)) GTEST_SKIP() << "this file system keeps what it is told to drop";
-  // More than what the system reads for one piece of advice.
+  if (mapped.in_memory(middle)) GTEST_SKIP() << "this file system does not drop cached pages";
+  // More than the system reads per call.
   mapped.fetch(rays + 2 * kRowBytes, kRowBytes);
   for (int i = 0; i < 1000 && !mapped.in_memory(rays + 3 * kRowBytes - 1); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));

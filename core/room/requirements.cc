@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 
@@ -23,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxRequirementsBytes = std::size_t{16} << 20;
 
-// The keys of each object, once for writing and reading: visit(key, member).
+// The keys of each object, for both writing and reading: visit(key, member).
 template <typename Visit>
 void visit_members(DirectionRange& r, Visit&& visit) {
   visit("longitude_deg", r.longitude_deg);
@@ -157,87 +158,50 @@ Json json_of(T& value) {
   }
 }
 
-// Each reads a value found at `place`, and throws Error where it is of another kind.
-[[noreturn]] void fail(const std::string& place, const char* what) {
-  throw Error(fmt::format("'{}' {}", place, what));
+// Each reads a value, and throws Error if it has another type.
+void read(const CheckedJson& json, double* value) {
+  *value = json.number_or(std::numeric_limits<double>::infinity());
 }
-void read(const Json& json, const std::string& place, double* value) {
-  if (!json.is_number() && !json.is_null()) fail(place, "is not a number");
-  *value = json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
-}
-void read(const Json& json, const std::string& place, int* value) {
-  const bool whole = json.is_number_integer() && json.get<double>() >= 0.0 &&
-                     json.get<double>() <= std::numeric_limits<int>::max();
-  if (!whole) fail(place, "is not a count");
-  *value = json.get<int>();
-}
-void read(const Json& json, const std::string& place, std::uint64_t* value) {
-  if (!json.is_number_unsigned()) fail(place, "is not a number of bytes");
-  *value = json.get<std::uint64_t>();
-}
-void read(const Json& json, const std::string& place, std::string* value) {
-  if (!json.is_string()) fail(place, "is not a text");
-  *value = json.get<std::string>();
-}
+void read(const CheckedJson& json, int* value) { *value = json.integer(0); }
+void read(const CheckedJson& json, std::uint64_t* value) { *value = json.unsigned_integer(); }
+void read(const CheckedJson& json, std::string* value) { *value = json.text(); }
 template <typename T>
-void read(const Json& json, const std::string& place, T* object);
+void read(const CheckedJson& json, T* object);
 template <typename T>
-void read(const Json& json, const std::string& place, std::optional<T>* value) {
+void read(const CheckedJson& json, std::optional<T>* value) {
   value->reset();
-  if (!json.is_null()) read(json, place, &value->emplace());
+  if (!json.is_null()) read(json, &value->emplace());
 }
 template <typename T>
-void read(const Json& json, const std::string& place, std::vector<T>* values) {
-  if (!json.is_array()) fail(place, "is not a list");
+void read(const CheckedJson& json, std::vector<T>* values) {
   values->clear();
-  for (const Json& item : json) {
-    values->emplace_back();
-    read(item, fmt::format("{}[{}]", place, values->size() - 1), &values->back());
-  }
+  for (const CheckedJson& item : json.items()) read(item, &values->emplace_back());
 }
 template <typename T>
-void read(const Json& json, const std::string& place, T* object) {
-  if (!json.is_object()) fail(place, "is not an object");
-  visit_members(*object, [&](const char* key, auto& member) {
-    const std::string inner = place.empty() ? key : place + "." + key;
-    const auto found = json.find(key);
-    if (found == json.end()) fail(inner, "is missing");
-    read(*found, inner, &member);
-  });
+void read(const CheckedJson& json, T* object) {
+  visit_members(*object, [&](const char* key, auto& member) { read(json.at(key), &member); });
 }
 
-void require(bool valid, const char* what) {
-  if (!valid) throw Error(what);
-}
-
-// The values that others compute with.
-void check_values(const RoomRequirements& r) {
+// Checks the values used in computations.
+void check_values(const CheckedJson& root, const RoomRequirements& r) {
+  const auto require = [](bool valid, const CheckedJson& json, const char* what) {
+    if (!valid) json.fail(what);
+  };
   const auto is_k = [](double k_deg) { return k_deg >= 45.0 && k_deg <= 90.0; };
-  require(r.tolerance_px > 0.0 && std::isfinite(r.tolerance_px), "'tolerance_px' is not positive");
+  require(r.tolerance_px > 0.0 && std::isfinite(r.tolerance_px), root.at("tolerance_px"),
+          "is not positive");
   require(r.layers.omega_min_per_m >= 0.0 && r.layers.omega_min_per_m <= r.layers.omega_max_per_m &&
               std::isfinite(r.layers.omega_max_per_m),
-          "'layers' holds no range of inverse distances");
+          root.at("layers"), "holds no range of inverse distances");
+  const CheckedJson connection = root.at("connection");
   require(!r.connection.model_k_deg || is_k(*r.connection.model_k_deg),
-          "'connection.model_k_deg' is not in 45..90");
-  for (const MeasuredConnection& measured : r.connection.measured) {
-    require(is_k(measured.k_deg), "'connection.measured' holds a k_deg that is not in 45..90");
+          connection.at("model_k_deg"), "is not in 45..90");
+  for (const CheckedJson& measured : connection.at("measured").items()) {
+    measured.at("k_deg").number(45.0, 90.0);
   }
 }
 
-RoomRequirements requirements_of(const Json& root) {
-  require(root.is_object() && root.value("format", Json()) == kRequirementsFormat,
-          "not written by raywalk-build-lf require");
-  const Json version = root.value("format_version", Json());
-  require(version.is_number_integer() && version.get<double>() >= 1.0,
-          "'format_version' is not a version");
-  require(version.get<double>() <= kRequirementsVersion, "made by a newer Raywalk");
-  RoomRequirements requirements;
-  read(root, "", &requirements);
-  check_values(requirements);
-  return requirements;
-}
-
-// The checksums of a line's maps; of a volume written without them, one over all that it holds.
+// The checksums of a line's maps; for a volume without checksums, one over its whole content.
 std::string checksums_of(const Room& room, int line) {
   const DistanceVolume& volume = room.distances(line);
   const auto file = distance_volume_path(room.directory(), room.grid().lines[size_t(line)].id);
@@ -252,7 +216,7 @@ std::string checksums_of(const Room& room, int line) {
       text += sha256_hex(std::as_bytes(volume.distance_column(map, theta)));
       text += sha256_hex(std::as_bytes(volume.confidence_column(map, theta)));
     }
-    text = sha256_hex(std::as_bytes(std::span(text)));
+    text = sha256_hex(text);
   }
   return text;
 }
@@ -271,7 +235,7 @@ std::string distances_sha256(const Room& room) {
     }
     text += " " + checksums_of(room, line) + "\n";
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 std::filesystem::path requirements_path(const std::filesystem::path& room) {
@@ -282,24 +246,23 @@ std::string requirements_to_json(const RoomRequirements& requirements) {
   Json root = {{"format", kRequirementsFormat},
                {"format_version", kRequirementsVersion},
                {"written_by", "raywalk " RAYWALK_VERSION}};
-  RoomRequirements copy = requirements;  // members are visited for writing and for reading alike
+  RoomRequirements copy = requirements;  // visit_members needs mutable members
   root.update(json_of(copy));
-  // A directory's name may be of any bytes.
+  // A directory's name may not be valid UTF-8.
   return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 RoomRequirements requirements_from_json(const std::string& text, const std::string& source) {
-  const auto failure = [&](const std::string& what) {
-    return Error(one_line(
-        fmt::format("{}: {}; run raywalk-build-lf require on the room again", source, what)));
-  };
-  try {
-    return requirements_of(Json::parse(text));
-  } catch (const nlohmann::json::exception& e) {
-    throw failure(e.what());
-  } catch (const Error& e) {
-    throw failure(e.what());
+  const CheckedJson root =
+      CheckedJson::parse(text, source, "run raywalk-build-lf require on the room again");
+  if (root.at("format").text() != kRequirementsFormat) {
+    root.fail("not written by raywalk-build-lf require");
   }
+  root.require_version(kRequirementsVersion);
+  RoomRequirements requirements;
+  read(root, &requirements);
+  check_values(root, requirements);
+  return requirements;
 }
 
 std::optional<RoomRequirements> current_requirements(const Room& room) {
@@ -310,7 +273,7 @@ std::optional<RoomRequirements> current_requirements(const Room& room) {
       requirements_from_json(read_file(file, kMaxRequirementsBytes), file.string());
   if (kept.distances_sha256 == distances_sha256(room)) return kept;
   spdlog::warn(
-      "{} was measured on other distances than the room has now and is ignored; run "
+      "{} was measured with different distances and is ignored; run "
       "raywalk-build-lf require on the room again",
       file.string());
   return std::nullopt;

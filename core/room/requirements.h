@@ -1,10 +1,10 @@
-// What a room's scene requires, as `raywalk-build-lf require` measures it and keeps it in
-// ROOM/require.json: how many depth layers, how dense stations, which k, how much to store.
-// raywalk-render reads it for `--layers auto` and `--k auto`.
+// The requirements of a room's scene: depth layers, station spacing, k and storage. Measured by
+// `raywalk-build-lf require`, stored in ROOM/require.json, read by raywalk-render for `--layers
+// auto` and `--k auto`.
 //
-// Every member below is a key of the file under its own name; a list is an array of objects. A
-// distance, spacing or width that is infinite (sky, no limit) is null, as is an optional member
-// that is none. PSNR is over RGB in dB, capped at 100. Shares are of the solid angle, in [0, 1].
+// Every member below is a key of the file with the same name; a list is an array of objects.
+// Infinite distances, spacings and widths (sky, no limit) and empty optionals are null. PSNR is
+// over RGB in dB, capped at 100. Shares are of the solid angle, in [0, 1].
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ inline constexpr const char* kRequirementsFormat = "raywalk-require";
 // The newest format this program reads and the one it writes.
 inline constexpr int kRequirementsVersion = 1;
 
-// Quantiles of the distances from the stations in a field of directions: 1 %, 50 % and 99 % of the
-// solid angle, weighted by confidence, are nearer.
+// Quantiles (1 %, 50 %, 99 %) of the distances from the stations in a field of directions, weighted
+// by solid angle and confidence.
 struct DirectionRange {
   double longitude_deg = 0.0;  // the field's middle, in world axes
   double latitude_deg = 0.0;
@@ -39,9 +39,9 @@ struct DistanceFacts {
   double median_m = 0.0;
   double far_m = 0.0;
   double sky_share = 0.0;
-  double known_share = 0.0;  // confidence, averaged
-  // How much the room's maps contradict each other where they see the same surface: 95 % of the
-  // pixels differ by less, in 1/m, divided by sqrt(2) as both err. None: no two maps to compare.
+  double known_share = 0.0;  // mean confidence
+  // Error of an inverse distance, 1/m: the 95 % quantile of the differences between maps that see
+  // the same surface, divided by sqrt(2) as both have errors. None: no two maps to compare.
   std::optional<double> omega_error_per_m{};
   std::vector<DirectionRange> directions{};
 };
@@ -64,15 +64,15 @@ struct SpacingWithLayers {
   double needed_m = 0.0;
 };
 
-// Stations left out and re-created from the nearest ones kept, every `stride`-th.
+// Stations re-created from their neighbours when only every `stride`-th is kept.
 struct HeldOutFacts {
   int stride = 2;
   double step_m = 0.0;  // between the stations kept, median
-  int views = 0;        // how many were re-created
+  int views = 0;        // number of stations re-created
   double psnr_with_distances_db = 0.0;
   double psnr_without_depth_db = 0.0;
-  double psnr_of_tolerance_db = 0.0;  // of the captured station against itself, displaced so far
-  double hidden_share = 0.0;          // seen by neither neighbour
+  double psnr_of_tolerance_db = 0.0;  // captured view against itself, displaced by the tolerance
+  double hidden_share = 0.0;          // of the solid angle: seen by neither neighbour
 };
 
 struct SpacingFacts {
@@ -80,13 +80,13 @@ struct SpacingFacts {
   double captured_max_m = 0.0;
   double needed_without_depth_m = 0.0;
   std::vector<SpacingWithLayers> needed_with_layers{};  // 1 layer: Chai's constant depth
-  // With distances, for omega_error_per_m; infinite where that is not known.
+  // With distances of error omega_error_per_m; infinite if that is unknown.
   double needed_by_error_m = 0.0;
-  // The largest step tried at which, with distances, re-created stations are as near to the
-  // captured ones as a displacement by the tolerance is: occlusion, reflections and sampling
-  // included.
+  // The largest step tried at which stations re-created with distances match the captured ones at
+  // least as well as a displacement by the tolerance does. Includes occlusion, reflections and
+  // sampling.
   double measured_up_to_m = 0.0;
-  // The smaller of both, but at least captured_median_m; finite.
+  // The smaller of the two above, but at least captured_median_m; finite.
   double needed_with_distances_m = 0.0;
   int stations = 0;
   int stations_needed_without_depth = 0;
@@ -95,30 +95,31 @@ struct SpacingFacts {
 };
 
 struct ConnectionFacts {
-  std::optional<double> model_k_deg{};         // of the least E_t; none: the room has no cell
-  std::vector<MeasuredConnection> measured{};  // empty: raywalk-render connect-error measures it
+  std::optional<double> model_k_deg{};         // at the least E_t; none: the room has no cell
+  std::vector<MeasuredConnection> measured{};  // by raywalk-render connect-error; may be empty
 };
 
 struct StorageFacts {
-  double reach_m = 0.0;  // d_p that widths and precision are chosen for: half a cell's side
+  double reach_m = 0.0;  // d_p for which widths and precision are chosen
   int panorama_width_px = 0;
-  // Beyond it the parallax that omega_error_per_m leaves exceeds the tolerance; infinite where that
-  // error is 0 or not known.
+  // Panorama width beyond which the parallax error due to omega_error_per_m exceeds the tolerance;
+  // infinite if that error is 0 or unknown.
   double worth_width_px = 0.0;
   int distance_width_px = 0;
   int needed_distance_width_px = 0;
   double share_within_tolerance = 0.0;  // of the pixels, at needed_distance_width_px
-  int omega_steps = 0;                  // of inverse distance that the tolerance needs
-  int omega_bits = 0;                   // to number them, unknown and none included
+  int omega_steps = 0;                  // quantisation steps of inverse distance needed
+  int omega_bits = 0;                   // bits for these steps plus "unknown" and "none"
   std::uint64_t ray_bytes = 0;
   std::uint64_t ray_bytes_thinned = 0;  // with stations_needed_with_distances
   std::uint64_t ray_bytes_worth = 0;    // ... and at worth_width_px, where that is smaller
-  std::uint64_t distance_bytes = 0;     // of all maps: 4 per distance and 1 per confidence
-  // Of as many maps, needed_distance_width_px wide: omega_bits in whole bytes and 1 per confidence.
+  std::uint64_t distance_bytes = 0;     // all maps: 4 per distance and 1 per confidence
+  // The same number of maps at needed_distance_width_px: omega_bits rounded up to bytes, and 1 byte
+  // of confidence.
   std::uint64_t distance_bytes_needed = 0;
 };
 
-// A room written by --thin, compared with the one it was made from.
+// A room written by --thin, compared with its source.
 struct ThinnedFacts {
   std::string room{};
   int stations = 0;
@@ -140,20 +141,19 @@ struct RoomRequirements {
   std::optional<ThinnedFacts> thinned{};
 };
 
-// Tells a room's distances from others: over the checksums of its maps and where they belong.
+// Fingerprint of a room's distances: SHA-256 over the checksums and stations of its maps.
 std::string distances_sha256(const Room& room);
 
 std::filesystem::path requirements_path(const std::filesystem::path& room);
 
 // Text of require.json and back. `source` names the text in errors. Parsing throws Error for
-// anything but what requirements_to_json writes: damage, another format, a newer version, values
-// out of range.
+// invalid JSON, another format, a newer version or values out of range.
 std::string requirements_to_json(const RoomRequirements& requirements);
 RoomRequirements requirements_from_json(const std::string& text, const std::string& source);
 
-// What the room keeps. None where it keeps nothing, and, with a warning, where that was measured on
-// other distances than the room has now. Throws Error where the file is damaged or of a newer
-// version, and how to make it anew.
+// The requirements stored in the room. None if there are none or, with a warning, if they were
+// measured on different distances. Throws Error, saying how to measure again, if the file is
+// damaged or of a newer version.
 std::optional<RoomRequirements> current_requirements(const Room& room);
 
 }  // namespace raywalk

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Every value once, so that no member can stand for another.
+// All values differ, so that swapped members are detected.
 RoomRequirements example() {
   return {.distances_sha256 = "0123",
           .tolerance_px = 0.25,
@@ -81,7 +81,7 @@ RoomRequirements example() {
                                   .worst_psnr_db = 30.5}};
 }
 
-// What require.json holds of it, as others read it.
+// The content of require.json.
 constexpr const char* kExampleJson = R"({
   "format": "raywalk-require", "format_version": 1,
   "distances_sha256": "0123", "tolerance_px": 0.25,
@@ -147,7 +147,7 @@ TEST(Requirements, AreReadAsTheyWereWritten) {
   EXPECT_EQ(read.thinned->room, "a \"room\"");
 }
 
-TEST(Requirements, WhatIsNotKnownIsNull) {
+TEST(Requirements, UnknownValuesAreNull) {
   RoomRequirements r = example();
   r.distance.omega_error_per_m.reset();
   r.connection.model_k_deg.reset();
@@ -158,7 +158,7 @@ TEST(Requirements, WhatIsNotKnownIsNull) {
   EXPECT_FALSE(read.thinned);
 }
 
-TEST(Requirements, DamageIsNamedWithItsRemedy) {
+TEST(Requirements, DamageIsReportedWithARemedy) {
   const std::string whole = requirements_to_json(example());
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = whole;
@@ -198,7 +198,7 @@ TEST(Requirements, NewerVersionIsNamed) {
   std::string text = requirements_to_json(example());
   const std::string version = "\"format_version\": 1";
   text.replace(text.find(version), version.size(), "\"format_version\": 2");
-  EXPECT_THAT(error_of(text), HasSubstr("made by a newer Raywalk"));
+  EXPECT_THAT(error_of(text), HasSubstr("format version 2 is newer than 1"));
 }
 
 class CurrentRequirements : public ::testing::Test {
@@ -215,7 +215,7 @@ class CurrentRequirements : public ::testing::Test {
   std::filesystem::path path_ = directory_ / "room.lf";
 };
 
-TEST_F(CurrentRequirements, BelongToTheDistancesTheyWereMeasuredOn) {
+TEST_F(CurrentRequirements, AreInvalidatedByNewDistances) {
   Room room = room_of({.width = 32});
   EXPECT_FALSE(current_requirements(room));
   RoomRequirements measured = example();
@@ -228,13 +228,13 @@ TEST_F(CurrentRequirements, BelongToTheDistancesTheyWereMeasuredOn) {
   other.scene.walls.max_m.x() += 0.01;
   room = room_of(other);
   keep(measured);
-  EXPECT_FALSE(current_requirements(room)) << "other distances";
+  EXPECT_FALSE(current_requirements(room)) << "different distances";
   room = room_of({.width = 32, .distance_every = 2});
   keep(measured);
   EXPECT_FALSE(current_requirements(room)) << "fewer distances";
 }
 
-TEST_F(CurrentRequirements, DamagedFileIsNotPassedOver) {
+TEST_F(CurrentRequirements, DamagedFileIsAnError) {
   const Room room = room_of({.width = 32});
   write_file_atomically(requirements_path(path_), "damaged");
   EXPECT_THROW(current_requirements(room), Error);

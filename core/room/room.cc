@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A manifest takes some 150 bytes per station; this is room for 400,000 of them.
+// A manifest has about 150 bytes per station, so this allows 400,000 stations.
 constexpr std::size_t kMaxManifestBytes = std::size_t{64} << 20;
 
 }  // namespace
@@ -52,7 +52,7 @@ Room Room::open(const fs::path& directory) {
 
 Room Room::subset(const KeptStations& kept) const {
   if (kept.size() != volumes_.size()) {
-    throw UsageError("stations are chosen of another number of lines than the room has");
+    throw UsageError("the selected stations are for another number of lines than the room has");
   }
   Room part;
   part.directory_ = directory_;
@@ -63,10 +63,11 @@ Room Room::subset(const KeptStations& kept) const {
     line.stations.clear();
     const bool increasing = std::ranges::is_sorted(kept[i], std::less_equal());
     if (kept[i].size() < 2) {
-      throw UsageError("line " + line.id + " is left without two stations; leave out fewer");
+      throw UsageError("line " + line.id + " would have fewer than two stations; leave out fewer");
     }
     if (!increasing || kept[i].front() < 0 || kept[i].back() >= static_cast<int>(all.size())) {
-      throw UsageError("stations are chosen that line " + line.id + " does not have, or twice");
+      throw UsageError("line " + line.id +
+                       ": a selected station does not exist or is selected twice");
     }
     double height_sum_m = 0.0;
     for (const int station : kept[i]) {

@@ -1,6 +1,5 @@
 // A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, distance maps in
-// `distances/<id>.h5`. This is the reading side, used by every later stage; raywalk-build-lf
-// writes.
+// `distances/<id>.h5`. Written by raywalk-build-lf, read here by every later stage.
 #pragma once
 
 #include <filesystem>
@@ -17,12 +16,12 @@ namespace raywalk {
 // The newest manifest this program reads and the one it writes.
 inline constexpr int kRoomFormatVersion = 1;
 
-// What manifest.json says.
+// The content of manifest.json.
 struct RoomManifest {
   PanoramaSize panorama;  // of every captured frame
   Grid grid;
-  // Of each line's rays: SHA-256 over the text of its stations' checksums (dataset `sha256` of
-  // lines/<id>.h5), so that a volume that belongs to another room is noticed. Empty: not known.
+  // Checksum of each line's rays: SHA-256 over the text of its stations' checksums (dataset
+  // `sha256` of lines/<id>.h5), to detect a volume of another room. Empty: unknown.
   std::vector<std::string> rays_sha256;
 };
 
@@ -32,7 +31,7 @@ struct RoomManifest {
 std::string manifest_to_json(const RoomManifest& manifest);
 RoomManifest manifest_from_json(const std::string& text, const std::string& source);
 
-// Where the files of a room lie.
+// Paths of a room's files.
 std::filesystem::path manifest_path(const std::filesystem::path& room);
 std::filesystem::path line_volume_path(const std::filesystem::path& room,
                                        const std::string& line_id);
@@ -40,23 +39,23 @@ std::filesystem::path distances_directory(const std::filesystem::path& room);
 std::filesystem::path distance_volume_path(const std::filesystem::path& room,
                                            const std::string& line_id);
 
-// Stations of each line (core/room/kept_stations.h chooses): increasing indices, at least two.
+// Selected stations of each line (see core/room/kept_stations.h): increasing indices, at least two.
 using KeptStations = std::vector<std::vector<int>>;
 
-// An opened room: volumes are mapped, nothing is read until it is touched.
+// An opened room: volumes are memory-mapped, so data is read on first access.
 class Room {
  public:
   // Opens a complete room. Throws Error when the directory, the manifest or a volume is missing,
   // truncated or does not match the manifest.
   static Room open(const std::filesystem::path& directory);
 
-  // The room with some of its stations alone, as if the others and their distance maps had never
-  // been captured. Mappings are shared. Throws UsageError where a line is left with fewer than two
-  // stations, or the choice is not one of this room's.
+  // The room with a subset of its stations, as if the others and their distance maps had not been
+  // captured. Mappings are shared. Throws UsageError if a line would have fewer than two stations,
+  // or `kept` does not match this room.
   Room subset(const KeptStations& kept) const;
 
-  // The room with other distance maps of its stations: `directory` holds them as the room's own
-  // `distances` does. Throws Error as open() does.
+  // The room with its distance maps replaced by those in `directory`, which has the layout of the
+  // room's `distances`. Throws Error as open() does.
   Room with_distances(const std::filesystem::path& directory) const;
 
   const std::filesystem::path& directory() const { return directory_; }
@@ -64,7 +63,7 @@ class Room {
   const Grid& grid() const { return manifest_.grid; }
   PanoramaSize panorama() const { return manifest_.panorama; }
   const LineVolume& volume(int line) const { return volumes_[static_cast<size_t>(line)]; }
-  // The distance maps of a line; empty (no maps) where the line has none.
+  // The distance maps of a line; empty if it has none.
   const DistanceVolume& distances(int line) const { return distances_[static_cast<size_t>(line)]; }
   bool has_distances() const;
   // Whether any station has a mask (LineVolume::valid_rows).

@@ -1,9 +1,6 @@
 #include "core/room/room_fingerprint.h"
 
-#include <fmt/format.h>
-
-#include <span>
-
+#include "core/files/fingerprint.h"
 #include "core/files/sha256.h"
 
 namespace raywalk {
@@ -15,10 +12,9 @@ std::string room_fingerprint(const Room& room) {
   for (const Line& line : room.grid().lines) {
     const fs::path file = distance_volume_path(room.directory(), line.id);
     if (!fs::exists(file)) continue;
-    text += fmt::format("{} {} {}\n", line.id, fs::file_size(file),
-                        fs::last_write_time(file).time_since_epoch().count());
+    text += line.id + " " + stamp_of(file).text() + "\n";
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 }  // namespace raywalk

@@ -1,4 +1,4 @@
-// Tells whether a room is still the one that earlier results were made from.
+// Detects whether a room has changed since earlier results were made from it.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace raywalk {
 
-// SHA-256, hexadecimal, that changes when the rays or the distance maps of a room do. Distance
-// files are immutable once they are there, so a replaced one shows in its size or time.
+// A hexadecimal SHA-256 that changes when the rays or the distance maps of a room do. Distance
+// files are never modified in place, so a replaced one has another size or modification time.
 std::string room_fingerprint(const Room& room);
 
 }  // namespace raywalk

@@ -37,7 +37,7 @@ std::string error_of(const Open& open) {
   return "no error";
 }
 
-// rays[i] = i modulo 251, so that every byte tells where it came from.
+// rays[i] = i modulo 251, so that every byte identifies its position.
 std::vector<std::uint8_t> numbered_rays() {
   std::vector<std::uint8_t> rays(kStations * 8 * kColumnBytes);
   for (size_t i = 0; i < rays.size(); ++i) rays[i] = static_cast<std::uint8_t>(i % 251);
@@ -208,7 +208,7 @@ TEST_F(VolumeTest, OtherElementTypeIsRefused) {
               HasSubstr("'other'"));
 }
 
-// HDF5 1.10 follows damaged metadata of its older formats, which carry no checksums.
+// HDF5 1.10 does not detect damaged metadata of its older formats, which have no checksums.
 TEST_F(VolumeTest, FileWithoutChecksumsIsRefused) {
   const fs::path path = directory_.path() / "old.h5";
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
@@ -302,7 +302,7 @@ TEST_F(RoomTest, EveryMissingPartIsNamed) {
   EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("no such file")));
 }
 
-TEST_F(RoomTest, VolumeCutShortIsNamed) {
+TEST_F(RoomTest, TruncatedVolumeIsNamed) {
   fs::resize_file(line_volume_path(room_, "x0"), fs::file_size(line_volume_path(room_, "x0")) - 1);
   EXPECT_THAT(open_error(), AllOf(HasSubstr("x0.h5"), HasSubstr("cut short")));
 }

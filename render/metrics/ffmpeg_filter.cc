@@ -11,7 +11,7 @@
 namespace raywalk::render {
 namespace {
 
-// A new directory that goes away with its contents.
+// A new directory that is removed with its contents.
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
@@ -45,7 +45,7 @@ std::string raw_input(const cv::Mat& image, const std::filesystem::path& file) {
 }
 
 std::string output_of(const std::string& command) {
-  // The command is made of our own numbers and file names.
+  // The command consists of constants and our own file names.
   FILE* pipe = popen((command + " 2>&1").c_str(), "r");  // NOLINT(cert-env33-c)
   if (pipe == nullptr) throw std::runtime_error("cannot run " + command);
   std::string output;

@@ -1,4 +1,4 @@
-// What ffmpeg's own filters say about a pair of images; for tests.
+// Metrics of a pair of images computed by ffmpeg's filters; for tests.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -24,7 +24,7 @@ cv::Mat striped_image(int base, int height) {
   return image;
 }
 
-// Beside an edge between two stripes, where alone the gradient is not 0.
+// Columns beside an edge between two stripes, the only ones with a nonzero gradient.
 bool is_at_edge(int col) { return col % kStripe == 0 || col % kStripe == kStripe - 1; }
 
 // Every pixel as a square of 2 x 2.
@@ -58,8 +58,9 @@ TEST(Fsim, DoesNotSeeBrightness) {
   EXPECT_NEAR(fsim(image, adjusted(image, 1.0, 60.0)), 1.0, 1e-9);
 }
 
-// Phase congruency does not see contrast, so of FSIM only the gradients stay. They are 0 but in the
-// two columns beside each edge, where a Scharr difference over an edge of height h is h:
+// Phase congruency does not depend on contrast, so that FSIM reduces to the gradients. They are 0
+// except in the two columns beside each edge, where a Scharr difference over an edge of height h is
+// h:
 //   FSIM = 1 - (share of the weight in those columns) (1 - (2 h g + 160) / (h^2 + g^2 + 160)).
 TEST(Fsim, ReducesToGradientSimilarityWhereOnlyTheContrastDiffers) {
   constexpr int kHeight = 40;
@@ -96,7 +97,7 @@ TEST(Fsim, IsTheClosedFormAgainstAConstantImage) {
               1e-6);
 }
 
-// Grey blocks with a fine pattern on them, in whole numbers so that any program can make them.
+// Grey blocks with a fine pattern, in integers so that any program can reproduce them.
 cv::Mat block_image(int shift, int contrast, int base, bool diagonal) {
   cv::Mat image(128, 256, CV_8UC3);
   for (int row = 0; row < image.rows; ++row) {
@@ -110,10 +111,10 @@ cv::Mat block_image(int shift, int contrast, int base, bool diagonal) {
   return image;
 }
 
-// Pins every setting of the filters. The expected value was computed apart from this library, by a
-// plain transcription of the published algorithm with its own Fourier transform. Of the tolerance,
-// 8e-5 is known: there the noise estimate counts the real part of the filters only, which leaves
-// out how far opposite directions overlap.
+// Tests every parameter of the filters. The expected value was computed independently, by a direct
+// transcription of the published algorithm with its own Fourier transform. A difference of 8e-5 is
+// known: there the noise estimate uses only the real part of the filters, which ignores the overlap
+// of opposite directions.
 TEST(Fsim, IsTheValueOfASeparateComputation) {
   EXPECT_NEAR(fsim(block_image(0, 50, 0, false), block_image(2, 40, 20, true)), 0.775065, 1.5e-4);
 }
@@ -149,8 +150,8 @@ TEST(Fsim, StaysWithinItsRangeForUnrelatedImagesOfAnySize) {
   }
 }
 
-// The seam of a panorama is no border: turning both about the vertical changes nothing. The shifts
-// are multiples of the reduction (2 at 1024x512, 3 at 1536x768).
+// The seam of a panorama is not a border: rotating both about the vertical changes nothing. The
+// shifts are multiples of the reduction (2 at 1024x512, 3 at 1536x768).
 TEST(Fsim, DoesNotDependOnWhereThePanoramaIsCut) {
   for (const cv::Size size : {cv::Size(256, 128), cv::Size(1024, 512), cv::Size(1536, 768)}) {
     const cv::Mat a = textured_image(size);
@@ -159,7 +160,7 @@ TEST(Fsim, DoesNotDependOnWhereThePanoramaIsCut) {
   }
 }
 
-// FSIM looks at images reduced to about 256 pixels: detail finer than that does not count.
+// FSIM reduces images to about 256 pixels: finer detail has no effect.
 TEST(Fsim, AveragesLargeImagesDownFirst) {
   const cv::Mat small = textured_image({512, 256});
   const cv::Mat small_blurred = blurred(small, 2.0);

@@ -1,4 +1,4 @@
-// What every metric asks of the two images it compares.
+// The requirements of every metric on the images it compares.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

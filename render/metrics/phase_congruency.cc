@@ -13,12 +13,12 @@
 namespace raywalk::render {
 namespace {
 
-// The settings of Zhang et al. 2011.
+// Parameters of Zhang et al. 2011.
 constexpr double kShortestWavelength_px = 6.0;
 constexpr double kScaleFactor = 2.0;
 constexpr double kBandwidth = 0.55;         // sigma_r over the centre frequency
 constexpr double kSpacingOverSpread = 1.2;  // orientation spacing over sigma_theta
-constexpr double kNoiseDeviations = 2.0;    // k: how far above the mean of noise a feature stands
+constexpr double kNoiseDeviations = 2.0;    // k: standard deviations above the mean of noise
 constexpr double kEpsilon = 1e-4;           // against 0/0, in 8-bit levels
 // The threshold is derived for |sum of responses|; the measure used takes |sin| off that and so is
 // smaller on noise. Kovesi found this factor by trial, and FSIM's published values were made with
@@ -70,8 +70,8 @@ cv::Mat angular_window(cv::Size size, double direction_rad, double sigma_rad) {
   });
 }
 
-// Fourier transform without its mean, which no filter lets through and which would only leave
-// rounding errors on flat images.
+// Fourier transform without the mean, which no filter passes and which would only leave rounding
+// errors on flat images.
 cv::Mat spectrum_of(const cv::Mat& grey) {
   cv::Mat spectrum;
   cv::dft(grey - cv::mean(grey), spectrum, cv::DFT_COMPLEX_OUTPUT);
@@ -134,7 +134,7 @@ cv::Mat PhaseCongruency::operator()(const cv::Mat& grey) const {
 // their sum, the mean phase: a scale that is off the mean phase by delta_n contributes
 //   A_n (cos delta_n - |sin delta_n|) = R_n . u - |R_n x u|,
 // which falls off linearly around agreement, where the cosine alone would not (Kovesi's sharper
-// measure). What noise would reach is taken off the sum, and what is then negative counts as 0.
+// measure). The noise threshold is subtracted from the sum; negative results count as 0.
 void PhaseCongruency::add_orientation(const cv::Mat& spectrum, int orientation, cv::Mat* energy,
                                       cv::Mat* amplitude) const {
   std::array<cv::Mat, kScales> responses;
@@ -160,15 +160,15 @@ void PhaseCongruency::add_orientation(const cv::Mat& spectrum, int orientation, 
   }
 }
 
-// The energy that noise alone would reach: mean plus k standard deviations, as Kovesi derives it.
+// The energy of noise alone: mean plus k standard deviations, as Kovesi derives it.
 //
 // White noise of power s^2 per bin passes a filter G with mean square s^2 sum G^2 / N^2 (Parseval),
 // and the sum of the responses over the scales with s^2 sum (sum_n G_n)^2 / N^2: their ratio
-// depends on the filters only. The finest scale sees mostly noise, features being sparse. A complex
-// Gaussian response has an exponentially distributed square, whose median is ln 2 times its mean,
-// and the median does not mind the features; it gives the mean square of the finest scale, and with
-// the ratio that of the sum, E^2. The magnitude of the sum is then Rayleigh distributed with 2
-// tau^2 = E^2, mean tau sqrt(pi / 2) and standard deviation tau sqrt(2 - pi / 2).
+// depends on the filters only. The finest scale sees mostly noise, features being sparse. The
+// square of a complex Gaussian response is exponentially distributed; its median is ln 2 times its
+// mean and robust against features. It gives the mean square of the finest scale and, with the
+// ratio, that of the sum, E^2. The magnitude of the sum is then Rayleigh distributed with 2 tau^2 =
+// E^2, mean tau sqrt(pi / 2) and standard deviation tau sqrt(2 - pi / 2).
 double PhaseCongruency::noise_threshold(const cv::Mat& finest_response, int orientation) const {
   cv::Mat all_scales = cv::Mat::zeros(size_, CV_64FC1);
   for (const cv::Mat& filter : radial_) all_scales += filter;

@@ -1,6 +1,6 @@
 // Phase congruency: how far the Fourier components of an image agree in phase at a pixel, whatever
-// their strength. It is what FSIM weighs pixels by: high at steps, lines and corners, 0 on flat
-// ground.
+// their strength. FSIM uses it as the weight of a pixel: high at steps, lines and corners, 0 in
+// flat regions.
 //
 // Kovesi's measure (Image Features from Phase Congruency, Videre 1(3), 1999) with the settings of
 // FSIM (Zhang, Zhang, Mou, Zhang, IEEE Transactions on Image Processing 20(8), 2011): log-Gabor
@@ -20,7 +20,7 @@ class PhaseCongruency {
   explicit PhaseCongruency(cv::Size size);
 
   // `grey` is CV_64FC1 of the size given, in 8-bit levels (0..255). Returns CV_64FC1 in [0, 1]. The
-  // image counts as periodic in both directions, as the Fourier transform takes it: true for the
+  // image is treated as periodic in both directions, as the Fourier transform does: true for the
   // longitude of a panorama, an assumption for its latitude. Throws Error for another size or type.
   cv::Mat operator()(const cv::Mat& grey) const;
 

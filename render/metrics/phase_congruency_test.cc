@@ -72,14 +72,14 @@ TEST(PhaseCongruency, DoesNotSeeBrightnessOrContrast) {
   const cv::Mat expected = congruency(image);
   EXPECT_GT(cv::norm(expected, cv::NORM_INF), 0.5);
   EXPECT_LT(max_difference(congruency(image + 40.0), expected), 1e-9);
-  // Only epsilon (1e-4 levels) knows a scale.
+  // Only epsilon (1e-4 levels) depends on scale.
   EXPECT_LT(max_difference(congruency(0.5 * image), expected), 1e-3);
 }
 
 TEST(PhaseCongruency, SuppressesNoise) {
   cv::Mat noise(128, 256, CV_64FC1);
   cv::RNG(3).fill(noise, cv::RNG::NORMAL, 128.0, 10.0);
-  // A clean step reaches 0.97; what noise leaves above its own threshold stays far below.
+  // A clean step reaches 0.97; noise above its own threshold stays far below.
   EXPECT_LT(cv::mean(PhaseCongruency(noise.size())(noise))[0], 0.05);
 }
 

@@ -1,9 +1,8 @@
 // Peak signal-to-noise ratio over the three colour channels, plain and weighted by solid angle.
 //
-// Images are CV_8UC3 of equal size (any channel order: the channels count alike). A mask is empty
-// (every pixel counts) or CV_8UC1 of the images' size, and the pixels where it is not 0 count. All
-// functions throw Error otherwise, also for empty images, and where a mask selects no pixel, for
-// which there is no mean.
+// Images are CV_8UC3 of equal size (any channel order: all channels have the same weight). A mask
+// is empty (every pixel counts) or CV_8UC1 of the images' size; pixels where it is not 0 count. All
+// functions throw Error otherwise, for empty images, and for a mask that selects no pixel.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -98,8 +98,8 @@ TEST(Psnr, IsTheClosedFormForAUniformError) {
   EXPECT_NEAR(ws_psnr_db(a, b), expected_db, 1e-12);
 }
 
-// ffmpeg prints 6 decimals, and its average over the planes is computed in double like ours: half a
-// unit of the last decimal is all that may lie between.
+// ffmpeg prints 6 decimals and averages over the planes in double like this function: the
+// difference is at most half a unit of the last decimal.
 TEST(Psnr, AgreesWithFfmpegOverRgb) {
   constexpr double kTolerance_db = 1e-6;
   const cv::Mat image = textured_image({512, 256});
@@ -117,7 +117,7 @@ TEST(Psnr, AgreesWithFfmpegOverRgb) {
   }
 }
 
-// An error in one channel only: a metric on luma, or on one plane, would say something else.
+// An error in one channel only: a metric on luma or on one plane would give another value.
 TEST(Psnr, CountsTheChannelsAlikeAsFfmpegDoes) {
   const cv::Mat a = flat_image({64, 32}, {100, 100, 100});
   const double expected_db = 10.0 * std::log10(255.0 * 255.0 / (36.0 / 3.0));

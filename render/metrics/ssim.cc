@@ -14,8 +14,8 @@ constexpr int kBlock = 2 * kCell;       // pixels
 constexpr double kN = kBlock * kBlock;  // samples of a block
 
 // ffmpeg holds both constants as integers, scaled like the sums they are added to, C1 by 64 and C2
-// by 64 * 63: 6.5025 * 64 = 416.16 and 58.5225 * 64 * 63 = 235962.72, rounded. The sums that meet
-// C1 are products of two block sums and so carry 64^2; hence the effective C1 of ssim.h.
+// by 64 * 63: 6.5025 * 64 = 416.16 and 58.5225 * 64 * 63 = 235962.72, rounded. The sums that C1 is
+// added to are products of two block sums and so carry 64^2; hence the effective C1 of ssim.h.
 constexpr double kScaledC1 = 416.0;
 constexpr double kScaledC2 = 235963.0;
 

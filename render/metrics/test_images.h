@@ -1,4 +1,4 @@
-// Images for the tests of the metrics. All are CV_8UC3 and the same at every run.
+// Images for the tests of the metrics. All are CV_8UC3 and deterministic.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -13,7 +13,7 @@ cv::Mat noisy(const cv::Mat& image, double deviation, int seed = 1);
 cv::Mat blurred(const cv::Mat& image, double sigma_px);
 // Multiplied by gain, offset added, rounded and cut off at 0 and 255.
 cv::Mat adjusted(const cv::Mat& image, double gain, double offset);
-// Turned about the vertical: columns move to the right and come back in on the left.
+// Rotated about the vertical: columns move to the right and wrap around.
 cv::Mat rolled(const cv::Mat& image, int columns);
 
 }  // namespace raywalk::render

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::render {
@@ -17,17 +16,13 @@ namespace fs = std::filesystem;
 
 constexpr double kSamePlace_m = 1e-3;
 
-// The method that depth.json names; "estimated" where it is not there to tell.
+// The method in depth.json; "estimated" where there is no depth.json.
 std::string estimation_method(const fs::path& room) {
   const fs::path file = room / "depth.json";
   if (!fs::exists(file)) return "estimated";
-  try {
-    return nlohmann::json::parse(read_file(file)).at("method").get<std::string>();
-  } catch (const nlohmann::json::exception&) {
-    throw Error(file.string() +
-                ": not as raywalk-build-lf depth writes it; estimate the room's "
-                "distances again, or remove it");
-  }
+  return CheckedJson::read(file, "estimate the room's distances again, or remove it")
+      .at("method")
+      .text();
 }
 
 Eigen::Vector3d place_on(const Line& line, double along_m) {
@@ -87,7 +82,7 @@ void require_same_lines(const Room& room, const Room& other) {
   const std::vector<Line>& lines = room.grid().lines;
   const std::vector<Line>& others = other.grid().lines;
   const auto refuse = [&](const std::string& how) {
-    throw Error(fmt::format("{}: {} {}; --also takes the same place packed otherwise",
+    throw Error(fmt::format("{}: {} {}; --also needs another room of the same place",
                             other.directory().string(), how, room.directory().string()));
   };
   if (lines.size() != others.size()) {

@@ -12,22 +12,23 @@
 
 namespace raywalk::render {
 
-// What depth_name says of a room without distances.
+// depth_name() of a room without distances.
 inline constexpr const char* kNoDepth = "none";
 
-// Where a room's distances come from and how wide its maps are: "given, 512 px", "sweep, 1024 px"
-// (the method that depth.json names), kNoDepth.
+// The source of a room's distances and the width of its maps: "given, 512 px", "sweep, 1024 px"
+// (the method in depth.json), kNoDepth.
 std::string depth_name(const Room& room);
 
-// The truths' pictures, to be rendered from `room`; at most `most` of them, spread evenly over the
-// distance from the line. Throws Error where a picture cannot be read, or two differ in width.
+// The views of at most `most` truths, spread evenly over the distance from the line, to be rendered
+// from `room`. Throws Error where a picture cannot be read, or two differ in width.
 std::vector<TradeView> captured_views(const Room& room, const std::vector<TruthView>& truths,
                                       std::size_t most);
 
-// The views to be rendered from another room of the same place.
+// The same views, to be rendered from another room of the same place.
 TradeRoom trade_room(const Room& room, std::span<const TradeView> views);
 
-// Throws Error unless the lines of both rooms begin and end at the same places within a millimetre.
+// Throws Error unless the lines of both rooms begin and end at the same positions within a
+// millimetre.
 void require_same_lines(const Room& room, const Room& other);
 
 }  // namespace raywalk::render

@@ -35,12 +35,12 @@ class CapturedViewsTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(CapturedViewsTest, DepthIsNamedByWhereItComesFromAndItsWidth) {
+TEST_F(CapturedViewsTest, DepthIsNamedBySourceAndWidth) {
   EXPECT_EQ(depth_name(room("given.lf", {.width = 64, .distance_width = 32})), "given, 32 px");
   EXPECT_EQ(depth_name(room("bare.lf", {.width = 64, .distances = false})), kNoDepth);
 }
 
-TEST_F(CapturedViewsTest, TheSamePlaceMayBeStoredOtherwiseButNotElsewhere) {
+TEST_F(CapturedViewsTest, OtherRoomsMustHaveTheSameLines) {
   const Room main = room("room.lf", {.width = 64});
   require_same_lines(main, room("thin.lf", {.spacing_m = 0.25, .width = 32, .distances = false}));
   const auto error = [&](const Room& other) {

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
 
 #include "core/base/child_process.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::render {
@@ -25,7 +25,7 @@ bool estimated(const Room& room) {
   return false;
 }
 
-// What depth.json tells of a run, as far as it decides what the distances are.
+// The settings in depth.json that determine the distances.
 struct DepthRun {
   std::string method{};
   int width = 0;
@@ -36,18 +36,16 @@ struct DepthRun {
 };
 
 DepthRun read_depth_run(const fs::path& file) {
-  try {
-    const auto json = nlohmann::json::parse(read_file(file));
-    return {json.at("method"), json.at("width"), json.value("every", 0), json.value("hold_out", 0),
-            json.value("valid_mask", "")};
-  } catch (const nlohmann::json::exception&) {
-    throw Error(file.string() +
-                ": does not tell how distances were estimated; run raywalk-build-lf depth again");
-  }
+  const auto json = CheckedJson::read(file, "run raywalk-build-lf depth again");
+  return {.method = json.at("method").text(),
+          .width = json.at("width").integer(),
+          .every = json.has("every") ? json.at("every").integer() : 0,
+          .hold_out = json.has("hold_out") ? json.at("hold_out").integer() : 0,
+          .valid_mask = json.has("valid_mask") ? json.at("valid_mask").text() : ""};
 }
 
-// Whether what is there was estimated in this way, after the room's own distances.
-bool estimated_so(const fs::path& directory, const DepthRun& wanted, const fs::path& own) {
+// Whether the distances there were estimated with these settings, and after the room's own.
+bool estimated_with(const fs::path& directory, const DepthRun& wanted, const fs::path& own) {
   std::error_code error;
   const fs::path report = directory / "depth.json";
   if (!fs::exists(report, error) || !fs::exists(distances_directory(directory), error)) {
@@ -71,8 +69,8 @@ void estimate(const fs::path& room, const DepthRun& run) {
   ChildProcess depth(program, arguments, log);
   const int status = depth.wait();
   if (succeeded(status)) return;
-  throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(), ending_of(status),
-                          log.string()));
+  throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(),
+                          describe_failure(status), log.string()));
 }
 
 cv::Mat frame_of(const LineVolume& volume, int station) {
@@ -114,7 +112,7 @@ PlanPoint viewpoint_of(const Room& room, const Candidate& candidate) {
   return {position_m.x(), position_m.z()};
 }
 
-// Where a view can be rendered: not on what reaches beyond the cells.
+// Whether a view can be rendered there: not on an overhang beyond the cells.
 std::vector<Candidate> candidates_of(const Room& room, int every) {
   std::vector<Candidate> candidates;
   const auto held_out = held_out_stations(room.grid(), every);
@@ -132,15 +130,14 @@ std::vector<Candidate> candidates_of(const Room& room, int every) {
 }  // namespace
 
 Room room_without_held_out(const Room& room, int every) {
-  if (every < 2)
-    throw UsageError("--held-out: give 2 or more: one of so many stations is left out");
-  Room part = room.subset(all_but(room.grid(), held_out_stations(room.grid(), every)));
+  if (every < 2) throw UsageError("--held-out must be at least 2: every n-th station is left out");
+  Room part = room.subset(stations_except(room.grid(), held_out_stations(room.grid(), every)));
   if (!estimated(room)) return part;
   const fs::path own = room.directory() / "depth.json";
   DepthRun run = read_depth_run(own);
   run.hold_out = every;
   const fs::path directory = held_out_directory(room.directory());
-  if (!estimated_so(directory, run, own)) estimate(room.directory(), run);
+  if (!estimated_with(directory, run, own)) estimate(room.directory(), run);
   return part.with_distances(distances_directory(directory));
 }
 

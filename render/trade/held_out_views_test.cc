@@ -18,6 +18,8 @@ namespace raywalk::render {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
 
@@ -61,10 +63,12 @@ TEST_F(HeldOutViewsTest, TheRoomLacksTheStations) {
   EXPECT_EQ(names.size(), held_out.views.size());
 }
 
-TEST_F(HeldOutViewsTest, TruthsAreWhatWasCaptured) {
+TEST_F(HeldOutViewsTest, TruthsAreTheCapturedFrames) {
   const SyntheticRoomSpec spec = some_spec();
   const Room room = room_of(spec);
-  for (const TradeView& view : held_out_views(room, 5, 3).views) {
+  const HeldOutViews held_out = held_out_views(room, 5, 3);
+  EXPECT_THAT(held_out.views, Not(IsEmpty()));
+  for (const TradeView& view : held_out.views) {
     EXPECT_EQ(cv::norm(view.truth, render_truth(spec, view.viewpoint, spec.width), cv::NORM_INF),
               0.0);
     EXPECT_TRUE(view.mask.empty());
@@ -98,14 +102,16 @@ TEST_F(HeldOutViewsTest, MaskedPixelsAreNotCompared) {
   SyntheticRoomSpec spec = some_spec();
   spec.companion = CameraCompanion{
       .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
-  for (const TradeView& view : held_out_views(room_of(spec), 4, 2).views) {
+  const HeldOutViews held_out = held_out_views(room_of(spec), 4, 2);
+  EXPECT_THAT(held_out.views, Not(IsEmpty()));
+  for (const TradeView& view : held_out.views) {
     ASSERT_EQ(view.mask.size(), view.truth.size());
     EXPECT_EQ(view.mask.at<std::uint8_t>(0, 5), 255);
     EXPECT_EQ(view.mask.at<std::uint8_t>(view.mask.rows - 1, 5), 0);
   }
 }
 
-TEST_F(HeldOutViewsTest, WhatCannotBeHeldOutIsRefused) {
+TEST_F(HeldOutViewsTest, ImpossibleHoldOutsAreRejected) {
   const Room room = room_of(some_spec());
   EXPECT_THROW(held_out_views(room, 1, 4), UsageError);
   EXPECT_THROW(held_out_views(room, 0, 4), UsageError);

@@ -14,9 +14,9 @@
 namespace raywalk::render {
 namespace {
 
-constexpr double kClockStep_s = 1.0 / CLOCKS_PER_SEC;  // no processor time is told finer
+constexpr double kClockStep_s = 1.0 / CLOCKS_PER_SEC;  // resolution of std::clock
 
-// Sets how many threads are used for as long as it lives.
+// Sets the number of threads in use during its lifetime.
 class ThreadsInUse {
  public:
   explicit ThreadsInUse(int threads) : before_(thread_count()) { set_thread_count(threads); }
@@ -28,7 +28,7 @@ class ThreadsInUse {
   int before_;
 };
 
-// One renderer for each room that views are rendered from.
+// One renderer for each room of the views.
 class Renderers {
  public:
   explicit Renderers(const TradeSetting& setting) : options_(setting.mode.options) {}
@@ -46,7 +46,7 @@ class Renderers {
 
 void measure_memory(const TradeSetting& setting, const TradeView& view,
                     TradeMeasurement* measured) {
-  // Opened anew none of its pages are mapped.
+  // A newly opened room has no pages mapped.
   const Room room = Room::open(view.room->directory());
   Renderer renderer(room, setting.mode.options);
   release_free_memory();
@@ -91,7 +91,7 @@ void measure_times(const TradeSetting& setting, std::span<const TradeView> views
   measured->cpu_ratio = median(cpu_ratios);
 }
 
-// Rendered as it is to be scored: as large as its truth.
+// Rendered for scoring: at the size of its truth.
 cv::Mat picture(Renderer* renderer, const TradeView& view) {
   const RenderedView rendered = renderer->render(view.viewpoint);
   if (rendered.image.size() == view.truth.size()) return rendered.image;

@@ -19,7 +19,7 @@ std::vector<bool> pareto_front(std::span<const TradePoint> points) {
     return points[a].gain > points[b].gain;
   });
   std::vector<bool> front(points.size(), false);
-  // The one with the most gain of all that cost no more than those looked at so far.
+  // The point of largest gain among those of no larger cost.
   TradePoint best{0.0, -std::numeric_limits<double>::infinity()};
   for (const std::size_t i : order) {
     const bool equal = points[i].gain == best.gain && points[i].cost == best.cost;

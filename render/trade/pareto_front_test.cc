@@ -17,7 +17,7 @@ bool beats(const TradePoint& a, const TradePoint& b) {
 }
 
 // Whole numbers in a small range, so that many points are equal in one or both.
-TEST(ParetoFront, IsWhatNoOtherPointBeats) {
+TEST(ParetoFront, HoldsThePointsThatNoOtherDominates) {
   std::mt19937 random(7);
   for (int round = 0; round < 300; ++round) {
     std::uniform_int_distribution<int> count(1, 40), value(0, 2 + round % 20);
@@ -35,7 +35,7 @@ TEST(ParetoFront, IsWhatNoOtherPointBeats) {
   }
 }
 
-TEST(ParetoFront, WhatIsNotFiniteIsNeverOnIt) {
+TEST(ParetoFront, NeverHoldsPointsThatAreNotFinite) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::vector<TradePoint> points{

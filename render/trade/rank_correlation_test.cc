@@ -39,7 +39,7 @@ TEST(RankCorrelationTest, OnlyTheOrderCounts) {
   EXPECT_DOUBLE_EQ(rank_correlation(a, std::vector<double>{4.0, 3.0, 2.0, -1e300}), -1.0);
 }
 
-TEST(RankCorrelationTest, WithoutAnOrderThereIsNone) {
+TEST(RankCorrelationTest, IsNanWithoutAnOrder) {
   EXPECT_TRUE(std::isnan(rank_correlation(std::vector<double>{}, std::vector<double>{})));
   EXPECT_TRUE(std::isnan(rank_correlation(std::vector<double>{1.0}, std::vector<double>{2.0})));
   EXPECT_TRUE(

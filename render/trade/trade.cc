@@ -13,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
 #include "core/files/sha256.h"
 #include "core/room/requirements.h"
 #include "core/room/room_fingerprint.h"
@@ -43,12 +44,7 @@ std::string cpu_name() {
   return "unknown";
 }
 
-std::string pixels_sha256(const cv::Mat& picture) {
-  const cv::Mat rows = picture.isContinuous() ? picture : picture.clone();
-  return sha256_hex(std::as_bytes(std::span(rows.data, rows.total() * rows.elemSize())));
-}
-
-// Changes when anything does that measurements depend on, but for the settings.
+// A key of everything that measurements depend on, except the settings.
 std::string fingerprint_of(const TradeInput& input) {
   std::string text = fmt::format("{} {} {} {} {}\n", input.sweep, input.truth, input.repetitions,
                                  thread_count(), cpu_name());
@@ -57,9 +53,9 @@ std::string fingerprint_of(const TradeInput& input) {
   views.insert(views.end(), input.held_out.begin(), input.held_out.end());
   for (const TradeView& view : views) {
     text += fmt::format("{} {} {} {} {}\n", view.name, view.viewpoint.x_m, view.viewpoint.z_m,
-                        pixels_sha256(view.truth), pixels_sha256(view.mask));
+                        sha256_of_pixels(view.truth), sha256_of_pixels(view.mask));
   }
-  return sha256_hex(std::as_bytes(std::span(text)));
+  return sha256_hex(text);
 }
 
 std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs::path& file) {
@@ -87,7 +83,7 @@ std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs:
   return settings;
 }
 
-// Generations, one mode of each, and limit angles that settings of a room have.
+// The generations (one mode of each) and the limit angles of a room's settings.
 struct ConnectionsOfRoom {
   std::vector<ViewMode> modes{};
   std::set<double> k_list_deg{};
@@ -116,8 +112,8 @@ void give_connection_error(const ConnectErrorRow& row, std::size_t room,
   }
 }
 
-// The connection error of every room at each generation and k that its settings have; the other
-// dials hardly change it.
+// The connection error of every room at each generation and k of its settings; the other parameters
+// hardly change it.
 void measure_connections(const TradeInput& input, std::vector<MeasuredSetting>* settings) {
   for (std::size_t room = 0; room < input.rooms.size(); ++room) {
     const ConnectionsOfRoom wanted = connections_of(*settings, room);
@@ -142,7 +138,7 @@ void prepare_report(const fs::path& report, const fs::path& room) {
   }
 }
 
-// Opened rooms stay where they are while views refer to them.
+// A list, because views keep references to the rooms.
 std::list<Room> open_others(const Room& room, const std::vector<fs::path>& directories) {
   std::list<Room> rooms;
   for (const fs::path& directory : directories) {
@@ -152,8 +148,8 @@ std::list<Room> open_others(const Room& room, const std::vector<fs::path>& direc
   return rooms;
 }
 
-// A second room of the same width and depth is told from the first by where it lies.
-void tell_apart(std::vector<TradeRoom>* rooms) {
+// A room of the same width and depth as another is distinguished by its directory.
+void make_depths_unique(std::vector<TradeRoom>* rooms) {
   std::set<std::pair<int, std::string>> known;
   for (TradeRoom& room : *rooms) {
     const int width_px = room.room->panorama().width;
@@ -166,14 +162,14 @@ void tell_apart(std::vector<TradeRoom>* rooms) {
 std::string agreement_text(const Trade& trade) {
   const RankAgreement agreement = rank_agreement(trade.settings);
   return fmt::format(
-      "held-out stations put the settings in the order of the truth with a rank correlation of "
+      "rank correlation of held-out stations with the truth over the settings: "
       "{:.3f} (PSNR), {:.3f} (WS-PSNR), {:.3f} (SSIM), {:.3f} (FSIM)\n",
       agreement.psnr_db, agreement.ws_psnr_db, agreement.ssim, agreement.fsim);
 }
 
 std::string summary_of(const Trade& trade, const fs::path& report) {
   std::string text = fmt::format("{:>8}  {:>7}  {:>8}  {:>6}  {}\n", "ms", "x remap", "PSNR dB",
-                                 "SSIM", "settings that no other beats");
+                                 "SSIM", "settings on the Pareto front");
   for (const std::size_t i : psnr_front(trade)) {
     const MeasuredSetting& setting = trade.settings[i];
     const TradeMeasurement& measured = setting.measured;
@@ -189,14 +185,13 @@ std::string summary_of(const Trade& trade, const fs::path& report) {
   for (const TradedRoom& room : trade.rooms) {
     if (room.depth != kNoDepth) continue;
     text += room.directory +
-            ": no distances, so only initial settings were swept; estimate them "
+            ": no distances, so only initial views were measured; estimate distances "
             "with raywalk-build-lf depth\n";
   }
   return text + (report / "index.html").string();
 }
 
-// Presets are settings like others, on all threads and at the truths' width; those that the sweep
-// does not have are added.
+// Presets use all threads and the truths' width; those that are not in the sweep are added to it.
 void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, TradeInput* input) {
   for (const NamedMode& preset : presets) {
     TradeSetting setting{.name = "preset " + preset.name,
@@ -206,7 +201,7 @@ void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, T
                          .depth = input->rooms.front().depth};
     setting.mode.options.width = base.width_px;
     const auto alike = std::ranges::find_if(input->settings, [&](const TradeSetting& other) {
-      return dials_of(other) == dials_of(setting);
+      return parameters_of(other) == parameters_of(setting);
     });
     const auto index = static_cast<std::size_t>(alike - input->settings.begin());
     if (alike == input->settings.end()) input->settings.push_back(setting);
@@ -239,7 +234,7 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
     trade.settings = measure_settings(input, partial);
     measure_connections(input, &trade.settings);
   } catch (const Interrupted&) {
-    throw Interrupted("interrupted; the same command goes on with the settings that are left");
+    throw Interrupted("interrupted; the same command resumes with the remaining settings");
   }
   std::vector<double> remap_ms;
   for (const MeasuredSetting& setting : trade.settings) {
@@ -265,10 +260,11 @@ std::string write_trade(const TradeInput& input, const fs::path& report) {
 
 std::string trade(const Room& room, const TradeOptions& options) {
   if (options.truth.empty() && options.held_out == 0) {
-    throw UsageError("give true views with --truth, or --held-out to do without");
+    throw UsageError("give true views with --truth, or use stations as true views with --held-out");
   }
   if (options.held_out > 0 && !options.also.empty()) {
-    throw UsageError("--held-out renders the stations of one room; give --also with --truth alone");
+    throw UsageError(
+        "--held-out renders stations of one room; --also needs --truth without --held-out");
   }
   const std::list<Room> others = open_others(room, options.also);
   std::vector<TradeView> views;
@@ -295,7 +291,7 @@ std::string trade(const Room& room, const TradeOptions& options) {
     input.held_out = held_out.views;
   }
   for (const Room& other : others) input.rooms.push_back(trade_room(other, views));
-  tell_apart(&input.rooms);
+  make_depths_unique(&input.rooms);
   const SweepBase base{.centres = options.centres,
                        .rooms = input.rooms,
                        .width_px = input.rooms.front().views.front().truth.cols,

@@ -1,5 +1,5 @@
-// The work of `raywalk-render trade`: many settings of the dials of rendering, each measured
-// against ground truth, and which of them are worth having.
+// The work of `raywalk-render trade`: measures many settings of the rendering parameters against
+// ground truth and finds the Pareto front of time and accuracy.
 #pragma once
 
 #include <filesystem>
@@ -16,18 +16,18 @@
 
 namespace raywalk::render {
 
-// A ready-made setting for the room.
+// A preset for the room.
 struct NamedMode {
   std::string name{};
-  std::string reason{};  // why it is as it is, in words
+  std::string reason{};  // explanation for the user
   ViewMode mode{};
 };
 
 struct TradeOptions {
   std::filesystem::path truth{};              // gt.csv; empty: held-out stations are the truth
-  int held_out = 0;                           // one of so many stations is rendered again; 0: none
-  std::filesystem::path report{};             // directory, made if it is missing
-  std::vector<std::filesystem::path> also{};  // the same place packed otherwise
+  int held_out = 0;                           // every n-th station is held out; 0 disables
+  std::filesystem::path report{};             // directory, created if it is missing
+  std::vector<std::filesystem::path> also{};  // other rooms of the same place
   bool full = false;
   int repetitions = 3;
   // The central setting of every generation that the room can be rendered in.
@@ -35,33 +35,34 @@ struct TradeOptions {
   std::vector<NamedMode> presets{};
 };
 
-// What is measured, whatever its truths come from.
+// What is measured, for captured and held-out truths alike.
 struct TradeInput {
-  std::vector<TradeRoom> rooms{};  // the one that the trade is about first; at least one view each
-  std::string truth{};             // where the truths come from, for the report
+  std::vector<TradeRoom> rooms{};  // the room under test first; at least one view each
+  std::string truth{};             // the source of the truths, for the report
   std::string sweep = "quick";     // "quick" or "full"
   std::vector<TradeSetting> settings{};
-  std::vector<TradeView> held_out{};    // scored besides the rooms' views, where there are any
+  std::vector<TradeView> held_out{};    // scored in addition to the rooms' views; may be empty
   std::vector<TradedPreset> presets{};  // among the settings
   int repetitions = 3;
   int connect_viewpoints = 5;  // per side of a cell, for e_connect
 };
 
-// Measures every setting. What is finished is kept in `partial`, and what is there already from the
-// same input is not measured again; the file stays (write_trade's caller removes it). Prints
-// progress. Throws Error where `partial` is damaged or belongs to another input; Interrupted.
+// Measures every setting. Finished settings are stored in the file `partial`; those already there
+// for the same input are not measured again. The file is not removed (write_trade's caller does
+// that). Prints progress. Throws Error where `partial` is damaged or belongs to another input;
+// Interrupted.
 Trade measure_trade(const TradeInput& input, const std::filesystem::path& partial);
 
-// Where a room keeps the last trade that was measured on it, a copy of trade.json.
+// The room's copy of the trade.json that was last measured on it.
 std::filesystem::path trade_path(const std::filesystem::path& room);
 
-// Measures, and writes `report`/trade.json, trade.csv and index.html, each complete when it
-// appears; and trade_path() of the first room.
+// Measures, and writes `report`/trade.json, trade.csv and index.html (each atomically) and
+// trade_path() of the first room. Returns a summary for the user.
 std::string write_trade(const TradeInput& input, const std::filesystem::path& report);
 
-// Reads or renders around the truths, opens the rooms, checks that the report can be written, and
-// does the above. Returns what to tell the user. Throws Error before any rendering where the input
-// or the report's place is wrong.
+// Reads the truths, opens the rooms, checks that the report can be written, then measures and
+// writes as above. Returns a summary for the user. Throws Error before any rendering where the
+// input is wrong or the report cannot be written.
 std::string trade(const Room& room, const TradeOptions& options);
 
 }  // namespace raywalk::render

@@ -22,7 +22,7 @@ ordered_json json_of(const TradeFronts& fronts) {
 
 ordered_json json_of(const MeasuredSetting& setting) {
   ordered_json json{{"name", setting.setting.name}};
-  json.update(dials_of(setting.setting));
+  json.update(parameters_of(setting.setting));
   json.update(json_of(setting.measured));
   json["pareto"] = json_of(setting.pareto);
   return json;
@@ -44,7 +44,7 @@ ordered_json json_of(const TradedRoom& room) {
           {"depth", room.depth}};
 }
 
-// A room's name may be of any bytes; what is not UTF-8 is replaced.
+// A room's name may contain any bytes; invalid UTF-8 is replaced.
 std::string text_of(const ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -58,7 +58,7 @@ std::string csv_field(const ordered_json& value) {
   return quoted + "\"";
 }
 
-// The setting without nesting: pareto.ssim is pareto_ssim.
+// The setting without nesting: pareto.ssim becomes pareto_ssim.
 ordered_json flattened(const ordered_json& setting) {
   ordered_json flat;
   for (const auto& [key, value] : setting.items()) {
@@ -83,7 +83,7 @@ ordered_json json_of(const TradeMeasurement& measured) {
   const auto held_out = [&](double ViewScores::*score) {
     return measured.held_out ? ordered_json((*measured.held_out).*score) : nullptr;
   };
-  // Not-a-number would become null in the text only.
+  // nlohmann::json turns NaN into null only when the text is written.
   return {
       {"ms", measured.ms},
       {"ratio", measured.ratio},

@@ -1,4 +1,4 @@
-// What a trade has measured, for programs to read.
+// Results of a trade as JSON and CSV.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,15 +8,15 @@
 
 namespace raywalk::render {
 
-// trade.json, as README.md lists its keys. A value that was not measured is null.
+// trade.json; README.md lists its keys. A value that was not measured is null.
 std::string trade_json(const Trade& trade);
 
 // trade.csv: one row per setting, with the numbers of trade.json under the same names; the fronts
-// are columns pareto_psnr_db, ... of 0 and 1. What is null there is empty.
+// are columns pareto_psnr_db, ... of 0 and 1. A value that is null in trade.json is empty here.
 std::string trade_csv(const Trade& trade);
 
-// A measurement by the names of trade.json, and back; throws nlohmann::json::exception for anything
-// else.
+// A measurement with the keys of trade.json, and back; throws nlohmann::json::exception for
+// malformed JSON.
 nlohmann::ordered_json json_of(const TradeMeasurement& measured);
 TradeMeasurement measurement_from(const nlohmann::ordered_json& json);
 

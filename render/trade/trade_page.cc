@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/report/html_page.h"
+#include "core/report/markup.h"
 #include "core/report/svg_plot.h"
 #include "render/trade/captured_views.h"
 #include "render/trade/trade_plot.h"
@@ -20,12 +21,12 @@ namespace {
 constexpr const char* kNotMeasured = "–";
 constexpr const char* kFrontAnchor = "front";
 
-// Something measured as tables show it.
+// A measured quantity as a table column.
 struct Column {
   const char* heading;  // with unit
   double (*value)(const TradeMeasurement&);
-  int decimals;    // that carry meaning
-  bool in_tables;  // and not only with the setting
+  int decimals;    // significant ones
+  bool in_tables;  // else shown with the setting only
 };
 
 constexpr std::array kColumns{
@@ -42,10 +43,6 @@ constexpr std::array kColumns{
     Column{"touched / MB",
            [](const TradeMeasurement& m) { return m.touched_mb.value_or(std::nan("")); }, 1,
            false}};
-
-std::string number(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : kNotMeasured;
-}
 
 HtmlCell name_cell(const Trade& trade, std::size_t index) {
   return {.text = fmt::format("{} · {}", index + 1, trade.settings[index].setting.name),
@@ -73,9 +70,9 @@ void add_headline(const Trade& trade, const std::vector<std::size_t>& front, Htm
 void add_front(const Trade& trade, const std::vector<std::size_t>& front, HtmlPage* page) {
   page->add_section("The front", kFrontAnchor);
   page->add_paragraph(
-      "Each point is a setting of all dials; a click leads to its dials, its scores and its error "
-      "picture. Filled and numbered: no other setting is faster and more accurate. Up and to the "
-      "left is better. The time is in units of one cv::remap of a panorama of the truths' size, "
+      "Each point is a setting of all parameters; click it for its parameters, scores and error "
+      "picture. Filled and numbered: no other setting is both faster and more accurate. Up and to "
+      "the left is better. Time is in units of one cv::remap of a panorama of the truths' size, "
       "run "
       "alternately with the views.");
   page->add_figures({svg_figure(trade_plot(trade), "")});
@@ -87,7 +84,7 @@ void add_front(const Trade& trade, const std::vector<std::size_t>& front, HtmlPa
     std::vector<HtmlCell> row{name_cell(trade, i)};
     for (const Column& column : kColumns) {
       if (!column.in_tables) continue;
-      row.push_back({number(column.value(trade.settings[i].measured), column.decimals)});
+      row.push_back({number_or_dash(column.value(trade.settings[i].measured), column.decimals)});
     }
     table.rows.push_back(std::move(row));
   }
@@ -102,12 +99,12 @@ void add_presets(const Trade& trade, HtmlPage* page) {
   if (trade.presets.empty()) return;
   page->add_section("Presets");
   page->add_paragraph(
-      "Ready-made settings, by rules over the room's own distances, spacing and width: --preset.");
+      "Settings derived from the room's own distances, spacing and width: --preset.");
   HtmlTable table{.header = {"preset", "setting", "time / ms", "time / remap", "PSNR / dB", "SSIM",
                              "slower than the front"}};
   for (const TradedPreset& preset : trade.presets) {
     const TradeMeasurement& measured = trade.settings[preset.setting].measured;
-    // How much faster a setting is that is no less accurate.
+    // The fastest setting of at least the same PSNR.
     double least = measured.ratio;
     for (const MeasuredSetting& other : trade.settings) {
       if (other.measured.scores.psnr_db < measured.scores.psnr_db) continue;
@@ -115,10 +112,10 @@ void add_presets(const Trade& trade, HtmlPage* page) {
     }
     table.rows.push_back({{preset.name},
                           name_cell(trade, preset.setting),
-                          {number(measured.ms, 2)},
-                          {number(measured.ratio, 2)},
-                          {number(measured.scores.psnr_db, 2)},
-                          {number(measured.scores.ssim, 4)},
+                          {number_or_dash(measured.ms, 2)},
+                          {number_or_dash(measured.ratio, 2)},
+                          {number_or_dash(measured.scores.psnr_db, 2)},
+                          {number_or_dash(measured.scores.ssim, 4)},
                           {percent_more(measured.ratio, least)}});
   }
   page->add_table(table);
@@ -132,13 +129,13 @@ void add_held_out(const Trade& trade, HtmlPage* page) {
   const RankAgreement agreement = rank_agreement(trade.settings);
   page->add_section("Held-out stations against the truth");
   page->add_paragraph(
-      "The same settings scored without captured truth: stations of the room left out and rendered "
-      "again from the others. Where the order is the same, a room without true views can be judged "
-      "by its own stations.");
-  page->add_facts({{"rank correlation, PSNR", number(agreement.psnr_db, 3)},
-                   {"WS-PSNR", number(agreement.ws_psnr_db, 3)},
-                   {"SSIM", number(agreement.ssim, 3)},
-                   {"FSIM", number(agreement.fsim, 3)}});
+      "The same settings scored without captured truth: stations of the room are left out and "
+      "rendered from the others. Where the order of the settings is the same, the stations of a "
+      "room can replace true views.");
+  page->add_facts({{"rank correlation, PSNR", number_or_dash(agreement.psnr_db, 3)},
+                   {"WS-PSNR", number_or_dash(agreement.ws_psnr_db, 3)},
+                   {"SSIM", number_or_dash(agreement.ssim, 3)},
+                   {"FSIM", number_or_dash(agreement.fsim, 3)}});
   LinePlot plot{.title = "Each point is a setting",
                 .x_label = "PSNR against the truth, dB",
                 .y_label = "PSNR of held-out stations, dB"};
@@ -158,7 +155,7 @@ std::string difference(double value, double central, int decimals) {
   return std::isfinite(gain) ? fmt::format("{:+.{}f}", gain, decimals) : kNotMeasured;
 }
 
-// What is shown as a difference; times are shown as a share instead.
+// Whether a column is shown as a difference; times are shown as a ratio instead.
 bool differs(const Column& column) {
   return column.in_tables && !std::string_view(column.heading).starts_with("time");
 }
@@ -167,7 +164,7 @@ std::vector<HtmlCell> moved_row(const Trade& trade, std::size_t index, std::size
   const TradeMeasurement& measured = trade.settings[index].measured;
   const TradeMeasurement& central = trade.settings[centre].measured;
   std::vector<HtmlCell> row{name_cell(trade, index),
-                            {number(measured.ms, 2)},
+                            {number_or_dash(measured.ms, 2)},
                             {percent_more(measured.ratio, central.ratio)},
                             {percent_more(measured.cpu_ratio, central.cpu_ratio)}};
   for (const Column& column : kColumns) {
@@ -177,20 +174,20 @@ std::vector<HtmlCell> moved_row(const Trade& trade, std::size_t index, std::size
   return row;
 }
 
-// How many dials were turned: another room counts as one, though it shows in two.
-std::size_t turns(const TradeSetting& setting, const TradeSetting& centre) {
-  std::size_t dials = setting.room == centre.room ? 0 : 1;
-  for (const std::string& dial : moved_dials(setting, centre)) {
-    if (dial != "stored_width_px" && dial != "depth") ++dials;
+// Number of changed parameters; another room counts as one, though it changes two.
+std::size_t changed_parameter_count(const TradeSetting& setting, const TradeSetting& centre) {
+  std::size_t parameters = setting.room == centre.room ? 0 : 1;
+  for (const std::string& parameter : changed_parameters(setting, centre)) {
+    if (parameter != "stored_width_px" && parameter != "depth") ++parameters;
   }
-  return dials;
+  return parameters;
 }
 
-void add_single_dials(const Trade& trade, HtmlPage* page) {
-  page->add_section("One dial at a time");
+void add_single_parameters(const Trade& trade, HtmlPage* page) {
+  page->add_section("One parameter at a time");
   page->add_paragraph(
-      "What each dial does alone: time and scores against the central setting of its generation, "
-      "which is what is rendered unless asked otherwise.");
+      "The effect of each parameter alone: time and scores relative to the central setting of its "
+      "generation, which is the default.");
   for (std::size_t centre = 0; centre < trade.settings.size(); ++centre) {
     const TradeSetting& central = trade.settings[centre].setting;
     // The name of a central setting is its generation's alone.
@@ -204,7 +201,8 @@ void add_single_dials(const Trade& trade, HtmlPage* page) {
     for (std::size_t i = 0; i < trade.settings.size(); ++i) {
       const TradeSetting& setting = trade.settings[i].setting;
       const bool same = setting.mode.options.generation == central.mode.options.generation;
-      if (same && turns(setting, central) == 1) table.rows.push_back(moved_row(trade, i, centre));
+      if (same && changed_parameter_count(setting, central) == 1)
+        table.rows.push_back(moved_row(trade, i, centre));
     }
     if (!table.rows.empty()) page->add_table(table);
   }
@@ -221,13 +219,13 @@ HtmlCard card_of(const Trade& trade, std::size_t index, const TradePictures& pic
                        .markup;
   }
   card.facts.resize(2);
-  const nlohmann::ordered_json dials = dials_of(setting.setting);
-  for (const auto& [dial, value] : dials.items()) {
-    card.facts[0].push_back({dial, dial_text(value)});
+  const nlohmann::ordered_json parameters = parameters_of(setting.setting);
+  for (const auto& [parameter, value] : parameters.items()) {
+    card.facts[0].push_back({parameter, parameter_text(value)});
   }
   for (const Column& column : kColumns) {
     card.facts[1].push_back(
-        {column.heading, number(column.value(setting.measured), column.decimals)});
+        {column.heading, number_or_dash(column.value(setting.measured), column.decimals)});
   }
   return card;
 }
@@ -237,7 +235,7 @@ void add_settings(const Trade& trade, const TradePictures& pictures, HtmlPage* p
   const bool all_shown =
       std::ranges::none_of(pictures.errors, [](const cv::Mat& picture) { return picture.empty(); });
   page->add_paragraph(fmt::format(
-      "With the error at {}, times {:g}{}. Dials have their names of the settings file "
+      "With the error at {}, times {:g}{}. Parameters are named as in the settings file "
       "configs/view.yaml.",
       pictures.view, kErrorGain, all_shown ? "" : ", of settings on the front and near it"));
   page->add_figures(
@@ -253,15 +251,15 @@ void add_settings(const Trade& trade, const TradePictures& pictures, HtmlPage* p
 void add_making(const Trade& trade, HtmlPage* page) {
   page->add_section("How it was measured");
   page->add_paragraph(fmt::format(
-      "Times are medians over {} views, each rendered {} times after once that does not count. "
-      "Scores are means over the views; a picture smaller than its truth is enlarged before it is "
-      "scored, which is not part of its time. Views: {}.",
+      "Times are medians over {} views, each rendered {} times after a warm-up. Scores are means "
+      "over the views; a picture smaller than its truth is enlarged before it is scored, and its "
+      "time does not include that. Views: {}.",
       trade.views.size(), trade.repetitions, fmt::join(trade.views, ", ")));
   page->add_paragraph(
-      "Peak: what one view adds to the resident set, from a room none of which has been read; "
-      "mapped: the part of it that is pages of the room's files, which can be taken back. Touched: "
-      "what of the volumes one view reads. CPU time is that of all threads, which other programs "
-      "disturb less.");
+      "Peak: growth of the resident set by one view of a newly opened room; mapped: the part of it "
+      "that is pages of the room's files, which the system can reclaim. Touched: bytes of the "
+      "volumes that one view reads. CPU time is that of all threads, which other programs disturb "
+      "less.");
   page->add_paragraph(fmt::format(
       "E_connect is measured once for each generation and k, over {0} x {0} viewpoints of every "
       "cell, in squared 8-bit levels.",
@@ -284,7 +282,7 @@ std::string trade_page(const Trade& trade, const TradePictures& pictures) {
   add_front(trade, front, &page);
   add_presets(trade, &page);
   add_held_out(trade, &page);
-  add_single_dials(trade, &page);
+  add_single_parameters(trade, &page);
   add_settings(trade, pictures, &page);
   add_making(trade, &page);
   return page.html();

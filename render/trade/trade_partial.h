@@ -1,10 +1,11 @@
-// Settings that are measured already, kept in a file while a trade runs, so that a run that was
-// stopped is gone on with.
+// The settings measured so far, stored in a file while a trade runs so that an interrupted run can
+// be resumed.
 #pragma once
 
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -14,22 +15,23 @@ namespace raywalk::render {
 
 class TradePartial {
  public:
-  // Reads what an earlier run left, if anything. `input` tells what is measured: measurements of
-  // other inputs are not mixed. Throws Error where the file is damaged or belongs to another input,
-  // or cannot be written.
+  // Reads the file of an earlier run, if any. `input` identifies what is measured, so that
+  // measurements of different inputs are never mixed. Throws Error where the file is damaged,
+  // belongs to another input, or cannot be written.
   TradePartial(std::filesystem::path file, const std::string& input);
+  ~TradePartial();
 
-  // The measurement of a setting; none where it is not there yet.
+  // The measurement of a setting; none where it is not measured yet.
   std::optional<TradeMeasurement> find(const TradeSetting& setting) const;
-  // Adds one and writes the file. Throws Error where it cannot be written.
+  // Adds a measurement and writes the file. Throws Error where it cannot be written.
   void add(const TradeSetting& setting, const TradeMeasurement& measured);
 
  private:
   void read();
 
   std::filesystem::path file_;
-  nlohmann::ordered_json content_;                    // of the file
-  std::map<std::string, TradeMeasurement> measured_;  // by the text of their dials
+  std::unique_ptr<nlohmann::ordered_json> content_;   // of the file
+  std::map<std::string, TradeMeasurement> measured_;  // by the text of their parameters
 };
 
 }  // namespace raywalk::render

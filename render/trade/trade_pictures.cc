@@ -9,11 +9,10 @@
 namespace raywalk::render {
 namespace {
 
-constexpr std::size_t kMostPictures = 60;
+constexpr std::size_t kMaxPictures = 60;
 constexpr int kPictureWidth_px = 560;  // sharp at half the page's width
 
-// How much PSNR the fastest setting that has more of it, and takes no longer, gains; 0 on the
-// front.
+// The PSNR that a setting lacks to the best setting that takes no longer; 0 on the front.
 double below_front_db(const Trade& trade, const MeasuredSetting& setting) {
   double gap_db = 0.0;
   for (const MeasuredSetting& other : trade.settings) {
@@ -32,7 +31,7 @@ std::vector<std::size_t> settings_shown(const Trade& trade) {
   std::vector<std::size_t> order(trade.settings.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return gaps_db[i]; });
-  order.resize(std::min(order.size(), kMostPictures));
+  order.resize(std::min(order.size(), kMaxPictures));
   return order;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kPlotWidth_px = 1150;
 constexpr int kPlotHeight_px = 560;
-constexpr double kRoom = 1.25;           // beside the fastest and the slowest setting, as a factor
+constexpr double kRoom = 1.25;  // margin beside the fastest and the slowest setting, as a factor
 constexpr std::size_t kFrontColour = 3;  // beside those of the generations
 
 PlotPoint point_of(const MeasuredSetting& setting) {
@@ -41,9 +41,9 @@ PlotSeries series_of(const Trade& trade, Generation generation, bool on_front) {
   return series;
 }
 
-// The most that can be had in the time, up to `end_ratio`.
+// The best PSNR within each time, up to `end_ratio`.
 PlotSeries front_of(const Trade& trade, double end_ratio) {
-  PlotSeries series{.name = "front: the most that can be had in the time", .colour = kFrontColour};
+  PlotSeries series{.name = "front: the best PSNR within the time", .colour = kFrontColour};
   for (const std::size_t i : psnr_front(trade)) {
     const PlotPoint point = point_of(trade.settings[i]);
     if (!series.points.empty()) series.points.push_back({point.x, series.points.back().y});

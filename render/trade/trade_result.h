@@ -1,4 +1,4 @@
-// What a trade of speed for accuracy has measured.
+// Results of a trade of speed for accuracy.
 #pragma once
 
 #include <limits>
@@ -15,19 +15,19 @@ namespace raywalk::render {
 struct TradeMeasurement {
   double ms = 0.0;     // per view, median over views and repetitions
   double ratio = 0.0;  // to one cv::remap of the truths' size on all threads, median of pairs
-  // The same of the processor time of all threads, which other programs disturb less.
+  // The same for the processor time of all threads, which other programs disturb less.
   double cpu_ratio = 0.0;
-  double remap_ms = 0.0;   // that remap, median
-  double peak_mb = 0.0;    // 1e6 bytes that one view adds to the resident set, room files included
+  double remap_ms = 0.0;   // time of that remap, median
+  double peak_mb = 0.0;    // growth of the resident set by one view, 1e6 bytes, room files included
   double mapped_mb = 0.0;  // the part that is pages of the room's files
-  std::optional<double> touched_mb{};  // of the volumes, that one view reads; none: not counted
+  std::optional<double> touched_mb{};  // 1e6 bytes of the volumes read by a view; none: not counted
   ViewScores scores{};
-  std::optional<ViewScores> held_out{};  // of captured stations rendered again, where asked for
-  // (11) at the setting's generation and k, in squared 8-bit levels; NaN: not measurable.
+  std::optional<ViewScores> held_out{};  // of held-out stations; none: not measured
+  // Equation (11) at the setting's generation and k, in squared 8-bit levels; NaN: not measurable.
   double e_connect = std::numeric_limits<double>::quiet_NaN();
 };
 
-// On which fronts, of the time's ratio against each score, a setting lies.
+// The Pareto fronts (time ratio against each score) that a setting is on.
 struct TradeFronts {
   bool psnr_db = false;
   bool ws_psnr_db = false;
@@ -49,8 +49,8 @@ struct TradedRoom {
   std::string depth{};
 };
 
-// How nearly held-out stations put the settings in the order that true views do: Spearman's rank
-// correlation of each score; NaN where there is no order.
+// Agreement of held-out stations and true views on the order of the settings: Spearman's rank
+// correlation of each score; NaN where it is undefined.
 struct RankAgreement {
   double psnr_db = 0.0;
   double ws_psnr_db = 0.0;
@@ -58,32 +58,32 @@ struct RankAgreement {
   double fsim = 0.0;
 };
 
-// One of the ready-made settings.
+// One of the presets.
 struct TradedPreset {
   std::string name{};
-  std::string reason{};     // for this room, in words
+  std::string reason{};     // explanation for this room
   std::size_t setting = 0;  // index into Trade::settings
 };
 
 struct Trade {
-  std::vector<TradedRoom> rooms{};  // the one it is about first
-  std::string truth{};              // where the truths come from
+  std::vector<TradedRoom> rooms{};  // the room under test first
+  std::string truth{};              // source of the truths
   std::string sweep{};              // "quick" or "full"
   std::vector<std::string> views{};
   std::vector<std::string> held_out_views{};
-  std::string distances_sha256{};  // of the first room: distances_sha256()
+  std::string distances_sha256{};  // distances_sha256() of the first room
   int width_px = 0;                // of the truths
   int threads = 1;                 // all that were used
   std::string cpu{};
   double remap_ms = 0.0;       // median over all settings
   int repetitions = 0;         // of every view
   int connect_viewpoints = 0;  // per side of a cell, for e_connect
-  // The central setting of each generation comes before those moved from it.
+  // The central setting of each generation comes before its variations.
   std::vector<MeasuredSetting> settings{};
   std::vector<TradedPreset> presets{};
 };
 
-// Over all settings, which have held-out scores.
+// Over all settings; each must have held-out scores.
 RankAgreement rank_agreement(const std::vector<MeasuredSetting>& settings);
 
 // Fills in every setting's fronts.

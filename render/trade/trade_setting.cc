@@ -10,8 +10,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A dial's value as part of a name; {} is the value.
-std::string phrase(const std::string& dial, const ordered_json& value) {
+// A parameter's value as part of a setting's name.
+std::string phrase(const std::string& parameter, const ordered_json& value) {
   static const std::map<std::string, const char*> kPhrases{{"k_deg", "k {}°"},
                                                            {"overlap_deg", "overlap {}°"},
                                                            {"layers", "layers {}"},
@@ -27,14 +27,14 @@ std::string phrase(const std::string& dial, const ordered_json& value) {
                                                            {"threads", "threads {}"},
                                                            {"stored_width_px", "stored {} px wide"},
                                                            {"depth", "depth {}"}};
-  const auto found = kPhrases.find(dial);
+  const auto found = kPhrases.find(parameter);
   return fmt::format(fmt::runtime(found == kPhrases.end() ? "{}" : found->second),
-                     dial_text(value));
+                     parameter_text(value));
 }
 
 }  // namespace
 
-ordered_json dials_of(const TradeSetting& setting) {
+ordered_json parameters_of(const TradeSetting& setting) {
   const ViewOptions& options = setting.mode.options;
   return {{"generation", generation_name(options.generation)},
           {"k_deg", options.k_deg},
@@ -54,25 +54,25 @@ ordered_json dials_of(const TradeSetting& setting) {
           {"depth", setting.depth}};
 }
 
-std::string dial_text(const ordered_json& value) {
+std::string parameter_text(const ordered_json& value) {
   return value.is_string() ? value.get<std::string>() : fmt::format("{:g}", value.get<double>());
 }
 
-std::vector<std::string> moved_dials(const TradeSetting& setting, const TradeSetting& from) {
-  const ordered_json dials = dials_of(setting);
-  const ordered_json before = dials_of(from);
+std::vector<std::string> changed_parameters(const TradeSetting& setting, const TradeSetting& from) {
+  const ordered_json parameters = parameters_of(setting);
+  const ordered_json before = parameters_of(from);
   std::vector<std::string> moved;
-  for (const auto& [dial, value] : dials.items()) {
-    if (value != before.at(dial)) moved.push_back(dial);
+  for (const auto& [parameter, value] : parameters.items()) {
+    if (value != before.at(parameter)) moved.push_back(parameter);
   }
   return moved;
 }
 
 std::string name_of(const TradeSetting& setting, const TradeSetting& centre) {
-  const ordered_json dials = dials_of(setting);
+  const ordered_json parameters = parameters_of(setting);
   std::string name = generation_name(setting.mode.options.generation);
-  for (const std::string& dial : moved_dials(setting, centre)) {
-    name += ", " + phrase(dial, dials.at(dial));
+  for (const std::string& parameter : changed_parameters(setting, centre)) {
+    name += ", " + phrase(parameter, parameters.at(parameter));
   }
   return name;
 }

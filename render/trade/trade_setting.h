@@ -1,4 +1,4 @@
-// One setting of all dials, to be measured against others.
+// One setting of all rendering parameters.
 #pragma once
 
 #include <cstddef>
@@ -11,27 +11,27 @@
 namespace raywalk::render {
 
 struct TradeSetting {
-  std::string name{};       // tells it from all others of a sweep: name_of
-  ViewMode mode{};          // options.width is that of the picture as it is rendered, pixels
+  std::string name{};       // name_of(), unique within a sweep
+  ViewMode mode{};          // options.width is the width of the rendered picture, pixels
   int threads = 1;          // at least 1
-  std::size_t room = 0;     // index into the rooms of the trade; 0 is the one it is about
+  std::size_t room = 0;     // index into the rooms of the trade; 0 is the room under test
   int stored_width_px = 0;  // of that room's panoramas
   std::string depth{};      // of that room's distances: depth_name
 };
 
-// Every dial by its name, in the order of tables, numbers as numbers: {"generation": "hlf-vd",
-// "k_deg": 76.0, ...}; `layers` is "auto" where as many are used as the tolerance needs. Two
-// settings are alike where these are equal.
-nlohmann::ordered_json dials_of(const TradeSetting& setting);
+// Every parameter by name, in the order of the tables; numbers as JSON numbers: {"generation":
+// "hlf-vd", "k_deg": 76.0, ...}; `layers` is "auto" where the tolerance determines it. Two settings
+// are the same where these are equal.
+nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
-// A dial's value as it is read in tables.
-std::string dial_text(const nlohmann::ordered_json& value);
+// A parameter's value as text for tables.
+std::string parameter_text(const nlohmann::ordered_json& value);
 
-// The dials that differ from those of another setting, in the order of dials_of.
-std::vector<std::string> moved_dials(const TradeSetting& setting, const TradeSetting& from);
+// The parameters that differ from those of another setting, in the order of parameters_of.
+std::vector<std::string> changed_parameters(const TradeSetting& setting, const TradeSetting& from);
 
-// The generation, and what differs from the central setting of it, in words: "hlf-vd, nearest, 1
-// station mixed". Unique where the settings differ.
+// The generation and the differences from its central setting: "hlf-vd, nearest, 1 station mixed".
+// Different settings have different names.
 std::string name_of(const TradeSetting& setting, const TradeSetting& centre);
 
 }  // namespace raywalk::render

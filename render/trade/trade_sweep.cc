@@ -16,7 +16,7 @@ using Move = std::function<void(ViewOptions*)>;
 
 const std::vector<Generation> kCorrected{Generation::kHlfVd, Generation::kTwoSided};
 
-// The width nearest to a share of another that a picture can have.
+// The valid picture width nearest to a share of another width.
 int width_of_share(int width_px, double share) {
   return std::max(4, 4 * static_cast<int>(std::lround(share * width_px / 4.0)));
 }
@@ -28,8 +28,8 @@ bool resampled(const TradeSetting& setting) {
   return fold * setting.mode.options.width != setting.stored_width_px;
 }
 
-// What a dial that has no effect is set to: its place in the central setting.
-void still_idle_dials(const ViewOptions& centre, TradeSetting* setting) {
+// Sets parameters without effect to their values in the central setting.
+void reset_unused_parameters(const ViewOptions& centre, TradeSetting* setting) {
   ViewOptions& options = setting->mode.options;
   if (options.generation != Generation::kTwoSided) options.second_side = centre.second_side;
   if (options.generation != Generation::kInitial) return;
@@ -41,14 +41,14 @@ void still_idle_dials(const ViewOptions& centre, TradeSetting* setting) {
   if (!resampled(*setting)) options.interpolation = centre.interpolation;
 }
 
-// Settings as they are collected: of those that mean the same, the first.
+// Collects settings without duplicates.
 class Sweep {
  public:
   explicit Sweep(const SweepBase& base) : base_(base) {
     for (const ViewMode& mode : base.centres) centres_.push_back(centre(mode));
   }
 
-  // The central setting of these generations, where the room has them.
+  // The central settings of these generations, where the room supports them.
   Settings centres(const std::vector<Generation>& generations) const {
     Settings found;
     std::ranges::copy_if(centres_, std::back_inserter(found), [&](const TradeSetting& setting) {
@@ -60,14 +60,15 @@ class Sweep {
 
   void add(TradeSetting setting) {
     const TradeSetting& centre = centre_of(setting);
-    still_idle_dials(centre.mode.options, &setting);
+    reset_unused_parameters(centre.mode.options, &setting);
     const double k_deg = setting.mode.options.k_deg;
     if (k_deg != centre.mode.options.k_deg) {
       setting.mode.connection = connection_name(k_deg);
       setting.mode.k_source = "as swept";
     }
     setting.name = name_of(setting, centre);
-    if (known_.insert(dials_of(setting).dump()).second) settings_.push_back(std::move(setting));
+    if (known_.insert(parameters_of(setting).dump()).second)
+      settings_.push_back(std::move(setting));
   }
   void add(const Settings& settings) {
     for (const TradeSetting& setting : settings) add(setting);
@@ -78,7 +79,7 @@ class Sweep {
       add(std::move(setting));
     }
   }
-  // The same for what another room gives, where it has the distances that are needed.
+  // Adds the same setting in another room, where that has the distances it needs.
   void add_in_room(std::size_t room, TradeSetting setting) {
     const TradeRoom& other = base_.rooms[room];
     const bool corrected = setting.mode.options.generation != Generation::kInitial;
@@ -109,10 +110,10 @@ class Sweep {
   const SweepBase& base_;
   Settings centres_;
   Settings settings_;
-  std::set<std::string> known_;  // dials of settings_
+  std::set<std::string> known_;  // parameters of settings_
 };
 
-// Every setting with every value of a dial.
+// Every setting with every value of a parameter.
 template <typename T, typename Set>
 Settings product(const Settings& settings, const std::vector<T>& values, const Set& set) {
   Settings all;
@@ -126,16 +127,17 @@ Settings product(const Settings& settings, const std::vector<T>& values, const S
 }
 
 template <typename T>
-Settings product(const Settings& settings, T ViewOptions::*dial, const std::vector<T>& values) {
-  return product(settings, values, [dial](TradeSetting* setting, const T& value) {
-    setting->mode.options.*dial = value;
+Settings product(const Settings& settings, T ViewOptions::*parameter,
+                 const std::vector<T>& values) {
+  return product(settings, values, [parameter](TradeSetting* setting, const T& value) {
+    setting->mode.options.*parameter = value;
   });
 }
 
 template <typename T>
-void add_moves(Sweep* sweep, Generation generation, T ViewOptions::*dial,
+void add_moves(Sweep* sweep, Generation generation, T ViewOptions::*parameter,
                const std::vector<T>& values) {
-  sweep->add(product(sweep->centres({generation}), dial, values));
+  sweep->add(product(sweep->centres({generation}), parameter, values));
 }
 
 void add_single_moves(const SweepBase& base, Sweep* sweep) {
@@ -162,7 +164,7 @@ void add_single_moves(const SweepBase& base, Sweep* sweep) {
   }
 }
 
-// What is left out together where speed counts.
+// All approximations for speed together.
 void for_speed(ViewOptions* options) {
   options->interpolation = Interpolation::kNearest;
   options->stations_mixed = 1;
@@ -172,7 +174,7 @@ void for_speed(ViewOptions* options) {
   options->skip_px = 1.0;
 }
 
-// What hardly shows and is left out together.
+// The approximations that are hardly visible together.
 void for_balance(ViewOptions* options) {
   options->distance_maps = 2;
   options->second_side = SecondSide::kWhereHidden;

@@ -47,9 +47,9 @@ class TradeSweepTest : public ::testing::Test {
   SweepBase base_;
 };
 
-std::set<std::string> dial_texts(const std::vector<TradeSetting>& settings) {
+std::set<std::string> parameter_texts(const std::vector<TradeSetting>& settings) {
   std::set<std::string> texts;
-  for (const TradeSetting& setting : settings) texts.insert(dials_of(setting).dump());
+  for (const TradeSetting& setting : settings) texts.insert(parameters_of(setting).dump());
   return texts;
 }
 
@@ -59,12 +59,13 @@ std::set<std::string> names(const std::vector<TradeSetting>& settings) {
   return names;
 }
 
-// The values that every dial takes.
+// The values that every parameter takes.
 std::map<std::string, std::set<std::string>> values(const std::vector<TradeSetting>& settings) {
   std::map<std::string, std::set<std::string>> values;
   for (const TradeSetting& setting : settings) {
-    const ordered_json dials = dials_of(setting);
-    for (const auto& [dial, value] : dials.items()) values[dial].insert(value.dump());
+    const ordered_json parameters = parameters_of(setting);
+    for (const auto& [parameter, value] : parameters.items())
+      values[parameter].insert(value.dump());
   }
   return values;
 }
@@ -78,18 +79,18 @@ std::vector<TradeSetting> of_generation(const std::vector<TradeSetting>& setting
   return found;
 }
 
-TEST_F(TradeSweepTest, NoTwoSettingsAreAlike) {
+TEST_F(TradeSweepTest, SettingsAreUnique) {
   add_two_rooms();
   for (const auto& sweep : {quick_sweep(base_), full_sweep(base_)}) {
-    EXPECT_EQ(dial_texts(sweep).size(), sweep.size());
+    EXPECT_EQ(parameter_texts(sweep).size(), sweep.size());
     EXPECT_EQ(names(sweep).size(), sweep.size());
   }
 }
 
-TEST_F(TradeSweepTest, EveryDialIsMoved) {
+TEST_F(TradeSweepTest, EveryParameterIsVaried) {
   add_two_rooms();
-  for (const auto& [dial, taken] : values(quick_sweep(base_))) {
-    EXPECT_GE(taken.size(), 2U) << dial;
+  for (const auto& [parameter, taken] : values(quick_sweep(base_))) {
+    EXPECT_GE(taken.size(), 2U) << parameter;
   }
   const auto full = values(full_sweep(base_));
   EXPECT_THAT(full.at("interpolation"), SizeIs(3));
@@ -101,9 +102,9 @@ TEST_F(TradeSweepTest, EveryDialIsMoved) {
 
 TEST_F(TradeSweepTest, TheFullSweepHoldsTheQuickOneAndCombinations) {
   add_two_rooms();
-  const std::set<std::string> quick = dial_texts(quick_sweep(base_));
+  const std::set<std::string> quick = parameter_texts(quick_sweep(base_));
   const std::vector<TradeSetting> full = full_sweep(base_);
-  EXPECT_TRUE(std::ranges::includes(dial_texts(full), quick));
+  EXPECT_TRUE(std::ranges::includes(parameter_texts(full), quick));
   // The combination farthest from the centre in both grids.
   const bool samples = std::ranges::any_of(full, [](const TradeSetting& setting) {
     const ViewOptions& o = setting.mode.options;
@@ -121,14 +122,14 @@ TEST_F(TradeSweepTest, TheFullSweepHoldsTheQuickOneAndCombinations) {
   EXPECT_TRUE(layout);
 }
 
-// A dial without effect would give the same picture in the same time under another name.
-TEST_F(TradeSweepTest, DialsWithoutEffectAreLeftAlone) {
+// A parameter without effect would give the same picture in the same time under another name.
+TEST_F(TradeSweepTest, ParametersWithoutEffectAreNotVaried) {
   add_room("room.lf", {.width = 64});
   const std::vector<TradeSetting> full = full_sweep(base_);
   const auto initial = values(of_generation(full, Generation::kInitial));
-  for (const char* dial : {"layers", "arithmetic", "distance_maps", "fill_stations", "second_side",
-                           "skip_px", "interpolation"}) {
-    EXPECT_THAT(initial.at(dial), SizeIs(1)) << dial;
+  for (const char* parameter : {"layers", "arithmetic", "distance_maps", "fill_stations",
+                                "second_side", "skip_px", "interpolation"}) {
+    EXPECT_THAT(initial.at(parameter), SizeIs(1)) << parameter;
   }
   EXPECT_THAT(initial.at("k_deg"), SizeIs(4));
   EXPECT_THAT(values(of_generation(full, Generation::kHlfVd)).at("second_side"), SizeIs(1));
@@ -151,13 +152,13 @@ TEST_F(TradeSweepTest, ARoomWithoutDistancesHasInitialSettingsOnly) {
   EXPECT_EQ(of_generation(bare, Generation::kInitial).size(), bare.size());
 }
 
-TEST_F(TradeSweepTest, OneCoreHasNoChoiceOfThreads) {
+TEST_F(TradeSweepTest, OneCoreGivesOneNumberOfThreads) {
   add_room("room.lf", {.width = 64});
   base_.threads = 1;
   EXPECT_THAT(values(full_sweep(base_)).at("threads"), SizeIs(1));
 }
 
-TEST_F(TradeSweepTest, NamesTellWhatDiffersFromTheCentre) {
+TEST_F(TradeSweepTest, NamesListDifferencesFromTheCentre) {
   add_two_rooms();
   const std::set<std::string> quick = names(quick_sweep(base_));
   for (const char* name : {"hlf-vd", "two-sided", "hlf-vd, cubic", "hlf-vd, k 45°",

@@ -52,11 +52,11 @@ class TradeTest : public ::testing::Test {
   void list(const std::string& rows) const {
     std::ofstream(directory_ / "gt.csv") << "file,x,y,z\n" << rows;
   }
-  // A few settings only, so that it is soon done.
-  TradeInput input(const std::vector<ViewOptions>& dials) const {
+  // A few settings only, for speed.
+  TradeInput input(const std::vector<ViewOptions>& parameters) const {
     TradeInput input{.truth = options_.truth.string(), .repetitions = 1, .connect_viewpoints = 2};
     input.rooms = {trade_room(room_, captured_views(room_, read_truth(options_.truth, room_), 2))};
-    for (const ViewOptions& options : dials) {
+    for (const ViewOptions& options : parameters) {
       TradeSetting setting{.name = "setting " + std::to_string(input.settings.size()),
                            .mode = {.options = options},
                            .threads = thread_count(),
@@ -98,7 +98,7 @@ std::set<std::string> keys_of(const json& object) {
   return keys;
 }
 
-TEST_F(TradeTest, WritesWhatItPromises) {
+TEST_F(TradeTest, WritesTheDocumentedFiles) {
   const std::string said = trade(room_, options_);
   EXPECT_THAT(said, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
   std::set<std::string> files;
@@ -170,7 +170,7 @@ TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
   EXPECT_GT(settings[3]["psnr_db"], 10.0);
 }
 
-// E_connect belongs to a generation and its k, and not to the other dials.
+// E_connect belongs to a generation and its k, and not to the other parameters.
 TEST_F(TradeTest, ConnectionErrorsAreThoseOfGenerationAndK) {
   make_room({.overhang_m = 0.25, .width = 128});
   write_trade(few(), options_.report);
@@ -212,7 +212,7 @@ TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
   }
 }
 
-TEST_F(TradeTest, EveryPointOfThePageLeadsToItsSetting) {
+TEST_F(TradeTest, EveryPointOfThePageLinksToItsSetting) {
   write_trade(few(), options_.report);
   EXPECT_EQ(markup_fault(page()), "");
   for (int i = 1; i <= 5; ++i) {
@@ -224,7 +224,7 @@ TEST_F(TradeTest, EveryPointOfThePageLeadsToItsSetting) {
                             Not(HasSubstr("<script")), Not(HasSubstr("src=\"http"))));
 }
 
-// Apart from what a clock or the system tells.
+// Without values that depend on the clock or the system.
 json timeless(json trade) {
   trade.erase("remap_ms");
   for (json& setting : trade["settings"]) {
@@ -236,7 +236,7 @@ json timeless(json trade) {
   return trade;
 }
 
-TEST_F(TradeTest, GoesOnWhereAStoppedRunEnded) {
+TEST_F(TradeTest, ResumesAnInterruptedRun) {
   const TradeInput all = few();
   write_trade(all, options_.report);
   const json whole = written();
@@ -247,7 +247,7 @@ TEST_F(TradeTest, GoesOnWhereAStoppedRunEnded) {
   ASSERT_EQ(kept["settings"].size(), 2U);
   write_trade(all, options_.report);
   EXPECT_EQ(timeless(written()), timeless(whole));
-  // What was measured before the stop was not measured again.
+  // Settings measured before the interruption were not measured again.
   std::set<double> times_ms;
   for (const json& setting : kept["settings"]) {
     times_ms.insert(setting["measured"]["ms"].get<double>());
@@ -270,7 +270,7 @@ TEST_F(TradeTest, NeverMixesInputs) {
   EXPECT_THROW(measure_trade(all, partial()), Error);
 }
 
-TEST_F(TradeTest, OtherRoomsAreSweptAsFurtherValues) {
+TEST_F(TradeTest, OtherRoomsAreSweptAsFurtherSettings) {
   write_synthetic_room({.overhang_m = 0.25, .width = 32}, directory_ / "small.lf");
   write_synthetic_room({.overhang_m = 0.25, .width = 64}, directory_ / "same.lf");
   options_.centres = {mode(Generation::kInitial)};
@@ -289,7 +289,7 @@ TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
   options_.centres = {mode(Generation::kInitial)};
   EXPECT_THAT(trade(room_, options_), HasSubstr("no distances"));
   EXPECT_THAT(page(), HasSubstr("has no distances"));
-  // The room keeps it, and views may be chosen by it.
+  // It is stored in the room, for choosing views.
   EXPECT_EQ(written()["distances_sha256"], distances_sha256(room_));
   const json all = written();
   EXPECT_FALSE(all["settings"].empty());
@@ -332,14 +332,14 @@ class HeldOutTradeTest : public TradeTest {
   }
 };
 
-TEST_F(HeldOutTradeTest, RanksSettingsBesidesTheTruthAndKeepsThemInTheRoom) {
+TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
   const std::string said = trade(room_, options_);
   EXPECT_THAT(said, AllOf(HasSubstr("rank correlation"), HasSubstr("preset own")));
   const json trade = written();
   EXPECT_EQ(read_file(trade_path(room_.directory())), read_file(options_.report / "trade.json"));
   EXPECT_EQ(trade["distances_sha256"], distances_sha256(room_));
   EXPECT_FALSE(trade["held_out_views"].empty());
-  // Without correction, or with hardly any, both see the same loss.
+  // Without correction, or with little, both show the same loss.
   EXPECT_GT(trade["rank_correlation"]["psnr_db"], 0.3);
   for (const json& setting : trade["settings"]) {
     EXPECT_GT(setting["held_out_psnr_db"], 5.0) << setting["name"];
@@ -352,7 +352,7 @@ TEST_F(HeldOutTradeTest, RanksSettingsBesidesTheTruthAndKeepsThemInTheRoom) {
                             HasSubstr("own: it is not.")));
 }
 
-TEST_F(HeldOutTradeTest, DoesWithoutTruth) {
+TEST_F(HeldOutTradeTest, WorksWithoutTruth) {
   options_.truth.clear();
   trade(room_, options_);
   const json trade = written();
@@ -363,13 +363,13 @@ TEST_F(HeldOutTradeTest, DoesWithoutTruth) {
   EXPECT_GT(trade["settings"][1]["psnr_db"], trade["settings"][0]["psnr_db"]);
 }
 
-TEST_F(HeldOutTradeTest, NeedsSomethingToCompareWith) {
+TEST_F(HeldOutTradeTest, NeedsTruthOrHeldOutStations) {
   options_.truth.clear();
   options_.held_out = 0;
-  EXPECT_THAT(run_error(), HasSubstr("--truth, or --held-out"));
+  EXPECT_THAT(run_error(), HasSubstr("with --truth, or use stations"));
   options_.held_out = 4;
   options_.also = {directory_ / "room.lf"};
-  EXPECT_THAT(run_error(), HasSubstr("--also with --truth alone"));
+  EXPECT_THAT(run_error(), HasSubstr("--also needs --truth without --held-out"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What a trade of speed for accuracy is measured on: viewpoints whose true pictures are known.
+// Viewpoints with known true pictures, on which a trade of speed for accuracy is measured.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -9,11 +9,11 @@
 
 namespace raywalk::render {
 
-// A viewpoint and what is seen from it. Where the truth comes from does not matter here: captured
-// between the lines (captured_views.h), or a station that `room` does without.
+// A viewpoint and its true picture: captured between the lines (captured_views.h), or a station
+// that was left out of `room` (held_out_views.h).
 struct TradeView {
   std::string name{};
-  const Room* room = nullptr;  // that the view is rendered from; must outlive it
+  const Room* room = nullptr;  // the view is rendered from it; must outlive this
   PlanPoint viewpoint{};
   double line_distance_m = 0.0;  // in the plan, to the nearest line that serves the view
   cv::Mat truth{};               // CV_8UC3 in BGR order, width = 2 * height
@@ -24,7 +24,7 @@ struct TradeView {
 // views in the same order, and all truths the same size.
 struct TradeRoom {
   const Room* room = nullptr;  // must outlive it
-  std::string depth{};         // where its distances come from, as depth_name says
+  std::string depth{};         // source of its distances: depth_name()
   std::vector<TradeView> views{};
 };
 

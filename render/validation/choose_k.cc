@@ -10,7 +10,7 @@
 namespace raywalk::render {
 namespace {
 
-// Measurements to go by, the best first.
+// Generations whose measurement is used, in order of preference.
 std::vector<Generation> measurements_for(Generation generation) {
   switch (generation) {
     case Generation::kInitial:

@@ -74,7 +74,7 @@ TEST_F(ChooseKTest, OwnGenerationThenTheOtherCorrectedOneThenInitialViews) {
   EXPECT_EQ(auto_k_deg(room, Generation::kHlfVd).k_deg, 70.0);
 }
 
-TEST_F(ChooseKTest, RowsThatCouldNotBeMeasuredAreNoMeasurement) {
+TEST_F(ChooseKTest, UnmeasuredRowsAreIgnored) {
   const Room room = room_of({.width = 32});
   store(Generation::kInitial, {std::nan(""), 5.0, std::nan("")});
   EXPECT_EQ(auto_k_deg(room, Generation::kInitial).k_deg, 70.0);
@@ -82,13 +82,13 @@ TEST_F(ChooseKTest, RowsThatCouldNotBeMeasuredAreNoMeasurement) {
   EXPECT_THAT(auto_k_deg(room, Generation::kInitial).source, HasSubstr("model"));
 }
 
-TEST_F(ChooseKTest, CorrectedMeasurementSaysNothingOfInitialViews) {
+TEST_F(ChooseKTest, CorrectedMeasurementIsNotUsedForInitialViews) {
   const Room room = room_of({.width = 32});
   store(Generation::kHlfVd, {1.0, 2.0});
   EXPECT_THAT(auto_k_deg(room, Generation::kInitial).source, HasSubstr("model"));
 }
 
-TEST_F(ChooseKTest, ModelGoesByTheRoomsDistances) {
+TEST_F(ChooseKTest, ModelUsesTheRoomsDistances) {
   SyntheticRoomSpec spec{.side_m = 1.0, .spacing_m = 0.1, .width = 64};
   spec.scene.walls = {{-1.2, -1.2, -1.2}, {1.2, 1.2, 1.2}};
   const AutoK near = auto_k_deg(room_of(spec), Generation::kInitial);
@@ -117,7 +117,7 @@ TEST_F(ChooseKTest, InfinitelyFarRoomConnectsPhysically) {
   EXPECT_EQ(auto_k_deg(room_of(spec), Generation::kInitial).k_deg, 90.0);
 }
 
-TEST_F(ChooseKTest, WithoutDistancesTheModelIsTakenAtThePapersDistance) {
+TEST_F(ChooseKTest, WithoutDistancesTheModelUsesThePapersDistance) {
   const AutoK chosen =
       auto_k_deg(room_of({.side_m = 2.0, .spacing_m = 0.25, .width = 32, .distances = false}),
                  Generation::kInitial);
@@ -133,7 +133,7 @@ TEST_F(ChooseKTest, RoomWithoutCellsHasNoConnection) {
   EXPECT_EQ(chosen.k_deg, 90.0);
 }
 
-TEST_F(ChooseKTest, RequirementsGoBeforeTheModelAndAfterTheRoomsOwnMeasurement) {
+TEST_F(ChooseKTest, RequirementsPrecedeTheModelAndFollowTheMeasurement) {
   const Room room = room_of({.width = 32});
   RoomRequirements required;
   required.connection.model_k_deg = 61.0;
@@ -149,13 +149,13 @@ TEST_F(ChooseKTest, RequirementsGoBeforeTheModelAndAfterTheRoomsOwnMeasurement) 
   EXPECT_EQ(auto_k_deg(room, Generation::kInitial, &required).k_deg, 80.0);
 }
 
-TEST_F(ChooseKTest, RequirementsWithoutConnectionLeaveTheModel) {
+TEST_F(ChooseKTest, RequirementsWithoutConnectionFallBackToTheModel) {
   const RoomRequirements required;
   EXPECT_EQ(auto_k_deg(room_of({.width = 32}), Generation::kHlfVd, &required).source,
             "model E_t over the room's distances");
 }
 
-TEST_F(ChooseKTest, DamagedMeasurementIsNotPassedOver) {
+TEST_F(ChooseKTest, DamagedMeasurementIsAnError) {
   const Room room = room_of({.width = 32});
   write_file_atomically(connection_errors_path(path_), "damaged");
   EXPECT_THROW(auto_k_deg(room, Generation::kInitial), Error);

@@ -7,10 +7,10 @@
 
 namespace raywalk::render {
 
-// What an absolute difference is multiplied by to be seen: 32 levels become 128.
+// Factor that makes absolute differences visible: 32 levels become 128.
 inline constexpr double kErrorGain = 4.0;
 
-// The mean of both: what lies elsewhere in the two pictures appears twice.
+// The mean of both: a feature at different positions in the two pictures appears twice.
 cv::Mat overlay_of(const cv::Mat& view, const cv::Mat& truth);
 
 // |view - truth| times kErrorGain per channel, saturating; black where they agree.

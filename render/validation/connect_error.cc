@@ -20,10 +20,10 @@ namespace raywalk::render {
 namespace {
 
 constexpr int kCorners = 4;
-constexpr int kMostViewpoints = 250;
+constexpr int kMaxViewpoints = 250;
 constexpr int kColumnsPerTask = 16;
 
-// An output column in the overlap of a corner, and what it is read from with either line in front.
+// An output column in the overlap of a corner, and its sources with either line in front.
 struct OverlapColumn {
   int corner = 0;
   int u = 0;
@@ -33,9 +33,9 @@ struct OverlapColumn {
 };
 
 void require_options(const ConnectErrorOptions& options) {
-  if (options.viewpoints < 1 || options.viewpoints > kMostViewpoints) {
+  if (options.viewpoints < 1 || options.viewpoints > kMaxViewpoints) {
     throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
-                                 options.viewpoints, kMostViewpoints));
+                                 options.viewpoints, kMaxViewpoints));
   }
   if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
     throw UsageError(
@@ -50,7 +50,7 @@ void require_options(const ConnectErrorOptions& options) {
   }
 }
 
-// What the columns of one or more overlaps add up to.
+// Sums over the columns of one or more overlaps.
 struct OverlapSum {
   double squared_difference = 0.0;
   std::int64_t columns = 0;
@@ -66,7 +66,7 @@ struct OverlapSum {
   }
 };
 
-// Measures one cell from one viewpoint after the other.
+// Measures one cell, viewpoint by viewpoint.
 class CellMeasurement {
  public:
   CellMeasurement(const Room& room, const Cell& cell, Generation generation,
@@ -83,7 +83,7 @@ class CellMeasurement {
             std::lerp(cell_.z_min_m, cell_.z_max_m, ahead)};
   }
 
-  // All columns that some k of the list compares at a viewpoint.
+  // All columns that any k of the list compares at a viewpoint.
   std::vector<OverlapColumn> overlap_columns(const ViewPlan& plan) const {
     std::vector<OverlapColumn> columns;
     const int width = room_.panorama().width;
@@ -151,7 +151,7 @@ class CellMeasurement {
     return held ? std::optional(source_at(line, index, *crossing)) : std::nullopt;
   }
 
-  // Fills in the sources; false if the two lines do not both hold the column.
+  // Fills in the sources; false unless both lines captured the column.
   bool find_sources(const ViewPlan& plan, OverlapColumn* column) const {
     const double theta_rad =
         angles_from_pixel({static_cast<double>(column->u), 0.0}, room_.panorama()).theta_rad;
@@ -184,7 +184,7 @@ double mean_squared_difference(std::span<const std::uint8_t> a, std::span<const 
   return static_cast<double>(sum) / static_cast<double>(a.size());
 }
 
-// Renders each column from either line and compares the two.
+// Renders each column from each line and compares the two.
 void compare_lines(const ViewInputs& inputs, std::span<OverlapColumn> columns) {
   const size_t bytes = 3 * static_cast<size_t>(inputs.output.height);
   std::array<std::vector<std::uint8_t>, 2> pixels;
@@ -200,7 +200,7 @@ void compare_lines(const ViewInputs& inputs, std::span<OverlapColumn> columns) {
 }
 
 // The sums of a cell: pair (viewpoint, corner) at k is at [(4 viewpoint + corner) * k_count + k].
-// Kept apart until all are there, so that threads do not change the order of additions.
+// Added up only at the end, so that the order of additions does not depend on threads.
 class SumTable {
  public:
   SumTable(int viewpoints, size_t k_count)
@@ -219,7 +219,7 @@ class SumTable {
   std::vector<OverlapSum> sums_;
 };
 
-// An initial view needs no preparation: viewpoints go in parallel.
+// An initial view needs no preparation: viewpoints are parallel.
 void measure_initial(const Room& room, const CellMeasurement& cell, int count, Progress* progress,
                      SumTable* table) {
   parallel_for(0, count, 1, [&](int begin, int end) {
@@ -241,7 +241,8 @@ void measure_initial(const Room& room, const CellMeasurement& cell, int count, P
   });
 }
 
-// Gathering the distances at a viewpoint uses all threads by itself: columns go in parallel.
+// Gathering the distances of a viewpoint is parallel itself: columns are parallel, viewpoints are
+// not.
 void measure_corrected(const CellMeasurement& cell, int count, Renderer* renderer,
                        Progress* progress, SumTable* table) {
   for (int i = 0; i < count; ++i) {
@@ -258,7 +259,7 @@ void measure_corrected(const CellMeasurement& cell, int count, Renderer* rendere
   }
 }
 
-// Sums over pairs that are added one by one.
+// Accumulates pairs one by one.
 class PairTotals {
  public:
   explicit PairTotals(size_t k_count) : totals_(k_count) {}

@@ -2,16 +2,16 @@
 // changes from one to the other.
 //
 // At each corner of a cell, and for each k, the lines connect at clamp(c, 90 deg - k, k)
-// (connection.h), wanted even where the overhang does not suffice. The overlap is that angle plus
-// and minus half the blend; in it, every output column that both lines hold (its ray crosses both
-// within what was captured) is rendered from either line alone, and the two are compared.
+// (connection.h), regardless of the overhang. The overlap is that angle plus and minus half the
+// blend. In it, every output column whose ray crosses the captured part of both lines is rendered
+// from each line alone, and the two are compared.
 //
 // E_connect is the mean squared difference of 8-bit red, green and blue over all these columns of
-// all viewpoints. (11) averages the viewpoints' means instead, which is the same where each has as
-// many columns; where some overlaps are held in part only, a sliver of one column would then count
-// as much as a whole overlap. A k near 45 degrees reads far beyond the corners, so that without
-// much overhang it is measured on other (viewpoint, corner) pairs than one near 90: `coverage` says
-// on how many, and `e_connect_common` takes all k on the same pairs.
+// all viewpoints. (11) averages the viewpoints' means instead, which is the same where each has the
+// same number of columns; where some overlaps are only partly captured, a single column would then
+// count as much as a whole overlap. A k near 45 degrees reads far beyond the corners, so that
+// without much overhang it is measured on other (viewpoint, corner) pairs than a k near 90:
+// `coverage` gives their share, and `e_connect_common` uses the same pairs for all k.
 //
 // A view "from one line" is, by generation:
 //   initial    the vertical cut through the line;
@@ -35,7 +35,7 @@ namespace raywalk::render {
 std::vector<double> default_k_list_deg();
 
 struct ConnectErrorOptions {
-  int viewpoints = 49;       // per side of every cell: centres of so many sub-cells squared, 1..250
+  int viewpoints = 49;       // n per side: centres of n x n sub-cells of every cell, 1..250
   double overlap_deg = 5.0;  // the whole width, above 0 and up to 45
   std::vector<double> k_list_deg = default_k_list_deg();  // each in 45..90
 };
@@ -46,7 +46,7 @@ struct ConnectErrorRow {
   double k_deg = 0.0;
   Generation generation = Generation::kInitial;
   double e_connect = 0.0;
-  double e_connect_common = 0.0;  // over the pairs that every k of the list can read
+  double e_connect_common = 0.0;  // over the pairs that are readable at every k of the list
   double coverage = 0.0;          // share of (viewpoint, corner) pairs with a column to compare
 };
 
@@ -56,9 +56,9 @@ struct ConnectError {
   std::vector<ConnectErrorRow> rows{};  // in the order of options.k_list_deg
 };
 
-// Measures all cells of a room, at the size its panoramas were captured in; prints progress. The
-// result does not depend on the number of threads. Throws UsageError for an option out of range;
-// Error if the room has no cell or lacks the distances that the generation needs; Interrupted.
+// Measures all cells of a room at the size of its panoramas; prints progress. The result does not
+// depend on the number of threads. Throws UsageError for an option out of range; Error if the room
+// has no cell or lacks the distances that the generation needs; Interrupted.
 ConnectError measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options);
 

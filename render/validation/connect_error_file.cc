@@ -47,7 +47,7 @@ void store_connect_error(const std::filesystem::path& room, const ConnectError& 
 
 void write_connect_error(const Room& room, std::span<const Generation> generations,
                          const ConnectErrorOptions& options, std::ostream& table) {
-  // Opened and dropped again: tells whether the room can be written.
+  // Opened only to check that the room can be written.
   { const AtomicFile probe(connection_errors_path(room.directory())); }
   std::vector<ConnectError> measurements;
   for (const Generation generation : generations) {

@@ -1,5 +1,4 @@
-// The connection errors that a room keeps (core/room/connection_errors.h), as this stage measures
-// them.
+// Reads and stores the connection errors of a room (core/room/connection_errors.h).
 #pragma once
 
 #include <filesystem>
@@ -11,7 +10,8 @@
 
 namespace raywalk::render {
 
-// Empty where the room has none. Throws Error as read_connection_errors does.
+// The stored measurements, one per generation; empty where the room has none. Throws Error as
+// read_connection_errors does.
 std::vector<ConnectError> read_connect_error(const std::filesystem::path& room);
 
 // Adds a measurement; it replaces an earlier one of its generation. Throws Error where the room

@@ -37,10 +37,10 @@ class ConnectErrorTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-// Overhang in which every overlap of 5 degrees at the centres of 4 x 4 sub-cells lies.
+// Overhang that contains every overlap of 5 degrees at the centres of 4 x 4 sub-cells.
 constexpr double kAmpleOverhang_m = 1.0;
 
-TEST_F(ConnectErrorTest, LinesAgreeOnWhatIsInfinitelyFar) {
+TEST_F(ConnectErrorTest, LinesAgreeOnPointsAtInfinity) {
   SyntheticRoomSpec spec{.overhang_m = kAmpleOverhang_m};
   spec.scene.infinitely_far = true;
   for (const Generation generation : kGenerations) {
@@ -71,8 +71,8 @@ TEST_F(ConnectErrorTest, KnownDifferenceIsMeasuredExactly) {
   }
 }
 
-// In the middle of the cell the line behind is about as far as those in front and makes half of a
-// two-sided column, the same half on both sides of the connection.
+// In the middle of the cell the line behind is about as far away as those in front and contributes
+// half of a two-sided column, the same half on both sides of the connection.
 TEST_F(ConnectErrorTest, TwoSidedViewsDifferByTheLineInFrontOnly) {
   const ConnectError result =
       measure(room_of_two_greys(), Generation::kTwoSided, {.viewpoints = 1});
@@ -80,8 +80,8 @@ TEST_F(ConnectErrorTest, TwoSidedViewsDifferByTheLineInFrontOnly) {
               Each(Field(&ConnectErrorRow::e_connect, ::testing::DoubleNear(16.0 * 16.0, 25.0))));
 }
 
-// At the middle of a cell every corner is at 45 degrees, so all k connect alike; the two columns
-// are written out here from the frames.
+// At the middle of a cell every corner is at 45 degrees, so that all k connect alike; the two
+// columns are computed here from the frames.
 TEST_F(ConnectErrorTest, MiddleOfACellAgreesWithTheFramesThemselves) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25, .distances = false};
   const ConnectError result = measure(spec, Generation::kInitial, {.viewpoints = 1});
@@ -181,12 +181,12 @@ TEST_F(ConnectErrorTest, CommonErrorIsOverThePairsOfTheMostDemandingK) {
   const ConnectErrorRow& lfu = result.rows.front();
   const ConnectErrorRow& rayspace360 = result.rows.back();
   ASSERT_LT(lfu.coverage, rayspace360.coverage);
-  // What k = 45 can read, every k can.
+  // Every k can read what k = 45 can read.
   EXPECT_EQ(lfu.e_connect_common, lfu.e_connect);
   EXPECT_NE(rayspace360.e_connect_common, rayspace360.e_connect);
 }
 
-// At a physical connection both lines are read at the corner, where they have seen the same.
+// At a physical connection both lines are read at the corner, where they captured the same rays.
 TEST_F(ConnectErrorTest, NarrowPhysicalConnectionHasHardlyAnError) {
   const SyntheticRoomSpec spec{.overhang_m = kAmpleOverhang_m, .width = 256, .distances = false};
   const ConnectError result =
@@ -195,7 +195,7 @@ TEST_F(ConnectErrorTest, NarrowPhysicalConnectionHasHardlyAnError) {
   EXPECT_LT(result.rows[1].e_connect, 0.01 * result.rows[0].e_connect);
 }
 
-TEST_F(ConnectErrorTest, CorrectionTakesTheErrorAway) {
+TEST_F(ConnectErrorTest, CorrectionRemovesTheError) {
   const SyntheticRoomSpec spec{.overhang_m = 0.25};
   const ConnectErrorOptions options{.viewpoints = 5};
   const double initial = measure(spec, Generation::kInitial, options).rows.back().e_connect;
@@ -221,7 +221,7 @@ TEST_F(ConnectErrorTest, ThreadsDoNotChangeTheResult) {
   }
 }
 
-TEST_F(ConnectErrorTest, RowsSayWhatTheyAre) {
+TEST_F(ConnectErrorTest, RowsNameTheirConnection) {
   const ConnectErrorOptions options{.viewpoints = 2, .k_list_deg = {90.0, 62.5, 45.0}};
   const ConnectError result = measure({.overhang_m = 0.5}, Generation::kHlfVd, options);
   EXPECT_THAT(result.rows, Each(Field(&ConnectErrorRow::generation, Generation::kHlfVd)));
@@ -261,7 +261,7 @@ TEST_F(ConnectErrorTest, RoomWithoutCellsOrDistancesIsRefused) {
   EXPECT_THAT(error_of({.distances = false}, Generation::kHlfVd), HasSubstr("no distances"));
 }
 
-TEST(ConnectErrorTableTest, ShowsEveryRowAndWhatCouldNotBeMeasured) {
+TEST(ConnectErrorTableTest, ShowsEveryRowAndADashForUnmeasuredErrors) {
   ConnectError measurement;
   measurement.generation = Generation::kHlfVd;
   measurement.rows.resize(2);

@@ -20,10 +20,10 @@
 namespace raywalk::render {
 namespace {
 
-constexpr int kLargestViewpoints = 1000;
+constexpr int kMaxViewpoints = 1000;
 // Steps of 0.1 N over the paper's range 1.2 N to 2.5 N.
 constexpr int kSweepSamples = 14;
-// Distances closer than this (in N) are one sample of the sweep.
+// Distances closer together than this (in N) count as one sample of the sweep.
 constexpr double kSameDistance = 1e-6;
 
 struct StatedOptimum {
@@ -47,8 +47,8 @@ void check_options(const ErrorModelOptions& options) {
           "the cell's side must be a positive number of metres");
   require(std::isfinite(options.step_m) && options.step_m >= 0.0,
           "the station step must be a number of metres, at least 0");
-  require(options.viewpoints >= 1 && options.viewpoints <= kLargestViewpoints,
-          "the viewpoints per side must be 1 to " + std::to_string(kLargestViewpoints) + ", not " +
+  require(options.viewpoints >= 1 && options.viewpoints <= kMaxViewpoints,
+          "the viewpoints per side must be 1 to " + std::to_string(kMaxViewpoints) + ", not " +
               std::to_string(options.viewpoints));
   require(!options.distances_over_side.empty(), "give at least one source distance");
   for (const double distance : options.distances_over_side) {
@@ -113,7 +113,7 @@ const StatedOptimum* stated_optimum(double distance) {
   return stated == kStatedOptima.end() ? nullptr : stated;
 }
 
-// "76", or a dash where the paper states none.
+// The paper's optimum, "76", or "-" where it states none.
 std::string stated_text(double distance) {
   const StatedOptimum* stated = stated_optimum(distance);
   return stated == nullptr ? "-" : std::to_string(stated->k_deg);

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-// A few viewpoints are enough wherever the optimum itself is not the subject.
+// A few viewpoints are enough where the optimum itself is not tested.
 constexpr int kFewViewpoints = 5;
 
 class ErrorModelReportTest : public testing::Test {
@@ -113,7 +113,7 @@ TEST_F(ErrorModelReportTest, CoarseStepMeetsThePaperAt76) {
   EXPECT_EQ(optimum_k_deg(1.5), 76);
   EXPECT_EQ(optimum_k_deg(2.0), 75);
   EXPECT_EQ(optimum_k_deg(2.5), 74);
-  // Beside what the paper states.
+  // With the paper's values.
   EXPECT_THAT(table, testing::ContainsRegex("1\\.2 +1\\.2 +78 +87 "));
   EXPECT_THAT(table, testing::ContainsRegex("1\\.5 +1\\.5 +76 +76 "));
   EXPECT_THAT(table, testing::ContainsRegex("2 +2 +75 +- "));
@@ -191,7 +191,7 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
   refuses([&](ErrorModelOptions& o) { o.distances_over_side = {nan}; });
 }
 
-TEST_F(ErrorModelReportTest, SaysWhereItCannotWrite) {
+TEST_F(ErrorModelReportTest, NamesAnUnwritableDirectory) {
   write_file_atomically(directory_ / "report", "a file in the way");
   try {
     write(options());

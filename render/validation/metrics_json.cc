@@ -29,7 +29,7 @@ ordered_json json_of(const Validation& validation, const ValidatedView& view) {
   return json;
 }
 
-// NaN, for what could not be measured, becomes null when the text is made.
+// NaN (not measurable) becomes null when the text is written.
 ordered_json json_of(const ConnectErrorRow& row) {
   return {{"connection", row.connection},
           {"k_deg", row.k_deg},
@@ -59,7 +59,7 @@ std::string metrics_json(const Validation& validation) {
     const std::string name = generation_name(validation.modes[mode].options.generation);
     json["means"][name] = json_of(mean_scores(validation, mode));
   }
-  // A room's name may be of any bytes; what is not UTF-8 is replaced.
+  // A room's name may contain any bytes; invalid UTF-8 is replaced.
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -1,4 +1,4 @@
-// The measurements of a validation for programs to read.
+// The measurements of a validation as JSON.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace raywalk::render {
 //                          "e_connect", "e_connect_common", "coverage"}],
 //    "means": {<generation>: {"psnr_db", "ws_psnr_db", "ssim", "fsim"}}}
 // "name" is the stem of the truth's file; "layers" is 0 in initial views; PSNRs are at most
-// kMostPsnrDb. A value that was not measured (no viewpoint had a readable overlap) is null.
+// kMaxPsnrDb. A value that was not measured (no viewpoint had a readable overlap) is null.
 std::string metrics_json(const Validation& validation);
 
 }  // namespace raywalk::render

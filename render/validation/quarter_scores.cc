@@ -3,6 +3,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "core/geometry/panorama_pixels.h"
 #include "render/validation/view_scores.h"
 #include "render/view/view_plan.h"
 
@@ -12,7 +13,7 @@ cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
   const int width = panorama.cols;
   const double centre = (theta_rad / kTwoPi + 0.5) * width;  // the pixel edge at theta
   const int first = static_cast<int>(std::lround(centre - width / 8.0));
-  const int begin = ((first % width) + width) % width;
+  const int begin = wrapped_column(first, width);
   const int before_seam = std::min(width / 4, width - begin);
   cv::Mat left = panorama.colRange(begin, begin + before_seam);
   if (before_seam == width / 4) return left;
@@ -23,7 +24,7 @@ cv::Mat quarter_of(const cv::Mat& panorama, double theta_rad) {
 
 std::vector<QuarterScore> score_quarters(const Grid& grid, PlanPoint viewpoint, const cv::Mat& view,
                                          const cv::Mat& truth, const cv::Mat& mask) {
-  // Ray-space360's plan without a blend: straight ahead every side is its own line's.
+  // Ray-space360's plan without a blend: straight ahead every side is read from its own line.
   const ViewPlan plan(grid, viewpoint, {kHalfPi, 0.0});
   std::vector<QuarterScore> scores;
   for (const Side side : {Side::kFront, Side::kRight, Side::kBack, Side::kLeft}) {

@@ -48,10 +48,10 @@ TEST(QuarterScores, EverySideHasItsDistanceAndItsError) {
   EXPECT_NEAR(scores[1].line_distance_m, 0.2, 1e-9);
   EXPECT_NEAR(scores[2].line_distance_m, 0.6, 1e-9);
   EXPECT_NEAR(scores[3].line_distance_m, 0.8, 1e-9);
-  EXPECT_EQ(scores[0].psnr_db, kMostPsnrDb);
+  EXPECT_EQ(scores[0].psnr_db, kMaxPsnrDb);
   EXPECT_LT(scores[1].psnr_db, 50.0);
-  EXPECT_EQ(scores[2].psnr_db, kMostPsnrDb);
-  EXPECT_EQ(scores[3].psnr_db, kMostPsnrDb);
+  EXPECT_EQ(scores[2].psnr_db, kMaxPsnrDb);
+  EXPECT_EQ(scores[3].psnr_db, kMaxPsnrDb);
 }
 
 TEST(QuarterScores, ASingleLineServesTheSideItIsSeenOn) {

@@ -19,7 +19,7 @@ namespace raywalk::render {
 namespace {
 
 constexpr double kHeightTolerance_m = 0.005;  // a pixel at 1.6 m in a panorama 2048 pixels wide
-constexpr int kLeastWidth_px = 32;            // the metrics need 8 columns in a quarter of it
+constexpr int kMinWidth_px = 32;              // the metrics need 8 columns in a quarter
 
 double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -43,23 +43,23 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
   truth.line_distance_m = nearest_line_m(room.grid(), plan);
   truth.width = panorama_size_of(truth.file).width;
-  if (truth.width % 4 != 0 || truth.width < kLeastWidth_px) {
+  if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
     throw Error(
         fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at "
                     "least {}",
-                    truth.file.string(), truth.width, kLeastWidth_px));
+                    truth.file.string(), truth.width, kMinWidth_px));
   }
   if (table.has_column("mask") && !table.text(row, "mask").empty()) {
     truth.mask = list.parent_path() / table.text(row, "mask");
     if (cv::countNonZero(read_mask(truth.mask, {truth.width, truth.width / 2})) == 0) {
-      throw Error(truth.mask.string() + " masks every pixel; leave nothing to compare out of the " +
-                  "list");
+      throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
     }
   }
   const double off_height_m = std::abs(table.number(row, "y") - plan.height_m());
   if (off_height_m > kHeightTolerance_m) {
-    spdlog::warn("{}: captured {:.3f} m off the height of the lines, which views are rendered at",
-                 table.where(row), off_height_m);
+    spdlog::warn(
+        "{}: captured {:.3f} m off the height of the lines; views are rendered at that height",
+        table.where(row), off_height_m);
   }
   return truth;
 }
@@ -75,12 +75,12 @@ std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room&
       truths.push_back(truth_at(table, row, list, room));
     } catch (const Error& e) {
       const std::string what = e.what();
-      // A number that does not parse already says where.
+      // Errors of the table already name the row.
       throw Error(what.starts_with(table.where(row)) ? what : table.where(row) + ": " + what);
     }
     if (!names.insert(truths.back().name).second) {
       throw Error(table.where(row) + ": the name " + excerpt(truths.back().name) +
-                  " appears twice; views are told apart by their file's stem");
+                  " appears twice; file stems must be unique");
     }
   }
   if (truths.empty()) {

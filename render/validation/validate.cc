@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostSamples = 3;
+constexpr std::size_t kMaxSamples = 3;
 constexpr int kPageWidth_px = 720;  // of a picture on the page: sharp at half the page's width
 
 std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
@@ -33,7 +33,7 @@ std::vector<std::unique_ptr<Renderer>> renderers_of(const Room& room,
   return renderers;
 }
 
-// Where the sample of a truth lies in the report; none if it is not shown.
+// Position of a truth among the report's samples; none if it is not shown.
 PictureSample* sample_of(Validation& validation, std::size_t truth) {
   const auto found = std::find_if(validation.samples.begin(), validation.samples.end(),
                                   [&](const PictureSample& s) { return s.truth == truth; });
@@ -69,7 +69,7 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   Validation validation;
   validation.volume = room.directory().string();
   validation.has_distances = room.has_distances();
-  for (const std::size_t truth : spread_over_distance(truths, kMostSamples)) {
+  for (const std::size_t truth : spread_over_distance(truths, kMaxSamples)) {
     validation.samples.push_back({.truth = truth});
   }
   Progress progress("validating", static_cast<std::int64_t>(truths.size() * modes.size()), "views");
@@ -126,7 +126,8 @@ ViewScores mean_scores(const Validation& validation, std::size_t mode) {
 
 std::string validate(const Room& room, const ValidateOptions& options) {
   std::vector<TruthView> truths = read_truth(options.truth, room);
-  renderers_of(room, options.modes, truths.front().width);  // refuses what cannot be rendered
+  renderers_of(room, options.modes,
+               truths.front().width);  // throws for modes that cannot be rendered
   prepare_report(options.report);
   Validation validation = validate_views(room, std::move(truths), options.modes);
   validation.connection_error = connection_errors(room, options.modes, options.connect);

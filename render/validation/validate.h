@@ -1,4 +1,5 @@
-// The work of `raywalk-render validate`: every true viewpoint rendered and measured.
+// The work of `raywalk-render validate`: renders every true viewpoint and compares it with its
+// truth.
 #pragma once
 
 #include <filesystem>
@@ -25,7 +26,7 @@ struct ValidatedView {
   std::vector<QuarterScore> quarters{};  // the same sides in the same order in every mode
 };
 
-// A truth and its views as pictures for the report.
+// A truth and its views as thumbnails for the report.
 struct PictureSample {
   std::size_t truth = 0;                  // index into Validation::truths
   cv::Mat truth_picture{};                // shrunk for the page
@@ -42,30 +43,30 @@ struct Validation {
   std::vector<ConnectError> connection_error{};  // empty where the room has no cell
 };
 
-// Renders and scores every truth in every mode at the truth's width (mode.options.width is not
-// used). A few are kept as pictures, spread over the distance from the line. Connection errors are
-// left out. Throws Error as Renderer and read_panorama do.
+// Renders and scores every truth in every mode at the truth's width (mode.options.width is
+// ignored). A few are kept as pictures, spread over the distance from the line. connection_error is
+// left empty. Throws Error as Renderer and read_panorama do.
 Validation validate_views(const Room& room, std::vector<TruthView> truths,
                           std::vector<ViewMode> modes);
 
-// The connection error of every generation in `modes`, as the room keeps it (connect_error_file.h)
-// if it was measured with these options, else measured now; none where the room has no cell.
+// The connection error of every generation in `modes`: the room's stored one (connect_error_file.h)
+// if it was measured with these options, else measured now. Empty where the room has no cell.
 std::vector<ConnectError> connection_errors(const Room& room, std::span<const ViewMode> modes,
                                             const ConnectErrorOptions& options);
 
-// The views' scores of one mode, averaged.
+// Mean scores of the views of one mode.
 ViewScores mean_scores(const Validation& validation, std::size_t mode);
 
 struct ValidateOptions {
   std::filesystem::path truth{};   // gt.csv
-  std::filesystem::path report{};  // directory, made if it is missing
+  std::filesystem::path report{};  // directory, created if it is missing
   std::vector<ViewMode> modes{};
   ConnectErrorOptions connect{};
 };
 
 // Reads the truth, checks that the report can be written, renders, measures, and writes
-// `report`/metrics.json and `report`/index.html, each complete when it appears. Returns what to
-// tell the user. Throws Error before any rendering where the input or the report's place is wrong.
+// `report`/metrics.json and `report`/index.html, each atomically. Returns a summary for the user.
+// Throws Error before any rendering where the input is wrong or the report cannot be written.
 std::string validate(const Room& room, const ValidateOptions& options);
 
 }  // namespace raywalk::render

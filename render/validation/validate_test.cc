@@ -38,7 +38,7 @@ class ValidateTest : public ::testing::Test {
     options_.modes.push_back(mode(Generation::kTwoSided));
   }
   static ViewMode mode(Generation generation) {
-    return {.options = {.generation = generation, .k_deg = 80.0}, .k_source = "as asked for"};
+    return {.options = {.generation = generation, .k_deg = 80.0}, .k_source = "given"};
   }
   void make_truth(const std::string& name, PlanPoint at, int width) const {
     write_image(directory_ / (name + ".png"), render_truth(spec_, at, width));
@@ -74,7 +74,7 @@ std::set<std::string> keys_of(const json& object) {
   return keys;
 }
 
-TEST_F(ValidateTest, WritesTheMetricsAsPromised) {
+TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   make_room({.overhang_m = 0.25, .width = 128});
   make_two_truths();
   validate(room_, options_);
@@ -105,7 +105,7 @@ TEST_F(ValidateTest, WritesTheMetricsAsPromised) {
   EXPECT_GE(all["connection_error"][0]["e_connect"], 0.0);
 }
 
-TEST_F(ValidateTest, ThePageStandsAlone) {
+TEST_F(ValidateTest, ThePageIsSelfContained) {
   make_room({.width = 64});
   make_two_truths();
   const std::string said = validate(room_, options_);
@@ -119,12 +119,12 @@ TEST_F(ValidateTest, ThePageStandsAlone) {
   EXPECT_EQ(files, 2U);
 }
 
-TEST_F(ValidateTest, IdenticalPicturesAreStillJson) {
+TEST_F(ValidateTest, IdenticalPicturesGiveFiniteJson) {
   make_room({.scene = {.contrast = 0.0}, .width = 64});
   make_two_truths();
   validate(room_, options_);
-  EXPECT_EQ(metrics()["means"]["hlf-vd"]["psnr_db"], kMostPsnrDb);
-  EXPECT_EQ(metrics()["means"]["hlf-vd"]["ws_psnr_db"], kMostPsnrDb);
+  EXPECT_EQ(metrics()["means"]["hlf-vd"]["psnr_db"], kMaxPsnrDb);
+  EXPECT_EQ(metrics()["means"]["hlf-vd"]["ws_psnr_db"], kMaxPsnrDb);
 }
 
 TEST_F(ValidateTest, AnErrorThatCannotBeMeasuredIsNull) {
@@ -157,7 +157,7 @@ TEST_F(ValidateTest, ATruthMayHaveAnotherSize) {
   EXPECT_EQ(metrics()["views"].size(), 6U);
 }
 
-// A dolly that stands in the true views only: what is masked of them counts in no figure.
+// A dolly that is in the true views only: masked pixels affect no score.
 TEST_F(ValidateTest, MaskedPixelsOfATruthAreNotCompared) {
   make_room({.width = 64});
   make_two_truths();

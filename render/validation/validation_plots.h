@@ -1,4 +1,4 @@
-// The plots of a validation's page, as SVG.
+// The plots of the validation report, as SVG.
 #pragma once
 
 #include <optional>
@@ -19,21 +19,21 @@ inline constexpr QuarterMetric kQuarterPsnr{"PSNR", "PSNR / dB", &QuarterScore::
 inline constexpr QuarterMetric kQuarterSsim{"SSIM", "SSIM", &QuarterScore::ssim};
 inline constexpr QuarterMetric kQuarterFsim{"FSIM", "FSIM", &QuarterScore::fsim};
 
-// Index of the mode that makes initial views; none if that was not asked for.
+// Index of the mode with initial views; none if there is none.
 std::optional<std::size_t> initial_mode(const Validation& validation);
 
 // A metric of every quarter over its distance from the line, one series for each mode.
 std::string metric_plot(const Validation& validation, const QuarterMetric& metric);
 
-// What each mode gains over the initial view (which is drawn as the zero), over the distance from
-// the line. Needs initial_mode().
+// The gain of each mode over the initial view, which is the zero line, over the distance from the
+// line. initial_mode() must have a value.
 std::string gain_plot(const Validation& validation, const QuarterMetric& metric);
 
 // E_connect over k, one series for each generation.
 std::string connection_error_plot(const Validation& validation);
 
-// The same at a scale at which the corrected generations can be told apart: they lie far below the
-// initial views. None where they or the initial views were not measured.
+// The same at a scale that resolves the corrected generations, which lie far below the initial
+// views. None where they or the initial views were not measured.
 std::optional<std::string> corrected_connection_error_plot(const Validation& validation);
 
 }  // namespace raywalk::render

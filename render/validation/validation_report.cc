@@ -8,6 +8,7 @@
 
 #include "core/base/median.h"
 #include "core/report/html_page.h"
+#include "core/report/markup.h"
 #include "render/validation/validation_plots.h"
 
 namespace raywalk::render {
@@ -15,11 +16,11 @@ namespace {
 
 constexpr const char* kNotMeasured = "–";
 
-// A metric as the tables show it.
+// A metric as a table column.
 struct MetricColumn {
   const char* heading;         // with unit
   double ViewScores::*member;  // larger is better
-  int decimals;                // that carry meaning
+  int decimals;                // significant ones
 };
 
 constexpr std::array kColumns{MetricColumn{"PSNR / dB", &ViewScores::psnr_db, 2},
@@ -31,10 +32,6 @@ std::string mode_name(const ViewMode& mode) { return generation_name(mode.option
 
 const ValidatedView& view_at(const Validation& validation, std::size_t truth, std::size_t mode) {
   return validation.views[truth * validation.modes.size() + mode];
-}
-
-std::string number(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : kNotMeasured;
 }
 
 std::string percent(double share) { return fmt::format("{:.2f} %", 100.0 * share); }
@@ -53,12 +50,12 @@ std::size_t best_mode(const Validation& validation) {
   return best;
 }
 
-// A name and its numbers; the largest stands out.
+// A row of a name and its numbers; the largest is emphasised.
 std::vector<HtmlCell> row_of(std::string name, const std::vector<double>& values, int decimals) {
   std::vector<HtmlCell> row{{std::move(name)}};
   const double largest = *std::max_element(values.begin(), values.end());
   for (const double value : values) {
-    row.push_back({number(value, decimals), values.size() > 1 && value == largest});
+    row.push_back({number_or_dash(value, decimals), values.size() > 1 && value == largest});
   }
   return row;
 }
@@ -74,15 +71,15 @@ std::vector<double> render_times(const Validation& validation, std::size_t mode)
 void add_headline(const Validation& validation, HtmlPage& page) {
   const std::size_t best = best_mode(validation);
   const ViewScores scores = mean_scores(validation, best);
-  std::vector<HtmlFact> facts{
-      {"mean PSNR, " + mode_name(validation.modes[best]), number(scores.psnr_db, 2) + " dB"}};
+  std::vector<HtmlFact> facts{{"mean PSNR, " + mode_name(validation.modes[best]),
+                               number_or_dash(scores.psnr_db, 2) + " dB"}};
   const auto initial = initial_mode(validation);
   if (initial && *initial != best) {
     const double gain_db = scores.psnr_db - mean_scores(validation, *initial).psnr_db;
     facts.push_back({"gain over initial views", fmt::format("{:+.2f} dB", gain_db)});
   }
-  facts.push_back({"mean SSIM", number(scores.ssim, 4)});
-  facts.push_back({"mean FSIM", number(scores.fsim, 4)});
+  facts.push_back({"mean SSIM", number_or_dash(scores.ssim, 4)});
+  facts.push_back({"mean FSIM", number_or_dash(scores.fsim, 4)});
   facts.push_back(
       {"median time of a view", fmt::format("{:.0f} ms", median(render_times(validation, best)))});
   page.add_facts(facts);
@@ -94,7 +91,7 @@ void add_headline(const Validation& validation, HtmlPage& page) {
 }
 
 void add_means(const Validation& validation, HtmlPage& page) {
-  HtmlTable table{.caption = "Mean over all views; the best of a column stands out",
+  HtmlTable table{.caption = "Mean over all views; the best of each column is emphasised",
                   .header = {"generation", "connection", "k / deg"}};
   for (const ViewMode& mode : validation.modes) {
     table.rows.push_back(
@@ -109,17 +106,18 @@ void add_means(const Validation& validation, HtmlPage& page) {
     const double best = *std::max_element(means.begin(), means.end());
     for (std::size_t mode = 0; mode < means.size(); ++mode) {
       table.rows[mode].push_back(
-          {number(means[mode], column.decimals), means.size() > 1 && means[mode] == best});
+          {number_or_dash(means[mode], column.decimals), means.size() > 1 && means[mode] == best});
     }
   }
   table.header.push_back("median time / ms");
   for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
-    table.rows[mode].push_back({number(median(render_times(validation, mode)), 0)});
+    table.rows[mode].push_back({number_or_dash(median(render_times(validation, mode)), 0)});
   }
   page.add_table(table);
 }
 
-// Which modes a sample is shown in: initial and the best in full, another one by its error.
+// The modes a sample is shown in: initial and the best with all pictures, another one with its
+// error only.
 struct ShownModes {
   std::vector<std::size_t> in_full{};
   std::vector<std::size_t> by_error{};
@@ -168,9 +166,10 @@ void add_sample(const Validation& validation, const PictureSample& sample, HtmlP
 void add_gains(const Validation& validation, HtmlPage& page) {
   page.add_section("Quality over the distance from the line");
   page.add_paragraph(
-      "As Fig. 13 of the paper. Each point is the quarter of a view that faces a line, placed by "
+      "As Fig. 13 of the paper. Each point is the quarter of a view that faces a line, plotted "
+      "over "
       "the distance from the viewpoint to that line: the vertical parallax grows with it, and so "
-      "does what its correction gains.");
+      "does the gain of correcting it.");
   std::vector<HtmlFigure> figures{
       svg_figure(metric_plot(validation, kQuarterPsnr), "PSNR of every quarter")};
   if (initial_mode(validation) && validation.modes.size() > 1) {
@@ -182,14 +181,14 @@ void add_gains(const Validation& validation, HtmlPage& page) {
   page.add_figures(figures);
 }
 
-// The numbers of a column; the least stands out.
+// The numbers of a column; the least is emphasised.
 std::vector<HtmlCell> column_over_k(const ConnectError& measured, double ConnectErrorRow::*member) {
   double least = std::nan("");
   for (const ConnectErrorRow& row : measured.rows) least = std::fmin(least, row.*member);
   std::vector<HtmlCell> column;
   column.reserve(measured.rows.size());
   for (const ConnectErrorRow& row : measured.rows) {
-    column.push_back({number(row.*member, 1), row.*member == least});
+    column.push_back({number_or_dash(row.*member, 1), row.*member == least});
   }
   return column;
 }
@@ -214,7 +213,7 @@ HtmlTable connection_error_table(const Validation& validation) {
   std::vector<HtmlCell> coverage;
   coverage.reserve(first.size());
   for (const ConnectErrorRow& row : first) {
-    coverage.push_back({number(100.0 * row.coverage, 0) + " %"});
+    coverage.push_back({number_or_dash(100.0 * row.coverage, 0) + " %"});
   }
   add_column("corners read", coverage);
   return table;
@@ -227,9 +226,9 @@ void add_connection_error(const Validation& validation, HtmlPage& page) {
   page.add_paragraph(fmt::format(
       "E_connect, equation (11) of the paper: the mean squared difference of 8-bit RGB between "
       "what the two lines of a corner show in an overlap of {1:g} degrees, over the centres of "
-      "{0} x {0} sub-cells of every cell. Smaller is better; the least of a column stands out. A "
-      "corner is read where both lines hold some of its overlap; \"common\" is over the corners "
-      "that can be read at every k.",
+      "{0} x {0} sub-cells of every cell. Smaller is better; the least of each column is "
+      "emphasised. A corner is readable where both lines captured part of its overlap; \"common\" "
+      "is over the corners that are readable at every k.",
       options.viewpoints, options.overlap_deg));
   page.add_table(connection_error_table(validation));
   std::vector<HtmlFigure> figures{
@@ -253,14 +252,14 @@ void add_view_table(const Validation& validation, const MetricColumn& column, Ht
     std::vector<HtmlCell> row = row_of(truth.name, values, column.decimals);
     row.insert(row.begin() + 1, {{fmt::format("{:g}", truth.viewpoint.x_m)},
                                  {fmt::format("{:g}", truth.viewpoint.z_m)},
-                                 {number(100.0 * truth.line_distance_m, 1)}});
+                                 {number_or_dash(100.0 * truth.line_distance_m, 1)}});
     table.rows.push_back(std::move(row));
   }
   page.add_table(table);
 }
 
 void add_making(const Validation& validation, HtmlPage& page) {
-  page.add_section("What the views were made of");
+  page.add_section("How the views were rendered");
   for (const ViewMode& mode : validation.modes) {
     page.add_paragraph(
         fmt::format("{}: connection {} at k = {:g} degrees ({}), blended over {:g} "
@@ -273,7 +272,7 @@ void add_making(const Validation& validation, HtmlPage& page) {
                     [](const ValidatedView& view) { return view.report.limited_corners > 0; });
   page.add_paragraph(
       fmt::format("In {} of {} views at least one corner connects nearer to the physical "
-                  "connection than k asks for, because the overhang of its lines runs out.",
+                  "connection than k requires, because the overhang of its lines runs out.",
                   limited, validation.views.size()));
   HtmlTable table{.caption =
                       "Shares of pixels: filled from other stations because the lines in "
@@ -289,7 +288,7 @@ void add_making(const Validation& validation, HtmlPage& page) {
                           {percent(report.filled_share)},
                           {percent(report.stretched_share)},
                           {percent(report.empty_share)},
-                          {number(report.render_ms, 0)}});
+                          {number_or_dash(report.render_ms, 0)}});
   }
   page.add_table(table);
 }

@@ -1,5 +1,5 @@
-// A validation as a page to look at: pictures of views beside their truth (Fig. 12 of the paper),
-// gain over the distance from the line (Fig. 13), connection errors (Table 2), and every number.
+// The HTML report of a validation: pictures of views beside their truth (Fig. 12 of the paper),
+// gain over the distance from the line (Fig. 13), connection errors (Table 2), and all scores.
 #pragma once
 
 #include <string>

@@ -1,5 +1,4 @@
-// One way of rendering views, as it is reported: what the renderer is told, and how that was
-// chosen.
+// A rendering mode as it is reported: the renderer's options, and how k was chosen.
 #pragma once
 
 #include <string>
@@ -11,7 +10,7 @@ namespace raywalk::render {
 struct ViewMode {
   ViewOptions options{};
   std::string connection = "hybrid";  // "hybrid", "lfu" or "rayspace360"
-  std::string k_source{};             // where options.k_deg comes from, in words
+  std::string k_source{};             // how options.k_deg was chosen, for the user
 };
 
 }  // namespace raywalk::render

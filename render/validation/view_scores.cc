@@ -10,8 +10,8 @@ namespace raywalk::render {
 
 ViewScores score_view(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask) {
   const cv::Mat completed = truth_completed_by(view, truth, mask);
-  return {.psnr_db = std::min(kMostPsnrDb, psnr_db(view, truth, mask)),
-          .ws_psnr_db = std::min(kMostPsnrDb, ws_psnr_db(view, truth, mask)),
+  return {.psnr_db = std::min(kMaxPsnrDb, psnr_db(view, truth, mask)),
+          .ws_psnr_db = std::min(kMaxPsnrDb, ws_psnr_db(view, truth, mask)),
           .ssim = ssim(view, completed),
           .fsim = fsim(view, completed)};
 }

@@ -1,4 +1,4 @@
-// How near a rendered view is to its ground truth: one number per metric of render/metrics.
+// Scores of a rendered view against its ground truth: one number per metric of render/metrics.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -6,19 +6,19 @@
 
 namespace raywalk::render {
 
-// PSNR of identical pictures is infinite, which neither JSON nor a mean can hold: both PSNRs count
-// as at most this. An 8-bit picture that differs at all is rarely above 90 dB.
-inline constexpr double kMostPsnrDb = 100.0;
+// PSNR of identical pictures is infinite, which JSON cannot represent and a mean cannot use: both
+// PSNRs are clamped to this. An 8-bit picture that differs at all is rarely above 90 dB.
+inline constexpr double kMaxPsnrDb = 100.0;
 
 struct ViewScores {
-  double psnr_db = 0.0;     // over RGB, at most kMostPsnrDb
+  double psnr_db = 0.0;     // over RGB, at most kMaxPsnrDb
   double ws_psnr_db = 0.0;  // the same weighted by solid angle
   double ssim = 0.0;        // on luma
   double fsim = 0.0;        // on luma
 };
 
-// Pixels where `mask` (CV_8UC1 of the pictures' size, or empty) is 0 say nothing: the PSNRs leave
-// them out; to SSIM and FSIM, which compare neighbourhoods, both pictures agree there.
+// Pixels where `mask` (CV_8UC1 of the pictures' size, or empty) is 0 are ignored: the PSNRs skip
+// them; for SSIM and FSIM, which compare neighbourhoods, the truth there is replaced by the view.
 // Throws Error as the metrics do (sizes differ, not CV_8UC3, nothing but masked pixels).
 ViewScores score_view(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& mask = cv::Mat());
 

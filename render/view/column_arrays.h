@@ -10,7 +10,7 @@
 
 namespace raywalk::render {
 
-// Where the rows of an output column lie in a map's column: row, and fraction of the way to row
+// Positions of the rows of an output column in a map's column: row, and fraction of the way to row
 // + 1.
 struct RowMapping {
   RowMapping(int rows, int map_rows)
@@ -36,12 +36,12 @@ struct RowMapping {
   std::vector<int> first_row;  // of the rows that are nearest to each map row; one more for the end
 };
 
-// Columns up to 2^k apart where they still lie within half a row's height of each other: as exact
-// an interpolation as that between rows, from fewer columns. In a panorama of no multiple of 2^k
-// columns they are never so far apart.
+// Interpolates between columns up to 2^k apart where they still lie within half a row's height of
+// each other: as exact as the interpolation between rows, from fewer columns. A level 2^k that does
+// not divide the panorama's width is not used.
 inline PolarColumns polar_columns(PanoramaSize size) {
   PolarColumns polar;
-  for (int k = 0; k < PolarColumns::kMostDoublings; ++k) {
+  for (int k = 0; k < PolarColumns::kMaxDoublings; ++k) {
     const int step = 2 << k;
     if (size.width % step != 0) break;
     polar.rows[k] = static_cast<int>(std::asin(0.5 / step) / kPi * size.height);

@@ -1,12 +1,11 @@
 // The inner loops of rendering: each works on one column and touches contiguous memory only.
-//
-// Every loop is compiled twice, for any x86-64 (or other) processor and for AVX2, and picked at run
-// time; both do the same arithmetic without fused multiply-add and in the same fixed point, so a
-// picture does not depend on the machine it was made on.
+// Every loop is compiled twice, for the baseline processor and for AVX2, and picked at run time;
+// both use the same arithmetic, without fused multiply-add and in the same fixed point, so that a
+// picture does not depend on the machine.
 //
 // Notation: a column frame has the axes forward (the plan direction of the column), up, and side
 // (to the right, towards growing theta). omega is the inverse distance 1/rho from the viewpoint, so
-// that infinitely far (omega = 0) needs no special case: with o = viewpoint - station, the
+// that points at infinity (omega = 0) need no special case: with o = viewpoint - station, the
 // direction from a station to the point seen at latitude phi is (cos phi + omega o_forward, sin phi
 // + omega o_up, omega o_side), up to a positive factor.
 #pragma once
@@ -25,16 +24,16 @@ struct ColumnOffset {
   float side = 0.0f;
 };
 
-// Towards the poles a panorama's columns draw together until hundreds of them share what one pixel
-// shows, each in memory of its own. Samples that lie within rows[k] rows of a pole are interpolated
-// between columns 2 << k apart, whose numbers are multiples of that; rows fall with k, and 0 stands
-// for never.
+// Towards the poles the columns of a panorama converge until one output pixel covers hundreds of
+// them, each elsewhere in memory. Samples within rows[k] rows of a pole are interpolated between
+// columns 2 << k apart, at multiples of that. rows falls with k; 0 disables a level.
 struct PolarColumns {
-  static constexpr int kMostDoublings = 4;
-  int rows[kMostDoublings] = {};
+  static constexpr int kMaxDoublings = 4;
+  int rows[kMaxDoublings] = {};
 };
 
-// The log2 of how far apart the columns around a sample are whose upper row is `upper`.
+// log2 of the distance between the columns that a sample with upper row `upper` is interpolated
+// from.
 constexpr int polar_doublings(const PolarColumns& polar, int upper, int height) {
   const int below = height - 2 - upper;
   const int from_pole = upper < below ? upper : below;
@@ -43,27 +42,27 @@ constexpr int polar_doublings(const PolarColumns& polar, int upper, int height) 
   return doublings;
 }
 
-// Size of the source panorama and where the column's plan direction lies in it: column `u_whole`
-// plus `u_part` in [0, 1).
+// Size of the source panorama and the position of the column's plan direction in it: column
+// `u_whole` plus `u_part` in [0, 1).
 struct ColumnTarget {
   int width = 0;
   int height = 0;
   int u_whole = 0;
   float u_part = 0.0f;
-  PolarColumns polar{};  // only place_shifted asks for it
+  PolarColumns polar{};  // used by place_shifted only
 };
 
-// Samples are fetched into the cache so many rows before they are read.
+// Prefetch distance of samples, rows.
 inline constexpr int kSampleLookAhead = 64;
 
-// A weight in [0, 32767] in the upper and in the lower half of a value, and back.
+// A weight in [0, 32767] stored in both halves of a 32-bit value, and the weight of such a value.
 constexpr std::int32_t twice_weight(int weight) { return weight * 0x10001; }
 constexpr int weight_of(std::int32_t twice) { return twice & 0x7fff; }
 
-// Where each row of an output column is read from in one station: byte offsets of the two columns'
-// upper samples, and the interpolation weights in 1/32768, each twice in one value (twice_weight):
-// so they are spread over a register by the load itself. The offsets are arrays of rows +
-// kSampleLookAhead values; what the last ones hold is of no consequence.
+// Where each row of an output column is read in one station: byte offsets of the upper pixels of
+// the left and right column, and the interpolation weights in 1/32768, each in both halves of a
+// value (twice_weight), so that loading it fills a register. The offset arrays have rows +
+// kSampleLookAhead values; the last kSampleLookAhead are prefetched but not used.
 struct SamplePositions {
   std::int32_t* offset_left = nullptr;
   std::int32_t* offset_right = nullptr;
@@ -71,7 +70,7 @@ struct SamplePositions {
   std::int32_t* weight_lower = nullptr;
 };
 
-// How much `rays` hold: a column's bytes, and those of all columns.
+// Bytes of one column and of all columns of a station's rays.
 struct RayExtent {
   std::int32_t column_bytes = 0;
   std::int32_t bytes = 0;
@@ -83,25 +82,25 @@ inline SamplePositions rows_from(SamplePositions positions, int count) {
           positions.weight_right + count, positions.weight_lower + count};
 }
 
-// A station's rays and where in them a column's samples lie. The two bytes before `rays` must be
-// readable (in a volume they are: a file header comes first).
+// A station's rays and the positions of a column's samples in them. The two bytes before `rays`
+// must be readable (in a volume the file header precedes them).
 struct StationSamples {
   const std::uint8_t* rays = nullptr;
   SamplePositions positions;
-  RayExtent extent{};  // only cubic samples ask for it
+  RayExtent extent{};  // used by cubic samples only
 };
 
-// Directions on a straight line of a flat picture, in the world frame and of any length but zero:
+// Directions along a straight line of a flat picture, in the world frame, of any nonzero length:
 // start + i * step for i = 0, 1, ...
 struct RayLine {
   float start[3] = {0.0f, 0.0f, 1.0f};
   float step[3] = {0.0f, 0.0f, 0.0f};
 };
 
-// Neighbouring columns of a panorama, around its seam: [column][row][rgb] in memory.
+// Consecutive columns of a panorama, wrapping around its seam: [column][row][rgb] in memory.
 struct ColumnBlock {
   PanoramaSize panorama{};
-  int first = 0;    // column of the panorama that the block begins with
+  int first = 0;    // first column of the block in the panorama
   int columns = 0;  // up to all of them
 };
 
@@ -111,14 +110,14 @@ struct RowTable {
   const float* cos_phi = nullptr;
 };
 
-// So many values after the last shift are loaded with it.
-inline constexpr int kShiftsBeyond = 8;
+// Readable values required after the last shift, for vector loads.
+inline constexpr int kShiftPadding = 8;
 
-// What find_shifts found for rows from `first` on, of `rows` in all, each of which `per_row` (2, 4
-// or 8) output rows lie around; the first and last per_row / 2 of these take the nearest shift,
-// which is right at the poles only. Others are interpolated: by fraction[i] of the way from one row
-// to the next, i counted from the first output row of all. u and v hold kShiftsBeyond values
-// more than were found; what they are is of no consequence.
+// Results of find_shifts for rows from `first` on, of `rows` in total. Each row covers `per_row`
+// (2, 4 or 8) output rows. The shift of an output row is interpolated by fraction[i] of the way
+// from one row to the next, i counted from output row 0; the first and last per_row / 2 output
+// rows, at the poles, take the nearest shift. u and v have kShiftPadding values beyond those found,
+// of any content.
 struct ShiftedRows {
   const float* u = nullptr;
   const float* v = nullptr;
@@ -129,13 +128,13 @@ struct ShiftedRows {
 };
 
 // Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in
-// the viewpoint's panorama; all arrays hold one value per row. A point in whose pixel no centre of
-// a pixel there lies covers none: its last column or row is less than its first.
+// the viewpoint's panorama; all arrays hold one value per row. A point whose footprint contains no
+// pixel centre covers none: its last column or row is less than its first.
 struct ProjectedPoints {
   float* omega = nullptr;  // inverse distance from the viewpoint, 1/m
   float* u = nullptr;      // the point's own position, pixels
   float* v = nullptr;
-  float* widening = nullptr;             // and how much larger its pixel is there than in the map,
+  float* widening = nullptr;             // size of its pixel there relative to the map,
   float* magnification = nullptr;        // in columns and in rows
   std::int32_t* first_column = nullptr;  // in [-width, 2 * width): to be wrapped
   std::int32_t* last_column = nullptr;
@@ -144,22 +143,22 @@ struct ProjectedPoints {
 };
 
 // Depth layers equally spaced in inverse distance from the acquisition point: layer j = 0, 1, ...
-// stands for omega_min + (j + 0.5) * step. Points nearer than the range a room's layers were
-// counted for fall into further layers of the same spacing.
+// has omega_min + (j + 0.5) * step. Points nearer than the range that the layers were computed for
+// use further layers of the same spacing.
 struct LayerSpacing {
   float omega_min = 0.0f;
   float step = 0.0f;
 };
 
-// Largest move of a point in a panorama, as tangents of the angles that its columns and its rows
-// are apart; both positive.
+// Largest shift of a point in a panorama, as the tangents of the angles between its columns and
+// between its rows; both positive.
 struct MoveLimit {
   float tan_theta = 0.0f;
   float tan_phi = 0.0f;
 };
 
-// Reads samples at given positions in one way of interpolation. Sums, weights and what is written
-// are as in ColumnKernels' functions of the same names, which are those of linear interpolation.
+// Reads samples at given positions with one interpolation method. Sums, weights and output are as
+// in ColumnKernels' functions of the same names, which interpolate linearly.
 struct SampleReaders {
   void (*mix_pair)(StationSamples first, StationSamples second, std::int16_t share, int rows,
                    std::uint8_t* rgb);
@@ -174,14 +173,13 @@ struct SampleReaders {
 struct ColumnKernels {
   const char* name;
 
-  // out = left + (right - left) * fraction where both are one surface (they differ by at most
-  // `tolerance` relative to the larger), else the nearer of the two columns.
+  // out = left + (right - left) * fraction where both are on one surface (they differ by at most
+  // `tolerance` relative to the larger), else the value of the column nearer in position.
   void (*mix_omega)(const float* left, const float* right, float fraction, int rows,
                     float tolerance, float* out);
 
   // out = in, resampled along the column by the same rule between in[row] and in[row + 1]. `used`
-  // is the fraction that the rule makes of `fraction`: itself on one surface, 0 or 1 across an
-  // edge.
+  // is the fraction after the rule: `fraction` on one surface, 0 or 1 across an edge.
   void (*upsample_omega)(const float* in, const int* row, const float* fraction, int rows,
                          float tolerance, float* used, float* out);
 
@@ -190,16 +188,17 @@ struct ColumnKernels {
   // omega.
   void (*snap_to_layers)(RowTable table, int rows, float d_p, LayerSpacing layers, float* omega);
 
-  // Where a station at `offset` (viewpoint - station) saw the points of a column.
+  // Positions where a station at `offset` (viewpoint - station) saw the points of a column.
   void (*find_samples)(RowTable table, const float* omega, int rows, ColumnOffset offset,
                        ColumnTarget target, SamplePositions positions);
 
-  // The same in two steps, for columns with several times as many rows as their distances have, of
-  // whose `rows` rows [first, first + count) are looked at: arrays and table begin with row
-  // `first`. First by how many columns and rows a station saw each row's point shifted ...
+  // The same in two steps, for columns with several times as many rows as their distances. Of the
+  // distances' `rows` rows, [first, first + count) are used: arrays and table begin at row `first`.
+  // First the shift in columns and rows at which a station saw each row's point ...
   void (*find_shifts)(RowTable table, const float* omega, int first, int count, int rows,
                       ColumnOffset offset, ColumnTarget target, float* shift_u, float* shift_v);
-  // ... then output rows [begin, end) as sample positions, by the shifts of the rows around each.
+  // ... then the sample positions of output rows [begin, end), from the shifts of the rows around
+  // each.
   void (*place_shifted)(ShiftedRows shifted, int begin, int end, ColumnTarget target,
                         SamplePositions positions);
 
@@ -209,13 +208,12 @@ struct ColumnKernels {
   void (*accumulate_pair)(StationSamples first, StationSamples second, std::int16_t share,
                           const std::int16_t* weight, int rows, std::int16_t* sum);
 
-  // The same without sums, for rows that no other line has a share in. Writes one byte beyond the
-  // column.
+  // The same without sums, for rows read from one line only. Writes one byte beyond the column.
   void (*mix_pair)(StationSamples first, StationSamples second, std::int16_t share, int rows,
                    std::uint8_t* rgb);
 
-  // Where the directions of a line lie in a block that holds them. A direction that it does not
-  // hold is given a place in it all the same.
+  // Positions of the directions of a line in a block of columns. Directions outside the block get
+  // some position in it.
   void (*aim)(RayLine line, int count, ColumnBlock block, SamplePositions positions);
 
   // Bilinear samples of one station, or of one block: rgb, one byte beyond the last is written.
@@ -235,7 +233,7 @@ struct ColumnKernels {
 
   // Follows the rays of a column into a distance map (inverse distances omega_map, [column][row], <
   // 0 where unknown; offset = viewpoint - map's station) and corrects omega, known to about a
-  // pixel, by what the map holds there on the same surface: to first order rho scales with the
+  // pixel, by the map's value there on the same surface: to first order rho scales with the
   // distance.
   void (*refine_omega)(RowTable table, const float* omega, int rows, ColumnOffset offset,
                        ColumnTarget target, const float* omega_map, float tolerance,
@@ -252,17 +250,17 @@ struct ColumnKernels {
   void (*project_ring)(RowTable ring, const float* omega, int ring_rows, float d_p, float* position,
                        float* omega_from_line);
 
-  // Samples of the pixel whose centre is nearest (halfway: the right, the lower), as it is stored.
+  // Nearest neighbour: the pixel whose centre is nearest (halfway: the right, the lower).
   SampleReaders nearest;
   SampleReaders linear;
   // Samples of the 4 x 4 pixels around, weighted by Keys' cubic with a = -1/2, which is exact where
   // levels are quadratic in rows and in columns; fractions of a pixel are rounded to 1/1024.
   // Columns continue around the seam; beyond a pole its own row is repeated. Levels may overshoot
-  // and are cut off last.
+  // and are clamped at the end.
   SampleReaders cubic;
 
-  // near[row] = 0 where two stations (offsets viewpoint - station; 0 is the viewpoint itself) do
-  // not see a row's point less than `limit` apart; left as it is elsewhere.
+  // near[row] = 0 unless two stations (offsets viewpoint - station; 0 is the viewpoint itself) see
+  // a row's point less than `limit` apart; unchanged elsewhere.
   void (*keep_near)(RowTable table, const float* omega, int rows, ColumnOffset a, ColumnOffset b,
                     MoveLimit limit, std::uint8_t* near);
 

@@ -49,8 +49,8 @@ class KernelSampling : public Kernels {
 
 INSTANTIATE_TEST_SUITE_P(Sets, KernelSampling, testing::Values("generic", "avx2"), kernel_set_name);
 
-// A sample's interpolation across the columns and the mix of two round to the nearest 1/128 grey
-// level, sums and the weight to 1/64: twice that in all.
+// Interpolation across the columns and mixing of two samples round to the nearest 1/128 grey level,
+// sums and the weight to 1/64: twice that in total.
 TEST_P(KernelSampling, AccumulatePairAddsTheWeightedMixOfTwoStations) {
   for (const std::int16_t share : {0, 1234, 32767}) {
     constexpr std::int16_t kBefore = 1000;

@@ -16,7 +16,7 @@ namespace {
 class KernelDepths : public Kernels {};
 INSTANTIATE_TEST_SUITE_P(Sets, KernelDepths, testing::Values("generic", "avx2"), kernel_set_name);
 
-TEST_P(KernelDepths, OmegaIsInterpolatedOnOneSurfaceAndTakenFromTheNearerSideOfAnEdge) {
+TEST_P(KernelDepths, OmegaIsInterpolatedOnOneSurfaceAndNearestAcrossAnEdge) {
   const std::vector<float> left = {1.0f, 1.0f, 1.0f, 0.0f};
   const std::vector<float> right = {1.1f, 4.0f, 0.5f, 0.0f};
   std::vector<float> out(4);
@@ -82,7 +82,7 @@ TEST_P(KernelDepths, SnappedPointsLieOnTheirNearestLayer) {
 }
 
 TEST_P(KernelDepths, SnappedPointsObeyTheLawOfSines) {
-  // (5) solved for the source in design.md section 3: alpha = phi* + asin((d_p / d_src) sin phi*).
+  // Equation (5) solved for the source: alpha = phi* + asin((d_p / d_src) sin phi*).
   constexpr int kRows = 200;
   const LatitudeTable latitudes(kRows, kRows);
   const RowTable table = latitudes.table();
@@ -120,8 +120,8 @@ TEST_P(KernelDepths, InfinitelyFarSnapsIntoTheFarthestLayer) {
   EXPECT_FLOAT_EQ(omega, 0.25f);
 }
 
-// A wall that leans and turns away, forward + up + side / 2 = 2 m from the viewpoint, and what a
-// station's map holds of it; unknown elsewhere.
+// A tilted wall, forward + up + side / 2 = 2 m from the viewpoint, and a station's map of it;
+// unknown elsewhere.
 class WallMap {
  public:
   WallMap() : omega_(static_cast<size_t>(kSize.width) * static_cast<size_t>(kSize.height), -1.0f) {
@@ -173,7 +173,7 @@ TEST_P(KernelDepths, RefineOmegaMovesAPointOntoTheSurfaceOfTheMap) {
   }
 }
 
-TEST_P(KernelDepths, RefineOmegaLeavesWhatTheMapDoesNotHold) {
+TEST_P(KernelDepths, RefineOmegaKeepsPointsThatTheMapDoesNotHave) {
   constexpr int kRows = 256;
   const LatitudeTable latitudes(kRows, kRows);
   const WallMap map;

@@ -1,5 +1,5 @@
-// A picture must not depend on the machine it was made on: the kernels for AVX2 and those for any
-// processor compute the same bits.
+// A picture must not depend on the machine: the AVX2 kernels and the generic ones compute the same
+// bits.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -246,7 +246,7 @@ TEST_F(KernelIdentity, ProjectRing) {
   }
 }
 
-TEST(ColumnKernels, GenericOnesAreAlwaysThereAndUnknownOnesNever) {
+TEST(ColumnKernels, GenericSetExistsAndUnknownSetsDoNot) {
   ASSERT_NE(column_kernels_named("generic"), nullptr);
   EXPECT_STREQ(column_kernels_named("generic")->name, "generic");
   EXPECT_EQ(column_kernels_named("avx1024"), nullptr);

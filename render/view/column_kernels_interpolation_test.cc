@@ -17,8 +17,8 @@
 namespace raywalk::render {
 namespace {
 
-// Rays between two pages that cannot be read: at the end of the readable ones, or at their
-// beginning but for the two bytes that readers may look at.
+// Rays between two unreadable pages: at the end of the readable ones, or at their beginning except
+// for the two bytes that kernels may read.
 class GuardedRays {
  public:
   GuardedRays(std::span<const std::uint8_t> bytes, bool at_end) {
@@ -50,7 +50,7 @@ double keys(double distance) {
   return x < 2.0 ? ((-0.5 * x + 2.5) * x - 4.0) * x + 2.0 : 0.0;
 }
 
-// A panorama and places in it.
+// A panorama and positions in it.
 struct Places {
   PanoramaSize size;
   std::vector<std::uint8_t> rays;  // [column][row][rgb]
@@ -93,7 +93,7 @@ struct Places {
   RayExtent extent() const { return {3 * size.height, 3 * size.height * size.width}; }
 };
 
-// Random places on steps of 1/1024 of a pixel, the poles and the seam among them.
+// Random positions in steps of 1/1024 of a pixel, including the poles and the seam.
 Places random_places(RandomColumns* random, PanoramaSize size, int count) {
   Places places{.size = size,
                 .rays = random->bytes(3 * static_cast<size_t>(size.width * size.height)),
@@ -173,7 +173,7 @@ TEST_P(KernelInterpolation, CubicIsExactWhereLevelsAreQuadratic) {
   }
 }
 
-TEST_P(KernelInterpolation, NearestIsThePixelAroundThePlace) {
+TEST_P(KernelInterpolation, NearestIsThePixelAroundThePosition) {
   for (const PanoramaSize size : kSizes) {
     for (const bool at_end : {false, true}) {
       const Places places = random_places(&random_, size, 997);
@@ -193,7 +193,7 @@ TEST_P(KernelInterpolation, NearestIsThePixelAroundThePlace) {
   }
 }
 
-// What a reader makes of one station, in levels; overshoot included.
+// Samples of one station, in levels, with overshoot.
 using Levels = std::vector<double>;
 Levels levels_of(const SampleReaders& readers, StationSamples samples, int rows) {
   const std::vector<std::int16_t> whole(static_cast<size_t>(rows), 32767);
@@ -252,7 +252,7 @@ TEST_P(KernelInterpolation, RowsWithoutWeightAreNotRead) {
   }
 }
 
-TEST_P(KernelInterpolation, AUniformSurfaceStaysAsItIs) {
+TEST_P(KernelInterpolation, AUniformSurfaceIsPreserved) {
   for (const int level : {0, 1, 128, 255}) {
     Places places = random_places(&random_, {20, 10}, 301);
     std::ranges::fill(places.rays, static_cast<std::uint8_t>(level));

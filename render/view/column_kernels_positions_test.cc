@@ -31,7 +31,7 @@ SphereAngles angles_of(const Vector3d& seen) {
   return angles_from_direction({seen[2], seen[1], seen[0]});
 }
 
-// How far a pixel position is from the direction it should show, in pixels along the equator.
+// Distance of a pixel position from its exact direction, in pixels along the equator.
 double position_error(PixelPosition found, const Vector3d& seen, const ColumnTarget& target) {
   SphereAngles angles = angles_of(seen);
   const double columns_per_rad = kPanorama.width / kTwoPi;
@@ -87,7 +87,7 @@ TEST_P(KernelPositions, FindSamplesAgreesWithExactGeometryToAThousandthOfAPixel)
   }
 }
 
-TEST_P(KernelPositions, StationAtTheViewpointIsReadWhereTheViewLooks) {
+TEST_P(KernelPositions, StationAtTheViewpointIsReadInTheViewsDirection) {
   const int rows = kPanorama.height;
   const LatitudeTable latitudes(rows, rows);
   for (const float omega : {0.0f, 1.0f, 1e6f}) {
@@ -133,7 +133,7 @@ TEST_P(KernelPositions, AimFindsDirectionsInTheColumnsOfABlock) {
       const double plan = std::hypot(direction.x(), direction.z()) / direction.norm();
       const double du = std::remainder(found.u - exact.u, kPanorama.width);
       const double within = std::fmod(exact.u - first + 2.0 * kPanorama.width, kPanorama.width);
-      if (within >= block.columns - 1) continue;  // not held
+      if (within >= block.columns - 1) continue;  // outside the block
       if (!whole) {
         ASSERT_EQ(right, left + 1);
       }
@@ -166,7 +166,7 @@ TEST_P(KernelPositions, FindShiftsAgreesWithExactGeometry) {
 
 constexpr ColumnTarget kShiftTarget{kPanorama.width, kPanorama.height, 100, 0.25f};
 
-// Positions of `per_row` output rows for every row, as many as the panorama has.
+// Positions of `per_row` output rows for every row; as many output rows as the panorama has.
 std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vector<float>& shift_u,
                                   const std::vector<float>& shift_v, int per_row,
                                   const std::vector<float>& fraction) {

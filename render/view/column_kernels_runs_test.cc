@@ -1,4 +1,4 @@
-// Kernels for runs of rows: where they are read, and which need no work.
+// Kernels for runs of rows: their positions, and rows that need no work.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ INSTANTIATE_TEST_SUITE_P(Sets, KernelRuns, testing::Values("generic", "avx2"), k
 
 const ColumnTarget kTarget{512, 256, 500, 0.375f};
 
-TEST_P(KernelRuns, ARunIsPlacedWhereTheWholeColumnHasIt) {
+TEST_P(KernelRuns, ARunIsPlacedAsInTheWholeColumn) {
   constexpr int kDepthRows = 64;
   const LatitudeTable latitudes(kDepthRows, kDepthRows);
   for (const int per_row : {2, 4, 8}) {
@@ -102,7 +102,7 @@ TEST_P(KernelRuns, NearIsWhatTwoStationsSeeLessThanTheLimitApart) {
   EXPECT_LT(near_rows, clear_rows - clear_rows / 20);
 }
 
-TEST_P(KernelRuns, NothingIsNearAPoleThatTheWayPassesOver) {
+TEST_P(KernelRuns, PointsSeenAcrossAPoleAreNotNear) {
   // 0.8 m behind the viewpoint a point 10 degrees from the zenith 2 m away lies on the other side.
   const LatitudeTable latitudes(18, 18);
   const std::vector<float> omega(18, 0.5f);

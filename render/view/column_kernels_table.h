@@ -6,6 +6,6 @@
 namespace raywalk::render {
 
 extern const ColumnKernels kGenericKernels;
-extern const ColumnKernels kAvx2Kernels;  // defined where RAYWALK_HAVE_AVX2_KERNELS is
+extern const ColumnKernels kAvx2Kernels;  // only with RAYWALK_HAVE_AVX2_KERNELS
 
 }  // namespace raywalk::render

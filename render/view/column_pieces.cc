@@ -1,4 +1,4 @@
-// Which rows of a column are read, from which of a line's stations, and where.
+// Selects which rows of a column are read, from which of a line's stations, and at which positions.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -19,8 +19,7 @@ bool any_is(std::span<const std::uint8_t> rows, std::uint8_t value) {
   return std::memchr(rows.data(), value, rows.size()) != nullptr;
 }
 
-// Ends every run of rows that are kept (1) a row earlier and begins it a row later, but at the
-// poles.
+// Erodes every run of 1s by a row on both sides, except at the poles.
 void keep_with_neighbours(std::vector<std::uint8_t>* rows) {
   std::uint8_t before = 1;
   for (size_t row = 0; row < rows->size(); ++row) {
@@ -31,13 +30,13 @@ void keep_with_neighbours(std::vector<std::uint8_t>* rows) {
   }
 }
 
-// Asks for what a station holds at the places of `count` rows: one in every few that will be
-// sampled. Here they are known long before they are read, and no processor foresees them.
+// Prefetches a station's pixels at the positions of `count` rows, one in every few that will be
+// sampled: known here long before they are read, and not predictable by the hardware prefetcher.
 void fetch_shifted(const ShiftedRows& shifted, int count, ColumnTarget target,
                    const std::uint8_t* rays) {
   const float row_step = static_cast<float>(target.height) / static_cast<float>(shifted.rows);
   for (int i = 0; i < count; ++i) {
-    // Up to a column off, which does not matter here, and never outside the station.
+    // Up to a column off, which is sufficient here, and never outside the station.
     const int u = target.u_whole + static_cast<int>(target.u_part + shifted.u[i]);
     const int left = u < 0 ? u + target.width : (u >= target.width ? u - target.width : u);
     const int right = left + 1 == target.width ? 0 : left + 1;
@@ -51,7 +50,7 @@ void fetch_shifted(const ShiftedRows& shifted, int count, ColumnTarget target,
 
 }  // namespace
 
-bool ColumnRenderer::leaves_rows_out() const {
+bool ColumnRenderer::skips_rows() const {
   return view_.skip_px > 0.0 || view_.second_side == SecondSide::kWhereHidden;
 }
 
@@ -71,7 +70,7 @@ std::span<const RowPiece> ColumnRenderer::split_rows(int u, double theta_rad,
                                                      const RaySource& source, RowRun rows) {
   auto& pieces = scratch_->pieces;
   pieces.clear();
-  if (!leaves_rows_out()) {
+  if (!skips_rows()) {
     pieces.push_back({rows, usual_reading(source)});
     return pieces;
   }
@@ -97,8 +96,8 @@ void ColumnRenderer::choose_readings(int u, double theta_rad, const RaySource& s
   readings.assign(at_distances ? scratch_->depth_omega.size() : scratch_->omega.size(),
                   usual_reading(source));
   if (view_.skip_px > 0.0) {
-    leave_station_out(theta_rad, source);
-    leave_correction_out(u, theta_rad, source);
+    skip_second_station(theta_rad, source);
+    skip_correction(u, theta_rad, source);
   }
   const auto& needed = scratch_->needed;
   const auto& first_row = scratch_->mapping->first_row;
@@ -112,7 +111,7 @@ void ColumnRenderer::choose_readings(int u, double theta_rad, const RaySource& s
   }
 }
 
-void ColumnRenderer::leave_station_out(double theta_rad, const RaySource& source) {
+void ColumnRenderer::skip_second_station(double theta_rad, const RaySource& source) {
   if (usual_reading(source) != Reading::kBoth) return;
   const double share = std::min(source.fraction, 1.0 - source.fraction);
   scratch_->near.assign(scratch_->readings.size(), 1);
@@ -121,8 +120,8 @@ void ColumnRenderer::leave_station_out(double theta_rad, const RaySource& source
   read_near_rows(nearer_station(source));
 }
 
-void ColumnRenderer::leave_correction_out(int u, double theta_rad, const RaySource& source) {
-  // Only where output columns are captured columns can these be mixed as they are.
+void ColumnRenderer::skip_correction(int u, double theta_rad, const RaySource& source) {
+  // Stored columns can be mixed only where output columns coincide with captured columns.
   if (view_.output != view_.room.panorama()) return;
   scratch_->near.assign(scratch_->readings.size(), 1);
   RowRun valid{0, view_.output.height};
@@ -157,7 +156,7 @@ void ColumnRenderer::read_near_rows(Reading reading) {
   auto& near = scratch_->near;
   if (!any_is(near, 1)) return;
   if (scratch_->rows_per_distance > 1) keep_with_neighbours(&near);
-  // Without a branch, so that it is done for many rows at once.
+  // Branchless, so that the compiler vectorises it.
   std::ranges::transform(
       scratch_->readings, near, scratch_->readings.begin(),
       [=](Reading read, std::uint8_t is_near) { return is_near != 0 ? reading : read; });
@@ -172,7 +171,7 @@ StationSamples ColumnRenderer::find_run(double theta_rad, const RaySource& sourc
     return find_samples(theta_rad, source.line, station, rows.begin, rows.end - rows.begin,
                         positions);
   }
-  // A row's place is interpolated between those of the distances' rows around it.
+  // A row's position is interpolated between those of the distances' rows around it.
   const int depth_rows = view_.distances->size().height;
   const auto row_above = [&](int row) { return std::max(row - per_row / 2, 0) / per_row; };
   const int first = row_above(rows.begin);
@@ -270,7 +269,7 @@ void ColumnRenderer::count_readings(Reading reading, std::int64_t readings) {
   }
 }
 
-void ColumnRenderer::look_from_sources(double theta_rad, int depth_theta,
+void ColumnRenderer::find_visible_rows(double theta_rad, int depth_theta,
                                        std::span<const RaySource> sources,
                                        std::span<std::span<const std::uint8_t>> visible) {
   const auto behind = static_cast<size_t>(std::ranges::count_if(sources, is_behind));
@@ -278,18 +277,18 @@ void ColumnRenderer::look_from_sources(double theta_rad, int depth_theta,
   scratch_->skip_px = both_sides ? 0.5 * view_.skip_px : view_.skip_px;
   const bool where_hidden = both_sides && view_.second_side == SecondSide::kWhereHidden;
   if (where_hidden) {
-    look_where_hidden(theta_rad, depth_theta, sources, visible);
+    read_second_side_where_hidden(theta_rad, depth_theta, sources, visible);
     return;
   }
   for (size_t i = 0; i < sources.size(); ++i) {
     visible[i] = usable_rows(theta_rad, depth_theta, sources[i], i);
   }
-  if (both_sides && view_.skip_px > 0.0) leave_side_out(theta_rad, sources, visible);
+  if (both_sides && view_.skip_px > 0.0) skip_second_side(theta_rad, sources, visible);
 }
 
-void ColumnRenderer::look_where_hidden(double theta_rad, int depth_theta,
-                                       std::span<const RaySource> sources,
-                                       std::span<std::span<const std::uint8_t>> visible) {
+void ColumnRenderer::read_second_side_where_hidden(
+    double theta_rad, int depth_theta, std::span<const RaySource> sources,
+    std::span<std::span<const std::uint8_t>> visible) {
   const auto nearest = std::ranges::min_element(
       sources, {}, [](const RaySource& source) { return std::fabs(source.d_p_m); });
   const auto is_near = [&](const RaySource& source) {
@@ -306,7 +305,7 @@ void ColumnRenderer::look_where_hidden(double theta_rad, int depth_theta,
   const bool all_seen = !any_is(seen, 0);
   for (size_t i = 0; i < sources.size(); ++i) {
     if (is_near(sources[i])) continue;
-    auto& rest = scratch_->left_out[i];
+    auto& rest = scratch_->unskipped[i];
     rest.assign(rows, 0);
     if (!all_seen) {
       const auto usable = usable_rows(theta_rad, depth_theta, sources[i], i);
@@ -319,8 +318,8 @@ void ColumnRenderer::look_where_hidden(double theta_rad, int depth_theta,
   }
 }
 
-void ColumnRenderer::leave_side_out(double theta_rad, std::span<const RaySource> sources,
-                                    std::span<std::span<const std::uint8_t>> visible) {
+void ColumnRenderer::skip_second_side(double theta_rad, std::span<const RaySource> sources,
+                                      std::span<std::span<const std::uint8_t>> visible) {
   size_t main = 0;
   for (size_t i = 1; i < sources.size(); ++i) {
     if (blend_share(sources, i) > blend_share(sources, main)) main = i;
@@ -334,7 +333,7 @@ void ColumnRenderer::leave_side_out(double theta_rad, std::span<const RaySource>
   dropped.assign(scratch_->hidden.size(), 0);
   for (size_t i = 0; i < sources.size(); ++i) {
     if (is_behind(sources[i]) == is_behind(sources[main])) continue;
-    // The largest share that it can have where the main source sees the point too.
+    // The largest share it can have where the main source sees the point too.
     const double share =
         blend_share(sources, i) / (blend_share(sources, i) + blend_share(sources, main));
     const double move_px = scratch_->skip_px / (share * static_cast<double>(others));
@@ -345,7 +344,7 @@ void ColumnRenderer::leave_side_out(double theta_rad, std::span<const RaySource>
                        move_limit(move_px, view_.room.panorama()), near.data());
     if (!any_is(near, 1)) continue;
     keep_with_neighbours(&near);
-    auto& left = scratch_->left_out[i];
+    auto& left = scratch_->unskipped[i];
     left.assign(visible[i].begin(), visible[i].end());
     for (size_t row = 0; row < near.size(); ++row) {
       if (!near[row] || !visible[main][row] || !left[row]) continue;

@@ -46,7 +46,7 @@ PixelCounts ColumnRenderer::counts() const {
 void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   counts_.all += view_.output.height;
   if (sources.empty()) {
-    mark_empty(u, rgb);
+    fill_empty(u, rgb);
   } else if (view_.distances == nullptr) {
     render_initial(u, sources, rgb);
   } else {
@@ -66,7 +66,7 @@ bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, 
   return true;
 }
 
-void ColumnRenderer::mark_empty(int u, std::uint8_t* rgb) {
+void ColumnRenderer::fill_empty(int u, std::uint8_t* rgb) {
   counts_.empty += view_.output.height;
   const int stripe = std::max(1, view_.output.height / 32);
   for (int row = 0; row < view_.output.height; ++row) {
@@ -91,7 +91,7 @@ void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources,
   }
   if (scratch_->any_hidden) {
     fill_hidden(theta_rad, depth_theta, rgb);
-    stretch_rest(u, sources, rows, rgb);
+    stretch_unresolved(u, sources, rows, rgb);
   }
 }
 
@@ -145,7 +145,7 @@ std::span<const std::uint8_t> ColumnRenderer::visible_rows(int depth_theta,
   if (depth.theta != depth_theta) {
     depth.theta = depth_theta;
     depth.visible.clear();
-    depth.visible.reserve(8);  // four lines, in front and behind: the spans handed out stay valid
+    depth.visible.reserve(8);  // four lines, in front and behind: returned spans stay valid
     depth.fill.assign(static_cast<size_t>(view_.distances->size().height), Scratch::kUnknown);
   }
   const bool behind = source.d_p_m < 0.0;
@@ -165,7 +165,7 @@ std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int 
   const LineVolume& volume = view_.room.volume(source.line);
   if (!volume.masked()) return visible;
   // Visibility changes little within a column of the distances and is shared by its output columns;
-  // masks have to hold to the pixel, so they are looked up where the samples really lie.
+  // masks must be exact to the pixel, so they are looked up at the actual sample positions.
   auto& usable = scratch_->usable[which];
   usable.assign(visible.begin(), visible.end());
   if (view_.layers) scratch_->exact_omega = scratch_->omega;
@@ -196,7 +196,7 @@ void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
                                    std::span<const RaySource> sources) {
   const size_t rows = static_cast<size_t>(view_.distances->size().height);
   std::span<const std::uint8_t> visible[4];
-  look_from_sources(theta_rad, depth_theta, sources, visible);
+  find_visible_rows(theta_rad, depth_theta, sources, visible);
   scratch_->any_hidden = false;
   if (sources.size() == 1) {
     for (size_t row = 0; row < rows; ++row) {
@@ -212,7 +212,7 @@ void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
     share[i] = static_cast<float>(blend_share(sources, i));
     scratch_->source_weights[i].resize(rows);
   }
-  scratch_->any_shared = !leaves_rows_out();
+  scratch_->any_shared = !skips_rows();
   for (size_t row = 0; row < rows; ++row) {
     float total = 0.0f;
     int seeing = 0;

@@ -1,16 +1,15 @@
-// Renders single columns of a view from the stations that its plan names.
+// Renders single columns of a view from the stations of its plan.
 //
 // initial: the vertical cut, the pixel (theta, phi) of the panoramas around A, interpolated.
 // hlf-vd: each pixel is read where A saw the point that the viewpoint sees: equation (5) on the
 // whole great circle, solved for the source with the distance measured at the viewpoint, alpha =
-// atan2(rho sin phi*, rho cos phi* - d_p). Each of the two stations around A is asked where it saw
-// the point itself, so that near objects do not ghost. two-sided: the same from the lines in front
-// and behind, each where it sees the point, weighted by the other's distance so that the picture is
-// continuous when the viewpoint crosses a line.
-//
-// Rays that a station's mask hides (LineVolume::valid_rows) count as not seen by that station: the
-// other lines and stations that see the point show it. An initial view, which knows no distances,
-// stretches what is valid in the column.
+// atan2(rho sin phi*, rho cos phi* - d_p). The position is computed for each of the two stations
+// around A separately, so that near objects do not ghost. two-sided: the same from the lines in
+// front and behind, each where it sees the point, weighted by the other's distance so that the
+// picture is continuous when the viewpoint crosses a line.
+// Rays masked in a station (outside LineVolume::valid_rows) count as not seen by it: the point is
+// read from other lines and stations that see it. An initial view, which has no distances,
+// stretches the valid rows of the column instead.
 #pragma once
 
 #include <array>
@@ -32,41 +31,41 @@ namespace raywalk::render {
 class TouchedRays;
 struct RowSamples;
 
-// What all columns of one view share. References must outlive the renderers.
+// Input shared by all columns of a view. References must outlive the renderers.
 struct ViewInputs {
   const Room& room;
   const ViewPlan& plan;
   PanoramaSize output;
-  RowRun rows;  // that are wanted; others may be left as they are
+  RowRun rows;  // rows to render; others may be left unchanged
   // The remaining members are for depth-corrected views; distances is null in an initial view.
   const DistanceView* distances = nullptr;
   std::optional<LayerSpacing> layers;  // none: correct by the exact distances
   Arithmetic arithmetic = Arithmetic::kFloat;
-  // Where hidden pixels are looked for, nearest first.
+  // Stations that hidden pixels are filled from, nearest first.
   std::span<const MapStation> fill_maps;
   // As in ViewOptions.
   Interpolation interpolation = Interpolation::kLinear;
   int stations_mixed = 2;
   SecondSide second_side = SecondSide::kBlend;
   double skip_px = 0.0;
-  TouchedRays* touched = nullptr;  // told what is read, where it is wanted
+  TouchedRays* touched = nullptr;  // counts the bytes read; null: not counted
 };
 
-// Where output columns have 2, 4 or 8 times as many rows as the distances, positions are found at
-// the distances' rows and interpolated: that number, else 1. Explicit layers, and double
-// arithmetic, are exact to the pixel instead.
+// Output rows per row of the distances where sample positions are computed at the distances' rows
+// and interpolated between them: 2, 4 or 8. Else 1: every row's position is computed, as always
+// with explicit layers or double arithmetic.
 int rows_per_distance(const ViewInputs& view);
 
-// Between which columns of a station such positions lie.
+// The columns of a station that such interpolated positions lie between.
 PolarColumns polar_columns_of(const ViewInputs& view);
 
-// Work that was done and that was left out. A reading is one line's share in one pixel.
+// Counts of work done and skipped. A reading is one line's share of one pixel.
 struct WorkCounts {
   std::int64_t samples = 0;      // read from stations
-  std::int64_t found = 0;        // samples whose place had to be found; others are stored columns
+  std::int64_t found = 0;        // samples at a computed position; the others are stored columns
   std::int64_t readings = 0;     // of lines in use
-  std::int64_t uncorrected = 0;  // readings mixed as they are stored: their shift is too small
-  std::int64_t one_station = 0;  // readings of one station: the other's share matters too little
+  std::int64_t uncorrected = 0;  // readings without correction: their shift is too small
+  std::int64_t one_station = 0;  // readings of one station: the other's influence is too small
   std::int64_t one_side = 0;     // pixels read from one side of the viewpoint though both see them
 
   WorkCounts& operator+=(const WorkCounts& other) {
@@ -80,13 +79,12 @@ struct WorkCounts {
   }
 };
 
-// What became of a column's pixels.
+// Counts of pixels by how they were rendered.
 struct PixelCounts {
   std::int64_t all = 0;
-  std::int64_t filled =
-      0;  // hidden from the lines in use, read from another station that sees them
+  std::int64_t filled = 0;     // hidden from the lines in use, read from another station
   std::int64_t stretched = 0;  // seen by no station: taken from the farther neighbour in the column
-  std::int64_t empty = 0;      // no line serves the column, or nothing of it may be used: marked
+  std::int64_t empty = 0;  // no line serves the column, or all of it is masked; shown as a pattern
   WorkCounts work{};
 
   PixelCounts& operator+=(const PixelCounts& other) {
@@ -99,9 +97,9 @@ struct PixelCounts {
   }
 };
 
-// Where the columns `step` apart, 2 or 4, are less than a row's height apart: within 30 and within
-// 14.4 degrees of a pole, [0, begin) and [end, height) of what is returned. A picture loses nothing
-// when what lies between two such columns there is their mean.
+// The rows outside the polar caps. In the caps, [0, begin) and [end, height), columns `step` (2 or
+// 4) apart are less than a row's height apart: within 30 (step 2) or 14.4 degrees (step 4) of a
+// pole. There the columns between two such columns can be their mean without visible loss.
 RowRun rows_between_polar_caps(int height, int step);
 
 // One per thread: it owns scratch memory and remembers the visibility of the last columns.
@@ -112,14 +110,14 @@ class ColumnRenderer {
   ColumnRenderer(const ColumnRenderer&) = delete;
   ColumnRenderer& operator=(const ColumnRenderer&) = delete;
 
-  // Renders output column `u` from the given lines into height * 3 rgb bytes, of which the wanted
-  // rows are right; one byte beyond is scratch. With no sources the column is marked with a grey
-  // pattern.
+  // Renders output column `u` from the given lines into height * 3 rgb bytes. Only the rows of
+  // ViewInputs::rows are valid; one byte beyond is scratch. Without sources the column is filled
+  // with a grey pattern.
   void render(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
 
-  // The same, but in columns with more rows than their distances have it may leave out the rows
-  // that are beyond rows_between_polar_caps(height, step); then it returns true, and the caller
-  // takes their mean from the columns step / 2 to both sides.
+  // The same, but in columns with more rows than their distances it may skip the polar caps outside
+  // rows_between_polar_caps(height, step). It then returns true, and the caller fills them with the
+  // mean of the columns step / 2 to both sides.
   bool render_sparsely(int u, std::span<const RaySource> sources, int step, std::uint8_t* rgb);
 
   PixelCounts counts() const;
@@ -128,17 +126,17 @@ class ColumnRenderer {
   struct Scratch;
   struct DepthColumn;
 
-  // Output columns that are captured columns, mixed as they are.
+  // Output columns that coincide with captured columns: mixed without resampling.
   void mix_stored_columns(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
-  void cut_column(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
-  // Valid rows of what an initial view reads of a station.
-  RowRun rows_to_cut(int u, int line, int station) const;
+  void render_cut(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
+  // Valid rows of the columns of a station that an initial view reads.
+  RowRun valid_rows_of_cut(int u, int line, int station) const;
   void render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
   void render_corrected(int u, std::span<const RaySource> sources, RowRun rows, std::uint8_t* rgb);
   void prepare_omega(int u);
   void weigh_sources(double theta_rad, int depth_theta, std::span<const RaySource> sources);
   std::span<const std::uint8_t> visible_rows(int depth_theta, const RaySource& source);
-  // visible_rows() but for those with a sample that is masked; `which` is the source's index.
+  // visible_rows() without those whose samples are masked; `which` is the source's index.
   std::span<const std::uint8_t> usable_rows(double theta_rad, int depth_theta,
                                             const RaySource& source, size_t which);
   void mix_source(int u, double theta_rad, const RaySource& source, RowRun rows, std::uint8_t* rgb);
@@ -146,32 +144,34 @@ class ColumnRenderer {
                      std::uint8_t* rgb);
   void add_source(int u, double theta_rad, const RaySource& source,
                   std::span<const std::int16_t> weights, RowRun rows);
-  // A source counts the more the nearer its line is: alone when the viewpoint is on it.
+  // Weight of a source: inversely proportional to the distance of its line, so that a line through
+  // the viewpoint is used alone.
   static double blend_share(std::span<const RaySource> sources, size_t which);
 
-  // Rows that each source sees and is to be read in; without those that the dials leave out.
-  void look_from_sources(double theta_rad, int depth_theta, std::span<const RaySource> sources,
+  // The rows that each source sees, without those that the options skip.
+  void find_visible_rows(double theta_rad, int depth_theta, std::span<const RaySource> sources,
                          std::span<std::span<const std::uint8_t>> visible);
-  void look_where_hidden(double theta_rad, int depth_theta, std::span<const RaySource> sources,
-                         std::span<std::span<const std::uint8_t>> visible);
-  void leave_side_out(double theta_rad, std::span<const RaySource> sources,
-                      std::span<std::span<const std::uint8_t>> visible);
-  // From where a source's ray crosses its line to the viewpoint, in the column's frame.
+  void read_second_side_where_hidden(double theta_rad, int depth_theta,
+                                     std::span<const RaySource> sources,
+                                     std::span<std::span<const std::uint8_t>> visible);
+  void skip_second_side(double theta_rad, std::span<const RaySource> sources,
+                        std::span<std::span<const std::uint8_t>> visible);
+  // From the acquisition point of a source to the viewpoint, in the column's frame.
   ColumnOffset acquisition_offset(const RaySource& source, double theta_rad) const;
   int output_rows_of(size_t depth_row) const;
 
-  // Whether a source may be read in some of its rows only.
-  bool leaves_rows_out() const;
-  // How a source is read where nothing is left out.
+  // Whether the options may skip some rows of a source.
+  bool skips_rows() const;
+  // How a source is read where nothing is skipped.
   Reading usual_reading(const RaySource& source) const;
   // The share of the station before (0) or after (1) the acquisition point, 1 in all.
   double station_share(const RaySource& source, int next) const;
-  // The runs of `rows` in which a source is needed, and how they are read.
+  // The runs of `rows` in which a source is read, and how.
   std::span<const RowPiece> split_rows(int u, double theta_rad, const RaySource& source,
                                        RowRun rows);
   void choose_readings(int u, double theta_rad, const RaySource& source);
-  void leave_station_out(double theta_rad, const RaySource& source);
-  void leave_correction_out(int u, double theta_rad, const RaySource& source);
+  void skip_second_station(double theta_rad, const RaySource& source);
+  void skip_correction(int u, double theta_rad, const RaySource& source);
   void keep_near(ColumnOffset a, ColumnOffset b, double move_px);
   void read_near_rows(Reading reading);
   void mix_piece(int u, double theta_rad, const RaySource& source, const RowPiece& piece,
@@ -179,7 +179,7 @@ class ColumnRenderer {
   void add_piece(int u, double theta_rad, const RaySource& source, const RowPiece& piece,
                  std::span<const std::int16_t> weights);
   void count_readings(Reading reading, std::int64_t readings);
-  // A run of rows of the plain cut; of one station twice where one is in use.
+  // A run of rows of the plain cut; the same station twice where only one is used.
   struct StoredRows {
     std::array<const std::uint8_t*, 2> columns{};
     int count = 0;
@@ -194,26 +194,26 @@ class ColumnRenderer {
   void snap_to_layers(const RaySource& source);
   StationSamples find_samples(double theta_rad, int line, int station, int first_row, int rows,
                               SamplePositions positions);
-  // Where a column's plan direction lies in a captured panorama.
+  // The position of a column's plan direction in a captured panorama.
   ColumnTarget target_of(double theta_rad) const;
   // From a station to the viewpoint: in the world frame, and in the column's.
   Eigen::Vector3d displacement_from(int line, int station) const;
   ColumnOffset offset_from(int line, int station, double theta_rad) const;
   Eigen::Vector3d viewpoint_m() const;
   void fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb);
-  int station_that_sees(int depth_theta, int depth_row);
-  // Whether a station's mask leaves free what a pixel of the distances covers there.
-  bool shows(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
-  void leave_unresolved(RowRun run);
-  // Rows [begin, end) that were filled from a station's masked rays after all, where the distances
-  // between two rows differ from both.
-  void leave_masked_unresolved(const MapStation& map, int begin, int end,
-                               SamplePositions positions);
-  // `rendered`: rows that were, where they are seen.
-  void stretch_rest(int u, std::span<const RaySource> sources, RowRun rendered, std::uint8_t* rgb);
-  // A row that was left out, if a source sees it.
+  int find_fill_station(int depth_theta, int depth_row);
+  // Whether the pixels of a station that a pixel of the distances covers are unmasked.
+  bool is_unmasked(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
+  void add_unresolved(RowRun run);
+  // Marks those of rows [begin, end) as unresolved that were filled from masked rays of a station,
+  // which happens where an interpolated distance differs from those of the rows around it.
+  void unresolve_masked(const MapStation& map, int begin, int end, SamplePositions positions);
+  // `rendered`: the rows already rendered where they are visible.
+  void stretch_unresolved(int u, std::span<const RaySource> sources, RowRun rendered,
+                          std::uint8_t* rgb);
+  // Renders a skipped row if a source sees it.
   void render_row(int u, std::span<const RaySource> sources, int row, std::uint8_t* rgb);
-  void mark_empty(int u, std::uint8_t* rgb);
+  void fill_empty(int u, std::uint8_t* rgb);
 
   const ViewInputs& view_;
   const ColumnKernels& kernels_;

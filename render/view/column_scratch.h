@@ -1,4 +1,4 @@
-// What a ColumnRenderer keeps from one column to the next; only it needs this.
+// Scratch memory of a ColumnRenderer, kept from one column to the next; private to it.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace raywalk::render {
 
-// What is known of one column of the distance view for the sources last used with it.
+// Cached visibility of one column of the distance view for the sources last used with it.
 struct ColumnRenderer::DepthColumn {
   struct Visible {
     int line = -1;
@@ -54,14 +54,14 @@ struct ColumnRenderer::Scratch {
       needed.resize(static_cast<size_t>(depth_rows));
       if (rows_per_distance > 1) {
         for (auto* shift : {&shift_u, &shift_v})
-          shift->resize(static_cast<size_t>(depth_rows) + kShiftsBeyond);
+          shift->resize(static_cast<size_t>(depth_rows) + kShiftPadding);
       }
     }
   }
   LatitudeTable latitudes;
   int rows_per_distance;
   PolarColumns polar;
-  std::unique_ptr<PrecisePositions> precise;  // where positions are to be found in double
+  std::unique_ptr<PrecisePositions> precise;  // null unless positions are computed in double
   std::vector<float> omega, exact_omega, zero_omega;
   PositionArrays samples[2];  // of the two stations around A
   SampleReader reader;
@@ -77,13 +77,13 @@ struct ColumnRenderer::Scratch {
   std::array<std::vector<std::uint8_t>, 4> usable;        // [source][depth row], of masked lines
   std::vector<std::uint8_t> hidden;                       // [depth row]
   bool any_hidden = false;
-  double skip_px = 0.0;                               // of the column in hand (work_skipped.h)
-  bool any_shared = true;                             // a row that several sources have a part in
-  std::array<std::vector<std::uint8_t>, 4> left_out;  // [source][depth row]: visible but for those
-  std::vector<std::uint8_t> dropped;                  // [depth row]
-  std::vector<std::uint8_t> needed;                   // [depth row], of one source
-  std::vector<std::uint8_t> near;                     // [depth row] or [row]
-  std::vector<Reading> readings;                      // the same
+  double skip_px = 0.0;    // of the current column (work_skipped.h)
+  bool any_shared = true;  // whether any row is blended from several sources
+  std::array<std::vector<std::uint8_t>, 4> unskipped;  // [source][depth row], of the visible rows
+  std::vector<std::uint8_t> dropped;                   // [depth row]
+  std::vector<std::uint8_t> needed;                    // [depth row], of one source
+  std::vector<std::uint8_t> near;                      // [depth row] or [row]
+  std::vector<Reading> readings;                       // the same
   std::unique_ptr<RingVisibility> ring;
   DepthColumn depth;
 };

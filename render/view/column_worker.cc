@@ -7,13 +7,14 @@
 namespace raywalk::render {
 namespace {
 
-// A column that wants for the mean of those `step` / 2 to both sides.
+// A column whose polar caps are the mean of the columns `step` / 2 to both sides.
 struct SparseColumn {
   int column = 0;
   int step = 0;
 };
 
-// Gives a column the mean of those step / 2 to its left and right in the polar caps; rgb.
+// Fills the polar caps of an rgb column with the mean of the columns step / 2 to its left and
+// right.
 void fill_polar_caps(const std::uint8_t* left, const std::uint8_t* right, int height, int step,
                      std::uint8_t* rgb) {
   const auto mean = [&](int begin, int end) {
@@ -59,7 +60,7 @@ void ColumnWorker::render(int first, int begin, int end, const SourcesOf& source
       sparse.push_back({i, step});
     }
   }
-  // The wider apart first: the others' neighbours are among them.
+  // Larger steps first: the others are means of these columns.
   std::ranges::stable_sort(sparse, std::greater(), &SparseColumn::step);
   for (const auto& [i, step] : sparse) {
     fill_polar_caps(column_of(i - step / 2), column_of(i + step / 2), view_.output.height, step,

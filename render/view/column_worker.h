@@ -1,4 +1,4 @@
-// Renders neighbouring columns of a view, one worker a thread.
+// Renders blocks of neighbouring columns of a view; one worker per thread.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,8 @@ namespace raywalk::render {
 // 400 kB of pixels at 2048 rows: stays in the second-level cache.
 inline constexpr int kColumnsPerTask = 64;
 
-// Bytes from one column of `height` rgb pixels to the next: an odd number of cache lines. With a
-// power of two, a row's pixels would fall into the same few sets of the cache when they are
-// collected.
+// Column stride in bytes for columns of `height` rgb pixels: an odd number of cache lines. With a
+// power of two, the pixels of a row would map to the same few cache sets.
 std::size_t spread_column_bytes(int height);
 
 class ColumnWorker {
@@ -28,12 +27,11 @@ class ColumnWorker {
   // Holds up to kColumnsPerTask columns. `view` must outlive the worker.
   explicit ColumnWorker(const ViewInputs& view);
 
-  // Renders columns [begin, end) of those that follow output column `first`, around the seam.
-  // Towards the poles some take the mean of their neighbours: which ones depends on the arguments
-  // alone.
+  // Renders output columns first + [begin, end), wrapping around the seam. In the polar caps some
+  // columns are the mean of their neighbours; which ones depends on the arguments only.
   void render(int first, int begin, int end, const SourcesOf& sources_of);
 
-  // What render() made last: rgb, spread_column_bytes() apart.
+  // The columns of the last render(): rgb, spread_column_bytes() apart.
   const std::uint8_t* columns() const { return columns_.data(); }
   PixelCounts counts() const { return renderer_.counts(); }
 
@@ -45,7 +43,7 @@ class ColumnWorker {
   std::vector<std::uint8_t> columns_;
 };
 
-// Workers that are handed from task to task: their tables and memory cost more than a few columns.
+// A pool of workers: creating their tables and memory costs more than rendering a few columns.
 class ColumnWorkers {
  public:
   explicit ColumnWorkers(const ViewInputs& view) : view_(view) {}

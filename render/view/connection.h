@@ -1,11 +1,11 @@
-// Hybrid connection: at which angle the column of an output panorama changes from one line of a
+// Hybrid connection: the angle at which the columns of an output panorama change from one line of a
 // cell to the next (section IV-B of the paper).
 //
 // At a corner the lines of two sides meet at the angle c = atan2(a, b), measured at the viewpoint
 // from the normal of the first side; a and b are the distances to the second and the first side.
 // The paper allows incidence angles up to k only, so the lines connect at clamp(c, 90 deg - k, k):
-// inside that range the connection is physical (both lines hold the same ray, D_m = 0), clamped it
-// is not. k = 45 deg is LFU, k = 90 deg is Ray-space360: all three are this one rule.
+// inside that range the connection is physical (both lines captured the same ray, D_m = 0), outside
+// it is not. k = 45 deg is LFU, k = 90 deg is Ray-space360: all three are this one rule.
 #pragma once
 
 namespace raywalk::render {
@@ -29,11 +29,11 @@ struct CornerConnection {
   double cut_rad = 0.0;          // where the two lines connect
   double blend_begin_rad = 0.0;  // <= cut_rad; this side alone up to here
   double blend_end_rad = 0.0;    // >= cut_rad; the next side alone from here
-  bool limited = false;          // the overhang did not suffice for the angle that k asks for
+  bool limited = false;          // the overhang does not reach the angle given by k
 };
 
-// Smallest and largest angle both lines can be read at: this side's line holds angles up to
-// atan2(a + o_this, b), the next side's line from atan2(a, b + o_next) on.
+// Smallest and largest angle at which both lines can be read: this side's line covers angles up to
+// atan2(a + o_this, b), the next side's line those from atan2(a, b + o_next) on.
 struct SharedAngles {
   double begin_rad = 0.0;
   double end_rad = 0.0;
@@ -43,9 +43,8 @@ SharedAngles shared_angles(const CornerView& corner);
 // clamp(c, 90 deg - k, k), whatever the overhang.
 double hybrid_cut(const CornerView& corner, double k_rad);
 
-// The hybrid connection where the overhang suffices; where it runs out the cut moves continuously
-// back towards the physical one. The blend is centred on the cut and narrowed to the angles both
-// lines hold.
+// The hybrid connection where the overhang suffices; else the cut moves continuously towards the
+// physical one. The blend is centred on the cut and narrowed to the angles that both lines cover.
 CornerConnection connect_corner(const CornerView& corner, const ConnectionRule& rule);
 
 // Weight of the next side's line at an angle: 0 before the blend, 1 after it, linear within.

@@ -108,7 +108,7 @@ TEST(Connection, CutMovesContinuouslyTowardsPhysicalAsTheOverhangRunsOut) {
 }
 
 TEST(Connection, OverhangOfTheTangentSufficesAndALittleLessDoesNot) {
-  // design.md section 3: a clamped connection reads up to (a - b tan k) / tan k beyond the corner.
+  // A clamped connection reads up to (a - b tan k) / tan k beyond the corner.
   const double a = 1.0;
   const double b = 0.1;
   const double needed = a / std::tan(radians_from_degrees(76.0)) - b;
@@ -136,7 +136,7 @@ TEST(Connection, WeightRisesLinearlyFromZeroToOne) {
   EXPECT_EQ(next_side_weight(connection, kHalfPi), 1.0);
 }
 
-TEST(ConnectionProperty, CutAndBlendStayInsideWhatBothLinesHold) {
+TEST(ConnectionProperty, CutAndBlendStayWithinBothLines) {
   RandomCorners corners;
   for (int i = 0; i < 20000; ++i) {
     const CornerView corner = corners.next();

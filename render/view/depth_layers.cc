@@ -5,7 +5,7 @@
 namespace raywalk::render {
 
 LayerSpacing layer_spacing(OmegaRange range, int count) {
-  // A scene at one distance is one layer there; a hair of width keeps the spacing positive.
+  // A scene at a single distance has one layer there; a minimal width keeps the spacing positive.
   const double width = std::max(range.max - range.min, 1e-6 * std::max(range.max, 1e-6));
   return {static_cast<float>(range.min), static_cast<float>(width / count)};
 }

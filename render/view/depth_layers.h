@@ -1,4 +1,4 @@
-// The depth layers of a view; core/geometry/layer_count.h says how many it needs.
+// The depth layers of a view; core/geometry/layer_count.h computes their number.
 #pragma once
 
 #include "core/geometry/layer_count.h"
@@ -6,7 +6,7 @@
 
 namespace raywalk::render {
 
-// The spacing of `count` (>= 1) layers over a range.
+// The spacing of `count` (>= 1) layers over a range of inverse distances, 1/m.
 LayerSpacing layer_spacing(OmegaRange range, int count);
 
 }  // namespace raywalk::render

@@ -19,19 +19,19 @@ const DistanceVolume& volume_of(const Room& room, const MapStation& map) {
   return room.distances(map.line);
 }
 
-// Inverse of a stored distance; negative where it is unknown or not to be relied on. What is nearer
-// than a nanometre counts as that: its inverse may be too large for a float.
+// Inverse of a stored distance; negative where it is unknown or of low confidence. Distances are
+// clamped to at least a nanometre, because the inverse may overflow a float.
 float stored_omega(float distance_m, std::uint8_t confidence) {
   constexpr float kLargest = 1e9f;
   const float omega = std::min(1.0f / distance_m, kLargest);
-  // Without a branch, so that it is done for many pixels at once.
-  const bool known = (confidence >= kLeastConfidence) & (distance_m > 0.0f);
+  // Branchless, so that the compiler vectorises it.
+  const bool known = (confidence >= kMinConfidence) & (distance_m > 0.0f);
   return known ? omega : kUnseen;
 }
 
-// Marks the pixels that the points of a column cover with the nearest surface seen there.
+// Draws the points of a column into the pixels they cover, keeping the nearest surface.
 void splat(const PointArrays& column, const float* omega_map, PanoramaSize size, float* image) {
-  // Neighbouring points mostly fall into one column, but it is seldom the one before.
+  // Prefetched, because consecutive points often fall into a column that is not cached.
   constexpr size_t kLookAhead = 24;
   const size_t rows = column.omega.size();
   for (size_t i = 0; i < rows; ++i) {
@@ -46,7 +46,7 @@ void splat(const PointArrays& column, const float* omega_map, PanoramaSize size,
     const int last_row = std::min(column.last_row[i], size.height - 1);
     const int first_u = column.first_column[i];
     const int last_u = column.last_column[i];
-    // Seen from farther away a point may lie between the centres of pixels, and cover none.
+    // A point that is farther from the viewpoint than from the map may cover no pixel centre.
     if (first_row > last_row || first_u > last_u) continue;
     const auto column_of = [&](int u) {
       const int from_left = u < 0 ? u + size.width : u;
@@ -54,7 +54,7 @@ void splat(const PointArrays& column, const float* omega_map, PanoramaSize size,
       return image + static_cast<size_t>(wrapped) * static_cast<size_t>(size.height);
     };
     const auto mark = [&](float* pixel) { *pixel = std::max(*pixel, omega); };
-    // Most points cover up to two columns and two rows; which of them would be guessed in vain.
+    // Most points cover one or two columns and rows; a branch on the number would be mispredicted.
     const int second_row = std::min(first_row + 1, last_row);
     for (float* pixels : {column_of(first_u), column_of(std::min(first_u + 1, last_u))}) {
       mark(pixels + first_row);
@@ -119,7 +119,7 @@ std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStatio
   for (const MapStation& map : maps_by_distance(room, lines, viewpoint_m)) {
     if (static_cast<int>(chosen.size()) == most) break;
     const double gap_m = 0.25 * (map.position_m - viewpoint_m).norm();
-    // A map of the very viewpoint is the nearest of those nearby.
+    // A map at the viewpoint itself is already among the nearest.
     if (gap_m > 0.0 && !is_near(map, near, gap_m) && !is_near(map, chosen, gap_m)) {
       chosen.push_back(map);
     }
@@ -208,8 +208,7 @@ void DistanceView::project_map(const Room& room, const MapStation& map,
                               .height = size_.height,
                               .u_whole = 0,
                               .u_part = static_cast<float>(u)};
-    // Unknown pixels are projected with the others, as if they lay beyond the viewpoint, and
-    // skipped when it comes to drawing.
+    // Unknown pixels are projected with the others and skipped by splat().
     column_kernels().project_points(latitudes.table(), omega_map, rows,
                                     column_offset(offset_m, theta_rad), target, column.points());
     splat(column, omega_map, size_, omega);
@@ -227,8 +226,8 @@ int DistanceView::merge_column(const Room& room, std::span<const MapStation> map
     const float* other = candidates + pixels * i;
     for (size_t row = 0; row < rows; ++row) omega[row] = std::max(omega[row], other[row]);
   }
-  // Which map each pixel is taken from: the one captured nearest among those that agree with the
-  // nearest surface.
+  // The map that each pixel is taken from: the nearest of those that agree with the nearest
+  // surface.
   std::vector<std::int8_t> source(rows, -1);
   int unseen = 0;
   for (size_t row = 0; row < rows; ++row) {
@@ -239,7 +238,7 @@ int DistanceView::merge_column(const Room& room, std::span<const MapStation> map
     source[row] = static_cast<std::int8_t>(map);
     omega[row] = candidates[pixels * map + row];
   }
-  // A projected pixel's centre is up to half a pixel off the ray it stands for.
+  // A projected point is up to half a pixel away from the centre of the pixel it is drawn to.
   const double theta_rad = angles_from_pixel({double(theta), 0.0}, size_).theta_rad;
   std::vector<float> refined(rows);
   for (size_t i = 0; i < maps.size(); ++i) {

@@ -1,10 +1,10 @@
-// The distance of every ray of a viewpoint, gathered from the distance maps captured around it.
+// The distance along every ray of a viewpoint, gathered from the distance maps around it.
 //
 // The few maps nearest to the viewpoint are projected into it; where several see a surface, the
-// nearest surface wins, and among maps that agree on it the one captured nearest. Pixels no map
-// sees, or none is sure of (kLeastConfidence), take the farther of their neighbours along the great
-// circle, because what a near object hides is background; a view no map is sure of anywhere is the
-// initial view.
+// nearest surface wins, and among maps that agree on it the nearest map. Pixels that no map sees
+// with sufficient confidence (kMinConfidence) take the farther of their neighbours along the
+// great circle, because a near object hides background. A view without any confident pixel equals
+// the initial view.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ namespace raywalk::render {
 struct MapStation {
   int line = -1;
   int map = -1;      // index into DistanceVolume
-  int station = -1;  // the line's station it belongs to
+  int station = -1;  // the map's station on the line
   Eigen::Vector3d position_m{0, 0, 0};
 };
 
@@ -33,14 +33,13 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
                                      const Eigen::Vector3d& viewpoint_m, double gap_m,
                                      int most_per_line, int most);
 
-// Further maps of all lines for what masks hide from those nearby: nearest first, each at least a
-// quarter of its own distance from all others and from those in `near`, so that a few reach over
-// any room. At most `most`.
+// Further maps of all lines, for points that masks hide from nearby stations: nearest first, each
+// at least a quarter of its own distance from all others and from those in `near`, so that a few
+// cover any room. At most `most`.
 std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
                                      const Eigen::Vector3d& viewpoint_m, int most);
 
-// Range of the inverse distances that a map holds; unknown pixels do not count. A map that knows
-// nothing gives {0, 0}.
+// Range of the known inverse distances of a map, 1/m; {0, 0} where none is known.
 OmegaRange omega_range(const Room& room, const MapStation& map);
 
 class DistanceView {
@@ -56,8 +55,8 @@ class DistanceView {
   const float* column(int theta) const {
     return omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(size_.height);
   }
-  // Two inverse distances of neighbouring pixels that differ by no more than this, relative to the
-  // larger, count as one surface: the change across one pixel of a plane seen at 80 deg incidence.
+  // Neighbouring pixels are on one surface where their inverse distances differ by no more than
+  // this, relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
   float surface_tolerance() const { return tolerance_; }
   // Share of pixels that no map saw.
   double unseen_share() const { return unseen_share_; }
@@ -76,20 +75,19 @@ class DistanceView {
   int latitudes_rows_ = 0;
   std::vector<float> omega_;                // [theta][phi]; negative while unseen
   std::vector<float> projected_;            // [map][theta][phi]; negative where a map sees nothing
-  std::vector<std::vector<float>> stored_;  // inverse distances as each map holds them; < 0 unknown
+  std::vector<std::vector<float>> stored_;  // stored inverse distances of each map; < 0 unknown
 };
 
 // A distance map looked up from another place.
 struct MapLookup {
-  float omega_there = 0.0f;  // inverse distance of the looked-up point from the map's station
-  float omega_map = -1.0f;   // inverse distance the map holds in that direction; < 0 if unknown
-  float omega_around =
-      -1.0f;  // of the nearest surface within the four pixels around that direction
+  float omega_there = 0.0f;    // inverse distance of the looked-up point from the map's station
+  float omega_map = -1.0f;     // inverse distance stored in that direction; < 0 if unknown
+  float omega_around = -1.0f;  // the largest of the four pixels around that direction
 };
 
 // Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a
 // map. The map is interpolated over the pixels that agree with the point within `tolerance`; where
-// none does, the nearest pixel is taken.
+// none does, the nearest pixel is used.
 MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
                   float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
 

@@ -43,9 +43,9 @@ double share_within(const DistanceView& view, const SyntheticScene& scene, const
 // Pixels along the edges of near surfaces.
 struct Edges {
   int outside = 0;  // next to something nearer
-  int grown = 0;    // those of them that the view has too near
+  int grown = 0;    // of these, too near in the view
   int inside = 0;   // next to something farther
-  int eaten = 0;    // those of them that the view has too far
+  int eaten = 0;    // of these, too far in the view
 
   Edges& operator+=(const Edges& other) {
     outside += other.outside;
@@ -111,9 +111,9 @@ INSTANTIATE_TEST_SUITE_P(Viewpoints, DistanceViewAt,
                          testing::Values(PlanPoint{0.0, 0.0}, PlanPoint{0.31, -0.2},
                                          PlanPoint{0.5, 0.5}, PlanPoint{-0.25, 0.5}));
 
-// A view takes the nearest of what several maps hold, and what each of their pixels covers is
-// rounded to whole pixels: edges move out, but by less than half a pixel in the mean, and nothing
-// farther shows through.
+// A view takes the nearest of several maps, and the footprint of each of their pixels is rounded to
+// whole pixels: edges move outwards by less than half a pixel on average, and no background shows
+// through.
 TEST(DistanceView, EdgesOfNearSurfacesMoveByLessThanHalfAPixel) {
   SyntheticRoomSpec spec = spec_with(true);
   spec.width = 256;
@@ -163,7 +163,7 @@ TEST(DistanceView, InfinitelyFarStaysInfinitelyFar) {
   }
 }
 
-TEST(DistanceView, UsedAgainItForgetsTheFormerViewpoint) {
+TEST(DistanceView, ReuseForgetsThePreviousViewpoint) {
   const TestRoom room(spec_with(true));
   const Vector3d at(0.2, 0.0, 0.1);
   const auto maps = nearest_maps(room.room(), kAllLines, at, 0.1, 2, 8);
@@ -211,7 +211,7 @@ TEST(NearestMaps, AreSortedSpreadAndLimited) {
     const Line& line = room.room().grid().lines[static_cast<size_t>(maps[i].line)];
     EXPECT_EQ(line.stations[static_cast<size_t>(maps[i].station)].position_m, maps[i].position_m);
   }
-  // The very nearest of all is among them.
+  // The nearest station is among them.
   double least = 1e9;
   for (const Line& line : room.room().grid().lines) {
     for (const Station& station : line.stations) {
@@ -223,16 +223,16 @@ TEST(NearestMaps, AreSortedSpreadAndLimited) {
 
 TEST(NearestMaps, ComeFromTheGivenLinesOnly) {
   const TestRoom room(spec_with(false));
-  for (const MapStation& map : nearest_maps(room.room(), std::vector{2}, {0, 0, 0}, 0.0, 99, 99)) {
-    EXPECT_EQ(map.line, 2);
-  }
+  const auto maps = nearest_maps(room.room(), std::vector{2}, {0, 0, 0}, 0.0, 99, 99);
+  EXPECT_FALSE(maps.empty());
+  for (const MapStation& map : maps) EXPECT_EQ(map.line, 2);
 }
 
-TEST(LookUp, FindsWhatTheMapSawAndWhatHidIt) {
+TEST(LookUp, FindsSeenAndHiddenPoints) {
   const TestRoom room(spec_with(true));
   const Vector3d viewpoint(0.0, 0.0, 0.0);
   const SyntheticScene& scene = room.spec().scene;
-  // A map from a corner of the grid, where the pillar hides something else.
+  // A map at a corner of the grid, where the pillar hides other parts.
   const auto maps = nearest_maps(room.room(), kAllLines, {0.75, 0.0, 0.5}, 0.0, 1, 1);
   ASSERT_EQ(maps.size(), 1U);
   int wrong = 0;

@@ -1,14 +1,15 @@
-// Pixels that the lines in use do not see: filled from other stations, or stretched.
+// Pixels hidden from the lines in use: filled from other stations, or stretched.
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/panorama_pixels.h"
 #include "render/view/column_scratch.h"
 #include "render/view/sample_check.h"
 
 namespace raywalk::render {
 
-bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& direction,
-                           float omega) const {
+bool ColumnRenderer::is_unmasked(const MapStation& map, const Eigen::Vector3f& direction,
+                                 float omega) const {
   const LineVolume& volume = view_.room.volume(map.line);
   if (!volume.masked()) return true;
   const PanoramaSize captured = volume.panorama();
@@ -16,8 +17,8 @@ bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& directi
       direction.cast<double>() + double(omega) * (viewpoint_m() - map.position_m);
   const SphereAngles angles = angles_from_direction(seen);
   const PixelPosition at = pixel_from_angles(angles, captured);
-  // All that a pixel of the distances covers there: more from nearer, and towards a pole more
-  // columns.
+  // The pixels that a pixel of the distances covers there: more if the station is nearer, and more
+  // columns towards a pole.
   const double rows_per_distance = double(captured.height) / view_.distances->size().height;
   const double radius = 0.5 + rows_per_distance * std::max(1.0, 1.0 / seen.norm());
   const double columns =
@@ -27,7 +28,7 @@ bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& directi
   const int first = static_cast<int>(std::floor(at.u - columns));
   const int last = static_cast<int>(std::ceil(at.u + columns));
   for (int u = first; u <= last; ++u) {
-    const int theta = ((u % captured.width) + captured.width) % captured.width;
+    const int theta = wrapped_column(u, captured.width);
     const RowRun rows = volume.valid_rows(map.station, theta);
     if (std::max(first_row, 0) < rows.begin || std::min(last_row, captured.height - 1) >= rows.end)
       return false;
@@ -35,7 +36,7 @@ bool ColumnRenderer::shows(const MapStation& map, const Eigen::Vector3f& directi
   return true;
 }
 
-int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
+int ColumnRenderer::find_fill_station(int depth_theta, int depth_row) {
   const DistanceView& distances = *view_.distances;
   const float omega = distances.column(depth_theta)[depth_row];
   const Eigen::Vector3f direction =
@@ -43,15 +44,15 @@ int ColumnRenderer::station_that_sees(int depth_theta, int depth_row) {
           angles_from_pixel({double(depth_theta), double(depth_row)}, distances.size()))
           .cast<float>();
   const float tolerance = distances.surface_tolerance();
-  // Next to a silhouette a captured pixel is part foreground: a station that sees the point clear
-  // of nearer surfaces is better than a nearer one that only just sees it.
+  // Next to a silhouette a captured pixel is part foreground: a station that sees the point away
+  // from nearer surfaces is preferred to a nearer one that sees it at a silhouette.
   int just_sees = Scratch::kNone;
   for (size_t i = 0; i < view_.fill_maps.size(); ++i) {
     const MapLookup there =
         look_up(view_.room, view_.fill_maps[i], direction, omega, viewpoint_m(), tolerance);
     const float hides = there.omega_there * (1.0f + tolerance);
     if (there.omega_map < 0.0f || there.omega_map > hides) continue;
-    if (!shows(view_.fill_maps[i], direction, omega)) continue;
+    if (!is_unmasked(view_.fill_maps[i], direction, omega)) continue;
     if (there.omega_around <= hides) return static_cast<int>(i);
     if (just_sees == Scratch::kNone) just_sees = static_cast<int>(i);
   }
@@ -62,7 +63,7 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
   const int depth_rows = view_.distances->size().height;
   const auto fill_of = [&](int depth_row) {
     int& fill = scratch_->depth.fill[static_cast<size_t>(depth_row)];
-    if (fill == Scratch::kUnknown) fill = station_that_sees(depth_theta, depth_row);
+    if (fill == Scratch::kUnknown) fill = find_fill_station(depth_theta, depth_row);
     return fill;
   };
   const auto hidden = [&](int depth_row) {
@@ -81,7 +82,7 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
     } while (depth_row < depth_rows && hidden(depth_row) && fill_of(depth_row) == fill);
     const int end = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
     if (begin == end) continue;
-    if (fill == Scratch::kNone) leave_unresolved({begin, end});
+    if (fill == Scratch::kNone) add_unresolved({begin, end});
     if (fill >= 0) {
       const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
       const StationSamples samples = find_samples(theta_rad, map.line, map.station, begin,
@@ -93,12 +94,12 @@ void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t
                             .rows = end - begin},
                            rgb + 3 * begin);
       counts_.filled += end - begin;
-      leave_masked_unresolved(map, begin, end, samples.positions);
+      unresolve_masked(map, begin, end, samples.positions);
     }
   }
 }
 
-void ColumnRenderer::leave_unresolved(RowRun run) {
+void ColumnRenderer::add_unresolved(RowRun run) {
   auto& unresolved = scratch_->unresolved;
   if (!unresolved.empty() && unresolved.back().end == run.begin) {
     unresolved.back().end = run.end;
@@ -107,14 +108,14 @@ void ColumnRenderer::leave_unresolved(RowRun run) {
   }
 }
 
-void ColumnRenderer::leave_masked_unresolved(const MapStation& map, int begin, int end,
-                                             SamplePositions positions) {
+void ColumnRenderer::unresolve_masked(const MapStation& map, int begin, int end,
+                                      SamplePositions positions) {
   const LineVolume& volume = view_.room.volume(map.line);
   if (!volume.masked()) return;
   SampleCheck check(volume, map.station);
   for (int i = 0; i < end - begin; ++i) {
     if (check.valid(positions.offset_left[i], positions.offset_right[i])) continue;
-    leave_unresolved({begin + i, begin + i + 1});
+    add_unresolved({begin + i, begin + i + 1});
     --counts_.filled;
   }
 }
@@ -133,8 +134,8 @@ void ColumnRenderer::render_row(int u, std::span<const RaySource> sources, int r
   rgb[3 * row + 3] = beyond;
 }
 
-void ColumnRenderer::stretch_rest(int u, std::span<const RaySource> sources, RowRun rendered,
-                                  std::uint8_t* rgb) {
+void ColumnRenderer::stretch_unresolved(int u, std::span<const RaySource> sources, RowRun rendered,
+                                        std::uint8_t* rgb) {
   const int rows = view_.output.height;
   const auto omega = [&](int row) { return scratch_->omega[static_cast<size_t>(row)]; };
   for (const RowRun& run : scratch_->unresolved) {
@@ -143,7 +144,7 @@ void ColumnRenderer::stretch_rest(int u, std::span<const RaySource> sources, Row
     const bool below_is_farther = below < rows && (above < 0 || omega(below) < omega(above));
     const int from = below_is_farther ? below : above;
     if (from < 0 && view_.room.masked()) {
-      mark_empty(u, rgb);
+      fill_empty(u, rgb);
       return;
     }
     counts_.stretched += run.end - run.begin;

@@ -9,16 +9,16 @@
 namespace raywalk::render {
 namespace {
 
-// One of the stations that a column is mixed of.
+// One of the stations that a column is mixed from.
 struct Share {
   size_t source = 0;  // index of its RaySource
   int next = 0;       // 0: the source's station, 1: the one after it
   double weight = 0.0;
-  RowRun rows;  // that are valid in the columns that are read
+  RowRun rows;  // valid rows of the columns that are read
 };
 
-// Leaves out, of the shares with valid rows, those with the least weight that have none in common
-// with the others; returns the rows that all have.
+// Removes shares without valid rows and, from the largest weight down, those without valid rows in
+// common with the ones before; returns the rows common to the rest.
 RowRun drop_disjoint(std::vector<Share>* shares) {
   std::erase_if(*shares, [](const Share& share) { return share.rows.empty(); });
   std::stable_sort(shares->begin(), shares->end(),
@@ -33,7 +33,7 @@ RowRun drop_disjoint(std::vector<Share>* shares) {
   return common;
 }
 
-// The sources with their weights as the shares that are left have them, 1 in all.
+// The sources of the remaining shares, with weights normalised to a sum of 1.
 std::vector<RaySource> sources_of(std::span<const RaySource> sources,
                                   const std::vector<Share>& shares) {
   double total = 0.0;
@@ -53,7 +53,7 @@ std::vector<RaySource> sources_of(std::span<const RaySource> sources,
   return left;
 }
 
-// The output rows all of whose samples lie in the given rows of a panorama.
+// The output rows whose samples all lie in the given rows of a panorama.
 RowRun output_rows(RowRun rows, int captured_height, int height) {
   const auto place = [&](int row) {
     return std::clamp((row + 0.5) * captured_height / height - 0.5, 0.0, captured_height - 1.0);
@@ -89,7 +89,7 @@ void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> source
   }
 }
 
-void ColumnRenderer::cut_column(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
+void ColumnRenderer::render_cut(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   const int rows = view_.output.height;
   if (view_.output == view_.room.panorama()) {
     mix_stored_columns(u, sources, rgb);
@@ -108,7 +108,7 @@ void ColumnRenderer::cut_column(int u, std::span<const RaySource> sources, std::
   kernels_.finish(scratch_->sum.data(), rows, rgb);
 }
 
-RowRun ColumnRenderer::rows_to_cut(int u, int line, int station) const {
+RowRun ColumnRenderer::valid_rows_of_cut(int u, int line, int station) const {
   const LineVolume& volume = view_.room.volume(line);
   if (view_.output == view_.room.panorama()) return volume.valid_rows(station, u);
   const ColumnTarget target =
@@ -119,7 +119,7 @@ RowRun ColumnRenderer::rows_to_cut(int u, int line, int station) const {
 
 void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   if (!view_.room.masked()) {
-    cut_column(u, sources, rgb);
+    render_cut(u, sources, rgb);
     return;
   }
   std::vector<Share> shares;
@@ -128,8 +128,8 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
     for (int next = 0; next < 2; ++next) {
       const double part = station_share(source, next);
       if (part <= 0.0 || !reads(usual_reading(source), next)) continue;
-      shares.push_back(
-          {i, next, source.weight * part, rows_to_cut(u, source.line, source.station + next)});
+      shares.push_back({i, next, source.weight * part,
+                        valid_rows_of_cut(u, source.line, source.station + next)});
     }
   }
   const RowRun captured = drop_disjoint(&shares);
@@ -137,10 +137,10 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
   const RowRun valid =
       shares.empty() ? RowRun() : output_rows(captured, view_.room.panorama().height, rows);
   if (valid.empty()) {
-    mark_empty(u, rgb);
+    fill_empty(u, rgb);
     return;
   }
-  cut_column(u, sources_of(sources, shares), rgb);
+  render_cut(u, sources_of(sources, shares), rgb);
   for (int row = 0; row < rows; ++row) {
     if (row >= valid.begin && row < valid.end) continue;
     const int nearest = row < valid.begin ? valid.begin : valid.end - 1;

@@ -1,4 +1,4 @@
-// Samples near the poles, where they lie between columns further apart.
+// Samples near the poles, which are interpolated between columns further apart.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,14 +14,14 @@
 namespace raywalk::render {
 namespace {
 
-// How far apart neighbouring columns are below a row's lower edge, in heights of a row: there they
-// are the farthest apart of all that a sample between this row and the next one reads.
+// Distance between neighbouring columns at a row's lower edge, in row heights: the largest distance
+// that a sample between this row and the next one meets.
 double column_distance(int row, PanoramaSize size) {
   const double from_pole = (std::min(row, size.height - 2 - row) + 1.0) / size.height * kPi;
   return std::sin(from_pole) * (kTwoPi / size.width) / (kPi / size.height);
 }
 
-TEST(PolarColumns, LieWithinHalfARowsHeightAndAsFarApartAsThatAllows) {
+TEST(PolarColumns, AreAsFarApartAsHalfARowsHeightAllows) {
   for (const int width : {16, 64, 512, 4096, 6000, 8192, 32768}) {
     const PanoramaSize size{width, width / 2};
     const PolarColumns polar = polar_columns(size);
@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(Sets, PolarSamples, testing::Values("generic", "avx2"),
 
 constexpr PanoramaSize kPanorama{4096, 2048};
 
-TEST_P(PolarSamples, StayWhereTheyAreBetweenColumnsFurtherApart) {
+TEST_P(PolarSamples, KeepTheirPositionBetweenColumnsFurtherApart) {
   constexpr int kPerRow = 4;
   const int rows = kPanorama.height / kPerRow;
   const std::vector<float> fraction(static_cast<size_t>(kPanorama.height), 0.25f);

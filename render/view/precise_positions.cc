@@ -18,7 +18,7 @@ void place_sample(double u, double v, PanoramaSize size, size_t i, SamplePositio
   const auto turned = static_cast<int>((column >> kFractionBits) % size.width);
   const int left = turned < 0 ? turned + size.width : turned;
   const int right = left + 1 == size.width ? 0 : left + 1;
-  // Above the first row's centre and below the last one's the pole's own row is used.
+  // Above the centre of the first row and below that of the last one, the row itself is used.
   const std::int64_t row = in_units(std::clamp(v, 0.0, size.height - 1.0));
   const int upper = std::min(static_cast<int>(row >> kFractionBits), size.height - 2);
   const std::int64_t below = std::min(row - upper * kUnits, kUnits - 1);
@@ -42,7 +42,8 @@ PixelPosition PrecisePositions::seen_at(int row, double omega, const PreciseOffs
   const double up = sin_phi_[i] + omega * offset.up;
   const double side = omega * offset.side;
   const double plan = std::sqrt(forward * forward + side * side);
-  // Of (0, 0) atan2 makes 0 or pi by the signs of the zeros; a point at the station is seen ahead.
+  // atan2(0, 0) is 0 or pi depending on the signs of the zeros; a point at the station is taken to
+  // be ahead.
   const double turn = plan > 0.0 ? std::atan2(side, forward) : 0.0;
   return {turn * captured.width / kTwoPi,
           (kHalfPi - std::atan2(up, plan)) * captured.height / kPi - 0.5};

@@ -1,9 +1,8 @@
-// Where a station saw the points of a column, in double precision throughout: what
-// Arithmetic::kDouble asks for, and what the float kernels are judged by. Distances are taken as
-// the (float) inverse distances that they are stored as.
-//
-// The C library's atan2 is within an ulp, but not the same to the last bit on every processor:
-// positions, rounded to 1/32768 pixel, may rarely differ by one such step from machine to machine.
+// Where a station saw the points of a column, in double precision: the positions of
+// Arithmetic::kDouble and the reference of the float kernels. Input are the inverse distances in
+// float.
+// The C library's atan2 is accurate to an ulp but not bit-identical on every processor: positions,
+// rounded to 1/32768 pixel, may rarely differ by one such step between machines.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,8 +26,8 @@ class PrecisePositions {
   void find(int first_row, std::span<const float> omega, const Eigen::Vector3d& displacement_m,
             double theta_rad, PanoramaSize captured, SamplePositions positions) const;
 
-  // One row's position before it is rounded: columns to the right of where the panorama looks along
-  // the column's direction, and rows from the top, which may reach half a row over a pole.
+  // One row's position before rounding: columns to the right of the column's plan direction in the
+  // panorama, and rows from the top, which may reach half a row over a pole.
   PixelPosition seen_at(int row, double omega, const PreciseOffset& offset,
                         PanoramaSize captured) const;
 

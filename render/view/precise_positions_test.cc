@@ -1,5 +1,5 @@
-// Sample positions in float and in double against geometry in long double, over all that rendering
-// can be asked for: distances of 1e-6..1e8 m, stations 1e-6..10 m from the acquisition point, every
+// Sample positions in float and in double against geometry in long double, over the whole range of
+// rendering: distances of 1e-6..1e8 m, stations 1e-6..10 m from the acquisition point, every
 // latitude, columns at 45 and at 90 degrees from a line's normal.
 #include "render/view/precise_positions.h"
 
@@ -44,14 +44,13 @@ Seen exactly_seen(const Case& c) {
           omega * (d.x() * t - d.z() * s)};
 }
 
-// Where the sums of a point's direction and its offset nearly cancel, their rounding is magnified
-// by this.
+// Factor that magnifies rounding where a point's direction and its offset nearly cancel.
 double cancellation(const Case& c, const Seen& seen) {
   return static_cast<double>((1.0L + c.omega * static_cast<long double>(c.displacement_m.norm())) /
                              seen.length());
 }
 
-// The angle between where a sample lies and where it should, radians.
+// The angle between a sample and its exact position, radians.
 double angle_off(const SampleArrays& samples, const Case& c, const Seen& seen) {
   const int sample = samples.left[0] / 3;
   const int column = sample / kPanorama.height;
@@ -93,7 +92,7 @@ const double kIncidencesRad[] = {radians_from_degrees(45.0), kHalfPi - 0.5 * kRa
 // Positions are multiples of 1/32768 pixel.
 constexpr double kUnitRad = kRadPerPixel / 32768.0;
 
-TEST(PrecisePositions, AreExactToTheirLastDigit) {
+TEST(PrecisePositions, AreExactToTheirResolution) {
   RandomColumns random(7);
   const PrecisePositions precise(kPanorama.height);
   SampleArrays samples(1);
@@ -112,8 +111,8 @@ TEST(PrecisePositions, AreExactToTheirLastDigit) {
 class FloatPositions : public Kernels {};
 INSTANTIATE_TEST_SUITE_P(Sets, FloatPositions, testing::Values("generic", "avx2"), kernel_set_name);
 
-// fast_atan2 is good to 5.5e-7 rad, and four roundings of 2^-24 make 2.4e-7.
-TEST_P(FloatPositions, AreOffByTheirArctangentAndByWhatCancellationMagnifies) {
+// The error of fast_atan2 is 5.5e-7 rad, that of four roundings of 2^-24 is 2.4e-7.
+TEST_P(FloatPositions, ErrorIsThatOfTheArctangentAndCancellation) {
   const LatitudeTable latitudes(kPanorama.height, kPanorama.height);
   SampleArrays samples(1);
   for (const double incidence_rad : kIncidencesRad) {

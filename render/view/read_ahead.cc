@@ -6,13 +6,13 @@
 namespace raywalk::render {
 namespace {
 
-// The unit of what is asked for; the system's own pages may be larger.
+// The unit of requests; the system's own pages may be larger.
 constexpr size_t kPageBytes = 4096;
-// What lies between two runs of pages is read with them if it is less than what a disk reads in the
-// time that a request of its own takes.
+// Two runs of pages become one request where the gap between them takes the disk less time to read
+// than a second request.
 constexpr size_t kGapPages = 4;
-// Of a block's columns every second one is looked at: what the others read besides, which mostly
-// take the polar caps from their neighbours, is little.
+// Only every second column of a block is considered: the others mostly take the polar caps from
+// their neighbours and read little that these do not.
 constexpr int kColumnStep = 2;
 
 }  // namespace
@@ -33,26 +33,34 @@ void ReadAhead::fetch(int first, int count, const SourcesOf& sources_of) {
   const auto column = [&](int i) { return (first + i) % view_.output.width; };
   const int ends[] = {column(0), column((count - 1) / kColumnStep * kColumnStep)};
   if (std::ranges::all_of(ends, [&](int u) { return in_memory(u, sources_of(u)); })) return;
+  for (const RayBytes& run : bytes_to_fetch(first, count, sources_of)) {
+    view_.room.volume(run.line).fetch(run.station, run.begin, run.end - run.begin);
+  }
+}
+
+std::vector<RayBytes> ReadAhead::bytes_to_fetch(int first, int count, const SourcesOf& sources_of) {
   marked_.clear();
   for (int i = 0; i < count; i += kColumnStep) {
-    const int u = column(i);
+    const int u = (first + i) % view_.output.width;
     for (const RaySource& source : sources_of(u)) {
       for (int next = 0; next < 2; ++next) mark(u, source, source.station + next);
     }
   }
-  fetch_marked();
+  std::vector<RayBytes> runs;
+  for (const auto& [place, pages] : marked_) append_runs(place.first, place.second, pages, &runs);
+  return runs;
 }
 
 bool ReadAhead::in_memory(int u, std::span<const RaySource> sources) const {
   return std::ranges::all_of(sources, [&](const RaySource& source) {
     const LineVolume& volume = view_.room.volume(source.line);
-    return std::ranges::all_of(looked_at(u), [&](int theta) {
+    return std::ranges::all_of(checked_columns(u), [&](int theta) {
       return volume.in_memory(source.station, theta) && volume.in_memory(source.station + 1, theta);
     });
   });
 }
 
-std::array<int, 2> ReadAhead::looked_at(int u) const {
+std::array<int, 2> ReadAhead::checked_columns(int u) const {
   const int column = ahead(u).whole;
   const int turn = view_.distances == nullptr ? 0 : captured_.width / 4;
   return {column, (column + turn) % captured_.width};
@@ -68,8 +76,8 @@ void ReadAhead::mark(int u, const RaySource& source, int station) {
   const double theta_rad = theta_of(u);
   const ColumnPosition at = ahead(u);
   const ColumnTarget target{captured_.width, captured_.height, at.whole, at.part};
-  // Where in_memory() looks, so that what was fetched once is known to be there.
-  for (const int column : looked_at(u)) {
+  // What in_memory() checks, so that it finds what was fetched once.
+  for (const int column : checked_columns(u)) {
     mark_rows(column, target.height / 2, target.height / 2 + 1, &pages);
   }
   if (view_.distances == nullptr) {
@@ -88,11 +96,11 @@ void ReadAhead::mark(int u, const RaySource& source, int station) {
       column_offset(viewpoint_m - line.stations[static_cast<size_t>(station)].position_m,
                     theta_rad),
       target, positions_->positions());
-  mark_seen(&pages);
+  mark_positions(&pages);
 }
 
-// Marks what is read for the rows of the distances, and for those that the output has in between.
-void ReadAhead::mark_seen(Pages* pages) {
+// Marks what is read for the rows of the distances and for the output rows between them.
+void ReadAhead::mark_positions(Pages* pages) {
   const int rows = view_.distances->size().height;
   const int per_row = std::max(1, view_.output.height / rows);
   const int half_turn = captured_.width / 2;
@@ -105,7 +113,7 @@ void ReadAhead::mark_seen(Pages* pages) {
     if (columns > half_turn) columns -= captured_.width;
     if (columns < -half_turn) columns += captured_.width;
     const int rows_on = to % captured_.height - row;
-    // Half a turn is a jump over a pole: nothing is read in between.
+    // Half a turn is a jump over a pole: nothing between is read.
     const int between = std::abs(columns) > half_turn / 2 ? 1 : per_row;
     for (int step = 0; step < between; ++step) {
       const int left = column + columns * step / between + captured_.width;
@@ -127,13 +135,8 @@ void ReadAhead::mark_rows(int column, int first_row, int end_row, Pages* pages) 
   for (size_t page = byte_of(first_row) / kPageBytes; page <= last; ++page) (*pages)[page] = true;
 }
 
-void ReadAhead::fetch_marked() const {
-  for (const auto& [place, pages] : marked_) {
-    fetch_pages(view_.room.volume(place.first), place.second, pages);
-  }
-}
-
-void ReadAhead::fetch_pages(const LineVolume& volume, int station, const Pages& pages) const {
+void ReadAhead::append_runs(int line, int station, const Pages& pages,
+                            std::vector<RayBytes>* runs) const {
   const auto next = [&pages](size_t from, bool marked) {
     return static_cast<size_t>(
         std::find(pages.begin() + static_cast<std::ptrdiff_t>(from), pages.end(), marked) -
@@ -146,8 +149,8 @@ void ReadAhead::fetch_pages(const LineVolume& volume, int station, const Pages& 
       end = next(following, false);
       following = next(end, true);
     }
-    volume.fetch(station, begin * kPageBytes,
-                 std::min(end * kPageBytes, station_bytes()) - begin * kPageBytes);
+    runs->push_back(
+        {line, station, begin * kPageBytes, std::min(end * kPageBytes, station_bytes())});
     begin = following;
   }
 }

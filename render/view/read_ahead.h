@@ -1,11 +1,12 @@
 // Reading ahead from the disk. A view needs a few bytes in each of some 200,000 pages of the
-// volumes, most of them around the poles, where neighbouring rows lie in far-off columns. Where
-// they are not in memory yet, as after opening a room, each would have to be waited for in turn;
-// asked for a block of columns at a time, they come as fast as the disk can read. Memory used does
-// not grow: a block's pages are read by the block right away.
+// volumes, most of them around the poles, where neighbouring rows lie in distant columns. Where the
+// pages are not in memory yet, as after opening a room, rendering would wait for each in turn.
+// Requested for a block of columns at a time, they arrive as fast as the disk can read. Memory use
+// does not grow: the block reads its pages right away.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
@@ -18,34 +19,47 @@
 
 namespace raywalk::render {
 
+// Bytes [begin, end) of the rays of one station, counted from the station's first column on.
+struct RayBytes {
+  int line = 0;  // index into Grid::lines
+  int station = 0;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
 // One per thread: it owns scratch memory.
 class ReadAhead {
  public:
-  // The sources that an output column is rendered from.
+  // The sources that output column u is rendered from.
   using SourcesOf = std::function<std::vector<RaySource>(int u)>;
 
+  // `view` must outlive this.
   explicit ReadAhead(const ViewInputs& view);
 
-  // Asks for what `count` output columns from `first` on (around the seam) read of the volumes, if
-  // some of it is not in memory. Advice only: rendering does not depend on it.
+  // Asks the system to read what `count` output columns from `first` on (around the seam) need of
+  // the volumes, if some of it is not in memory. Advice only: rendering does not depend on it.
   void fetch(int first, int count, const SourcesOf& sources_of);
+
+  // What fetch() asks for where nothing is in memory: whole pages of 4096 bytes, in order of line,
+  // station and byte.
+  std::vector<RayBytes> bytes_to_fetch(int first, int count, const SourcesOf& sources_of);
 
  private:
   // Pages of one station's rays.
   using Pages = std::vector<bool>;
 
   bool in_memory(int u, std::span<const RaySource> sources) const;
-  // Columns whose middle tells whether a station's part in output column u is in memory. An initial
-  // view reads the column ahead; that a corrected one was rendered shows a quarter turn off.
-  std::array<int, 2> looked_at(int u) const;
+  // Columns whose middle row is checked to decide whether a station's share of output column u is
+  // in memory. An initial view reads the column straight ahead; a corrected view also reads columns
+  // a quarter turn away, which nothing else brings into memory.
+  std::array<int, 2> checked_columns(int u) const;
   void mark(int u, const RaySource& source, int station);
   void mark_rows(int column, int first_row, int end_row, Pages* pages) const;
-  void mark_seen(Pages* pages);
-  void fetch_marked() const;
-  void fetch_pages(const LineVolume& volume, int station, const Pages& pages) const;
-  size_t station_bytes() const;  // of its rays
+  void mark_positions(Pages* pages);
+  void append_runs(int line, int station, const Pages& pages, std::vector<RayBytes>* runs) const;
+  std::size_t station_bytes() const;  // of its rays
   double theta_of(int u) const;
-  // Where a captured panorama looks along an output column's direction.
+  // The column of a captured panorama that looks in an output column's direction.
   ColumnPosition ahead(int u) const;
 
   const ViewInputs& view_;

@@ -19,11 +19,11 @@
 namespace raywalk::render {
 namespace {
 
-constexpr int kMapsPerLine = 2;       // the nearest, and one to look past what hides from it
-constexpr int kMostFartherMaps = 32;  // more of them where masks hide what is below
+constexpr int kMapsPerLine = 2;      // the nearest, and one for points hidden from it
+constexpr int kMaxFartherMaps = 32;  // more maps for points that masks hide
 
-// Length of the plan that the maps of a view should be spread over: the shorter side of the
-// viewpoint's cell, or in an open grid the longest line.
+// Length over which the maps of a view are spread: the shorter side of the viewpoint's cell, or in
+// an open grid the longest line.
 double plan_scale_m(const Room& room, PlanPoint viewpoint) {
   if (const auto cell = find_cell(room.grid(), viewpoint)) {
     const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
@@ -48,7 +48,7 @@ double largest_d_p(const ViewPlan& plan) {
 }
 
 std::optional<Room> part_of(const Room& room, int stride) {
-  if (stride <= 1) return std::nullopt;  // below one is refused with the other options
+  if (stride <= 1) return std::nullopt;  // values below 1 are rejected with the other options
   return room.subset(every_nth_station(room, stride));
 }
 
@@ -136,7 +136,7 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, options_.fill_stations,
                                   options_.fill_stations);
   if (room_.masked() && options_.fill_stations > 0) {
-    const auto farther = farther_maps(room_, view_.fill_maps_, viewpoint_m, kMostFartherMaps);
+    const auto farther = farther_maps(room_, view_.fill_maps_, viewpoint_m, kMaxFartherMaps);
     view_.fill_maps_.insert(view_.fill_maps_.end(), farther.begin(), farther.end());
   }
   if (view_.maps_.empty()) {
@@ -146,7 +146,7 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
                     room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
   }
   view_.distances_.compute(room_, view_.maps_, viewpoint_m);
-  // A count that is given spreads over what is around the view.
+  // An explicit number of layers spans the distances around the view.
   const OmegaRange range =
       options_.scene && options_.layers == 0 ? *options_.scene : range_of(view_.maps_);
   const double tolerance_rad = options_.tolerance_px * kTwoPi / options_.width;
@@ -154,7 +154,8 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
                       ? options_.layers
                       : layers_for_tolerance(range, largest_d_p(*view_.plan_), tolerance_rad);
   view_.inputs_->distances = &view_.distances_;
-  // Counted for the tolerance, layers and exact distances give the same picture; exact is cheaper.
+  // With automatic layers the picture is the same within the tolerance as with exact distances,
+  // which are cheaper.
   if (options_.layers > 0) view_.inputs_->layers = layer_spacing(range, options_.layers);
   view_.inputs_->fill_maps = view_.fill_maps_;
   return view_;
@@ -204,19 +205,19 @@ void Renderer::render_panorama(cv::Mat* image, ViewReport* report) {
 
 void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report) {
   const PanoramaSize panorama = view_.inputs_->output;
-  // A picture much coarser than the panorama is made finer and averaged down, as far as a picture
-  // of that size can be made.
+  // A picture much coarser than the panorama is rendered finer and averaged down, up to the largest
+  // picture size.
   const double coarser = panorama.width / (kTwoPi * focal_length_px(viewport));
-  const int most_fold = kLargestViewport_px / std::max(viewport.width, viewport.height);
+  const int most_fold = kMaxViewport_px / std::max(viewport.width, viewport.height);
   const int fold = std::max(1, std::min(most_fold, static_cast<int>(std::lround(coarser))));
   Viewport fine = viewport;
   fine.width *= fold;
   fine.height *= fold;
   const PanoramaPart part = part_shown(fine, panorama);
-  // An initial view fills what is masked from the whole column.
+  // An initial view fills masked rows from the whole column.
   if (!room_.masked()) view_.inputs_->rows = part.rows;
   const size_t column = 3 * static_cast<size_t>(panorama.height);
-  constexpr size_t kReadable = 2;  // bytes before the first sample and behind the last
+  constexpr size_t kReadable = 2;  // bytes before the first sample and after the last
   part_.resize(2 * kReadable + column * static_cast<size_t>(part.columns));
   std::uint8_t* const rays = part_.data() + kReadable;
   render_columns(

@@ -21,16 +21,16 @@
 
 namespace raywalk::render {
 
-// What a view was made of; shares are of all pixels of the columns that were rendered.
+// How a view was rendered; shares are of all pixels of the rendered columns.
 struct ViewReport {
   int layers = 0;             // 0 in an initial view
-  int limited_corners = 0;    // corners connected nearer to physical for want of overhang, of four
-  double filled_share = 0.0;  // hidden from the lines in use, filled from other stations
+  int limited_corners = 0;    // corners whose cut was moved because the overhang ran out, of four
+  double filled_share = 0.0;  // hidden from the lines in use and filled from other stations
   double stretched_share = 0.0;    // seen by no station
   double empty_share = 0.0;        // served by no line
   std::int64_t pixels = 0;         // of the columns that were rendered
   WorkCounts work{};               // in those pixels
-  std::int64_t bytes_touched = 0;  // of the rays, in whole 64-byte lines; where it is counted
+  std::int64_t bytes_touched = 0;  // of the rays, in whole 64-byte lines; 0 unless counted
   double render_ms = 0.0;          // from plan to finished picture
 };
 
@@ -39,8 +39,8 @@ struct RenderedView {
   ViewReport report;
 };
 
-// Everything a single viewpoint needs before columns are rendered; connect-error uses it to render
-// the two lines of a connection separately.
+// A viewpoint prepared for rendering columns; connect-error uses it to render the two lines of a
+// connection separately.
 class PreparedView {
  public:
   const ViewPlan& plan() const { return *plan_; }
@@ -57,8 +57,8 @@ class PreparedView {
   int layers_ = 0;
 };
 
-// Renders views of one room, one at a time (each view uses all threads). Memory used does not
-// depend on the size of the volumes.
+// Renders views of one room, one at a time (each view uses all threads). Memory use does not depend
+// on the size of the volumes.
 class Renderer {
  public:
   // Throws UsageError on options out of range; Error if the generation needs distances and the room
@@ -71,13 +71,13 @@ class Renderer {
   RenderedView render(PlanPoint viewpoint);
   void render(PlanPoint viewpoint, RenderedView& view);
 
-  // A flat picture, from no more of the volumes than it shows. It is resampled from columns as wide
-  // as options.width makes a panorama; much smaller pictures are averaged down. Throws UsageError
+  // A flat picture, which reads only the part of the volumes that it shows. It is resampled from a
+  // panorama of options.width columns; much coarser pictures are averaged down. Throws UsageError
   // as require_viewport does.
   RenderedView render(PlanPoint viewpoint, const Viewport& viewport);
   void render(PlanPoint viewpoint, const Viewport& viewport, RenderedView& view);
 
-  // Whether views count the bytes of the rays that they read, which makes them slower by far.
+  // Whether views count the bytes of the rays that they read, which makes them much slower.
   void count_bytes(bool wanted);
 
   // Plans a view and, for corrected generations, gathers its distances. The result is overwritten
@@ -91,8 +91,8 @@ class Renderer {
   void render(PlanPoint viewpoint, const Viewport* viewport, RenderedView* view);
   PanoramaSize render_size() const;
   OmegaRange range_of(std::span<const MapStation> maps);
-  // Takes finished columns of the panorama: `count` of them from column `begin` of the wanted ones
-  // on, rgb, `column_bytes` apart.
+  // Receives rendered columns: `count` rgb columns, `column_bytes` apart, from index `begin` of the
+  // requested ones on.
   using ColumnSink = std::function<void(int begin, int count, const std::uint8_t* columns,
                                         std::size_t column_bytes)>;
   // Renders `count` columns from `first` on, around the seam.
@@ -100,14 +100,14 @@ class Renderer {
   void render_panorama(cv::Mat* image, ViewReport* report);
   void render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report);
 
-  std::optional<Room> part_of_room_;  // where not every station is used
+  std::optional<Room> part_of_room_;  // set where station_stride > 1
   const Room& room_;
   ViewOptions options_;
   PreparedView view_;
   std::unique_ptr<TouchedRays> touched_;                  // null: bytes are not counted
   std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
-  cv::Mat oversized_;               // what is averaged down where supersampling_ > 1
-  std::vector<std::uint8_t> part_;  // of the panorama, that a flat picture shows
+  cv::Mat oversized_;               // rendered picture before averaging, where supersampling_ > 1
+  std::vector<std::uint8_t> part_;  // the part of the panorama that a flat picture shows
   int supersampling_ = 1;           // rendered columns per output column
 };
 

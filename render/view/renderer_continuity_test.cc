@@ -1,5 +1,5 @@
-// Nothing jumps where the viewpoint crosses a line or a cell's border, and what looks the same from
-// everywhere is rendered the same everywhere.
+// Views are continuous where the viewpoint crosses a line or a cell's border, and a scene that
+// looks the same from everywhere is rendered the same.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -71,8 +71,7 @@ std::vector<Across> through_crossings() {
   return pairs;
 }
 
-// The same from within onto every line that no cell lies behind, and into every corner and end of a
-// line on them.
+// The same from within onto every outer line, and into every corner and line end on them.
 std::vector<Across> onto_outer_lines() {
   const auto inwards = [](double at_m, double edge_m) {
     return std::fabs(at_m) == edge_m ? at_m - std::copysign(2.0 * kStepM, at_m) : at_m;
@@ -98,7 +97,7 @@ std::vector<Across> all_places() {
   return all;
 }
 
-// How the two views of a pair differ, in grey levels: over the whole picture, and where most.
+// Difference of the two views of a pair in grey levels: mean over the picture, and maximum.
 struct Jump {
   double mean = 0.0;
   double most = 0.0;
@@ -118,7 +117,7 @@ Jump largest_jump(const TestRoom& room, const ViewOptions& options,
 }
 
 TEST(RendererContinuity, InitialViewJumpsAtEveryCellBorder) {
-  // d_p goes from 0 to N there: what the corrected generations are measured against.
+  // d_p changes from 0 to N there: the reference for the corrected generations.
   const TestRoom room(grid_room());
   for (const double k_deg : kAnglesDeg) {
     const ViewOptions options{.generation = Generation::kInitial, .k_deg = k_deg};

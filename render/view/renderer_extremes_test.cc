@@ -1,5 +1,5 @@
-// Whole views at the ends of what they can be asked for: viewpoints on lines, corners and borders,
-// stations micrometres and metres apart, distances that are wrong in every way, black and white.
+// Whole views at the limits of their parameters: viewpoints on lines, corners and borders, stations
+// micrometres and metres apart, distances that are wrong in every way, black and white.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,8 +60,8 @@ TEST(RendererExtremes, ViewpointsOnLinesCornersAndBordersRenderLikeTheirNeighbou
   }
 }
 
-// A cell of stations so far apart in a room that is as much larger or smaller; where the room stays
-// as it is, a cell of micrometres sees it from one point.
+// Cells of very different station spacing, in a room scaled in proportion; in a room of fixed size
+// a cell of micrometres sees it from one point.
 TEST(RendererExtremes, StationsMayBeMicrometresOrTensOfMetresApart) {
   SyntheticRoomSpec tiny;
   tiny.side_m = 8e-6;
@@ -80,10 +80,10 @@ TEST(RendererExtremes, StationsMayBeMicrometresOrTensOfMetresApart) {
   }
 }
 
-// Whatever the maps hold, a view is made of what was captured: no level below or above it, no pixel
-// left out, the same picture every time.
-TEST(RendererExtremes, WrongDistancesMakeWrongPicturesAndNothingWorse) {
-  const cv::Point2d captured{38.0, 218.0};  // what the walls are painted with
+// For any distance maps a view consists of captured colours: no level outside their range, no
+// missing pixel, the same picture every time.
+TEST(RendererExtremes, WrongDistancesNeverGiveInvalidPictures) {
+  const cv::Point2d captured{38.0, 218.0};  // range of the walls' levels
   for (const auto& [name, stored] : extreme_distances()) {
     SyntheticRoomSpec spec;
     spec.overhang_m = 0.25;
@@ -106,7 +106,7 @@ TEST(RendererExtremes, WrongDistancesMakeWrongPicturesAndNothingWorse) {
   }
 }
 
-// Without parallax, known or unknown, there is nothing to correct.
+// Without parallax there is nothing to correct.
 TEST(RendererExtremes, InfinitelyFarOrUnknownEverywhereIsTheInitialView) {
   for (const float stored : {std::numeric_limits<float>::infinity(), 0.0f, 1e8f}) {
     SyntheticRoomSpec spec;

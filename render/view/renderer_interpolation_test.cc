@@ -1,4 +1,4 @@
-// Views by the dials that choose what is read for a pixel: nearest, linear or cubic samples, of one
+// Views with the parameters that choose the samples of a pixel: nearest, linear or cubic, of one
 // station or two.
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 constexpr Interpolation kWays[] = {Interpolation::kNearest, Interpolation::kLinear,
                                    Interpolation::kCubic};
 
-// Paint of a few pixels a wave, whose crests linear interpolation flattens.
+// Texture with a wavelength of a few pixels, whose crests linear interpolation flattens.
 SyntheticRoomSpec textured_room(int width = 192) {
   SyntheticRoomSpec spec;
   spec.overhang_m = 0.25;
@@ -30,13 +30,13 @@ SyntheticRoomSpec textured_room(int width = 192) {
   return spec;
 }
 
-// From nearest to cubic each way is closer to the truth.
+// Each interpolation, from nearest to cubic, is closer to the truth than the one before.
 void expect_increasing(const std::array<double, 3>& psnr_db, const std::string& what) {
   EXPECT_GT(psnr_db[1], psnr_db[0] + 1.0) << what;
   EXPECT_GT(psnr_db[2], psnr_db[1] + 1.0) << what;
 }
 
-TEST(RendererInterpolation, CubicIsBetterThanLinearAndThatBetterThanNearest) {
+TEST(RendererInterpolation, QualityRisesFromNearestToLinearToCubic) {
   const TestRoom room(textured_room());
   for (const Generation generation : kCorrected) {
     for (const PlanPoint at : {PlanPoint{0.13, -0.21}, {-0.31, 0.17}}) {
@@ -50,7 +50,7 @@ TEST(RendererInterpolation, CubicIsBetterThanLinearAndThatBetterThanNearest) {
   }
 }
 
-TEST(RendererInterpolation, InitialViewsAreResampledByIt) {
+TEST(RendererInterpolation, InitialViewsAreResampledWithTheInterpolation) {
   SyntheticRoomSpec spec = textured_room();
   spec.scene.infinitely_far = true;
   const TestRoom room(spec);
@@ -60,7 +60,7 @@ TEST(RendererInterpolation, InitialViewsAreResampledByIt) {
         {.generation = Generation::kInitial, .width = 300, .interpolation = way}, {0.1, 0.2});
   }
   expect_increasing(psnr_db, "initial at another width");
-  // As wide as captured they are copied whichever way.
+  // At the captured width they are copied with every interpolation.
   EXPECT_EQ(largest_difference(room.image({.generation = Generation::kInitial}, {0.1, 0.2}),
                                room.image({.generation = Generation::kInitial,
                                            .interpolation = Interpolation::kCubic},
@@ -68,7 +68,7 @@ TEST(RendererInterpolation, InitialViewsAreResampledByIt) {
             0.0);
 }
 
-// What a flat picture of the sky that is looked at should show.
+// The exact flat picture.
 cv::Mat flat_truth(const SyntheticRoomSpec& spec, const Viewport& viewport) {
   const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
   const double focal_px = 0.5 * viewport.width / std::tan(0.5 * viewport.fov_x_rad);
@@ -86,7 +86,7 @@ cv::Mat flat_truth(const SyntheticRoomSpec& spec, const Viewport& viewport) {
   return truth;
 }
 
-TEST(RendererInterpolation, FlatPicturesAreReadByIt) {
+TEST(RendererInterpolation, FlatPicturesAreReadWithTheInterpolation) {
   SyntheticRoomSpec spec = textured_room();
   spec.scene.infinitely_far = true;
   const TestRoom room(spec);
@@ -97,10 +97,10 @@ TEST(RendererInterpolation, FlatPicturesAreReadByIt) {
     std::array<double, 3> psnr_db{};
     for (const Interpolation way : kWays) {
       Renderer renderer(room.room(), {.generation = Generation::kInitial, .interpolation = way});
-      // Another picture first, so that what it leaves in memory would show.
+      // Another picture first, so that leftovers in memory would show.
       renderer.render({0.1, 0.2}, {.attitude = {.pitch_rad = -1.0}, .width = 50, .height = 50});
       psnr_db[static_cast<size_t>(way)] =
-          raywalk::psnr_db(renderer.render({0.1, 0.2}, viewport).image, flat_truth(spec, viewport));
+          render::psnr_db(renderer.render({0.1, 0.2}, viewport).image, flat_truth(spec, viewport));
     }
     expect_increasing(psnr_db, "flat");
   }
@@ -124,7 +124,7 @@ std::set<Color> captured_colors(const Room& room) {
   return colors;
 }
 
-// Pixels whose colour was never captured.
+// Number of pixels whose colour was never captured.
 int invented_pixels(const cv::Mat& image, const std::set<Color>& captured) {
   int invented = 0;
   for (int row = 0; row < image.rows; ++row) {
@@ -150,7 +150,7 @@ TEST(RendererInterpolation, NearestOfOneStationShowsStoredPixelsOnly) {
   }
 }
 
-TEST(RendererInterpolation, ExtremesRenderInEveryWay) {
+TEST(RendererInterpolation, ExtremesRenderWithEveryInterpolation) {
   SyntheticRoomSpec spec = textured_room(32);
   for (const auto& metres : {std::pair{1e-6f, 1e8f}, {2.0f, 0.0f}}) {
     spec.stored_distance = [metres](int u, int v, double) {
@@ -180,7 +180,7 @@ TEST(RendererInterpolation, ExtremesRenderInEveryWay) {
   }
 }
 
-TEST(RendererInterpolation, TheSmallestPanoramasAreReadInEveryWay) {
+TEST(RendererInterpolation, TheSmallestPanoramasAreReadWithEveryInterpolation) {
   // Two rows: each is a pole's.
   SyntheticRoomSpec spec = textured_room(4);
   spec.scene.contrast = 0.0;
@@ -203,7 +203,7 @@ CameraCompanion dolly_with_operator() {
   }};
 }
 
-TEST(RendererInterpolation, NothingMaskedIsReadInAnyWay) {
+TEST(RendererInterpolation, NothingMaskedIsReadWithAnyInterpolation) {
   for (const int distance_width : {96, 48, 64}) {
     SyntheticRoomSpec spec = textured_room(96);
     spec.companion = dolly_with_operator();
@@ -247,7 +247,7 @@ std::vector<int> columns_at_stations(Renderer* renderer, PlanPoint at, int width
   return columns;
 }
 
-TEST(RendererStations, OneIsTwoExactlyAtAStation) {
+TEST(RendererStations, OneEqualsTwoExactlyAtAStation) {
   const TestRoom room(textured_room());
   const PlanPoint at_station{0.125, 0.5};  // on the front line
   for (const Generation generation : {Generation::kInitial, Generation::kHlfVd}) {
@@ -275,7 +275,7 @@ TEST(RendererStations, OneReadsHalfTheSamplesAndStaysCloseToTheTruth) {
   }
 }
 
-TEST(RendererStations, InitialViewsOfOneAreCopiedColumns) {
+TEST(RendererStations, InitialViewsOfOneStationAreCopiedColumns) {
   const TestRoom room(textured_room(64));
   const PlanPoint at{0.13, -0.21};
   const ViewOptions options{

@@ -32,9 +32,9 @@ double available_memory_bytes() {
   return std::numeric_limits<double>::infinity();
 }
 
-// What lies at infinity in the direction of a pixel. Neighbouring pixels differ by one level at
-// most, so that rounding cannot do more; green and blue tell columns and rows apart over the whole
-// picture.
+// The colour at infinity in the direction of a pixel. Neighbouring pixels differ by at most one
+// level, which bounds the effect of rounding; green and blue distinguish columns and rows over the
+// whole picture.
 struct Color {
   std::uint8_t red, green, blue;
 };
@@ -96,7 +96,7 @@ Room write_large_room(const std::filesystem::path& directory) {
   return Room::open(directory);
 }
 
-TEST(RendererLarge, PanoramasOf16384ColumnsAreReadWhereTheyShouldBe) {
+TEST(RendererLarge, PanoramasOf16384ColumnsAreReadAtTheRightPositions) {
   const TestDirectory directory;
   const double disk_bytes = static_cast<double>(std::filesystem::space(directory.path()).available);
   if (available_memory_bytes() < 3.0 * kGigabyte || disk_bytes < 2.0 * kGigabyte) {

@@ -1,4 +1,4 @@
-// Rendering through masked pixels: the dolly that every camera has in its view is not seen.
+// Rendering with masks: the dolly that every camera sees is removed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ double nadir_psnr_db(const cv::Mat& image, const cv::Mat& truth, double cone_deg
   return psnr_db(image(nadir).clone(), truth(nadir).clone());
 }
 
-// The same room twice, the companion in another colour: what is rendered must not depend on it.
+// The same room twice, with the companion in another colour: views must not depend on it.
 class Recoloured {
  public:
   explicit Recoloured(const SyntheticRoomSpec& spec) : one_(spec), other_(recoloured(spec)) {}
@@ -78,7 +78,7 @@ class Recoloured {
   TestRoom other_;
 };
 
-TEST(RendererMask, NothingOfTheDollyIsLeft) {
+TEST(RendererMask, TheDollyIsRemoved) {
   const Recoloured rooms(with(dolly(), box_room(96)));
   for (const Generation generation : kGenerations) {
     for (const PlanPoint at : kViewpoints) {
@@ -99,7 +99,7 @@ TEST(RendererMask, WithoutMasksTheDollyShows) {
   }
 }
 
-TEST(RendererMask, NothingIsLeftAtAnyWidthOrNumberOfLayers) {
+TEST(RendererMask, TheDollyIsRemovedAtAnyWidthOrNumberOfLayers) {
   SyntheticRoomSpec spec = with(dolly());
   spec.distance_width = 48;
   spec.distance_every = 3;
@@ -116,7 +116,7 @@ TEST(RendererMask, NothingIsLeftAtAnyWidthOrNumberOfLayers) {
 }
 
 TEST(RendererMask, TheFloorBelowIsNearlyAsGoodAsWithoutADolly) {
-  // Between 53 and 56 dB where 55 and more are reached without; at a station, a view without masks
+  // Between 53 and 56 dB, against 55 and more without the dolly; at a station, a view without masks
   // would be its frame.
   const TestRoom empty(box_room());
   const TestRoom masked(with(dolly()));
@@ -167,14 +167,14 @@ TEST(RendererMask, TwoSidedViewsDoNotJumpAtALine) {
   }
 }
 
-TEST(RendererMask, NothingOfAnOperatorIsLeft) {
+TEST(RendererMask, AnOperatorIsRemoved) {
   const Recoloured rooms(with(dolly_with_operator(), box_room(96)));
   for (const PlanPoint at : kViewpoints) {
     for (const Generation generation : kGenerations) {
       EXPECT_EQ(rooms.difference({.generation = generation}, at), 0.0)
           << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
     }
-    // What is to the right of all stations nobody sees; the rest is filled.
+    // No station sees what is to the right of all of them; the rest is filled.
     for (const Generation generation : kCorrected) {
       const RenderedView view = rooms.room().view({.generation = generation}, at);
       EXPECT_GT(view.report.stretched_share, 0.0);
@@ -184,7 +184,7 @@ TEST(RendererMask, NothingOfAnOperatorIsLeft) {
   }
 }
 
-TEST(RendererMask, AStationThatIsMaskedWhollyIsDoneWithout) {
+TEST(RendererMask, ACompletelyMaskedStationIsReplaced) {
   const Recoloured rooms(
       with({.hides = [](const std::string& line, int station,
                         const Eigen::Vector3d&) { return line == "x1" && station == 6; }},
@@ -199,7 +199,7 @@ TEST(RendererMask, AStationThatIsMaskedWhollyIsDoneWithout) {
   }
 }
 
-TEST(RendererMask, InitialViewsStretchWhatIsMaskedAndCountIt) {
+TEST(RendererMask, InitialViewsStretchOverMasksAndCountThat) {
   const TestRoom room(with(dolly()));
   const RenderedView view = room.view({.generation = Generation::kInitial}, {0.1, 0.2});
   // Rows whose centres lie in the cone.
@@ -211,7 +211,7 @@ TEST(RendererMask, InitialViewsStretchWhatIsMaskedAndCountIt) {
   }
 }
 
-TEST(RendererMask, WhatNobodySeesIsStretchedAndCounted) {
+TEST(RendererMask, PointsSeenByNoStationAreStretchedAndCounted) {
   // 70 degrees: the cameras see no floor within 3.3 m of them.
   const Recoloured rooms(with(
       {.hides = [](const std::string&, int,
@@ -224,7 +224,7 @@ TEST(RendererMask, WhatNobodySeesIsStretchedAndCounted) {
   }
 }
 
-TEST(RendererMask, ARoomOfWhichNothingMayBeUsedIsMarkedEmpty) {
+TEST(RendererMask, ACompletelyMaskedRoomIsMarkedEmpty) {
   const Recoloured rooms(
       with({.hides = [](const std::string&, int, const Eigen::Vector3d&) { return true; }},
            box_room(96)));

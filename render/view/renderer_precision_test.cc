@@ -1,4 +1,4 @@
-// Whole views in float against the same in double, at the ends of what they can be asked for.
+// Whole views in float against the same in double, at the limits of their parameters.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,11 +33,11 @@ TwoViews both(const TestRoom& room, ViewOptions options, PlanPoint at) {
   return views;
 }
 
-// Where maps are as fine as the view, every row has its own position in float too, and nothing but
-// rounding differs: one grey level, in whatever row.
+// Where maps are as fine as the view, every row's position is computed in float too, and only
+// rounding differs: one grey level in any row.
 constexpr double kRounding = 1.0;
 
-TEST(RendererPrecision, FloatIsDoubleToOneLevelOnLinesCornersAndBorders) {
+TEST(RendererPrecision, FloatEqualsDoubleToOneLevelOnLinesCornersAndBorders) {
   SyntheticRoomSpec spec;
   spec.cells_x = 2;
   spec.cells_z = 2;
@@ -60,7 +60,7 @@ TEST(RendererPrecision, FloatIsDoubleToOneLevelOnLinesCornersAndBorders) {
   }
 }
 
-TEST(RendererPrecision, FloatIsDoubleToOneLevelWithStationsMicrometresOrMetresApart) {
+TEST(RendererPrecision, FloatEqualsDoubleToOneLevelWithStationsMicrometresOrMetresApart) {
   for (const double spacing_m : {1e-6, 1e-3, 10.0}) {
     const double scale = spacing_m / 0.125;
     const TestRoom room(room_of_spacing(spacing_m));
@@ -72,7 +72,7 @@ TEST(RendererPrecision, FloatIsDoubleToOneLevelWithStationsMicrometresOrMetresAp
   }
 }
 
-TEST(RendererPrecision, FloatIsDoubleToOneLevelWhateverTheMapsHold) {
+TEST(RendererPrecision, FloatEqualsDoubleToOneLevelForExtremeDistances) {
   for (const auto& [name, stored] : extreme_distances()) {
     SyntheticRoomSpec spec;
     spec.overhang_m = 0.25;
@@ -87,7 +87,7 @@ TEST(RendererPrecision, FloatIsDoubleToOneLevelWhateverTheMapsHold) {
   }
 }
 
-// Coarser maps: float finds positions at their rows alone and takes every second column of the
+// Coarser maps: float computes positions at their rows only and takes every second column of the
 // polar caps from its neighbours; double does neither.
 class CoarseMaps : public testing::Test {
  protected:
@@ -103,7 +103,7 @@ class CoarseMaps : public testing::Test {
   TestRoom room_{spec()};
 };
 
-TEST_F(CoarseMaps, FloatIsDoubleToOneLevelFartherThan45DegreesFromThePoles) {
+TEST_F(CoarseMaps, FloatEqualsDoubleToOneLevelFartherThan45DegreesFromThePoles) {
   for (const Generation generation : kCorrected) {
     const TwoViews views = both(room_, {.generation = generation}, kAt);
     const cv::Range away_from_poles(spec().width / 8, 3 * spec().width / 8);

@@ -1,4 +1,4 @@
-// How close views come to the truth, in rooms where it is known in closed form.
+// Accuracy of views in rooms whose truth is known in closed form.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -21,7 +21,8 @@ SyntheticRoomSpec box_room(int width = 192) {
   return spec;
 }
 
-// A pillar beyond the front right corner: it hides parts of the walls, differently from everywhere.
+// A pillar beyond the front right corner, which hides different parts of the walls from every
+// viewpoint.
 SyntheticRoomSpec room_with_pillar() {
   SyntheticRoomSpec spec = box_room();
   spec.scene.obstacle = SceneBox{{0.7, -1.2, 0.8}, {1.2, 0.3, 1.3}};
@@ -96,7 +97,7 @@ TEST(RendererQuality, CellOfAMillimetreAndOfAKilometreRenderAsOneOfAMetreDoes) {
   }
 }
 
-TEST(RendererQuality, SparseAndSmallDistanceMapsServe) {
+TEST(RendererQuality, SparseAndSmallDistanceMapsSuffice) {
   // Of the panoramas' size, whole fractions of it (a column's rows are then placed several at a
   // time), and another fraction.
   for (const int width : {192, 96, 48, 64}) {
@@ -113,7 +114,7 @@ TEST(RendererQuality, SparseAndSmallDistanceMapsServe) {
   }
 }
 
-TEST(RendererQuality, LinesWithoutDistancesUseTheOnesOfOthers) {
+TEST(RendererQuality, LinesWithoutDistancesUseThoseOfOtherLines) {
   const TestDirectory directory;
   const SyntheticRoomSpec spec = box_room();
   write_synthetic_room(spec, directory / "room.lf");

@@ -1,4 +1,4 @@
-// Views that leave work out: the second side where it is not needed, and whatever skip_px covers.
+// Views that skip work: the second side where it is not needed, and everything that skip_px allows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ constexpr SecondSide kSides[] = {SecondSide::kBlend, SecondSide::kWhereHidden};
 const std::vector<PlanPoint> kViewpoints = {{0.0, 0.0},   {0.23, 0.31}, {-0.31, 0.12},
                                             {0.125, 0.5}, {0.5, 0.5},   {0.02, 0.47}};
 
-// Stations close together, so that there is work to leave out, and long waves of paint, so that a
-// picture shows where it was read rather than how.
+// Stations close together, so that there is work to skip, and texture of long wavelength, so that
+// differences show positions and not interpolation.
 SyntheticRoomSpec dense_room(int distance_width = 192) {
   SyntheticRoomSpec spec;
   spec.overhang_m = 0.25;
@@ -34,9 +34,9 @@ SyntheticRoomSpec dense_room(int distance_width = 192) {
   return spec;
 }
 
-// Whether every pixel of `moved` is one of `picture`, or between some, that lie up to `move_px`
-// away. A pixel is some 11 grey levels from the next; 4 are for what is read elsewhere to be
-// interpolated otherwise.
+// Whether every pixel of `moved` is within the range of the pixels of `picture` up to `move_px`
+// away. Neighbouring pixels differ by some 11 grey levels; 4 are allowed for the interpolation at
+// other positions.
 void expect_moved_by_at_most(const cv::Mat& moved, const cv::Mat& picture, double move_px,
                              const std::string& what) {
   const int radius = static_cast<int>(std::ceil(move_px));
@@ -54,7 +54,7 @@ void expect_moved_by_at_most(const cv::Mat& moved, const cv::Mat& picture, doubl
   EXPECT_LE(cv::norm(above, cv::NORM_INF), 4.0) << what;
 }
 
-TEST(RendererSkip, NothingIsLeftOutWithoutIt) {
+TEST(RendererSkip, NothingIsSkippedByDefault) {
   const TestRoom room(dense_room());
   for (const Generation generation : kCorrected) {
     const WorkCounts work = room.view({.generation = generation}, {0.1, 0.2}).report.work;
@@ -63,8 +63,8 @@ TEST(RendererSkip, NothingIsLeftOutWithoutIt) {
   }
 }
 
-TEST(RendererSkip, NextToNothingChangesNothing) {
-  // Rows are taken apart all the same, and put together from runs.
+TEST(RendererSkip, ATinySkipChangesNothing) {
+  // Rows are still split into runs and put together again.
   for (const int distance_width : {192, 96, 48, 64}) {
     const TestRoom room(dense_room(distance_width));
     for (const Generation generation : kCorrected) {
@@ -83,7 +83,7 @@ TEST(RendererSkip, NextToNothingChangesNothing) {
   }
 }
 
-TEST(RendererSkip, MovesNoPixelFartherAndReadsTheLessTheMoreItMay) {
+TEST(RendererSkip, StaysWithinTheLimitAndReadsLessForLargerLimits) {
   for (const int distance_width : {192, 48}) {
     const TestRoom room(dense_room(distance_width));
     for (const Generation generation : kCorrected) {
@@ -108,8 +108,8 @@ TEST(RendererSkip, MovesNoPixelFartherAndReadsTheLessTheMoreItMay) {
   }
 }
 
-// A second station and a second side are left out by what wrong distances could do.
-TEST(RendererSkip, MovesNoPixelFartherWhereDistancesAreHalfOfWhatTheyShouldBe) {
+// A second station and a second side are skipped with a margin for wrong distances.
+TEST(RendererSkip, StaysWithinTheLimitWhereDistancesAreHalved) {
   SyntheticRoomSpec spec = dense_room(96);
   spec.stored_distance = [](int, int, double exact_m) { return static_cast<float>(0.5 * exact_m); };
   const TestRoom room(spec);
@@ -124,11 +124,11 @@ TEST(RendererSkip, MovesNoPixelFartherWhereDistancesAreHalfOfWhatTheyShouldBe) {
   }
 }
 
-TEST(RendererSkip, AViewFromAStationIsThatStationsFrame) {
+TEST(RendererSkip, AViewFromAStationIsItsFrame) {
   const TestRoom room(dense_room());
   const PlanPoint at_station{0.125, 0.5};
   const RenderedView view = room.view({.overlap_deg = 0.0, .skip_px = 0.01}, at_station);
-  // All that is in front is read as it is stored, of one station, which none has to be found for.
+  // Everything in front is read from stored columns of one station, without computed positions.
   EXPECT_GT(view.report.work.uncorrected, view.report.work.readings / 3);
   EXPECT_EQ(view.report.work.found, 2 * (view.report.work.readings - view.report.work.uncorrected) -
                                         view.report.work.one_station);
@@ -150,7 +150,7 @@ TEST(RendererSkip, HoldsWithLayersAndOtherWidths) {
   }
 }
 
-TEST(RendererSkip, NothingMaskedIsReadForIt) {
+TEST(RendererSkip, NothingMaskedIsRead) {
   for (const int distance_width : {192, 48, 64}) {
     SyntheticRoomSpec spec = dense_room(distance_width);
     spec.spacing_m = 0.0625;
@@ -233,8 +233,8 @@ TEST(RendererSecondSide, IsReadOnlyWhereTheNearerDoesNotSee) {
     const RenderedView both = room.view(blending, at);
     const RenderedView one = room.view(where_hidden, at);
     const cv::Mat front = room.image({.generation = Generation::kHlfVd}, at);
-    // Within 30 degrees of straight ahead, off the mask's border and of the polar caps, where
-    // columns of one source may be the mean of their neighbours.
+    // Within 30 degrees of straight ahead, away from the mask's border and from the polar caps,
+    // where columns of one source may be the mean of their neighbours.
     const cv::Rect below(80, 66, 32, 30);
     const cv::Rect above(80, 34, 32, 10);
     EXPECT_LE(largest_difference(one.image(below), both.image(below)), 1.0);
@@ -262,7 +262,7 @@ TEST(RendererSecondSide, WhereHiddenFillsWhatIsHiddenFromTheFront) {
   EXPECT_GT(psnr_db(one.image, room.truth(at)), 38.0);
 }
 
-TEST(TouchedRays, CountsEveryLineOfMemoryOnce) {
+TEST(TouchedRays, CountsEveryCacheLineOnce) {
   SyntheticRoomSpec spec;
   spec.width = 64;
   const TestRoom room(spec);
@@ -283,7 +283,7 @@ TEST(TouchedRays, CountsEveryLineOfMemoryOnce) {
   EXPECT_EQ(touched.bytes(), 0);
 }
 
-TEST(TouchedRays, OfASampleAreTheColumnsThatItLiesBetween) {
+TEST(TouchedRays, SamplesTouchTheColumnsAroundThem) {
   SyntheticRoomSpec spec;
   spec.width = 64;
   const TestRoom room(spec);
@@ -300,20 +300,20 @@ TEST(TouchedRays, OfASampleAreTheColumnsThatItLiesBetween) {
   expected.mark(1, volume.column(3, 8).data() + 3 * 5, 6);
   expected.mark(1, volume.column(3, 24).data() + 3 * 5, 6);
   EXPECT_EQ(touched.bytes(), expected.bytes());
-  // Both are marked already: nothing else was touched, and neither was missed.
+  // Both are marked already: no other line was touched, and neither was missed.
   touched.mark(1, volume.column(3, 8).data() + 3 * 5, 6);
   touched.mark(1, volume.column(3, 24).data() + 3 * 5, 6);
   EXPECT_EQ(touched.bytes(), expected.bytes());
 }
 
-TEST(TouchedRays, OfViewsAreTheirColumnsAndSamples) {
+TEST(TouchedRays, ViewsTouchTheirColumnsAndSamples) {
   SyntheticRoomSpec spec = dense_room();
   const TestRoom room(spec);
   const auto report_of = [&](const ViewOptions& options) {
     Renderer renderer(room.room(), options);
     renderer.count_bytes(true);
     renderer.render({0.31, -0.2});
-    return renderer.render({0.1, 0.2}).report;  // of this view alone
+    return renderer.render({0.1, 0.2}).report;  // of this view only
   };
   // An initial view reads each column once: whole lines of its 288 bytes.
   const ViewReport initial = report_of({.generation = Generation::kInitial});

@@ -1,5 +1,4 @@
-// What a view is made of: options, sizes, sharing of the work. How good it is:
-// renderer_quality_test.
+// Options, sizes and threads of the renderer. renderer_quality_test.cc tests the accuracy.
 #include "render/view/renderer.h"
 
 #include <gmock/gmock.h>
@@ -38,7 +37,7 @@ class RendererTest : public testing::Test {
     spec.overhang_m = 0.25;
     return spec;
   }
-  // The station at plan position x on the front line, as it was captured.
+  // The captured frame of the station at plan position x on the front line.
   cv::Mat front_frame(double x_m) const { return room_.truth({x_m, 0.5}); }
 
   TestRoom room_{spec()};
@@ -59,7 +58,7 @@ TEST_F(RendererTest, RefusesOptionsOutOfRange) {
   }
 }
 
-TEST_F(RendererTest, RefusesViewpointsThatAreNoPlaceInTheRoom) {
+TEST_F(RendererTest, RejectsViewpointsOutsideTheRoom) {
   Renderer renderer(room_.room(), {});
   EXPECT_THROW(renderer.render({std::nan(""), 0.0}), UsageError);
   EXPECT_THROW(renderer.render({0.0, INFINITY}), UsageError);
@@ -91,7 +90,7 @@ TEST_F(RendererTest, InitialViewAtAStationIsItsFrameWhereTheLineIsInFront) {
   }
 }
 
-TEST_F(RendererTest, InitialViewAtACornerIsItsFrameButForTheCellsOwnQuadrant) {
+TEST_F(RendererTest, InitialViewAtACornerIsItsFrameExceptTheCellsQuadrant) {
   // Station and corner coincide at (0.5, 0.5); the rays into the cell, -180..-90 degrees, are read
   // from the lines opposite.
   const cv::Mat view = room_.image({.generation = Generation::kInitial}, {0.5, 0.5});
@@ -143,7 +142,7 @@ TEST_F(RendererTest, ReportsLayersAndLimitedCorners) {
   EXPECT_GT(room_.view({.k_deg = 45.0}, at).report.limited_corners, 0);
 }
 
-TEST_F(RendererTest, TighterToleranceTakesMoreLayers) {
+TEST_F(RendererTest, TighterToleranceNeedsMoreLayers) {
   const int coarse = room_.view({.tolerance_px = 1.0}, {0.0, 0.0}).report.layers;
   EXPECT_GT(room_.view({.tolerance_px = 0.25}, {0.0, 0.0}).report.layers, 3 * coarse);
 }

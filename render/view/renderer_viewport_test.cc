@@ -28,7 +28,7 @@ Viewport looking(double yaw_deg, double pitch_deg, double roll_deg, double fov_d
           .height = height};
 }
 
-// What a pinhole camera in the scene sees.
+// The picture of a pinhole camera in the scene.
 cv::Mat true_picture(const SyntheticRoomSpec& spec, PlanPoint at, const Viewport& viewport) {
   const Eigen::Vector3d from_m(at.x_m, spec.height_m, at.z_m);
   cv::Mat picture(viewport.height, viewport.width, CV_8UC3);
@@ -80,7 +80,7 @@ class ViewportRoom : public testing::Test {
   TestRoom room_{spec()};
 };
 
-TEST_F(ViewportRoom, CorrectedPicturesAreWhatACameraSees) {
+TEST_F(ViewportRoom, CorrectedPicturesMatchACamera) {
   for (const Generation generation : {Generation::kHlfVd, Generation::kTwoSided}) {
     for (const Viewport& viewport : viewports_) {
       const PlanPoint at{0.12, -0.2};
@@ -92,7 +92,7 @@ TEST_F(ViewportRoom, CorrectedPicturesAreWhatACameraSees) {
   }
 }
 
-// But for the interpolation.
+// Up to interpolation.
 TEST_F(ViewportRoom, AgreesWithThePanoramaInEveryGeneration) {
   for (const Generation generation : kGenerations) {
     for (const int layers : {0, 5}) {
@@ -118,7 +118,7 @@ TEST_F(ViewportRoom, ACoarsePictureIsAFineOneAveraged) {
   EXPECT_LE(largest_difference(flat(options, {0.1, 0.1}, coarse), averaged), 2.0);
 }
 
-TEST_F(ViewportRoom, TheSameRendererMakesPanoramasAndPicturesInTurn) {
+TEST_F(ViewportRoom, OneRendererAlternatesPanoramasAndPictures) {
   Renderer renderer(room_.room(), {.generation = Generation::kTwoSided});
   const cv::Mat panorama = renderer.render({0.2, 0.1}).image;
   const cv::Mat first = renderer.render({0.2, 0.1}, viewports_[2]).image;
@@ -128,16 +128,16 @@ TEST_F(ViewportRoom, TheSameRendererMakesPanoramasAndPicturesInTurn) {
   EXPECT_THROW(renderer.render({0.2, 0.1}, looking(0, 0, 0, 180, 10, 10)), UsageError);
 }
 
-// A coarse picture is made finer first, but not of any size.
+// A coarse picture is rendered finer first, up to the largest size.
 TEST_F(ViewportRoom, NarrowPicturesOfAWideFieldRender) {
   const cv::Mat picture =
       flat({.generation = Generation::kInitial}, {0.1, 0.1}, looking(0, 0, 0, 170, 1, 4000));
   EXPECT_EQ(picture.size(), cv::Size(1, 4000));
 }
 
-// Rows that are not wanted may hold what wanted ones are stretched from, where no station sees a
-// point: here none is asked beyond the column's own, and maps that contradict each other hide much.
-TEST(WantedRows, AreThoseOfTheWholeColumn) {
+// Where no station sees a point, rows outside the requested ones may be the source of stretched
+// rows: here no fill stations are used, and maps that contradict each other hide much.
+TEST(WantedRows, EqualThoseOfTheWholeColumn) {
   SyntheticRoomSpec spec;
   spec.width = 256;
   spec.overhang_m = 0.25;
@@ -179,7 +179,7 @@ TEST(WantedRows, AreThoseOfTheWholeColumn) {
   EXPECT_GT(stretched, 1000);
 }
 
-TEST(ViewportMasks, NothingOfADollyIsShown) {
+TEST(ViewportMasks, TheDollyIsNotShown) {
   SyntheticRoomSpec spec;
   spec.width = 256;
   spec.overhang_m = 0.25;

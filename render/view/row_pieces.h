@@ -1,4 +1,4 @@
-// Runs of a column's rows that are read in one way.
+// Runs of a column's rows that are read in the same way.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace raywalk::render {
 
 enum class Reading : std::uint8_t {
   kNothing,
-  kStored,  // the rows of the plain cut, as they are
+  kStored,  // rows of the plain cut, uncorrected
   kFirst,   // samples of the station before the acquisition point, or of the one after it
   kSecond,
   kBoth

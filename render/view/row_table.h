@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/geometry/sphere.h"
+#include "core/geometry/panorama_pixels.h"
 #include "render/view/column_kernels.h"
 
 namespace raywalk::render {
@@ -60,7 +60,7 @@ inline ColumnOffset column_offset(const Eigen::Vector3d& displacement_m, double 
           static_cast<float>(offset.side)};
 }
 
-// A continuous column position split into a whole column in [0, width) and the part beyond it.
+// A continuous column position split into a whole column in [0, width) and a fraction in [0, 1).
 struct ColumnPosition {
   int whole = 0;
   float part = 0.0f;
@@ -68,12 +68,11 @@ struct ColumnPosition {
 inline ColumnPosition split_column(double u, int width) {
   double whole = std::floor(u);
   double part = u - whole;
-  if (part >= 1.0 - 1e-7) {  // do not let rounding read a neighbour for nothing
+  if (part >= 1.0 - 1e-7) {  // avoids reading a neighbour for a rounding error
     whole += 1.0;
     part = 0.0;
   }
-  const int column = static_cast<int>(whole) % width;
-  return {column < 0 ? column + width : column, static_cast<float>(part)};
+  return {wrapped_column(static_cast<int>(whole), width), static_cast<float>(part)};
 }
 
 }  // namespace raywalk::render

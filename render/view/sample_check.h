@@ -1,4 +1,4 @@
-// Whether samples of a station touch rays that are not to be used.
+// Whether samples of a station touch masked rays.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@ class SampleCheck {
   SampleCheck(const LineVolume& volume, int station)
       : volume_(volume), station_(station), column_bytes_(3 * volume.panorama().height) {}
 
-  // Whether all four pixels of a bilinear sample may be used; offsets as in SamplePositions. Quick
-  // for samples of a column one after the other, as they mostly lie in the same two columns.
+  // Whether all four pixels of a bilinear sample are unmasked; offsets as in SamplePositions. Fast
+  // for consecutive samples of a column, which mostly lie in the same two columns.
   bool valid(std::int32_t offset_left, std::int32_t offset_right) {
     return left_.valid(*this, offset_left) && right_.valid(*this, offset_right);
   }
-  // The same of all 4 x 4 pixels of a cubic sample.
+  // The same for all 4 x 4 pixels of a cubic sample.
   bool valid_around(std::int32_t offset_left, std::int32_t offset_right) {
     const std::int32_t bytes = column_bytes_ * volume_.panorama().width;
     const std::int32_t before = offset_left - column_bytes_;
@@ -34,8 +34,7 @@ class SampleCheck {
     std::int32_t offset = -1;  // of its first row; negative: none looked up yet
     RowRun rows;
 
-    // `beyond`: so many rows above and below the sample's two are read too, as far as there are
-    // any.
+    // `beyond`: number of further rows read above and below the sample's two, within the panorama.
     bool valid(const SampleCheck& check, std::int32_t sample, int beyond = 0) {
       if (offset < 0 || sample < offset || sample >= offset + check.column_bytes_) {
         const int theta = sample / check.column_bytes_;

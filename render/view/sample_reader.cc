@@ -14,8 +14,8 @@ StationSamples from_row(StationSamples samples, int begin) {
   return samples;
 }
 
-// Marks the pixels of one sample: the two columns that it lies between with two rows each, and
-// `beyond` more on every side.
+// Marks the pixels of one sample: two rows of the two columns around it, and `beyond` more on every
+// side.
 void touch_around(TouchedRays* touched, int line, const StationSamples& samples, int row,
                   int beyond, PanoramaSize size) {
   const int column_bytes = 3 * size.height;

@@ -1,4 +1,4 @@
-// Reads samples of stations in the way a view asks for, and counts them.
+// Reads samples of stations with a view's interpolation, and counts them.
 #pragma once
 
 #include <array>
@@ -15,10 +15,11 @@ namespace raywalk::render {
 inline constexpr int kWeightOne = 32767;
 std::int16_t fixed_weight(double weight);
 
-// The fastest kernels that interpolate so.
+// The fastest kernels for an interpolation method.
 const SampleReaders& readers_of(Interpolation interpolation);
 
-// Where consecutive rows of a column are read: in one station, or in two neighbours that are mixed.
+// Sample positions of consecutive rows of a column, in one station or in two neighbours that are
+// mixed.
 struct RowSamples {
   int line = -1;
   int count = 0;  // of stations
@@ -33,20 +34,20 @@ class SampleReader {
   // `touched` may be null. References must outlive the reader.
   SampleReader(const Room& room, Interpolation interpolation, TouchedRays* touched);
 
-  // Writes rows * 3 bytes and puts back the one beyond them, which must be there.
+  // Writes rows * 3 bytes. The byte after them must be writable and is preserved.
   void mix(const RowSamples& samples, std::uint8_t* rgb);
   // Adds weight / 32768 of each row to sums as ColumnKernels::accumulate_pair has them.
   void accumulate(const RowSamples& samples, const std::int16_t* weight, std::int16_t* sum);
-  // Counts rows of a station's column, from `first_row` on, that are read as they are stored.
+  // Counts rows of a station's column, from `first_row` on, that are read uncorrected.
   void count_stored(int line, const std::uint8_t* first_row, int rows);
 
-  // Samples read at a place of their own, and in columns as they are stored.
+  // Number of samples read at computed positions, and of those read from stored columns.
   std::int64_t found() const { return found_; }
   std::int64_t stored() const { return stored_; }
 
  private:
-  // Calls read(kernels, begin, end) for runs of rows that are read in one way: cubic samples whose
-  // 4 x 4 pixels are not all valid are read linearly.
+  // Calls read(kernels, begin, end) for runs of rows read with the same kernels: cubic samples
+  // whose 4 x 4 pixels are not all valid are read linearly.
   template <typename Read>
   void in_runs(const RowSamples& samples, Read read);
   // `weight` null: all rows are read.

@@ -17,7 +17,7 @@
 namespace raywalk::render {
 
 // Arrays for `rows` rows that find_samples writes; the offsets are longer, since the kernels
-// look ahead in them.
+// prefetch by them.
 class SampleArrays {
  public:
   explicit SampleArrays(int rows)
@@ -41,10 +41,10 @@ class SampleArrays {
   std::vector<std::int32_t> weight_right, weight_lower;
 };
 
-// Shifts of `count` rows; what may be read beyond them is not a number.
+// Shifts of `count` rows, padded with NaN.
 struct ShiftArrays {
   explicit ShiftArrays(int count)
-      : u(static_cast<size_t>(count + kShiftsBeyond), std::numeric_limits<float>::quiet_NaN()),
+      : u(static_cast<size_t>(count + kShiftPadding), std::numeric_limits<float>::quiet_NaN()),
         v(u) {}
   // As those of row `first` and the following ones, of `rows`.
   ShiftedRows from(int first, int rows, int per_row, const std::vector<float>& fraction) const {

@@ -1,4 +1,4 @@
-// For tests: a room in closed form, written and opened.
+// For tests: a synthetic room in closed form, written to disk and opened.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace raywalk::render {
 
-// A cell of stations so far apart, in a room that is as much larger or smaller.
+// A cell with the given station spacing, in a room scaled in proportion.
 inline SyntheticRoomSpec room_of_spacing(double spacing_m) {
   const double scale = spacing_m / 0.125;
   SyntheticRoomSpec spec;
@@ -28,7 +28,7 @@ inline SyntheticRoomSpec room_of_spacing(double spacing_m) {
   return spec;
 }
 
-// What distance maps may hold at worst, by what it is.
+// Extreme contents of distance maps, by name.
 inline std::map<std::string, std::function<float(int, int, double)>> extreme_distances() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const auto always = [](float metres) { return [metres](int, int, double) { return metres; }; };

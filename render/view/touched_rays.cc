@@ -33,7 +33,7 @@ void TouchedRays::mark(int line, const std::uint8_t* first, std::size_t bytes) {
   for (std::uintptr_t i = line_of(first) - touched.first_line; i <= last; ++i) {
     const std::uint64_t bit = std::uint64_t{1} << (i % 64);
     auto& bits = touched.bits[i / 64];
-    // Most have been marked: reading is cheaper than writing.
+    // Most bits are already set, and reading is cheaper than writing.
     if ((bits.load(std::memory_order_relaxed) & bit) == 0) {
       bits.fetch_or(bit, std::memory_order_relaxed);
     }

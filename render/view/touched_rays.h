@@ -1,6 +1,6 @@
-// How much of a room's rays a view reads: the distinct 64-byte lines of memory that its samples lie
-// in. What the processor or the disk fetches besides (a vector load's other bytes, read-ahead) does
-// not count.
+// Counts how much of a room's rays a view reads: the distinct 64-byte cache lines that its samples
+// lie in. Other bytes that the processor or the disk fetches (the rest of a vector load,
+// read-ahead) do not count.
 #pragma once
 
 #include <atomic>
@@ -19,11 +19,11 @@ class TouchedRays {
   // One bit for every line of the room's rays. The room must outlive this.
   explicit TouchedRays(const Room& room);
 
-  // Forgets all. Not while others mark.
+  // Resets the count. Not thread-safe.
   void clear();
   // Counts `bytes` (at least 1) bytes from `first` on, in the rays of `line`; from any thread.
   void mark(int line, const std::uint8_t* first, std::size_t bytes);
-  // Of all lines marked since the last clear().
+  // Bytes of all cache lines marked since the last clear().
   std::int64_t bytes() const;
 
  private:

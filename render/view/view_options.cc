@@ -67,7 +67,7 @@ SecondSide second_side_from_name(const std::string& name) {
 void require_view_options(const ViewOptions& options) {
   require_between(options.k_deg, 45.0, 90.0, "k (degrees)");
   require_between(options.overlap_deg, 0.0, 45.0, "the overlap (degrees)");
-  if (options.layers < 0) throw UsageError("the number of depth layers must be positive");
+  if (options.layers < 0) throw UsageError("the number of depth layers must not be negative");
   if (!(options.tolerance_px > 0.0 && std::isfinite(options.tolerance_px))) {
     throw UsageError(
         fmt::format("the tolerance is {} pixels; it must be positive", options.tolerance_px));
@@ -80,7 +80,7 @@ void require_view_options(const ViewOptions& options) {
   if (options.station_stride < 1) throw UsageError("the station stride must be at least 1");
   require_between(options.distance_maps, 1, 4, "the number of distance maps");
   require_between(options.fill_stations, 0, 32, "the number of stations to fill from");
-  require_between(options.skip_px, 0.0, 4.0, "the move of pixels to skip work for");
+  require_between(options.skip_px, 0.0, 4.0, "skip_px");
 }
 
 }  // namespace raywalk::render

@@ -46,7 +46,7 @@ PlanPoint corner_after(const Cell& cell, Side side) {
 
 Side next_side(Side side) { return static_cast<Side>((static_cast<int>(side) + 1) % 4); }
 
-// How far a line is captured beyond a corner, on the side that leads away from the cell's centre.
+// Captured length of a line beyond a corner, away from the cell's centre.
 double overhang(const Line& line, PlanPoint corner, PlanPoint centre) {
   const double at = along_line(line, corner);
   const bool towards_end = at > along_line(line, centre);
@@ -133,7 +133,7 @@ void ViewPlan::plan_open_grid() {
   lines_.resize(grid_.lines.size());
   std::iota(lines_.begin(), lines_.end(), 0);
   // A line is crossed by some ray exactly where its captured part is seen under a positive angle or
-  // the viewpoint is on it; look along a dense fan rather than reason about every degenerate case.
+  // the viewpoint is on it; a dense fan of rays avoids treating every degenerate case.
   constexpr int kFan = 720;
   std::array<RaySource, 2> sources;
   for (int i = 0; i < kFan; ++i) {
@@ -156,8 +156,8 @@ int ViewPlan::cell_sources(double theta_rad, std::array<RaySource, 2>& sources) 
     if (weight <= 0.0) continue;
     const int line = side_lines_[static_cast<size_t>((side + which) % 4)];
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
-    // A connection at 0 or 90 degrees puts the viewpoint on the line that the ray runs along, up to
-    // rounding of the line's fit: such a ray is acquired at the viewpoint itself.
+    // With a connection at 0 or 90 degrees the viewpoint is on the line that the ray runs along, up
+    // to rounding of the line's fit: the acquisition point is the viewpoint itself.
     const LineCrossing crossing =
         cross_line(geometry, viewpoint_, theta_rad)
             .value_or(LineCrossing{0.0, along_line(geometry, viewpoint_)});
@@ -189,7 +189,7 @@ int ViewPlan::front_sources(double theta_rad, std::array<RaySource, 2>& sources)
 ColumnPlan ViewPlan::column(double theta_rad) const {
   ColumnPlan plan;
   plan.front_count = front_sources(wrap_angle(theta_rad), plan.front);
-  // The line behind is the one in front of the opposite column, crossed at negative distance.
+  // The line behind is the line in front of the opposite column, at negative distance.
   plan.behind_count = front_sources(wrap_angle(theta_rad + kPi), plan.behind);
   for (int i = 0; i < plan.behind_count; ++i) {
     plan.behind[static_cast<size_t>(i)].d_p_m = -plan.behind[static_cast<size_t>(i)].d_p_m;

@@ -1,7 +1,8 @@
-// Which line, which stations and with which weight every column of an output panorama is read from.
+// The plan of a view: the lines, stations and weights that every column of an output panorama is
+// read from.
 //
 // The ray of column theta leaves the viewpoint P and crosses a line at the acquisition point A, at
-// the signed plan distance d_p (negative for the line behind P, which sees the same vertical
+// the signed plan distance d_p (negative for the line behind P, which is in the same vertical
 // plane).
 #pragma once
 
@@ -41,7 +42,7 @@ struct LineCrossing {
 // The crossing; none if the ray runs parallel to a line it is not on.
 std::optional<LineCrossing> cross_line(const Line& line, PlanPoint viewpoint, double theta_rad);
 
-// The source for a crossing; positions outside the captured part are read at its end.
+// The source for a crossing; positions outside the captured part are clamped to its end.
 RaySource source_at(const Line& line, int line_index, const LineCrossing& crossing);
 
 // The plan of one view.
@@ -54,11 +55,11 @@ class ViewPlan {
   ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& rule);
 
   PlanPoint viewpoint() const { return viewpoint_; }
-  // Height the view is rendered at: the mean of the lines that serve it.
+  // Height of the view: the mean height of the lines that serve it.
   double height_m() const { return height_m_; }
   // Lines that serve the view.
   std::span<const int> lines() const { return lines_; }
-  // Corners whose connection was moved because the overhang ran out, of four.
+  // Number of corners, of four, whose connection was moved because the overhang ran out.
   int limited_corners() const { return limited_corners_; }
 
   // `theta_rad` is wrapped; front_count is 0 where no line serves the column.

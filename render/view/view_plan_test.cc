@@ -40,7 +40,7 @@ PlanPoint seen_from_side(PlanPoint point, int side) {
 
 class ViewPlanScale : public testing::TestWithParam<double> {};
 
-// design.md section 3: A = (x + (N/2 - z) tan theta, N/2), d_p = (N/2 - z) / cos theta.
+// The crossing of the front line: A = (x + (N/2 - z) tan theta, N/2), d_p = (N/2 - z) / cos theta.
 TEST_P(ViewPlanScale, CrossingHasTheClosedFormOnEverySide) {
   const double n = GetParam();
   const Grid grid = square_grid(n, n);
@@ -203,7 +203,7 @@ TEST(ViewPlan, HeightIsTheMeanOfTheLinesThatServe) {
   EXPECT_NEAR(ViewPlan(grid, {0.0, 0.0}, kPhysical).height_m(), -0.01, 1e-15);
 }
 
-TEST(ViewPlan, CountsTheCornersThatWantMoreOverhang) {
+TEST(ViewPlan, CountsTheCornersThatNeedMoreOverhang) {
   // At k = 45 a viewpoint beside both diagonals needs overhang at all corners; on the diagonals at
   // none, and physical connections never do.
   const Grid bare = square_grid(1.0, 0.0);

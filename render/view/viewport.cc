@@ -6,17 +6,19 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/geometry/panorama_pixels.h"
 
 namespace raywalk::render {
 namespace {
 
-// In the camera's axes, of any length; (0, 0) is the centre of the top left pixel.
+// Direction of a pixel position in the camera frame, not normalised; (0, 0) is the centre of the
+// top left pixel.
 Eigen::Vector3d camera_ray(const Viewport& viewport, double column, double row) {
   const double f = focal_length_px(viewport);
   return {(column + 0.5 - 0.5 * viewport.width) / f, -(row + 0.5 - 0.5 * viewport.height) / f, 1.0};
 }
 
-// Whether the picture, a pixel wider on every side, holds a direction of the camera's axes.
+// Whether the picture, enlarged by a pixel on every side, contains a direction of the camera frame.
 bool holds(const Viewport& viewport, const Eigen::Vector3d& direction) {
   if (direction.z() <= 0.0) return false;
   const double f = focal_length_px(viewport);
@@ -24,8 +26,8 @@ bool holds(const Viewport& viewport, const Eigen::Vector3d& direction) {
          std::fabs(direction.y() / direction.z()) * f <= 0.5 * viewport.height + 1.0;
 }
 
-// Longitudes and latitudes along the picture's border. Longitudes are counted on over +-180
-// degrees; between two samples no more than the steps is left out.
+// Range of longitudes and latitudes along the picture's border. Longitudes are unwrapped across
+// +-180 degrees; the largest steps between samples bound what lies between them.
 struct BorderRange {
   double theta_least = 0.0, theta_most = 0.0, theta_step = 0.0;
   double phi_least = 0.0, phi_most = 0.0, phi_step = 0.0;
@@ -67,7 +69,7 @@ BorderRange border_range(const Viewport& viewport, const Eigen::Matrix3d& turn) 
   BorderWalk walk(turn);
   const int w = viewport.width;
   const int h = viewport.height;
-  constexpr int kSamples = 256;  // of a side: more cost more than the few columns they save
+  constexpr int kSamples = 256;  // per side; more would cost more than the few columns they save
   for (int side = 0; side < 4; ++side) {
     for (int i = 0; i < kSamples; ++i) {
       const double along = static_cast<double>(side < 2 ? i : kSamples - i) / kSamples;
@@ -84,15 +86,14 @@ BorderRange border_range(const Viewport& viewport, const Eigen::Matrix3d& turn) 
 
 void require_viewport(const Viewport& viewport) {
   const double fov_deg = degrees_from_radians(viewport.fov_x_rad);
-  if (!(fov_deg > 0.0 && fov_deg <= kWidestFovDeg * (1.0 + 1e-12))) {
-    throw UsageError(
-        fmt::format("the field of view is {:g} degrees; it must be above 0, at most {}", fov_deg,
-                    kWidestFovDeg));
+  if (!(fov_deg > 0.0 && fov_deg <= kMaxFovDeg * (1.0 + 1e-12))) {
+    throw UsageError(fmt::format(
+        "the field of view is {:g} degrees; it must be above 0, at most {}", fov_deg, kMaxFovDeg));
   }
-  const auto is_side = [](int side) { return side >= 1 && side <= kLargestViewport_px; };
+  const auto is_side = [](int side) { return side >= 1 && side <= kMaxViewport_px; };
   if (!is_side(viewport.width) || !is_side(viewport.height)) {
-    throw UsageError(fmt::format("a picture of {} x {} pixels cannot be made; sides are 1 to {}",
-                                 viewport.width, viewport.height, kLargestViewport_px));
+    throw UsageError(fmt::format("a picture of {} x {} pixels is not possible; sides are 1 to {}",
+                                 viewport.width, viewport.height, kMaxViewport_px));
   }
   const Attitude& turn = viewport.attitude;
   if (!std::isfinite(turn.yaw_rad + turn.pitch_rad + turn.roll_rad)) {
@@ -119,8 +120,8 @@ RayLine rays_of_column(const Viewport& viewport, int column) {
 
 PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
   const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
-  // Latitude has no extreme inside a region without a pole, so the border holds both; longitude
-  // goes all the way around a pole.
+  // Latitude has no extremum inside a region without a pole, so the border has both; around a pole
+  // all longitudes occur.
   const bool zenith = holds(viewport, turn.transpose() * Eigen::Vector3d(0.0, 1.0, 0.0));
   const bool nadir = holds(viewport, turn.transpose() * Eigen::Vector3d(0.0, -1.0, 0.0));
   const BorderRange border = border_range(viewport, turn);
@@ -141,7 +142,7 @@ PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
   }
   const auto first = static_cast<int>(std::floor(left));
   part.columns = static_cast<int>(std::ceil(right)) - first + 1;
-  part.first_column = ((first % panorama.width) + panorama.width) % panorama.width;
+  part.first_column = wrapped_column(first, panorama.width);
   return part;
 }
 

@@ -1,4 +1,4 @@
-// What a flat picture shows of a view: a pinhole camera at the viewpoint, turned freely.
+// The camera of a flat picture: a pinhole camera at the viewpoint with any attitude.
 #pragma once
 
 #include "core/geometry/sphere.h"
@@ -16,8 +16,8 @@ struct Viewport {
   int height = 0;
 };
 
-inline constexpr double kWidestFovDeg = 170.0;
-inline constexpr int kLargestViewport_px = 16384;
+inline constexpr double kMaxFovDeg = 170.0;
+inline constexpr int kMaxViewport_px = 16384;
 
 // Throws UsageError unless the field of view is in (0, 170] degrees, the sides in 1..16384 pixels
 // and the angles finite.
@@ -26,13 +26,13 @@ void require_viewport(const Viewport& viewport);
 // Pixels per radian in the picture's middle.
 double focal_length_px(const Viewport& viewport);
 
-// The directions of a column's pixels, from the top.
+// The world directions of a column's pixels, from the top.
 RayLine rays_of_column(const Viewport& viewport, int column);
 
-// The columns and rows of a panorama that the samples of a viewport lie in, cubic ones too.
+// The columns and rows of a panorama that the samples of a viewport, also cubic ones, lie in.
 struct PanoramaPart {
   int first_column = 0;  // in [0, width)
-  int columns = 0;       // from there on, around the seam
+  int columns = 0;       // from there on, wrapping around the seam
   RowRun rows{};
 };
 PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama);

@@ -29,7 +29,7 @@ Eigen::Vector3d direction_at(const Viewport& viewport, int column, int row) {
   return direction.normalized();
 }
 
-TEST(Viewport, RaysAreThoseOfAPinhole) {
+TEST(Viewport, RaysAreThoseOfAPinholeCamera) {
   const Viewport ahead{.fov_x_rad = kHalfPi, .width = 101, .height = 51};
   EXPECT_LT((direction_at(ahead, 50, 25) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-6);
   // Half a pixel inside of 45 degrees to the right.
@@ -46,7 +46,7 @@ TEST(Viewport, RaysAreThoseOfAPinhole) {
   EXPECT_LT((direction_at(turned_view, 12, 60) - ray).norm(), 1e-6);
 }
 
-TEST(Viewport, RefusesWhatIsNoPicture) {
+TEST(Viewport, RejectsInvalidPictures) {
   const Viewport good = turned(0, 0, 0, 90);
   EXPECT_NO_THROW(require_viewport(good));
   EXPECT_NO_THROW(require_viewport(turned(0, 0, 0, 170)));
@@ -65,8 +65,8 @@ TEST(Viewport, RefusesWhatIsNoPicture) {
                UsageError);
 }
 
-// All four pixels around each of its rays, for pictures turned anyhow, also over the poles and
-// across the seam.
+// All four pixels around each of its rays, for any attitude, also over the poles and across the
+// seam.
 TEST(ViewportProperty, PartHoldsEverySampleOfThePicture) {
   std::mt19937_64 random(5);
   const auto uniform = [&](double low, double high) {

@@ -26,7 +26,7 @@ void RingVisibility::compute(const DistanceView& distances, int theta, double d_
   const float tolerance = distances.surface_tolerance();
   std::fill(nearest_.begin(), nearest_.end(), 0.0f);
   const auto bin = [&](float position) {
-    const float row_above = position + 0.5f;  // not negative: truncation rounds to the nearest
+    const float row_above = position + 0.5f;  // not negative, so that truncation rounds to nearest
     const int row = static_cast<int>(row_above);
     return row < ring_rows ? row : row - ring_rows;
   };
@@ -39,7 +39,7 @@ void RingVisibility::compute(const DistanceView& distances, int theta, double d_
     const float here = omega_from_line_[static_cast<size_t>(i)];
     const float before = omega_from_line_[static_cast<size_t>(previous)];
     keep_nearest(bin(position_[static_cast<size_t>(i)]), here);
-    // A surface seen from nearer covers more rows than it has samples: close the gaps.
+    // A surface nearer to A than to P covers more rows than it has samples: fill the gaps.
     float step = position_[static_cast<size_t>(i)] - position_[static_cast<size_t>(previous)];
     if (step > rows_) step -= static_cast<float>(ring_rows);
     if (step < -rows_) step += static_cast<float>(ring_rows);

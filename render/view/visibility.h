@@ -1,8 +1,7 @@
 // Which points of a column an acquisition point sees.
-//
 // The viewpoint P, the acquisition point A and everything column theta shows lie in one vertical
-// plane, so occlusion is a matter of one great circle: project the points that P sees into the
-// circle around A and keep, per direction, the nearest.
+// plane, so that occlusion is decided on one great circle: the points that P sees are projected
+// onto the circle around A, and the nearest in each direction is visible.
 #pragma once
 
 #include <cstdint>

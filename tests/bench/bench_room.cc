@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A capture to enlarge: 16 stations per line stay, 1.6 GB of rays.
+// The capture to enlarge; 16 stations per line are kept, 1.6 GB of rays.
 struct SourceScene {
   fs::path directory;
   size_t station_step = 1;
@@ -64,7 +64,7 @@ void enlarge_frame(const fs::path& from, const fs::path& to) {
   }
 }
 
-// The list is written last: a directory that has it is complete.
+// The list is written last and marks the directory as complete.
 void make_capture(const SourceScene& scene, const fs::path& capture) {
   fs::create_directories(capture);
   const auto stations = thinned_stations(scene.directory / "poses.csv", scene.station_step);
@@ -82,7 +82,7 @@ void make_capture(const SourceScene& scene, const fs::path& capture) {
   write_file_atomically(capture / "poses.csv", list);
 }
 
-// False also for a room that a build of another format has packed.
+// False also for a room packed in another format version.
 bool can_be_opened(const fs::path& room) {
   try {
     Room::open(room);

@@ -1,4 +1,4 @@
-// The room the benchmarks measure on: 4096x2048, made once from the white room and kept in the
+// The room used by the benchmarks: 4096x2048, built once from the white room and cached in the
 // build tree.
 #pragma once
 
@@ -12,15 +12,15 @@ namespace raywalk::bench {
 
 inline constexpr int kBenchWidth = 4096;
 
-// Frames of every few stations of the white room, enlarged to 4096x2048, with its distance maps as
-// given. The full scene is used where it lies beside the checkout (../shared/scenes/white-room),
-// the embedded copy elsewhere. The frames are made on the first call; `out` of the result is empty.
+// Frames of a subset of the white room's stations, enlarged to 4096x2048, with its distance maps.
+// Uses the full scene if it is beside the checkout (../shared/scenes/white-room), else the embedded
+// copy. The frames are created on the first call; `out` of the result is empty.
 build_lf::PackOptions bench_capture();
 
 // The packed room of bench_capture(); packed on the first call.
 std::filesystem::path bench_room();
 
-// Viewpoints in the middle of a cell, in its quarters, near a line and near a corner.
+// Viewpoints at the centre of a cell, in its quarters, near a line and near a corner.
 std::vector<PlanPoint> viewpoints_in(const Cell& cell);
 
 // Bytes of all files under a directory.

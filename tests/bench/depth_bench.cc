@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The most memory that this process itself holds while the object lives. Pages of the room's files
-// do not count: the kernel keeps as many as nobody else needs.
+// Peak anonymous memory of this process during the object's lifetime. Mapped pages of the room's
+// files do not count, as the kernel can evict them.
 class PeakOwnMemory {
  public:
   PeakOwnMemory() : start_bytes_(own_bytes()), sampler_([this] { sample(); }) {}
@@ -32,7 +32,7 @@ class PeakOwnMemory {
   PeakOwnMemory(const PeakOwnMemory&) = delete;
   PeakOwnMemory& operator=(const PeakOwnMemory&) = delete;
 
-  // Above what was held at the start; ends the measurement.
+  // Increase since the start; ends the measurement.
   double growth_bytes() {
     stop();
     return peak_bytes_ - start_bytes_;
@@ -57,7 +57,7 @@ class PeakOwnMemory {
   std::thread sampler_;
 };
 
-// The plan of the room with `count` of its maps, spread over all lines.
+// The room's plan with `count` of its maps, distributed over all lines.
 build_lf::DepthPlan plan_of(const Room& room, size_t count) {
   build_lf::DepthPlan plan = build_lf::plan_depth(room, {.every = 1});
   const std::vector<build_lf::SweepReference> all = std::move(plan.maps);
@@ -66,9 +66,9 @@ build_lf::DepthPlan plan_of(const Room& room, size_t count) {
   return plan;
 }
 
-// Distance maps 1024 wide of so many stations of the room, from panoramas to fused maps. Time is to
-// grow linearly with the stations and memory not at all: `s_per_map` and `peak_MB`. `MB_per_s` is
-// bytes of the panoramas that maps are made for, `copy_MB_per_s` those of a plain copy of a volume
+// Estimates distance maps 1024 wide for a number of stations, from panoramas to fused maps. Time
+// should be linear in the stations (`s_per_map` constant) and memory constant (`peak_MB`).
+// `MB_per_s` is the throughput in panorama bytes, `copy_MB_per_s` that of a plain copy of a volume
 // in the same run.
 void bench_depth(benchmark::State& state) {
   const Room room = Room::open(bench_room());
@@ -85,9 +85,9 @@ void bench_depth(benchmark::State& state) {
     build_lf::PartialMaps partial(work, "bench");
     PeakOwnMemory memory;
     const Times times = times_of([&] {
-      const double most_per_m =
+      const double max_per_m =
           build_lf::find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
-      build_lf::sweep_maps(room, plan, most_per_m, gains.gain, {}, &partial);
+      build_lf::sweep_maps(room, plan, max_per_m, gains.gain, {}, &partial);
       build_lf::fuse_swept_maps(plan, room.masked(), &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());

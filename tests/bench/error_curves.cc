@@ -15,7 +15,7 @@ constexpr int kCasesPerPoint = 150;
 
 RandomArguments::RandomArguments(unsigned seed) : state_(seed) {}
 
-// splitmix64: the standard library's distributions differ from one to the next.
+// SplitMix64; the distributions of <random> are implementation-defined.
 double RandomArguments::uniform(double least, double most) {
   state_ += 0x9e3779b97f4a7c15ULL;
   unsigned long long z = state_;

@@ -1,4 +1,4 @@
-// Curves of the worst error found around each of many arguments.
+// Curves of the largest error found near each argument.
 #pragma once
 
 #include <boost/multiprecision/cpp_bin_float.hpp>
@@ -11,10 +11,10 @@
 
 namespace raywalk::bench {
 
-// What errors are measured against: 50 digits.
+// Reference arithmetic with 50 digits.
 using Exact = boost::multiprecision::cpp_bin_float_50;
 
-// Random numbers that are the same everywhere.
+// Random numbers that are the same on every platform.
 class RandomArguments {
  public:
   explicit RandomArguments(unsigned seed);
@@ -26,16 +26,16 @@ class RandomArguments {
 };
 
 struct ErrorCurves {
-  LinePlot plot{};  // title and labels; scales, series and what they hold are filled in
+  LinePlot plot{};  // title and labels; scales and series are filled in
   std::vector<std::string> names{};
   double least = 1e-6;  // range of the arguments
   double most = 1.0;
-  // One case near an argument: the error of each curve.
+  // The error of each curve for one random case near an argument.
   std::function<std::vector<double>(double argument, RandomArguments& random)> errors{};
 };
 
-// Draws every curve, log-log, and writes the plot to `file`. An error of exactly 0 counts as
-// `kNoError`, below what long double can resolve.
+// Plots every curve, log-log, and writes the plot to `file`. An error of exactly 0 counts as
+// `kNoError`, below the resolution of long double.
 inline constexpr double kNoError = 1e-20;
 void write_error_curves(ErrorCurves curves, const std::filesystem::path& file);
 

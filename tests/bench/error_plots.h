@@ -1,4 +1,4 @@
-// Plots of numerical error, as docs/numerics.md shows them.
+// The plots of numerical error in docs/numerics.md.
 #pragma once
 
 #include <filesystem>
@@ -6,10 +6,10 @@
 namespace raywalk::bench {
 
 // Writes the plots as SVG files into an existing directory, replacing those of the same names. The
-// same program writes the same bytes. Throws Error where a file cannot be written.
+// output is deterministic. Throws Error if a file cannot be written.
 void write_error_plots(const std::filesystem::path& directory);
 
-// Its two halves: where a station saw a point, and the error model of the paper.
+// Its two parts: sample positions, and the error model of the paper.
 void write_position_error_plots(const std::filesystem::path& directory);
 void write_model_error_plots(const std::filesystem::path& directory);
 

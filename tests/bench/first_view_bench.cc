@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr int kRounds = 5;
 
-// Drops a file's pages from the system's cache; nobody may have it mapped. What was just written is
-// flushed first: only clean pages can go.
+// Drops a file's pages from the page cache; no process may have it mapped. The file is flushed
+// first, as only clean pages can be dropped.
 void drop_from_cache(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   const bool dropped = descriptor >= 0 && ::fsync(descriptor) == 0 &&
@@ -31,7 +31,7 @@ void drop_from_cache(const fs::path& file) {
   if (!dropped) throw Error("cannot drop " + file.string() + " from the cache");
 }
 
-// By this process so far.
+// Bytes read from the disk by this process so far.
 double bytes_read_from_disk() {
   std::ifstream counts("/proc/self/io");
   for (std::string word; counts >> word;) {
@@ -47,7 +47,7 @@ void drop_room_from_cache(const fs::path& room) {
   }
 }
 
-// As far as the memory reaches.
+// As far as memory permits.
 void read_room_into_cache(const fs::path& room) {
   std::vector<char> piece(std::size_t{4} << 20);
   for (const auto& entry : fs::recursive_directory_iterator(room)) {
@@ -57,8 +57,8 @@ void read_room_into_cache(const fs::path& room) {
   }
 }
 
-// From a closed room to its first view on the screen, with the room's files in the cache or not:
-// `open_ms` and `view_ms` are the parts, `read_MB` is what was read from the disk for it.
+// Time to the first view of a room, with its files in the page cache or not. `open_ms` and
+// `view_ms` are the parts, `read_MB` the data read from the disk.
 void bench_first_view(benchmark::State& state, render::Generation generation, bool cold) {
   const fs::path directory = bench_room();
   const render::ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};

@@ -1,5 +1,5 @@
-// raywalk-bench: how long views and packing take, as ratios to cv::remap and to a plain copy, how
-// distance maps scale, and how exact the arithmetic is.
+// raywalk-bench: times of views and packing relative to cv::remap and to a plain copy, scaling of
+// distance maps, and accuracy of the arithmetic.
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>
@@ -16,8 +16,8 @@
 namespace raywalk::bench {
 namespace {
 
-// Hands the flags this program does not know to Google Benchmark. The results go to a JSON file
-// unless a flag says otherwise; of flags given twice Google Benchmark takes the last.
+// Passes unknown flags on to Google Benchmark. Results are written to a JSON file by default; of
+// repeated flags Google Benchmark uses the last.
 void run_benchmarks(const std::string& program, const std::vector<std::string>& flags) {
   std::vector<std::string> words = {program, "--benchmark_out=" RAYWALK_BENCH_DIR "/results.json",
                                     "--benchmark_out_format=json",
@@ -39,9 +39,9 @@ void run_benchmarks(const std::string& program, const std::vector<std::string>& 
 }  // namespace raywalk::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Benchmarks of Raywalk; --benchmark_* flags go to Google Benchmark");
+  CLI::App app("Benchmarks of Raywalk; --benchmark_* flags are passed to Google Benchmark");
   int threads = 0;
-  app.add_option("--threads", threads, "Threads for Raywalk and OpenCV alike; 0 = all cores")
+  app.add_option("--threads", threads, "Threads of both Raywalk and OpenCV; 0 = all cores")
       ->check(CLI::Range(0, 1024));
   std::string error_plots;
   app.add_option("--error-plots", error_plots,

@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 constexpr int kPairs = 3;
 
-// Packing a capture of 4096x2048 JPEG frames, distance maps included, against a plain copy of the
-// packed files. Both end with the data on the disk.
+// Packing a capture of 4096x2048 JPEG frames with distance maps, relative to a plain copy of the
+// packed files. Both include flushing to the disk.
 void bench_pack(benchmark::State& state) {
   build_lf::PackOptions options = bench_capture();
   const fs::path work = options.frames.parent_path().parent_path();

@@ -14,13 +14,15 @@ namespace {
 
 // Errors are in pixels of a panorama of this size.
 constexpr PanoramaSize kPanorama{4096, 2048};
-// What the float kernels read from: so fine that the rounding of the weights does not count.
+// Size of the panorama read by the float kernels; large enough that rounding of the weights does
+// not matter.
 constexpr PanoramaSize kFine{16384, 8192};
 constexpr double kPixelsPerRad = kPanorama.width / kTwoPi;
-// Rows that the latitudes are taken from: down to 0.0001 degrees from the pole.
+// Number of rows, such that latitudes reach 0.0001 degrees from the pole.
 constexpr int kRows = 1 << 20;
 
-// A point at omega in a row of the column that looks along theta, and a station's displacement.
+// A point at inverse distance omega (1/m) in a row of the column at theta, and the displacement of
+// a station.
 struct Sighting {
   int row = 0;
   float omega = 0.0f;
@@ -34,7 +36,7 @@ struct SeenDirection {
   Real latitude_rad;
 };
 
-// The closed form, in the arithmetic of Real; the arguments are taken as they are.
+// The closed form in the arithmetic of Real; the arguments are considered exact.
 template <typename Real>
 SeenDirection<Real> seen_in(const Sighting& at) {
   using std::atan2, std::cos, std::sin, std::sqrt;
@@ -61,7 +63,7 @@ double pixels_off(const SeenDirection<Real>& found, const SeenDirection<Exact>& 
   return kPixelsPerRad * std::hypot(turn * width, latitude);
 }
 
-// What the kernels and PrecisePositions make of a sighting.
+// The position computed by the kernels and by PrecisePositions.
 class Positions {
  public:
   Positions() : latitudes_(kRows, kRows), precise_(kRows), arrays_(1) {}
@@ -85,7 +87,7 @@ class Positions {
   }
   std::vector<double> errors(const Sighting& at) {
     const SeenDirection<Exact> exact = seen_in<Exact>(at);
-    // Beyond the centres of the first and the last row the row itself is read.
+    // Beyond the centres of the first and the last row, positions are clamped to that row.
     const double farthest_rad = kHalfPi - 0.5 * kPi / kFine.height;
     SeenDirection<Exact> read = exact;
     read.latitude_rad = std::clamp<Exact>(exact.latitude_rad, -farthest_rad, farthest_rad);
@@ -99,7 +101,7 @@ class Positions {
   render::PositionArrays arrays_;
 };
 
-// Of no more than 89.9 degrees: the row of the pole is the last plot's.
+// Latitudes up to 89.9 degrees; the last plot covers the pole.
 int any_row(RandomArguments& random) {
   return static_cast<int>(random.uniform(kRows / 1800.0, kRows * (1.0 - 1.0 / 1800.0)));
 }
@@ -173,14 +175,14 @@ void plot_near(Positions* positions, const std::filesystem::path& file) {
   write_error_curves(std::move(curves), file);
 }
 
-// Where a ray crosses a line `b_m` ahead, to the right of the viewpoint.
+// Position at which a ray crosses a line `b_m` ahead, to the right of the viewpoint.
 template <typename Real>
 Real crossing_in(double b_m, double theta_rad) {
   using std::cos, std::sin;
   return Real(b_m) * Real(sin(Real(theta_rad))) / Real(cos(Real(theta_rad)));
 }
 
-// Of the plan: which stations are mixed, and how. Errors are in metres along the line.
+// Error of the crossing point, which selects and weights the stations, in metres along the line.
 void plot_incidence(const std::filesystem::path& file) {
   ErrorCurves curves{.plot = {.title = "Where a ray crosses a line 1 um to 0.5 m ahead",
                               .x_label = "90 degrees - incidence (degrees)",

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kRounds = 12;
 
-// Keeps the number of threads as it was for what runs next.
+// Restores the number of threads on destruction.
 class ThreadCount {
  public:
   ThreadCount() = default;
@@ -27,9 +27,9 @@ class ThreadCount {
   int before_ = thread_count();
 };
 
-// How much faster a view is on two threads than on one, and how much faster cv::remap is on the
-// same machine at the same time: `relative` is the one by the other. Each round takes all four, so
-// that what else the machine does hits all of them; figures are medians over the rounds.
+// Speedup of a view from one to two threads, relative to that of cv::remap on the same machine
+// (`relative`). Each round measures all four times, so that other load affects them alike; results
+// are medians over the rounds.
 void bench_scaling(benchmark::State& state, render::Generation generation) {
   const ThreadCount restored;
   const Room room = Room::open(bench_room());

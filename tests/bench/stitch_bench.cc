@@ -25,12 +25,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kPairs = 5;
-constexpr int kFrames = 8;  // that a measurement stitches
+constexpr int kFrames = 8;  // per measurement
 constexpr double kFieldOfView_deg = 190.0;
 constexpr PanoramaSize kPanorama{kBenchWidth, kBenchWidth / 2};
 
-// What v360 takes a dual-fisheye frame to be: two equidistant circles that fill its halves. Its
-// pixels in the middle are as large as the panorama's.
+// The dual-fisheye model of ffmpeg's v360: two equidistant circles that fill the halves of the
+// frame. Its resolution at the centres is that of the panorama.
 DualFisheyeCamera ideal_camera() {
   const double half_view = radians_from_degrees(0.5 * kFieldOfView_deg);
   const int height = 2 * static_cast<int>(std::lround(half_view * kBenchWidth / kTwoPi));
@@ -47,7 +47,7 @@ double psnr_db(const cv::Mat& a, const cv::Mat& b) {
          std::log10(255.0 * 255.0 * 3.0 * static_cast<double>(a.total()) / (distance * distance));
 }
 
-// Of all programs started and finished so far.
+// Processor time of all finished child processes.
 double children_cpu_s() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
@@ -57,8 +57,8 @@ double children_cpu_s() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-// ffmpeg on raw frames in planar colour, its filter's own format, so that nothing but the filter
-// and reading from memory is measured.
+// ffmpeg on raw planar frames, the native format of its filter, so that only the filter and reading
+// from memory are measured.
 class FfmpegStitcher {
  public:
   FfmpegStitcher(const cv::Mat& frame, std::string interpolation)
@@ -85,7 +85,8 @@ class FfmpegStitcher {
   FfmpegStitcher(const FfmpegStitcher&) = delete;
   FfmpegStitcher& operator=(const FfmpegStitcher&) = delete;
 
-  // Per frame: start-up and the filter's tables are the same for one frame and for more.
+  // Time per frame. Start-up and filter tables, which do not depend on the number of frames, are
+  // subtracted.
   Times frame_times() const {
     const Times one = measure(1), all = measure(1 + kFrames);
     return {(all.wall_s - one.wall_s) / kFrames, (all.cpu_s - one.cpu_s) / kFrames};
@@ -107,7 +108,7 @@ class FfmpegStitcher {
   }
 
  private:
-  // Blue, green and red, as OpenCV counts them, in the order of ffmpeg's gbrp.
+  // OpenCV's BGR channels in the order of ffmpeg's gbrp.
   static constexpr int kPlanes[3] = {1, 0, 2};
 
   Times measure(int frames) const {
@@ -158,10 +159,10 @@ Times stitching_times(const calibrate::Stitcher& stitcher) {
   return {all.wall_s / kFrames, all.cpu_s / kFrames};
 }
 
-// Dual-fisheye frames into 4096x2048 panoramas, from memory to memory, against ffmpeg's v360 filter
-// on the same frames with the same number of threads. The two alternate; `ratio` is the median over
-// the pairs of raywalk's time to ffmpeg's, below 1 where raywalk is faster, `cpu_ratio` the same of
-// the processor time. psnr_db and ffmpeg_psnr_db compare with the ray-traced panorama.
+// Stitching of dual-fisheye frames to 4096x2048 panoramas, memory to memory, relative to ffmpeg's
+// v360 filter on the same frames with the same number of threads. The two alternate; `ratio` is the
+// median over the pairs of Raywalk's time to ffmpeg's (below 1: Raywalk is faster), `cpu_ratio` the
+// same for processor time. psnr_db and ffmpeg_psnr_db are relative to the ray-traced panorama.
 void bench_stitch(benchmark::State& state, calibrate::BlendMethod blend,
                   const std::string& interpolation) {
   const FfmpegStitcher ffmpeg(scene().frame, interpolation);

@@ -16,10 +16,10 @@ namespace {
 
 constexpr int kPairs = 12;
 
-// What one view adds to the resident set, starting from a room none of which has been read.
+// Growth of the resident set caused by one view of a room of which nothing has been read.
 struct ResidentGrowth {
-  double peak_bytes = 0.0;    // all of it
-  double mapped_bytes = 0.0;  // the part that is pages of the room's files
+  double peak_bytes = 0.0;    // total
+  double mapped_bytes = 0.0;  // of it mapped pages of the room's files
 };
 
 ResidentGrowth resident_growth(const render::ViewOptions& options) {
@@ -32,10 +32,10 @@ ResidentGrowth resident_growth(const render::ViewOptions& options) {
   return {peak_resident_bytes() - before, mapped_resident_bytes() - mapped_before};
 }
 
-// One 4096x2048 view of a generation, at viewpoints spread over the cell, against one cv::remap of
-// the same size on the same threads. The two alternate, so that what else the machine does hits
-// both; `ratio` is the median over the pairs, `cpu_ratio` the same of the processor time. `peak_MB`
-// and `mapped_MB` are the ResidentGrowth, `room_MB` the bytes of the room.
+// A 4096x2048 view of a generation, at viewpoints distributed over the cell, relative to a
+// cv::remap of the same size with the same number of threads. The two alternate, so that other load
+// affects both; `ratio` is the median over the pairs, `cpu_ratio` the same for processor time.
+// `peak_MB` and `mapped_MB` are the ResidentGrowth, `room_MB` the size of the room.
 void bench_options(benchmark::State& state, render::ViewOptions options) {
   options.k_deg = 76.0;
   options.width = kBenchWidth;
@@ -71,7 +71,7 @@ void bench_view(benchmark::State& state, render::Generation generation) {
   bench_options(state, {.generation = generation});
 }
 
-// As the preset fast renders: one station, two maps, half a pixel left uncorrected.
+// The settings of the preset fast: one station, two maps, half a pixel left uncorrected.
 void bench_fast(benchmark::State& state, render::Generation generation) {
   bench_options(state, {.generation = generation,
                         .stations_mixed = 1,
@@ -81,8 +81,8 @@ void bench_fast(benchmark::State& state, render::Generation generation) {
                         .skip_px = 0.5});
 }
 
-// A flat picture of 90 degrees, 1440 x 1600 pixels, against the same remap of a whole panorama. The
-// looks are straight, up, down and tilted.
+// A perspective picture with a field of view of 90 degrees, 1440 x 1600 pixels, relative to the
+// same remap of a whole panorama. It looks straight ahead, up, down and tilted.
 void bench_flat(benchmark::State& state, render::Generation generation) {
   const render::ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());

@@ -1,4 +1,4 @@
-// raywalk-build-lf as a user runs it. RAYWALK_BUILD_LF is the program, RAYWALK_TEST_ROOM the
+// End-to-end test of raywalk-build-lf. RAYWALK_BUILD_LF is the program, RAYWALK_TEST_ROOM the
 // embedded capture.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class BuildLfTest : public ::testing::Test {
     return "pack --frames " + capture_.list().string() + " --out " + capture_.room().string();
   }
 
-  // Failure: the exit code, and exactly one line of error.
+  // Expects failure with this exit code and exactly one error line.
   static void expect_error(const CommandResult& result, int exit_code, const std::string& text) {
     EXPECT_EQ(result.exit_code, exit_code);
     EXPECT_THAT(result.errors, HasSubstr(text));
@@ -42,7 +42,7 @@ class BuildLfTest : public ::testing::Test {
     EXPECT_EQ(lines, 1U) << result.errors;
     EXPECT_EQ(result.errors.find("HDF5-DIAG"), std::string::npos) << result.errors;
   }
-  // ... of pack, which leaves nothing behind.
+  // The same for pack, which must leave no files behind.
   void expect_clean_pack_error(const std::string& text) {
     expect_error(build_lf(pack_arguments()), 1, text);
     EXPECT_FALSE(fs::exists(capture_.room()));
@@ -109,7 +109,7 @@ TEST_F(BuildLfTest, PackingOverARoomIsRefused) {
   expect_error(build_lf(pack_arguments()), 1, "exists already");
 }
 
-TEST_F(BuildLfTest, BadInputIsOneLineOfErrorAndLeavesNothing) {
+TEST_F(BuildLfTest, BadInputGivesOneErrorLineAndLeavesNothing) {
   fs::resize_file(capture_.path(7), 100);
   expect_clean_pack_error("back_0.png");
   capture_.write_frame(7, {32, 16});
@@ -150,17 +150,17 @@ TEST_F(BuildLfTest, DamagedRoomsAreNamed) {
 }
 
 TEST_F(BuildLfTest, UnwritableOutputIsNamed) {
-  // A file where a directory should be cannot be written by root either.
+  // A file in place of a directory is an error even for root.
   const std::string frames = "pack --frames " + capture_.list().string();
   expect_error(build_lf(frames + " --out " + (capture_.list() / "room.lf").string()), 1,
                "poses.csv/room.lf");
   expect_error(build_lf(frames + " --out /proc/room.lf"), 1, "/proc/room.lf");
 }
 
-// A limit on the size of files stands for a full disk: the writes fail just so.
+// A file size limit simulates a full disk: writes fail in the same way.
 TEST_F(BuildLfTest, FullDiskLeavesNothing) {
   for (int blocks : {0, 1, 4, 16, 41, 82}) {  // of 512 bytes
-    // Through a pipe, as the file that keeps what is said must not meet the limit.
+    // Through a pipe, as the log file must not hit the limit.
     const CommandResult result = run_command(fmt::format(
         "(ulimit -f {}; {} {} 2>&1) | cat >&2", blocks, RAYWALK_BUILD_LF, pack_arguments()));
     EXPECT_EQ(result.errors.find("HDF5-DIAG"), std::string::npos) << result.errors;
@@ -170,7 +170,7 @@ TEST_F(BuildLfTest, FullDiskLeavesNothing) {
   }
 }
 
-// Room for the line of two stations, not for that of seven; then the disk is freed.
+// The limit allows the line of two stations but not that of seven; then it is lifted.
 TEST_F(BuildLfTest, RunStoppedByAFullDiskIsResumed) {
   std::string rows = "back_0.png,0,0,-1\nback_1.png,0.25,0,-1\n";
   for (int i = 0; i < 7; ++i) rows += fmt::format("front_{}.png,{},0,0\n", i, 0.25 * i);
@@ -188,8 +188,8 @@ TEST_F(BuildLfTest, RunStoppedByAFullDiskIsResumed) {
   EXPECT_FALSE(fs::exists(capture_.partial()));
 }
 
-// Packs the embedded room and interrupts as soon as the first volume is finished; the exit code, or
-// none where the run was through before the signal came.
+// Packs the embedded room and interrupts as soon as the first volume is finished. Returns the exit
+// code, or nothing if the run finished before the signal.
 std::optional<int> exit_code_of_interrupted_pack(const fs::path& out) {
   const std::string frames = std::string(RAYWALK_TEST_ROOM) + "/poses.csv";
   const std::string out_text = out.string();
@@ -223,7 +223,7 @@ TEST_F(BuildLfTest, InterruptedRunKeepsFinishedLinesAndIsResumed) {
   const fs::path finished = line_volume_path(capture_.partial(), "x0");
   ASSERT_TRUE(fs::exists(finished));
   const auto written = fs::last_write_time(finished);
-  // Other inputs must not be mixed in.
+  // Resuming with other inputs is refused.
   const CommandResult other = build_lf(pack_arguments());
   expect_error(other, 1, "holds an unfinished room of other frames");
   const CommandResult resumed = build_lf("pack --frames " + std::string(RAYWALK_TEST_ROOM) +
@@ -233,7 +233,7 @@ TEST_F(BuildLfTest, InterruptedRunKeepsFinishedLinesAndIsResumed) {
   EXPECT_EQ(build_lf("verify " + capture_.room().string()).exit_code, 0);
 }
 
-TEST_F(BuildLfTest, EmbeddedRoomPacksWholly) {
+TEST_F(BuildLfTest, EmbeddedRoomPacksCompletely) {
   const std::string room = RAYWALK_TEST_ROOM;
   const CommandResult packed = build_lf("pack --frames " + room + "/poses.csv --distance " + room +
                                         "/dist --out " + capture_.room().string());

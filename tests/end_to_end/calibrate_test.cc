@@ -1,5 +1,5 @@
-// raywalk-calibrate as a user runs it. RAYWALK_CALIBRATE and RAYWALK_CAPTURE are the programs;
-// raywalk-build-lf and raywalk-render lie beside them.
+// End-to-end test of raywalk-calibrate. RAYWALK_CALIBRATE and RAYWALK_CAPTURE are the programs;
+// raywalk-build-lf and raywalk-render are in the same directory.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,8 +37,8 @@ void expect_error(const CommandResult& result, int exit_code, const std::string&
 
 json json_of(const fs::path& file) { return json::parse(read_file(file)); }
 
-// A square of lines in the virtual room, every camera upright; the list says otherwise: each line
-// has an attitude of its own.
+// A square of lines in the virtual room with upright cameras; the frame list has a wrong attitude
+// for each line.
 class CalibrateTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -67,7 +67,7 @@ class CalibrateTest : public ::testing::Test {
   static void TearDownTestSuite() { delete captured_; }
   static fs::path capture() { return *captured_ / "room"; }
 
-  // Into a directory of the test's own.
+  // Into the test's directory.
   CommandResult run(const std::string& command, const std::string& options = "") const {
     return calibrate(
         fmt::format("{} {} --out {} {}", command, capture().string(), out().string(), options));
@@ -99,7 +99,7 @@ TEST_F(CalibrateTest, WrongUsageIsExitCodeTwo) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
-TEST_F(CalibrateTest, InputThatIsNoneIsNamed) {
+TEST_F(CalibrateTest, InvalidInputIsNamed) {
   expect_error(calibrate("all /nowhere"), 1, "/nowhere: no such directory");
   expect_error(calibrate("all " + directory_.path().string()), 1, "neither a capture session");
   write_file_atomically(directory_ / "session.db", std::string("no database at all"));
@@ -107,7 +107,7 @@ TEST_F(CalibrateTest, InputThatIsNoneIsNamed) {
   EXPECT_EQ(directory_.entries(), 1U);
 }
 
-TEST_F(CalibrateTest, EarlierStepsAreAskedFor) {
+TEST_F(CalibrateTest, MissingEarlierStepsAreNamed) {
   expect_error(run("grid"), 1, "run raywalk-calibrate poses first");
   expect_error(run("rectify"), 1, "run raywalk-calibrate grid first");
   const CommandResult stitched = run("stitch");
@@ -115,7 +115,7 @@ TEST_F(CalibrateTest, EarlierStepsAreAskedFor) {
   EXPECT_THAT(stitched.output, HasSubstr("panoramas already"));
 }
 
-TEST_F(CalibrateTest, WithoutColmapTheOtherWayIsProposed) {
+TEST_F(CalibrateTest, WithoutColmapTheAlternativeIsNamed) {
   const CommandResult result = run_command(fmt::format(
       "PATH= {} all {} --out {}", RAYWALK_CALIBRATE, capture().string(), out().string()));
   expect_error(result, 1, "--method rotation");
@@ -130,7 +130,7 @@ TEST_F(CalibrateTest, DirectoryThatCannotBeWrittenIsNamed) {
                1, "poses.csv/out");
 }
 
-TEST_F(CalibrateTest, OneLineHasNothingToAgreeWith) {
+TEST_F(CalibrateTest, ASingleLineCannotBeAligned) {
   const fs::path line = directory_ / "line";
   fs::create_directories(line);
   std::string rows = "file,x,y,z\n";
@@ -145,8 +145,8 @@ TEST_F(CalibrateTest, OneLineHasNothingToAgreeWith) {
   EXPECT_FALSE(fs::exists(line / "calibration/poses.csv"));
 }
 
-// One line shows nothing that any other shows.
-TEST_F(CalibrateTest, ResultThatCannotBeTrustedIsFlaggedAndKept) {
+// One line has no features in common with the others.
+TEST_F(CalibrateTest, UntrustworthyResultIsFlaggedAndKept) {
   const fs::path blind = directory_ / "blind";
   fs::create_directories(blind);
   write_image(blind / "grey.png", cv::Mat(256, 512, CV_8UC3, cv::Scalar(90, 90, 90)));
@@ -164,7 +164,7 @@ TEST_F(CalibrateTest, ResultThatCannotBeTrustedIsFlaggedAndKept) {
   write_file_atomically(blind / "poses.csv", rows);
   const CommandResult result =
       calibrate("all " + blind.string() + " --method rotation --no-connection --no-gain");
-  expect_error(result, 1, "not to be trusted");
+  expect_error(result, 1, "not trustworthy");
   EXPECT_THAT(result.errors, HasSubstr("x1"));
   const json calibration = json_of(blind / "calibration/calibration.json");
   EXPECT_EQ(calibration["trustworthy"], false);
@@ -172,7 +172,7 @@ TEST_F(CalibrateTest, ResultThatCannotBeTrustedIsFlaggedAndKept) {
   EXPECT_TRUE(fs::exists(blind / "calibration/index.html"));
 }
 
-TEST_F(CalibrateTest, RectifyWithPosesFromElsewhere) {
+TEST_F(CalibrateTest, RectifyWithExternalPoses) {
   const CommandResult masked = run("mask", "--cone-deg 20");
   ASSERT_EQ(masked.exit_code, 0) << masked.errors;
   const CommandResult result =
@@ -182,7 +182,7 @@ TEST_F(CalibrateTest, RectifyWithPosesFromElsewhere) {
   const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
   ASSERT_EQ(listed.size(), read_frame_list(capture() / "poses.csv").size());
   ASSERT_TRUE(listed[0].mask);
-  // The cameras were upright, so the frames stay as they are, but for their gains.
+  // The cameras were upright, so the frames change only by their gains.
   const cv::Mat before =
       read_panorama(capture() / "capture" / (listed[0].path.stem().string() + ".jpg"));
   EXPECT_LT(cv::norm(before, read_panorama(listed[0].path), cv::NORM_L1) /
@@ -190,7 +190,7 @@ TEST_F(CalibrateTest, RectifyWithPosesFromElsewhere) {
             2.0);
 }
 
-TEST_F(CalibrateTest, WholeChainAlignsTheLinesAndDoesNothingTwice) {
+TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   const std::string options = "--method rotation --cone-deg 20";
   const CommandResult first = run("all", options);
   ASSERT_EQ(first.exit_code, 0) << first.errors;
@@ -203,7 +203,7 @@ TEST_F(CalibrateTest, WholeChainAlignsTheLinesAndDoesNothingTwice) {
     EXPECT_GT(crossing["before"]["rotation_px"], 5.0);
     EXPECT_LT(crossing["after"]["rotation_px"], 2.0);
   }
-  // Truth: all cameras look alike. Common turns cannot be seen.
+  // In truth all attitudes are equal. A common rotation is not observable.
   const auto spread = [&](const char* angle) {
     double least = 360.0, most = -360.0;
     for (const json& frame : calibration["frames"]) {

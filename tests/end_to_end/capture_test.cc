@@ -1,4 +1,4 @@
-// raywalk-capture as a user runs it, against the simulated rig as a process of its own.
+// End-to-end test of raywalk-capture with the simulated rig in a separate process.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
@@ -64,7 +64,7 @@ class CaptureCommandTest : public ::testing::Test {
   void mend_rig() const { httplib::Client(url_).Post("/rig/mend", "", "application/json"); }
   json status() const { return json::parse(capture("status --json " + session()).output); }
 
-  // Everything that has to hold of a finished session.
+  // All invariants of a finished session.
   void expect_finished_session() const {
     const CommandResult verified = capture("verify " + session());
     EXPECT_EQ(verified.exit_code, 0) << verified.output << verified.errors;
@@ -92,7 +92,7 @@ class CaptureCommandTest : public ::testing::Test {
     sqlite3_close(database);
     return answer;
   }
-  // Checksum of every file that a run has put in its place.
+  // Checksum of every frame file stored so far.
   std::map<std::string, std::string> frame_sums() const {
     std::map<std::string, std::string> sums;
     const fs::path frames = fs::path(session()) / "frames";
@@ -125,14 +125,14 @@ TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
   expect_finished_session();
   EXPECT_THAT(capture("status " + session()).output, HasSubstr("12 of 12 stations captured"));
 
-  // Where the rig's own record says the camera was: off by what the rail is off.
+  // The true positions recorded by the rig differ by the errors of the rail.
   const CsvTable truth =
       CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
                      {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
   const CsvTable poses =
       CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
   ASSERT_GE(truth.rows(), poses.rows());
-  const std::size_t first = truth.rows() - poses.rows();  // before it: metering
+  const std::size_t first = truth.rows() - poses.rows();  // rows before it: metering
   for (std::size_t i = 0; i < poses.rows(); ++i) {
     for (const char* axis : {"x", "y", "z"}) {
       EXPECT_NEAR(poses.number(i, axis), truth.number(first + i, axis), 0.02);
@@ -140,22 +140,22 @@ TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
   }
 }
 
-TEST_F(CaptureCommandTest, KilledAtRandomMomentsItLosesAndOverwritesNothing) {
+TEST_F(CaptureCommandTest, KilledAtRandomMomentsLosesAndOverwritesNothing) {
   start_rig();
   const char* asked = std::getenv("RAYWALK_KILLS");
   const int kills = asked != nullptr ? std::atoi(asked) : 20;
   std::mt19937 random(7);
-  std::uniform_int_distribution<int> moment_ms(0, 900);
+  std::uniform_int_distribution<int> delay_ms(0, 900);
   int killed_in_work = 0;
   for (int i = 0; i < kills; ++i) {
-    if (frame_sums().size() >= kStations) {  // near its end: see that it is whole, begin another
+    if (frame_sums().size() >= kStations) {  // nearly finished: check it and start another
       ASSERT_EQ(run().exit_code, 0);
       expect_finished_session();
       fs::remove_all(session());
     }
     const auto before = frame_sums();
     auto process = run_in_background();
-    std::this_thread::sleep_for(std::chrono::milliseconds(moment_ms(random)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms(random)));
     process->signal(SIGKILL);
     if (process->wait() == 128 + SIGKILL) ++killed_in_work;
     const auto after = frame_sums();
@@ -175,7 +175,7 @@ TEST_F(CaptureCommandTest, KilledAtRandomMomentsItLosesAndOverwritesNothing) {
   EXPECT_LE(rig_state()["visited_mm"][1].get<double>(), 2100.0);
 }
 
-TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionGoesOnLater) {
+TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionResumes) {
   files_.speed_mm_s = 600.0;
   start_rig();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
@@ -185,10 +185,10 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionGoesOnLater) {
       ASSERT_FALSE(process->has_ended()) << run_log();
     }
     process->signal(number);
-    process->signal(number);  // an impatient user: the slider has to be stopped all the same
+    process->signal(number);  // a second signal: the slider must still be stopped
     EXPECT_EQ(process->wait(), 130);
     EXPECT_FALSE(rig_state()["moving"].get<bool>());
-    EXPECT_THAT(run_log(), HasSubstr("the same command goes on"));
+    EXPECT_THAT(run_log(), HasSubstr("the same command resumes"));
   }
   EXPECT_EQ(run().exit_code, 0);
   expect_finished_session();
@@ -197,13 +197,13 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionGoesOnLater) {
 struct FaultCase {
   const char* name;
   json fault;
-  std::vector<const char*> says;  // patterns, in the line that the user sees
+  std::vector<const char*> says;  // patterns of the error line
 };
 
 class CaptureFaultTest : public CaptureCommandTest,
                          public ::testing::WithParamInterface<FaultCase> {};
 
-TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended) {
+TEST_P(CaptureFaultTest, PausesWithAnErrorLineAndResumesAfterRepair) {
   files_.speed_mm_s = 2000.0;
   files_.more_capture = "  shots: 2\n";
   start_rig();
@@ -216,13 +216,11 @@ TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended)
   EXPECT_EQ(process->wait(), 3) << run_log();
   const std::string log = run_log();
   const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
-  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"),
-                          HasSubstr("the same command goes on afterwards")));
+  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"), HasSubstr("the same command resumes")));
   for (const char* text : GetParam().says) EXPECT_THAT(line, ContainsRegex(text));
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
   mend_rig();
-  // A cut line and a camera that was down are back within a moment; a blocked drive is set right by
-  // homing it.
+  // A cut link and a camera that was down recover by themselves; a blocked drive must be homed.
   for (int i = 0; i < 1000 && !is_rig_reachable(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
@@ -233,7 +231,7 @@ TEST_P(CaptureFaultTest, PausesWithALineThatSaysWhereAndWhatAndGoesOnOnceMended)
 
 INSTANTIATE_TEST_SUITE_P(
     Faults, CaptureFaultTest,
-    // Whether the carriage had begun to move depends on when the fault comes.
+    // The fault may occur before or after the carriage starts to move.
     ::testing::Values(FaultCase{"Stall", {{"kind", "stall"}}, {"does not move|stalled"}},
                       FaultCase{"LimitSwitch", {{"kind", "high-limit"}}, {"does not move|stalled"}},
                       FaultCase{"Cut", {{"kind", "cut"}}, {"stop"}},
@@ -245,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
                       FaultCase{"CameraDown", {{"kind", "down"}, {"for_ms", 3000}}, {"127.0.0.1"}}),
     [](const ::testing::TestParamInfo<FaultCase>& param) { return param.param.name; });
 
-TEST_F(CaptureCommandTest, AnAlarmIsNamedAndHasToBeClearedByAPerson) {
+TEST_F(CaptureCommandTest, AnAlarmIsNamedAndMustBeClearedManually) {
   files_.speed_mm_s = 2000.0;
   start_rig();
   auto process = run_in_background();
@@ -256,7 +254,7 @@ TEST_F(CaptureCommandTest, AnAlarmIsNamedAndHasToBeClearedByAPerson) {
   EXPECT_NE(capture("check " + with_rig()).exit_code, 0);
 }
 
-TEST_F(CaptureCommandTest, DamagedPicturesAreShotAgain) {
+TEST_F(CaptureCommandTest, DamagedPicturesAreRetaken) {
   files_.more_rig =
       "faults:\n  - kind: truncated-picture\n    at_picture: 3\n"
       "  - kind: empty-picture\n    at_picture: 6\n"
@@ -269,9 +267,9 @@ TEST_F(CaptureCommandTest, DamagedPicturesAreShotAgain) {
   EXPECT_EQ(status()["faults"]["bad-picture"], 2);
 }
 
-TEST_F(CaptureCommandTest, TheOperatorIsAskedWhereNobodyElsePlacesTheRail) {
+TEST_F(CaptureCommandTest, WithoutAPlaceUrlTheOperatorIsPrompted) {
   start_rig();
-  // A copy of the configuration that names the rig's devices, but not its way to place the rail.
+  // A copy of the configuration with the rig's devices but without place_url.
   const json rig = json::parse(read_file(rig_->directory() / "rig.json"));
   std::string yaml = read_file(files_.capture());
   yaml.replace(yaml.find("none"), 4, rig["slider"].get<std::string>());
@@ -288,7 +286,7 @@ TEST_F(CaptureCommandTest, TheOperatorIsAskedWhereNobodyElsePlacesTheRail) {
   EXPECT_THAT(asked.output, AllOf(HasSubstr("Line z1 (4 of 4)"), HasSubstr("press Enter")));
 }
 
-TEST_F(CaptureCommandTest, ADryRunMovesAndTakesNoPicture) {
+TEST_F(CaptureCommandTest, ADryRunMovesWithoutTakingPictures) {
   start_rig();
   const CommandResult moved = capture("run " + with_rig() + " --dry-run");
   EXPECT_EQ(moved.exit_code, 0) << moved.errors;
@@ -297,7 +295,7 @@ TEST_F(CaptureCommandTest, ADryRunMovesAndTakesNoPicture) {
   EXPECT_FALSE(fs::exists(session()));
 }
 
-TEST_F(CaptureCommandTest, SettingUpMovesInsideTheSoftLimitsOnly) {
+TEST_F(CaptureCommandTest, ManualMovesStayWithinTheSoftLimits) {
   start_rig();
   EXPECT_THAT(capture("jog " + with_rig() + " --mm 10").errors, HasSubstr("raywalk-capture home"));
   EXPECT_EQ(capture("home " + with_rig()).exit_code, 0);
@@ -310,19 +308,19 @@ TEST_F(CaptureCommandTest, SettingUpMovesInsideTheSoftLimitsOnly) {
   EXPECT_EQ(capture("stop " + with_rig()).exit_code, 0);
 }
 
-TEST_F(CaptureCommandTest, ASecondProgramIsKeptFromSliderAndSession) {
+TEST_F(CaptureCommandTest, ASecondProcessIsLockedOutOfSliderAndSession) {
   files_.speed_mm_s = 600.0;
   start_rig();
   auto process = run_in_background();
   while (rig_state()["moves"].get<int>() < 2) ASSERT_FALSE(process->has_ended()) << run_log();
-  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture works on this session"));
+  EXPECT_THAT(run().errors, HasSubstr("another raywalk-capture uses this session"));
   EXPECT_THAT(capture("jog " + with_rig() + " --mm 5").errors, HasSubstr("another program"));
   EXPECT_EQ(capture("status " + session()).exit_code, 0);
   process->signal(SIGINT);
   EXPECT_EQ(process->wait(), 130);
 }
 
-TEST_F(CaptureCommandTest, ASessionOfAnotherPlanIsLeftAlone) {
+TEST_F(CaptureCommandTest, ASessionOfAnotherPlanIsRefused) {
   start_rig();
   ASSERT_EQ(run().exit_code, 0);
   files_.spacing_mm = 250.0;
@@ -332,7 +330,7 @@ TEST_F(CaptureCommandTest, ASessionOfAnotherPlanIsLeftAlone) {
   EXPECT_THAT(refused.errors, HasSubstr("line x0"));
 }
 
-TEST_F(CaptureCommandTest, DevicesThatAreNotThereAreNamedOneByOne) {
+TEST_F(CaptureCommandTest, EachMissingDeviceIsNamed) {
   files_.write();
   const CommandResult checked = capture("check " + files_.capture().string());
   EXPECT_EQ(checked.exit_code, 1);
@@ -342,7 +340,7 @@ TEST_F(CaptureCommandTest, DevicesThatAreNotThereAreNamedOneByOne) {
               HasSubstr("raywalk-capture simulate"));
 }
 
-TEST_F(CaptureCommandTest, AWrongRegisterMapIsNotMovedWith) {
+TEST_F(CaptureCommandTest, AWrongRegisterMapPreventsMoves) {
   start_rig();
   files_.register_map = "generic.yaml";
   files_.write();
@@ -352,7 +350,7 @@ TEST_F(CaptureCommandTest, AWrongRegisterMapIsNotMovedWith) {
   EXPECT_EQ(rig_state()["pictures"], 0);
 }
 
-TEST_F(CaptureCommandTest, PlanWritesAPictureAndRefusesWhatCannotBe) {
+TEST_F(CaptureCommandTest, PlanWritesADrawingAndRefusesInvalidPlans) {
   files_.write();
   const std::string picture = (directory_ / "plan.svg").string();
   const CommandResult planned =

@@ -1,4 +1,4 @@
-// raywalk-build-lf depth as a user runs it, up to the views that its distances give.
+// End-to-end test of raywalk-build-lf depth, up to views with the estimated distances.
 // RAYWALK_BUILD_LF and RAYWALK_RENDER are the programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -29,7 +29,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// A textured box with something standing in it, close to the front line.
+// A textured box with an obstacle close to the front line.
 SyntheticRoomSpec furnished_room(int width) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   spec.scene.texture_wavelength_m = 0.5;
@@ -47,7 +47,7 @@ nlohmann::json report_of(const Room& room) {
   return nlohmann::json::parse(read_file(room.directory() / "depth.json"));
 }
 
-// Mean PSNR of views of the room against what is to be seen there.
+// Mean PSNR of views of the room against ground truth.
 double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
                const std::string& generation = "two-sided") {
   const std::array<PlanPoint, 3> places{{{0.1, 0.2}, {-0.3, -0.1}, {0.2, -0.35}}};
@@ -107,7 +107,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_EQ(run_command(std::string(RAYWALK_BUILD_LF) + " verify " + directory.string()).exit_code,
             0);
 
-  // Estimated distances are replaced; the given ones stay where they are.
+  // Estimated distances are replaced, given ones are kept.
   const CommandResult flowed = depth(room.room(), "--method flow --every 4");
   ASSERT_EQ(flowed.exit_code, 0) << flowed.errors;
   EXPECT_EQ(report_of(room.room())["method"], "flow");
@@ -116,7 +116,7 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_GT(psnr_of(directory, spec), initial_db + 3.0);
 }
 
-TEST(DepthCommandTest, HeldOutStationsLeaveNoTrace) {
+TEST(DepthCommandTest, HeldOutStationsAreNotUsed) {
   const SyntheticRoomSpec spec = furnished_room(64);
   const Grid grid = synthetic_grid(spec);
   const auto left_out = held_out_stations(grid, 4);
@@ -136,7 +136,7 @@ TEST(DepthCommandTest, HeldOutStationsLeaveNoTrace) {
   EXPECT_EQ(nlohmann::json::parse(read_file(held_out / "depth.json"))["hold_out"], 4);
   EXPECT_EQ(files_in(room.room().directory() / "distances"), given);
   EXPECT_FALSE(fs::exists(room.room().directory() / "depth.json"));
-  const Room part = room.room().subset(all_but(grid, left_out));
+  const Room part = room.room().subset(stations_except(grid, left_out));
   const Room of_whole = part.with_distances(held_out / "distances");
   const Room of_damaged =
       part.with_distances(held_out_directory(damaged.room().directory()) / "distances");
@@ -151,7 +151,7 @@ TEST(DepthCommandTest, HeldOutStationsLeaveNoTrace) {
   }
 }
 
-// The dolly's disc of the floor in every frame.
+// The disc of the floor that the dolly hides in every frame.
 void paint_dolly(StationIndex, cv::Mat* frame) {
   frame->rowRange(frame->rows * 158 / 180, frame->rows).setTo(cv::Scalar(255, 0, 255));
 }
@@ -181,7 +181,7 @@ TEST(DepthCommandTest, ViewsThroughMasksShowTheRoomAndNotTheDolly) {
   EXPECT_THAT(flowed.errors, HasSubstr("have masks"));
 }
 
-// Distances estimated from `captured`, in the room of the undisturbed frames.
+// PSNR with distances estimated from `captured`, in the room of the unmodified frames.
 double psnr_of_distances(const DepthTestRoom& captured, const DepthTestRoom& clean,
                          const SyntheticRoomSpec& spec) {
   const fs::path distances = clean.room().directory() / "distances";
@@ -190,13 +190,13 @@ double psnr_of_distances(const DepthTestRoom& captured, const DepthTestRoom& cle
   return psnr_of(clean.room().directory(), spec);
 }
 
-// What true distances give in the room.
+// PSNR with true distances.
 double true_psnr_of(DepthTestRoom* clean, const SyntheticRoomSpec& spec) {
   clean->give_distances(spec.scene, {spec.width, spec.width / 2}, 4);
   return psnr_of(clean->room().directory(), spec);
 }
 
-// The frame as a camera at another attitude would have taken it.
+// The frame rotated to another camera attitude.
 void turn(const Attitude& attitude, cv::Mat* frame) {
   const Eigen::Matrix3d rotation = world_from_camera(attitude);
   const PanoramaSize size{frame->cols, frame->rows};
@@ -232,7 +232,7 @@ TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
   ASSERT_EQ(depth(captured.room()).exit_code, 0);
   const auto report = report_of(captured.room());
   EXPECT_GT(report["gain_spread"], 0.015);
-  // Some of such gains are steps that one sees; nothing else is the matter with any frame.
+  // Some of these gains are visible steps; no other finding is expected.
   for (const auto& finding : report["frame_findings"]) {
     EXPECT_EQ(finding["fault"], "exposure_step") << finding;
   }
@@ -241,7 +241,7 @@ TEST(DepthCommandTest, NoiseGainsAndPosesCostLittle) {
   EXPECT_GT(psnr_of_distances(captured, clean, spec), true_db - 1.5);
 }
 
-TEST(DepthCommandTest, ExposureJumpsAndMovingThingsAreReportedAndCostLittle) {
+TEST(DepthCommandTest, ExposureJumpsAndMovingObjectsAreReportedAndCostLittle) {
   const SyntheticRoomSpec spec = furnished_room(192);
   const DepthTestRoom captured(spec, [&](StationIndex station, cv::Mat* frame) {
     if (station.line == 1 && station.station < 12) *frame *= 1.0 / 1.3;
@@ -269,7 +269,7 @@ TEST(DepthCommandTest, ExposureJumpsAndMovingThingsAreReportedAndCostLittle) {
   EXPECT_GT(psnr_of_distances(captured, clean, spec), true_db - 1.5);
 }
 
-// Exactly one line of error, and a room that is as it was.
+// Expects exactly one error line and an unchanged room.
 void expect_error(const Room& room, const std::string& arguments, int exit_code,
                   const std::string& text) {
   const CommandResult result = depth(room, arguments);
@@ -282,7 +282,7 @@ void expect_error(const Room& room, const std::string& arguments, int exit_code,
   }
 }
 
-TEST(DepthCommandTest, FailuresAreOneLineAndLeaveTheRoomAsItWas) {
+TEST(DepthCommandTest, FailuresGiveOneErrorLineAndLeaveTheRoomUnchanged) {
   const DepthTestRoom room(furnished_room(64));
   const fs::path directory = room.room().directory();
   const auto before = files_in(directory / "lines");
@@ -300,7 +300,7 @@ TEST(DepthCommandTest, FailuresAreOneLineAndLeaveTheRoomAsItWas) {
   expect_error(room.room(), "--hold-out 1", 2, "--hold-out: give 2 or more");
   expect_error(room.room(), "--hold-out 4 --truth", 2, "without --hold-out");
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
-  // A file where a directory should be cannot be written by root either.
+  // A file in place of a directory is an error even for root.
   std::ofstream(directory / "distances.partial") << "in the way";
   expect_error(room.room(), "", 1, "distances.partial");
   EXPECT_EQ(files_in(directory / "lines"), before);
@@ -317,7 +317,7 @@ TEST(DepthCommandTest, AFullDiskLeavesTheOldDistances) {
   room.give_distances(spec.scene, {64, 32}, 8);
   const fs::path directory = room.room().directory();
   const auto given = files_in(directory / "distances");
-  // A limit on the size of files stands for a full disk: maps fit, the volumes do not.
+  // A file size limit simulates a full disk: maps fit, volumes do not.
   const CommandResult stopped =
       run_command(fmt::format("ulimit -f 40; {} depth {}", RAYWALK_BUILD_LF, directory.string()));
   EXPECT_EQ(stopped.exit_code, 1) << stopped.errors;
@@ -327,7 +327,7 @@ TEST(DepthCommandTest, AFullDiskLeavesTheOldDistances) {
   EXPECT_EQ(files_in(directory / "distances-given"), given);
 }
 
-TEST(DepthCommandTest, TwoStationsAreTooFewAndSaidToBe) {
+TEST(DepthCommandTest, TwoStationsAreRefusedAsTooFew) {
   SyntheticRoomSpec spec = furnished_room(64);
   spec.cells_z = 0;
   spec.spacing_m = spec.side_m = 0.25;
@@ -344,8 +344,8 @@ TEST(DepthCommandTest, TwoStationsAreTooFewAndSaidToBe) {
   }
 }
 
-// Every frame is the same file; or the same but for noise.
-TEST(DepthCommandTest, ACameraThatNeverMovedIsToldSo) {
+// All frames are identical, or identical up to noise.
+TEST(DepthCommandTest, ACameraThatNeverMovedIsReported) {
   const SyntheticRoomSpec spec = furnished_room(64);
   const cv::Mat standing = render_scene(spec.scene, {0, 0, 0}, spec.width);
   const DepthTestRoom copies(spec, [&](StationIndex, cv::Mat* frame) { *frame = standing; });
@@ -366,7 +366,7 @@ TEST(DepthCommandTest, ACameraThatNeverMovedIsToldSo) {
   }
 }
 
-// Checksums of the maps of each line: files also hold the time when they were made.
+// Checksums of the maps of each line; the files also contain their creation time.
 std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
   std::vector<std::vector<std::string>> lines;
   for (const char* line : {"x0", "x1", "z0", "z1"}) {
@@ -384,7 +384,7 @@ size_t swept_maps(const fs::path& room) {
   return count;
 }
 
-// Runs the program until so many stations have been swept, and interrupts it.
+// Runs the program and interrupts it when `maps` maps have been swept.
 int exit_code_of_interrupted(const fs::path& room, size_t maps) {
   const std::string text = room.string();
   const std::array<const char*, 6> arguments{RAYWALK_BUILD_LF, "depth", text.c_str(),
@@ -411,7 +411,7 @@ std::map<fs::path, fs::file_time_type> finished_maps(const fs::path& room) {
   return times;
 }
 
-TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandGoesOn) {
+TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandResumes) {
   const SyntheticRoomSpec spec = furnished_room(128);
   DepthTestRoom room(spec);
   room.give_distances(spec.scene, {64, 32}, 8);
@@ -424,7 +424,7 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandGoesOn) {
   const auto second = finished_maps(directory);
   EXPECT_GT(second.size(), first.size());
   for (const auto& [file, time] : first) EXPECT_EQ(second.at(file), time) << file;
-  // The room is what it was until all is done.
+  // The room is unchanged until the command completes.
   EXPECT_EQ(files_in(directory / "distances"), given);
   EXPECT_FALSE(fs::exists(directory / "depth.json"));
 
@@ -432,7 +432,7 @@ TEST(DepthCommandTest, CtrlCKeepsFinishedMapsAndTheSameCommandGoesOn) {
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_EQ(files_in(directory / "distances-given"), given);
   EXPECT_FALSE(fs::exists(directory / "distances.partial"));
-  // What came of it in three parts is what comes of it in one.
+  // The result of three interrupted runs equals that of a single run.
   const auto in_parts = maps_of(directory);
   ASSERT_EQ(depth(room.room()).exit_code, 0);
   EXPECT_EQ(maps_of(directory), in_parts);

@@ -1,5 +1,5 @@
-// A thousand stations over a link that loses, delays, damages and doubles what passes on it, in
-// simulated time: the whole driver, carriage, sequence and session against the simulated drive.
+// A thousand stations over a link that loses, delays, corrupts and duplicates messages, in
+// simulated time: driver, carriage, sequence and session against the simulated drive.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 // The serial line keeps real pauses between frames, which take real time.
 struct Setup {
-  const char* connection;
+  SliderConnection connection;
   int stations;
 };
 
@@ -48,7 +48,7 @@ class FaultyLinkTest : public ::testing::TestWithParam<Setup> {
     config.tries = 5;
     return config;
   }
-  // One run of the program; what it was paused with, or nothing.
+  // One run of the program; returns the reason of a pause, if any.
   std::string run() {
     const auto session = capture_.open();
     const auto slider = make_modbus_slider(slider_config(), &capture_.clock);
@@ -84,7 +84,7 @@ class FaultyLinkTest : public ::testing::TestWithParam<Setup> {
   std::unique_ptr<RailPlacer> placer_ = make_rail_placer({}, true);
 };
 
-TEST_P(FaultyLinkTest, AllStationsAreCapturedEachInItsPlace) {
+TEST_P(FaultyLinkTest, AllStationsAreCapturedAtTheirPositions) {
   capture_.plan = {};
   for (int i = 0; i < 4; ++i) {
     capture_.plan.lines.push_back(test_line("x" + std::to_string(i), LineAxis::kX, 0.1 * i, 0.0,
@@ -111,14 +111,15 @@ TEST_P(FaultyLinkTest, AllStationsAreCapturedEachInItsPlace) {
   EXPECT_LE(drive_.truth().commanded.high_mm, limits_.high_mm());
   EXPECT_GE(drive_.truth().visited.low_mm, limits_.low_mm() - 0.1);
   EXPECT_LE(drive_.truth().visited.high_mm, limits_.high_mm());
-  // Enough went wrong for this to mean something.
+  // Enough faults occurred for a meaningful test.
   EXPECT_GT(faults_.faults(), 0.06 * static_cast<double>(faults_.requests()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, FaultyLinkTest,
-                         ::testing::Values(Setup{"tcp", 1000}, Setup{"rtu", 200}),
+                         ::testing::Values(Setup{SliderConnection::kTcp, 1000},
+                                           Setup{SliderConnection::kRtu, 200}),
                          [](const ::testing::TestParamInfo<Setup>& param) {
-                           return std::string(param.param.connection);
+                           return std::string(name_of(param.param.connection));
                          });
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Ten thousand stations in one run, in simulated time: what grows with the number of stations would
-// show in memory.
+// Ten thousand stations in one run, in simulated time, to detect memory growth per station.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -33,7 +32,7 @@ TEST(LongSession, MemoryStaysFlatOverTenThousandStations) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the address sanitizer keeps freed memory";
 #endif
-  // Where syncing costs nothing: this is about memory, not about the disk.
+  // In memory, where syncing is free: the test measures memory, not the disk.
   if (std::filesystem::exists("/dev/shm")) setenv("TMPDIR", "/dev/shm", 1);
   const TestDirectory directory;
   TestCapture capture{.directory = directory / "session"};

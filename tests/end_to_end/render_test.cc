@@ -1,4 +1,4 @@
-// raywalk-render as a user runs it. RAYWALK_RENDER is the program.
+// End-to-end test of raywalk-render. RAYWALK_RENDER is the program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -37,7 +37,8 @@ class RenderTest : public ::testing::Test {
     return view(rest + " --out " + file("view.png"));
   }
 
-  // Failure: the exit code, exactly one line of error, and nothing but `left` in the directory.
+  // Expects failure with this exit code, exactly one error line, and only `left` entries in the
+  // directory.
   void expect_error(const CommandResult& result, int exit_code, const std::string& text,
                     size_t left = 1) const {
     EXPECT_EQ(result.exit_code, exit_code);
@@ -52,7 +53,7 @@ class RenderTest : public ::testing::Test {
     for (const std::string& argument : arguments) text += argument + " ";
     return text;
   }
-  // Runs a program and presses Ctrl-C as soon as a file is there.
+  // Runs a program and sends SIGINT as soon as a file exists.
   static void interrupt_once_there(std::vector<std::string> arguments, const fs::path& awaited) {
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -73,7 +74,7 @@ class RenderTest : public ::testing::Test {
   TestDirectory directory_;
 };
 
-TEST_F(RenderTest, RendersAViewAndSaysHow) {
+TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
   make_room();
   const CommandResult result = render(view_to_png("--at -0.1,0.2 --generation two-sided --k 76"));
   EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -83,7 +84,7 @@ TEST_F(RenderTest, RendersAViewAndSaysHow) {
   EXPECT_EQ(read_panorama(file("view.png")).cols, 64);
 }
 
-TEST_F(RenderTest, ViewIsCorrectedUnlessAskedOtherwise) {
+TEST_F(RenderTest, ViewIsCorrectedByDefault) {
   make_room();
   EXPECT_THAT(render(view_to_png("--at 0,0")).output, HasSubstr("hlf-vd"));
   EXPECT_THAT(render(view_to_png("--at 0,0 --generation initial")).output, HasSubstr("initial"));
@@ -121,7 +122,7 @@ TEST_F(RenderTest, HelpHasAnExampleForEveryCommand) {
   }
 }
 
-TEST_F(RenderTest, WrongUsageIsToldApartFromFailure) {
+TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
   make_room();
   expect_error(render(view_to_png("--at 0.1")), 2, "--at");
   expect_error(render(view_to_png("--at 0,zero")), 2, "--at");
@@ -157,33 +158,33 @@ TEST_F(RenderTest, ManifestOfANewerFormat) {
   expect_error(render(view_to_png("--at 0,0")), 1, "manifest.json");
 }
 
-TEST_F(RenderTest, VolumeCutShort) {
+TEST_F(RenderTest, TruncatedVolume) {
   make_room();
   const fs::path volume = directory_ / "room.lf" / "lines" / "x0.h5";
   fs::resize_file(volume, fs::file_size(volume) / 2);
   expect_error(render(view_to_png("--at 0,0")), 1, "x0.h5");
 }
 
-TEST_F(RenderTest, WithoutDistancesTheCommandThatMakesThemIsNamed) {
+TEST_F(RenderTest, WithoutDistancesTheDepthCommandIsNamed) {
   make_room({.width = 64, .distances = false});
   expect_error(render(view_to_png("--at 0,0")), 1, "raywalk-build-lf pack --distance");
   expect_error(render(view_to_png("--at 0,0 --generation two-sided")), 1, "two-sided");
   EXPECT_EQ(render(view_to_png("--at 0,0 --generation initial")).exit_code, 0);
 }
 
-TEST_F(RenderTest, UnwritableOutputIsNoticedBeforeTheRoomIsRead) {
+TEST_F(RenderTest, UnwritableOutputIsDetectedBeforeTheRoomIsRead) {
   expect_error(render(view("--at 0,0 --out " + file("missing/view.png"))), 1, "missing", 0);
 }
 
 TEST_F(RenderTest, AFullDiskLeavesNothing) {
   make_room();
-  // A limit on file size (here 512 bytes) fails a write the way a full disk does: in its middle.
+  // A file size limit (here 512 bytes) makes a write fail partway, as a full disk does.
   const CommandResult result = run_command("ulimit -f 1; " + std::string(RAYWALK_RENDER) + " " +
                                            view_to_png("--at 0,0 --width 256"));
   expect_error(result, 1, "view.png");
 }
 
-TEST_F(RenderTest, ConnectErrorIsKeptAndUsedByAutoK) {
+TEST_F(RenderTest, ConnectErrorIsStoredAndUsedByAutoK) {
   make_room();
   const CommandResult measured =
       render("connect-error " + room() + " --viewpoints 3 --k-list 45,60,90");
@@ -220,7 +221,7 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
   expect_error(render(command), 1, "gt.csv:3", 3);
 }
 
-TEST_F(RenderTest, TradesAreStoppedByCtrlCAndGoneOnWith) {
+TEST_F(RenderTest, TradesAreInterruptedByCtrlCAndResumed) {
   make_room();
   write_image(file("truth.png"), render_truth({.overhang_m = 0.25}, {0.1, 0.2}, 64));
   std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
@@ -242,7 +243,7 @@ TEST_F(RenderTest, TradesAreStoppedByCtrlCAndGoneOnWith) {
   EXPECT_FALSE(fs::exists(partial));
 }
 
-TEST_F(RenderTest, ViewsAreChosenByPresetAndByWhatATradeMeasured) {
+TEST_F(RenderTest, SettingsAreChosenByPresetAndByMeasuredTrade) {
   make_room();
   const std::string view = "view " + room() + " --at 0.1,0.2 --out " + file("view.png") + " ";
   const CommandResult preset = render(view + "--preset accurate");
@@ -261,14 +262,14 @@ TEST_F(RenderTest, ViewsAreChosenByPresetAndByWhatATradeMeasured) {
   expect_error(render(view + "--preset best"), 2, "--preset", 3);
 }
 
-TEST_F(RenderTest, TradeRefusesATruthBeforeAnyWork) {
+TEST_F(RenderTest, TradeRefusesInvalidTruthBeforeAnyWork) {
   make_room();
   const std::string command =
       "trade " + room() + " --truth " + file("gt.csv") + " --report " + file("trade");
   expect_error(render(command), 1, "gt.csv");
 }
 
-// A path of so many views that the last come long after the first.
+// A path with enough views to be interrupted midway.
 class RenderPathTest : public RenderTest {
  protected:
   static constexpr int kViews = 60;
@@ -283,7 +284,7 @@ class RenderPathTest : public RenderTest {
             "initial",      "--width", "1024", "--out",          file("views")};
   }
   std::string command() const { return joined(arguments()); }
-  // Complete pictures; anything that is neither one nor the record is a failure.
+  // The number of complete pictures; any other file except the record is a failure.
   size_t pictures() const {
     size_t count = 0;
     for (const auto& entry : fs::directory_iterator(file("views"))) {
@@ -295,7 +296,7 @@ class RenderPathTest : public RenderTest {
   }
 };
 
-TEST_F(RenderPathTest, CtrlCStopsInGoodOrderAndTheSameCommandGoesOn) {
+TEST_F(RenderPathTest, CtrlCStopsCleanlyAndTheSameCommandResumes) {
   interrupt_once_there(arguments(), file("views/view1.png"));
   const size_t before = pictures();
   EXPECT_GE(before, 2U);

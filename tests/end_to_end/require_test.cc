@@ -1,4 +1,4 @@
-// raywalk-build-lf require, and raywalk-render that goes by what it keeps, as a user runs them.
+// End-to-end test of raywalk-build-lf require, and of raywalk-render with its stored results.
 // RAYWALK_BUILD_LF and RAYWALK_RENDER are the programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ TEST_F(RequireCommandTest, MeasuresThinsAndIsReadByRender) {
   const CommandResult rendered = view();
   EXPECT_EQ(rendered.exit_code, 0) << rendered.errors;
   EXPECT_THAT(rendered.output, HasSubstr("require.json"));
-  // The thinned room has other distances; what was measured on the first does not hold for it.
+  // The thinned room has other distances, so the first room's results do not apply.
   fs::copy(fs::path(room_) / "require.json", fs::path(thin_) / "require.json");
   room_ = thin_;
   const CommandResult stale = view();
@@ -66,7 +66,7 @@ TEST_F(RequireCommandTest, MeasuresThinsAndIsReadByRender) {
   EXPECT_THAT(stale.errors, HasSubstr("is ignored"));
 }
 
-TEST_F(RequireCommandTest, FailuresAreOneLineAndLeaveNothing) {
+TEST_F(RequireCommandTest, FailuresGiveOneErrorLineAndLeaveNothing) {
   pack(false);
   const CommandResult blind = build_lf("require " + room_ + " --thin " + thin_);
   EXPECT_EQ(blind.exit_code, 1);

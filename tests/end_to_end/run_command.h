@@ -1,4 +1,4 @@
-// For tests: runs a shell command and keeps what it said.
+// For tests: runs a shell command and captures its output.
 #pragma once
 
 #include <sys/wait.h>
@@ -13,7 +13,7 @@
 namespace raywalk {
 
 struct CommandResult {
-  int exit_code = -1;  // 128 + signal where a signal ended it
+  int exit_code = -1;  // 128 + signal if terminated by a signal
   std::string output;  // stdout
   std::string errors;  // stderr
 };

@@ -1,4 +1,4 @@
-// For tests: raywalk-capture simulate as a process of its own, and the configurations for it.
+// For tests: raywalk-capture simulate in a separate process, and its configuration files.
 #pragma once
 
 #include <fcntl.h>
@@ -20,7 +20,7 @@
 
 namespace raywalk {
 
-// A program running beside the test; killed with the object if it still runs.
+// A background program; killed on destruction if it is still running.
 class BackgroundProcess {
  public:
   BackgroundProcess(std::vector<std::string> arguments, const std::filesystem::path& log) {
@@ -46,7 +46,7 @@ class BackgroundProcess {
   BackgroundProcess& operator=(const BackgroundProcess&) = delete;
 
   void signal(int number) const { kill(pid_, number); }
-  // Waits for its end: the exit code, or 128 + signal.
+  // Waits for termination; returns the exit code, or 128 + signal.
   int wait() {
     int status = 0;
     waitpid(pid_, &status, 0);
@@ -64,15 +64,15 @@ class BackgroundProcess {
   pid_t pid_ = -1;
 };
 
-// What a session of a few fast stations in a small room needs, in a directory.
+// Configuration files of a session with a few fast stations in a small room.
 struct RehearsalFiles {
   std::filesystem::path directory;
   std::string register_map = "leadshine-pr0.yaml";
   double spacing_mm = 500.0;
   double settle_ms = 20.0;
   double speed_mm_s = 4000.0;
-  std::string more_capture{};  // further keys of either file
-  std::string more_rig{};
+  std::string more_capture{};  // YAML appended to capture.yaml
+  std::string more_rig{};      // YAML appended to rig.yaml
 
   std::filesystem::path capture() const { return directory / "capture.yaml"; }
   std::filesystem::path rig() const { return directory / "rig.yaml"; }
@@ -99,7 +99,7 @@ struct RehearsalFiles {
   }
 };
 
-// A simulated rig that works until the object goes.
+// A simulated rig that runs until destruction.
 class SimulatedRigProcess {
  public:
   explicit SimulatedRigProcess(const RehearsalFiles& files)

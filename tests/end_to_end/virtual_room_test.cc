@@ -1,4 +1,4 @@
-// raywalk-capture virtual-room as a user runs it, up to the packed room. RAYWALK_CAPTURE and
+// End-to-end test of raywalk-capture virtual-room, up to the packed room. RAYWALK_CAPTURE and
 // RAYWALK_BUILD_LF are the programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -39,7 +39,7 @@ class VirtualRoomTest : public ::testing::Test {
   fs::path config() const { return directory_ / "room.yaml"; }
   fs::path out() const { return directory_ / "room"; }
 
-  // One line of error, and nothing written but the settings.
+  // Expects one error line and no files except the settings.
   void expect_clean_error(const CommandResult& result, int exit_code,
                           const std::string& text) const {
     EXPECT_EQ(result.exit_code, exit_code) << result.errors;
@@ -85,7 +85,7 @@ TEST_F(VirtualRoomTest, SameSettingsGiveTheSameFiles) {
   EXPECT_EQ(same.exit_code, 0) << same.output;
 }
 
-TEST_F(VirtualRoomTest, JitterIsToldByTheTruePoses) {
+TEST_F(VirtualRoomTest, TruePosesIncludeTheJitter) {
   const CommandResult captured =
       capture(std::string(kSmall) + "pose:\n  position_jitter_mm: 3\n  attitude_jitter_deg: 0.2\n",
               "--truth-views 0 --every-distance 0");
@@ -108,7 +108,7 @@ TEST_F(VirtualRoomTest, JitterIsToldByTheTruePoses) {
   EXPECT_LT(yaw, 2.0);
 }
 
-TEST_F(VirtualRoomTest, FormatViewsAndSeedAreAsAskedFor) {
+TEST_F(VirtualRoomTest, FormatViewsAndSeedAreApplied) {
   write_file_atomically(directory_ / "views.csv", "name,x,z\nhere,0.1,0.2\n");
   const std::string views = "--views " + (directory_ / "views.csv").string();
   const std::string png = std::string(kSmall) + "  format: png\n";
@@ -120,14 +120,14 @@ TEST_F(VirtualRoomTest, FormatViewsAndSeedAreAsAskedFor) {
   EXPECT_GT(cv::norm(first, read_panorama(out() / "capture/x0_000.png"), cv::NORM_INF), 50.0);
 }
 
-// The start of the first frame (ITU-T T.81, B.2.2) tells how finely each component is sampled.
+// The frame header (ITU-T T.81, B.2.2) holds the sampling factors of each component.
 TEST_F(VirtualRoomTest, JpegKeepsColorInFullResolution) {
   ASSERT_EQ(capture(kSmall, "--truth-views 0").exit_code, 0);
   const std::string jpeg = read_file(out() / "capture/x0_000.jpg");
   const std::size_t frame = jpeg.find("\xFF\xC0");
   ASSERT_NE(frame, std::string::npos);
   EXPECT_EQ(jpeg[frame + 9], 3);      // components
-  EXPECT_EQ(jpeg[frame + 11], 0x11);  // brightness is sampled as finely as colour
+  EXPECT_EQ(jpeg[frame + 11], 0x11);  // luma is sampled like chroma
 }
 
 TEST_F(VirtualRoomTest, HelpGivesAnExample) {
@@ -151,7 +151,7 @@ TEST_F(VirtualRoomTest, BadViewsLeaveNothing) {
   const TestDirectory elsewhere;
   write_file_atomically(elsewhere / "views.csv", "name,x,z\nfar,100,0\n");
   expect_clean_error(capture(kSmall, "--views " + (elsewhere / "views.csv").string()), 1,
-                     "outside of the room");
+                     "outside the room");
 }
 
 TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
@@ -164,10 +164,10 @@ TEST_F(VirtualRoomTest, ExistingOrImpossibleOutputIsRefused) {
   const CommandResult no_parent =
       run_command(fmt::format("{} virtual-room {} --out {}/missing/room", RAYWALK_CAPTURE,
                               config().string(), directory_.path().string()));
-  expect_clean_error(no_parent, 1, "cannot make");
+  expect_clean_error(no_parent, 1, "cannot create");
 }
 
-// A limit on the size of files stands for a full disk: the writes fail just so.
+// A file size limit simulates a full disk: writes fail in the same way.
 TEST_F(VirtualRoomTest, FullDiskLeavesNothing) {
   write_file_atomically(config(), kSmall);
   const CommandResult full =

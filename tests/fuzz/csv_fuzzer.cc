@@ -1,4 +1,4 @@
-// Any text is a table or an Error of one line; a table's cells can all be asked for.
+// Any text is either parsed, with all cells readable, or rejected with a one-line Error.
 #include <cstdint>
 #include <string_view>
 

@@ -1,4 +1,4 @@
-// What every reader promises about its errors, checked on each fuzzed input.
+// Checks the error contract of the readers on fuzzed input.
 #pragma once
 
 #include <cstdlib>

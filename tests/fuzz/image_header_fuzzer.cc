@@ -1,4 +1,5 @@
-// Any bytes are an image header, too short for one, or an Error of one line.
+// Any bytes are parsed as an image header, found too short for one, or rejected with a one-line
+// Error.
 #include <cstdint>
 #include <cstdlib>
 #include <span>

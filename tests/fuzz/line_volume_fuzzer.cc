@@ -1,4 +1,4 @@
-// Any file is a line volume whose every column can be read, or an Error of one line.
+// Any file is either a line volume with all columns readable, or rejected with a one-line Error.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 constexpr int kStations = 2;
 constexpr raywalk::PanoramaSize kPanorama = {4, 2};
 
-// Reads every byte of the volume, so that one outside the mapping is noticed.
+// Reads every byte of the volume, to detect bytes outside the mapping.
 unsigned sum_of(const raywalk::LineVolume& volume) {
   unsigned sum = 0;
   for (int station = 0; station < kStations; ++station) {

@@ -1,4 +1,4 @@
-// Any text is a manifest or an Error of one line; a manifest that was read survives a round trip.
+// Any text is either a manifest that survives a round trip, or rejected with a one-line Error.
 #include <cstdint>
 #include <cstdlib>
 #include <optional>

@@ -1,4 +1,4 @@
-// Any text is settings or a UsageError of one line; what was set is within its bounds.
+// Any text either sets values within their bounds, or is rejected with a one-line UsageError.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>

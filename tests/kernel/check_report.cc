@@ -35,7 +35,7 @@ void require(bool holds, const std::string& what) {
 }
 
 void require_near(double value, double expected, double tolerance, const std::string& what) {
-  // Written so that a value that is not a number fails too.
+  // NaN fails too.
   if (std::abs(value - expected) <= tolerance) return;
   throw CheckFailure(what + " is " + std::to_string(value) + ", not " + std::to_string(expected));
 }

@@ -1,5 +1,5 @@
-// Checks that run one after another and print a line each. No GoogleTest: the order matters, since
-// the drivers keep their state, and a virtual machine's console is read by people.
+// Checks that run in order and print one line each. GoogleTest is not used, as the drivers keep
+// state between checks and the console of the virtual machine should stay readable.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ class CheckFailure : public std::runtime_error {
 
 class CheckReport {
  public:
-  // Prints "ok NAME", or "FAIL NAME: why" where `check` throws; goes on in either case.
+  // Prints "ok NAME", or "FAIL NAME: why" if `check` throws; continues in either case.
   void run(const std::string& name, const std::function<void()>& check);
 
   int passed() const { return passed_; }
@@ -28,12 +28,12 @@ class CheckReport {
   int failed_ = 0;
 };
 
-// Throws CheckFailure where it does not hold.
+// Throw CheckFailure if the condition is not met.
 void require(bool holds, const std::string& what);
 void require_near(double value, double expected, double tolerance, const std::string& what);
 
-// Throws CheckFailure unless `call` throws a DeviceFault of that kind, whose message is one line,
-// says `words`, and, after a semicolon, what to do.
+// Throws CheckFailure unless `call` throws a DeviceFault of this kind with a one-line message that
+// contains `words` and, after a semicolon, a remedy.
 void require_fault(FaultKind kind, const std::string& words, const std::function<void()>& call);
 
 }  // namespace raywalk::capture

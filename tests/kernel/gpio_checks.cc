@@ -25,7 +25,8 @@ void require_released(const GpioSim& lines) {
   require(!lines.level(kFocusLine), "the focus line stays active");
 }
 
-// The camera looks every half millisecond or so: a span may seem shorter by what it was late.
+// The simulated camera polls about every half millisecond, so a measured span may be too short by
+// the delay of its start.
 bool lasts(SteadyTime from, SteadyTime to, double ms) {
   return from != SteadyTime{} && ms_from_duration(to - from) > 0.8 * ms;
 }
@@ -33,7 +34,7 @@ bool lasts(SteadyTime from, SteadyTime to, double ms) {
 void require_press(const SeenPress& press, const TriggerConfig& config) {
   require(lasts(press.focused, press.pressed, config.focus_ms), "half-press missing or too short");
   require(lasts(press.pressed, press.released, config.pulse_ms), "shutter pulse too short");
-  require(press.let_go >= press.released, "focus let go before the shutter");
+  require(press.unfocused >= press.released, "focus released before the shutter");
 }
 
 void check_three_presses(const GpioSim& lines) {

@@ -72,8 +72,8 @@ void WiredCamera::work(const std::stop_token& stop) {
   }
 }
 
-// Focus is read first: a shutter seen pressed after a focus seen released was pressed without it,
-// since the shutter is let go before the focus.
+// Focus is read first: as the shutter is released before the focus, a shutter read as pressed after
+// the focus was read as released has been pressed without it.
 void WiredCamera::look() {
   const bool focused = lines_.level(kFocusLine) != active_low_;
   const bool pressed = lines_.level(kShutterLine) != active_low_;
@@ -82,7 +82,7 @@ void WiredCamera::look() {
   if (focused && !focused_) presses_.back().focused = now();
   if (pressed && !pressed_) presses_.back().pressed = now();
   if (!pressed && pressed_) presses_.back().released = now();
-  if (!focused && focused_) presses_.back().let_go = now();
+  if (!focused && focused_) presses_.back().unfocused = now();
   focused_ = focused;
   pressed_ = pressed;
 }

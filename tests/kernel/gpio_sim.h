@@ -1,4 +1,4 @@
-// The far side of gpio-sim's lines, and a camera that hangs on them.
+// The simulated side of gpio-sim's lines, and a simulated camera connected to them.
 #pragma once
 
 #include <mutex>
@@ -17,36 +17,36 @@ constexpr int kBusyLine = 2;
 // Levels are those of the wire: true is high. (Documentation/admin-guide/gpio/gpio-sim.rst)
 class GpioSim {
  public:
-  // The device "camera" of configfs. Throws CheckFailure where it is not there.
+  // The device "camera" of configfs. Throws CheckFailure if it does not exist.
   GpioSim();
 
   // Its name in /dev.
   const std::string& chip() const { return chip_; }
   bool level(int line) const;
   void pull(int line, bool up) const;
-  // Takes the chip away, whoever uses it.
+  // Removes the chip even while it is in use.
   void unplug() const;
 
  private:
   std::string chip_;
-  std::string lines_;  // the directory of the lines in sysfs
+  std::string lines_;  // sysfs directory of the lines
 };
 
-// What a camera saw of one press; a time that never came is SteadyTime{}.
+// Times of one press as seen by the camera; SteadyTime{} if it did not occur.
 struct SeenPress {
   SteadyTime focused{};
   SteadyTime pressed{};
   SteadyTime released{};
-  SteadyTime let_go{};      // of the half-press
-  SteadyTime busy_from{};   // just before its busy line rose
+  SteadyTime unfocused{};   // end of the half-press
+  SteadyTime busy_from{};   // just before the busy line rose
   SteadyTime busy_until{};  // just before it fell
 };
 
-// Watches the focus and shutter lines and answers on the busy line, in a thread of its own.
+// Monitors the focus and shutter lines and drives the busy line, in its own thread.
 class WiredCamera {
  public:
   WiredCamera(const GpioSim& lines, bool active_low);
-  // The busy line is low afterwards.
+  // Leaves the busy line low.
   ~WiredCamera();
   WiredCamera(const WiredCamera&) = delete;
   WiredCamera& operator=(const WiredCamera&) = delete;
@@ -64,7 +64,7 @@ class WiredCamera {
   bool pressed_ = false;
   std::mutex mutex_;
   std::vector<SeenPress> presses_;
-  std::jthread thread_;  // the last member: it uses the others
+  std::jthread thread_;  // last, as it uses the other members
 };
 
 }  // namespace raywalk::capture

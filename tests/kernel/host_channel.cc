@@ -10,8 +10,8 @@
 namespace raywalk::capture {
 namespace {
 
-// A slave that starts has to load Python's libraries, perhaps on a busy machine.
-constexpr int kPatience_ms = 60000;
+// Starting a slave includes loading Python's libraries, possibly on a busy machine.
+constexpr int kTimeout_ms = 60000;
 
 }  // namespace
 
@@ -29,9 +29,9 @@ HostChannel::~HostChannel() { close(fd_); }
 int HostChannel::ask(const std::string& order) {
   const std::string line = order + "\n";
   require(write(fd_, line.data(), line.size()) == static_cast<ssize_t>(line.size()),
-          "the host's port takes no orders");
+          "cannot write to the host's port");
   const std::string answer = read_line();
-  require(answer.starts_with("done "), "the host does not '" + order + "': " + answer);
+  require(answer.starts_with("done "), "the host failed to execute '" + order + "': " + answer);
   return std::stoi(answer.substr(5));
 }
 
@@ -39,9 +39,9 @@ std::string HostChannel::read_line() {
   std::string line;
   for (;;) {
     pollfd input{.fd = fd_, .events = POLLIN, .revents = 0};
-    require(poll(&input, 1, kPatience_ms) > 0, "the host does not answer");
+    require(poll(&input, 1, kTimeout_ms) > 0, "no reply from the host");
     char letter = 0;
-    require(read(fd_, &letter, 1) == 1, "the host's port is gone");
+    require(read(fd_, &letter, 1) == 1, "the host's port was closed");
     if (letter == '\n') return line;
     line += letter;
   }

@@ -1,4 +1,4 @@
-// The line to serial_host.py, which stands for the operator's hands: it damages, cuts and unplugs.
+// Connection to serial_host.py, which corrupts, cuts and unplugs the serial links on request.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@ namespace raywalk::capture {
 
 class HostChannel {
  public:
-  // Throws CheckFailure where the port cannot be opened.
+  // Throws CheckFailure if the port cannot be opened.
   explicit HostChannel(const std::string& device);
   ~HostChannel();
   HostChannel(const HostChannel&) = delete;
   HostChannel& operator=(const HostChannel&) = delete;
 
-  // Sends one order (serial_host.py lists them) and waits until it is done; returns the number that
-  // comes with the answer. Throws CheckFailure where no answer comes.
+  // Sends an order (see serial_host.py) and waits until it is done; returns the number in the
+  // reply. Throws CheckFailure if the order fails or there is no reply.
   int ask(const std::string& order);
 
  private:

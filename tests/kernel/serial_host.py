@@ -1,22 +1,22 @@
 #!/usr/bin/python3
-"""The far side of the virtual machine's serial ports: drives, cables, and hands that act on orders.
+"""The host side of the virtual machine's serial ports: drives, cables and fault injection.
 
   serial_host.py --serial SOCKET --usb SOCKET --orders SOCKET
 
-SOCKETs are QEMU's: of a serial port and of a USB adapter with a drive (pymodbus_slave.py) behind
-each, and of the port that orders come from. An order is a line, answered by "done NUMBER" or
-"failed WHY":
+The SOCKETs are QEMU's: a serial port and a USB adapter, each connected to a drive
+(pymodbus_slave.py), and the port on which orders are received. An order is a text line, answered by
+"done NUMBER" or "failed REASON":
 
-  LINE corrupt N    of every N replies one has a bit flipped
-  LINE truncate N   ... ends early
-  LINE lose N       ... does not come
-  LINE double N     ... comes twice
-  LINE noise N      ... comes after other bytes
-  LINE delay N      ... comes late, when the master has given it up
-  LINE cut          no byte passes any more
-  LINE heal         the line is sound; NUMBER of replies that were spoilt
-  LINE stops        NUMBER of stop commands the master has sent so far
-  LINE kill, start  the drive loses power, and comes back without its home
+  LINE corrupt N    flips a bit in one of every N replies
+  LINE truncate N   ... truncates it
+  LINE lose N       ... drops it
+  LINE double N     ... sends it twice
+  LINE noise N      ... sends other bytes before it
+  LINE delay N      ... delays it beyond the master's timeout
+  LINE cut          passes no bytes
+  LINE heal         ends the fault; NUMBER is the count of faulty replies
+  LINE stops        NUMBER is the count of stop commands sent by the master
+  LINE kill, start  the drive loses power, and restarts without being homed
   LINE unplug, plug, replug    the adapter; replug takes a second
 
 LINE is "serial" or "usb". Ends when QEMU closes the port of the orders.
@@ -33,11 +33,11 @@ import time
 import tty
 
 SLAVE = pathlib.Path(__file__).parents[1] / "peers" / "pymodbus_slave.py"
-# Function 6, register 32, value 3: what configs/sliders/generic.yaml describes as a stop.
+# Function 6, register 32, value 3: the stop command of configs/sliders/generic.yaml.
 STOP = bytes.fromhex("010600200003")
-# An emulated port hands over byte by byte; a frame has ended when nothing came for this long.
+# An emulated port delivers single bytes; a frame ends after a pause this long.
 FRAME_GAP_S = 0.01
-# Longer than the 0.3 s that the master waits, and within the silence it keeps afterwards.
+# Longer than the master's timeout of 0.3 s, and within the pause that it keeps afterwards.
 LATE_S = 0.45
 
 
@@ -56,7 +56,7 @@ def connected(path):
 
 
 def frame_from(fd):
-    """All bytes up to a pause; empty where the other end has gone."""
+    """Reads all bytes up to a pause; empty if the other end has closed."""
     frame = b""
     while select.select([fd], [], [], FRAME_GAP_S if frame else 0)[0]:
         try:
@@ -71,7 +71,7 @@ def frame_from(fd):
 
 class Drive:
     def __init__(self):
-        # The interpreter that Debian's pymodbus is installed for.
+        # The interpreter for which Debian's pymodbus is installed.
         self.process = subprocess.Popen(
             ["/usr/bin/python3", str(SLAVE), "--map", "generic", "--line", "pty"],
             stdout=subprocess.PIPE, text=True)
@@ -88,14 +88,14 @@ class Drive:
 
 
 class Line:
-    """Between a port of the virtual machine and a drive."""
+    """The link between a port of the virtual machine and a drive."""
 
     def __init__(self, path):
         self.path = path
         self.port = None
         self.drive = Drive()
         self.fault, self.every = None, 1
-        self.replies = self.spoilt = 0
+        self.replies = self.faulty = 0
         self.requests = bytearray()
 
     def sources(self):
@@ -118,7 +118,7 @@ class Line:
             return []
         if self.fault is None or self.replies % self.every:
             return [reply]
-        self.spoilt += 1
+        self.faulty += 1
         if self.fault == "corrupt":
             middle = len(reply) // 2
             return [reply[:middle], bytes([reply[middle] ^ 0x10]), reply[middle + 1:]]
@@ -133,29 +133,29 @@ class Line:
             return [reply]
         return []  # lose
 
-    def obey(self, deed, argument):
-        if deed in ("corrupt", "truncate", "lose", "double", "noise", "delay", "cut"):
-            self.fault, self.every, self.spoilt = deed, int(argument or 1), 0
-        elif deed == "heal":
+    def obey(self, order, argument):
+        if order in ("corrupt", "truncate", "lose", "double", "noise", "delay", "cut"):
+            self.fault, self.every, self.faulty = order, int(argument or 1), 0
+        elif order == "heal":
             self.fault = None
-            return self.spoilt
-        elif deed == "stops":
+            return self.faulty
+        elif order == "stops":
             return self.requests.count(STOP)
-        elif deed == "kill":
+        elif order == "kill":
             self.drive.end()
             self.drive = None
-        elif deed == "start":
+        elif order == "start":
             self.drive = Drive()
-        elif deed == "plug":
+        elif order == "plug":
             self.port = connected(self.path)
-        elif deed == "unplug":
+        elif order == "unplug":
             self.unplug()
-        elif deed == "replug":
+        elif order == "replug":
             self.unplug()
             time.sleep(1)
             self.port = connected(self.path)
         else:
-            raise ValueError("no such order")
+            raise ValueError("unknown order")
         return 0
 
     def unplug(self):
@@ -163,10 +163,10 @@ class Line:
         self.port = None
 
 
-def answer_to(order, lines):
+def answer_to(text, lines):
     try:
-        name, deed, *arguments = order.split()
-        return "done %d" % lines[name].obey(deed, *(arguments or [None]))
+        name, order, *arguments = text.split()
+        return "done %d" % lines[name].obey(order, *(arguments or [None]))
     except (KeyError, ValueError, OSError, RuntimeError) as error:
         return "failed %s" % error
 
@@ -197,7 +197,7 @@ def main():
     for name in ("serial", "usb", "orders"):
         parser.add_argument("--" + name, required=True)
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the drives are ended
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # terminates the drives, too
     lines = {"serial": Line(options.serial), "usb": Line(options.usb)}
     try:
         lines["serial"].obey("plug", None)

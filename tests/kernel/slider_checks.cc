@@ -36,7 +36,7 @@ MotionRules rules() {
   return rules;
 }
 
-// One program's hold on the slider, from opening to closing the port.
+// A slider session of one program, from opening to closing the port.
 struct Rig {
   explicit Rig(const std::string& device) : slider(make_modbus_slider(config_at(device), &clock)) {}
 
@@ -45,7 +45,7 @@ struct Rig {
     require_near(settled.measured_mm, target_mm, kNear_mm, "settled position");
     require_near(slider->read_state().position_mm, target_mm, kNear_mm, "position afterwards");
   }
-  // Moves, and has the host do something halfway.
+  // Moves and sends an order to the host halfway.
   void move_with(HostChannel* host, const std::string& order, double target_mm) {
     const double halfway_mm = (slider->read_state().position_mm + target_mm) / 2.0;
     bool asked = false;
@@ -61,7 +61,7 @@ struct Rig {
       throw;
     }
     carriage.watch({});
-    require(asked, "the move was over before its middle was seen");
+    require(asked, "the move ended before its middle was observed");
   }
 
   SystemClock clock;
@@ -89,13 +89,13 @@ void check_port_lock() {
                 [&] { other.slider->read_state(); });
 }
 
-// Moves while every few replies are spoilt; the host counts how many were.
+// Moves while one in a few replies has a fault; the host counts the faults.
 void check_faulty_line(HostChannel* host, const std::string& fault) {
   Rig rig(kSerialPort);
   rig.move(20.0);
   host->ask("serial " + fault);
   rig.move(120.0);
-  require(host->ask("serial heal") > 0, "no reply was spoilt");
+  require(host->ask("serial heal") > 0, "no reply had a fault");
   require_near(rig.slider->read_state().position_mm, 120.0, kNear_mm, "position afterwards");
 }
 
@@ -107,7 +107,7 @@ void check_useless_line(HostChannel* host) {
   rig.move(20.0);
 }
 
-// Contact is lost in mid-move: stops are tried, and the message says that none was confirmed.
+// Contact is lost during a move: stops are sent, and the message says that none was confirmed.
 void require_lost(HostChannel* host, Rig* rig, const std::string& order) {
   require_fault(FaultKind::kNoContact, "NOT known to have stopped",
                 [&] { rig->move_with(host, order, 900.0); });
@@ -118,7 +118,7 @@ void check_cut_cable(HostChannel* host) {
   rig.move(20.0);
   const int stops_before = host->ask("serial stops");
   require_lost(host, &rig, "serial cut");
-  require(host->ask("serial stops") > stops_before, "no stop was sent into the cut cable");
+  require(host->ask("serial stops") > stops_before, "no stop was sent over the cut cable");
   host->ask("serial heal");
   rig.carriage.stop();
   require(rig.slider->read_state().moving == false, "still moving after a confirmed stop");
@@ -138,14 +138,14 @@ void check_killed_drive(HostChannel* host) {
 void wait_for_adapter(Clock* clock) {
   const SteadyTime deadline = clock->now() + std::chrono::seconds(30);
   while (!std::filesystem::exists(kUsbAdapter)) {
-    require(clock->now() < deadline, "the adapter does not come up");
+    require(clock->now() < deadline, "the adapter does not reappear");
     clock->sleep(std::chrono::milliseconds(50));
   }
 }
 
 void check_usb(HostChannel* host) {
   Rig rig(kUsbAdapter);
-  require_fault(FaultKind::kNoContact, "plug the adapter in", [&] { rig.slider->read_state(); });
+  require_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig.slider->read_state(); });
   host->ask("usb plug");
   wait_for_adapter(&rig.clock);
   home_and_move(&rig);
@@ -161,7 +161,7 @@ void check_usb_unplug(HostChannel* host) {
   Rig rig(kUsbAdapter);
   rig.move(20.0);
   require_lost(host, &rig, "usb unplug");
-  require_fault(FaultKind::kNoContact, "plug the adapter in", [&] { rig.slider->read_state(); });
+  require_fault(FaultKind::kNoContact, "plug in the adapter", [&] { rig.slider->read_state(); });
   host->ask("usb plug");
   wait_for_adapter(&rig.clock);
   rig.carriage.stop();
@@ -172,7 +172,7 @@ void check_usb_unplug(HostChannel* host) {
 
 void check_slider(CheckReport* report) {
   HostChannel host(kOrders);
-  // A check that failed may have left the line unsound.
+  // A failed check may have left the link with a fault.
   const auto run = [&](const std::string& name, const std::function<void()>& check) {
     report->run(name, [&] {
       host.ask("serial heal");
@@ -180,17 +180,17 @@ void check_slider(CheckReport* report) {
     });
   };
   run("serial: homes, moves, reads back", check_moves);
-  run("serial: port that another program holds", check_port_lock);
+  run("serial: port held by another program", check_port_lock);
   for (const std::string fault :
        {"corrupt 3", "truncate 3", "lose 3", "double 2", "noise 3", "delay 7"}) {
-    run("serial: moves through replies spoilt: " + fault, [&] { check_faulty_line(&host, fault); });
+    run("serial: moves with faulty replies: " + fault, [&] { check_faulty_line(&host, fault); });
   }
-  run("serial: line that gives only damaged replies", [&] { check_useless_line(&host); });
-  run("serial: cable cut in mid-move", [&] { check_cut_cable(&host); });
-  run("serial: drive loses power in mid-move", [&] { check_killed_drive(&host); });
+  run("serial: all replies corrupted", [&] { check_useless_line(&host); });
+  run("serial: cable cut during a move", [&] { check_cut_cable(&host); });
+  run("serial: drive loses power during a move", [&] { check_killed_drive(&host); });
   run("usb: adapter plugged in, homes, moves", [&] { check_usb(&host); });
-  run("usb: adapter out and back in mid-move", [&] { check_usb_brief_unplug(&host); });
-  run("usb: adapter unplugged in mid-move, back later", [&] { check_usb_unplug(&host); });
+  run("usb: adapter replugged during a move", [&] { check_usb_brief_unplug(&host); });
+  run("usb: adapter unplugged during a move, plugged in later", [&] { check_usb_unplug(&host); });
 }
 
 }  // namespace raywalk::capture

@@ -19,11 +19,11 @@ constexpr auto kFramePeriod = std::chrono::milliseconds(17);  // 60 Hz
 
 CameraConfig streaming() {
   CameraConfig config;
-  config.kind = "v4l2";
+  config.kind = CameraKind::kV4l2;
   config.width_px = kSize.width;
   config.height_px = kSize.height;
   config.v4l2.device = kDevice;
-  config.v4l2.pixel_format = "yuyv";
+  config.v4l2.pixel_format = PixelFormat::kYuyv;
   config.v4l2.frame_timeout_ms = 10000.0;  // the virtual machine may be slow
   return config;
 }
@@ -57,7 +57,8 @@ VideoFrame wait_for_frame(VideoDevice* device) {
 void check_stream() {
   const auto device = open_video_device(kDevice);
   const VideoFormat format = device->set_format("YUYV", kSize);
-  require(format.size == kSize && format.pixels == "YUYV", "not the size and pixels asked for");
+  require(format.size == kSize && format.pixels == "YUYV",
+          "not the requested size and pixel format");
   device->start(4);
   const SystemClock clock;
   SteadyTime latest = clock.now();
@@ -67,13 +68,13 @@ void check_stream() {
     require(frame.bytes.size() == std::size_t{2} * kSize.width * kSize.height, "not a whole frame");
     require(frame.stamped_at.has_value(), "a frame has no monotonic stamp");
     require(*frame.stamped_at > latest, "stamps do not rise");
-    // vivid stamps what would be the end of a frame that a sensor reads out over its period.
+    // vivid's timestamp is the end of the readout, one frame period after its start.
     require(*frame.stamped_at <= clock.now() + kFramePeriod, "stamps are ahead of the clock");
     latest = *frame.stamped_at;
   }
 }
 
-// What makes dropping necessary: the driver itself hands out what it had queued before.
+// The reason for dropping frames: the driver returns frames queued earlier.
 void check_queued_frames() {
   SystemClock clock;
   const auto device = open_video_device(kDevice);
@@ -91,7 +92,7 @@ void check_fresh_picture() {
   vivid.show(VividScene::kWhite);
   rig.camera.prepare(unlocked(), "");
   for (const VividScene scene : {VividScene::kBlack, VividScene::kWhite, VividScene::kBlack}) {
-    rig.clock.sleep(std::chrono::seconds(1));  // buffers fill with the scene before
+    rig.clock.sleep(std::chrono::seconds(1));  // buffers fill with the previous scene
     vivid.show(scene);
     const SteadyTime settled = rig.clock.now();
     const Shot shot = rig.camera.shoot(settled);
@@ -101,7 +102,7 @@ void check_fresh_picture() {
   }
 }
 
-// vivid's test pattern generator converts from RGB by the colorimetry that it announces.
+// vivid's test pattern generator converts from RGB with the colorimetry that it reports.
 void check_colours() {
   Vivid vivid(kDevice);
   Rig rig;
@@ -119,7 +120,7 @@ void check_colours() {
   }
 }
 
-// vivid's automatic gain is the time in seconds, so that it drifts unless it is locked.
+// vivid's automatic gain is the time in seconds, so it drifts unless locked.
 void check_locked_gain() {
   Vivid vivid(kDevice);
   Rig rig;
@@ -161,7 +162,8 @@ void check_disconnect() {
     Rig rig;
     rig.camera.prepare(unlocked(), "");
     Vivid(kDevice).disconnect();
-    require_fault(FaultKind::kNoContact, "has gone", [&] { rig.camera.shoot(rig.clock.now()); });
+    require_fault(FaultKind::kNoContact, "was unplugged",
+                  [&] { rig.camera.shoot(rig.clock.now()); });
     require_fault(FaultKind::kNoContact, "no camera at", [] { open_video_device(kDevice); });
   }
   Rig again;
@@ -171,7 +173,7 @@ void check_disconnect() {
 
 void check_other_devices() {
   require_fault(FaultKind::kNoContact, "no camera at", [] { open_video_device("/dev/video99"); });
-  require_fault(FaultKind::kWrongDevice, "is no camera", [] { open_video_device("/dev/null"); });
+  require_fault(FaultKind::kWrongDevice, "is not a camera", [] { open_video_device("/dev/null"); });
 }
 
 }  // namespace
@@ -180,14 +182,14 @@ void check_video(CheckReport* report) {
   Vivid(kDevice).select_input(kHdmiInput);
   report->run("video: streams 1920x960 YUYV with rising monotonic stamps", check_stream);
   report->run("video: the driver queues old frames", check_queued_frames);
-  report->run("video: pictures show what is there after settling", check_fresh_picture);
+  report->run("video: pictures are exposed after settling", check_fresh_picture);
   report->run("video: colours", check_colours);
-  report->run("video: automatic gain is locked, and a change noticed", check_locked_gain);
-  report->run("video: exposure time where the camera has none", check_missing_control);
-  report->run("video: camera that another program uses", check_second_user);
-  report->run("video: webcam that gives another size", check_snapped_size);
-  report->run("video: camera unplugged while streaming, and back", check_disconnect);
-  report->run("video: devices that are no cameras", check_other_devices);
+  report->run("video: automatic gain is locked, and a change detected", check_locked_gain);
+  report->run("video: exposure time on a camera without that control", check_missing_control);
+  report->run("video: camera in use by another program", check_second_user);
+  report->run("video: webcam that returns another size", check_snapped_size);
+  report->run("video: camera unplugged while streaming, and replugged", check_disconnect);
+  report->run("video: devices that are not cameras", check_other_devices);
 }
 
 }  // namespace raywalk::capture

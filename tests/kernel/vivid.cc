@@ -28,8 +28,7 @@ Vivid::~Vivid() { close(fd_); }
 void Vivid::select_input(int input) {
   require(ioctl(fd_, VIDIOC_S_INPUT, &input) == 0, "vivid refuses the input");
   if (input != kHdmiInput) return;
-  // What comes over the cable; from 720 lines, where it starts, larger frames would stay empty
-  // outside.
+  // The default signal has 720 lines, which would not fill larger frames.
   v4l2_dv_timings timings = V4L2_DV_BT_CEA_1920X1080P60;
   require(ioctl(fd_, VIDIOC_S_DV_TIMINGS, &timings) == 0, "vivid refuses the HDMI timings");
 }
@@ -41,7 +40,7 @@ void Vivid::show(VividScene scene) {
 
 void Vivid::change_gain() {
   v4l2_control gain{.id = V4L2_CID_GAIN, .value = 0};
-  require(ioctl(fd_, VIDIOC_G_CTRL, &gain) == 0, "vivid does not tell its gain");
+  require(ioctl(fd_, VIDIOC_G_CTRL, &gain) == 0, "vivid does not report its gain");
   set_control(V4L2_CID_GAIN, (gain.value + 100) % 256);
 }
 

@@ -1,4 +1,4 @@
-// The scene in front of vivid's camera, and its cable.
+// Controls the scene and connection of vivid's simulated camera.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,12 @@
 namespace raywalk::capture {
 
 constexpr int kWebcamInput = 0;  // a few fixed sizes
-constexpr int kHdmiInput = 1;    // any size, cut out of 1920x1080
+constexpr int kHdmiInput = 1;    // any size, cropped from 1920x1080
 
 // Values of its control "Test Pattern" (Documentation/admin-guide/media/vivid.rst).
 enum class VividScene { kBlack = 5, kWhite = 6, kRed = 7, kGreen = 8, kBlue = 9 };
 
-// A second user of the device beside the one that is checked. Calls throw CheckFailure.
+// A second user of the device, independent of the checked code. Methods throw CheckFailure.
 class Vivid {
  public:
   explicit Vivid(const std::string& device);
@@ -20,12 +20,12 @@ class Vivid {
   Vivid(const Vivid&) = delete;
   Vivid& operator=(const Vivid&) = delete;
 
-  void select_input(int input);  // while nobody streams
-  // One colour all over, from the next frame that is begun.
+  void select_input(int input);  // not while streaming
+  // A uniform colour, from the start of the next frame.
   void show(VividScene scene);
-  // As another program might.
+  // Simulates a change by another program.
   void change_gain();
-  // Until the last user has closed the device, it is gone for all.
+  // Simulates unplugging; the device returns when its last user has closed it.
   void disconnect();
 
  private:

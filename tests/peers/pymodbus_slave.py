@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""A slider's drive as a pymodbus slave: an independent peer for Raywalk's own Modbus driver.
+"""A slider's drive as a pymodbus slave: an independent peer for Raywalk's Modbus driver.
 
-Written from the drives' published register layouts, not from Raywalk's code or its register maps, so
-that a mistake in either shows. Needs Debian's python3-pymodbus 3.0 and python3-serial-asyncio.
+Written from the drives' published register layouts, independently of Raywalk's code and register
+maps, to detect mistakes in either. Needs Debian's python3-pymodbus 3.0 and python3-serial-asyncio.
 
   pymodbus_slave.py --map generic|leadshine-pr0 --line pty|tcp
 
@@ -20,11 +20,11 @@ from pymodbus.datastore import ModbusServerContext, ModbusSlaveContext
 from pymodbus.datastore.store import BaseModbusDataBlock
 from pymodbus.server.async_io import ModbusSerialServer, ModbusTcpServer
 
-HOME_OFFSET_MM = 37.0  # where the carriage stands when power comes on, from the home switch
+HOME_OFFSET_MM = 37.0  # initial position of the carriage from the home switch
 
 
 class Drive:
-    """One motion at a time: constant acceleration up to a speed, and down again."""
+    """A single motion with a trapezoidal speed profile."""
 
     def __init__(self):
         self.start_mm = HOME_OFFSET_MM
@@ -85,7 +85,7 @@ class Drive:
         self._begin(0.0, 500.0, 5000.0)
 
     def stop(self):
-        # At once; how a drive decelerates is not what this peer is for.
+        # Stops immediately; deceleration is not modelled.
         self.homing = False
         self._begin(self.position_mm(), 1.0, 1.0)
 
@@ -101,7 +101,7 @@ def words(value):
 
 
 class GenericRegisters:
-    """configs/sliders/generic.yaml as its comments describe it."""
+    """The registers of configs/sliders/generic.yaml."""
 
     def __init__(self, drive):
         self.drive = drive
@@ -127,7 +127,7 @@ class GenericRegisters:
 
 
 class LeadshineRegisters:
-    """Path 0 of Leadshine's RS-485 drives: 10000 counts and 40 mm in a turn."""
+    """Path 0 of Leadshine's RS-485 drives with 10000 counts and 40 mm per turn."""
 
     def __init__(self, drive):
         self.drive = drive
@@ -171,7 +171,7 @@ def pump(source, sink):
 
 
 def joined_terminals():
-    """The two outer ends of a pair of pseudo-terminals whose inner ends are joined."""
+    """The slave ends of two pseudo-terminals whose master ends are connected."""
     (inner_a, outer_a), (inner_b, outer_b) = os.openpty(), os.openpty()
     for end in (outer_a, outer_b):
         tty.setraw(end)

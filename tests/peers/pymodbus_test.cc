@@ -1,4 +1,4 @@
-// The whole slider driver against a Modbus implementation that is not its own.
+// The slider driver against pymodbus, an independent Modbus implementation.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ const SoftLimits kLimits(0.0, 1000.0);
 SliderConfig config_for(const SlaveProcess& slave, const std::string& line,
                         const std::string& map) {
   SliderConfig config;
-  config.connection = line == "tcp" ? "tcp" : "rtu";
+  config.connection = line == "tcp" ? SliderConnection::kTcp : SliderConnection::kRtu;
   if (line == "tcp") {
     config.host = "127.0.0.1";
     config.port = std::stoi(slave.where());
@@ -68,7 +68,7 @@ TEST_P(PymodbusTest, HomesMovesAndReadsBack) {
   }
 }
 
-TEST_P(PymodbusTest, StopsInMidMove) {
+TEST_P(PymodbusTest, StopsDuringAMove) {
   const auto slider = make_modbus_slider(config, &clock);
   Carriage carriage(slider.get(), &clock, kLimits, quick_rules());
   carriage.home();
@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Peers, PymodbusTest,
                                   (test.param.line == "tcp" ? "Tcp" : "Serial");
                          });
 
-// Contact is lost in mid-move: a stop is tried, and the message says that nothing confirms it.
+// Contact is lost during a move: a stop is sent, and the message says that it was not confirmed.
 class LostPeerTest : public ::testing::TestWithParam<std::string> {
  protected:
   void expect_fault_after(int signal) {
@@ -115,14 +115,14 @@ class LostPeerTest : public ::testing::TestWithParam<std::string> {
   }
 };
 
-// Killed, the line is gone at once; halted, the slave stays silent.
+// SIGKILL closes the link immediately; SIGSTOP leaves it open but silent.
 TEST_P(LostPeerTest, KilledSlave) { expect_fault_after(SIGKILL); }
 TEST_P(LostPeerTest, SilentSlave) { expect_fault_after(SIGSTOP); }
 
 INSTANTIATE_TEST_SUITE_P(Lines, LostPeerTest, ::testing::Values("pty", "tcp"),
                          [](const auto& test) { return test.param; });
 
-TEST(PymodbusPeerTest, MapOfAnotherDriveIsNoticed) {
+TEST(PymodbusPeerTest, MapOfAnotherDriveIsDetected) {
   const SlaveProcess slave("leadshine-pr0", "tcp");
   SystemClock clock;
   const auto slider = make_modbus_slider(config_for(slave, "tcp", "generic"), &clock);
@@ -135,7 +135,7 @@ TEST(PymodbusPeerTest, MapOfAnotherDriveIsNoticed) {
   }
 }
 
-TEST(PymodbusPeerTest, UnitThatIsNotThereIsReported) {
+TEST(PymodbusPeerTest, MissingUnitIsReported) {
   const SlaveProcess slave("generic", "pty");
   SystemClock clock;
   SliderConfig config = config_for(slave, "pty", "generic");

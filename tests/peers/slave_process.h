@@ -1,4 +1,4 @@
-// The pymodbus slave as a process of its own, for tests that kill it.
+// Runs the pymodbus slave in a separate process, for tests that kill it.
 #pragma once
 
 #include <sys/wait.h>
@@ -17,7 +17,7 @@ namespace raywalk::capture {
 
 class SlaveProcess {
  public:
-  // Returns once it serves. Throws std::runtime_error where it does not come up.
+  // Returns when it is ready. Throws std::runtime_error if it does not start.
   SlaveProcess(const std::string& map, const std::string& line) {
     std::array<int, 2> pipe_ends{};
     if (pipe(pipe_ends.data()) != 0) throw std::runtime_error("no pipe");
@@ -26,7 +26,7 @@ class SlaveProcess {
       dup2(pipe_ends[1], STDOUT_FILENO);
       close(pipe_ends[0]);
       close(pipe_ends[1]);
-      // Debian's own interpreter: the packages are installed for no other.
+      // Debian's interpreter, the only one for which the packages are installed.
       execl("/usr/bin/python3", "python3", RAYWALK_PYMODBUS_SLAVE, "--map", map.c_str(), "--line",
             line.c_str(), nullptr);
       _exit(127);
@@ -47,7 +47,7 @@ class SlaveProcess {
   SlaveProcess(const SlaveProcess&) = delete;
   SlaveProcess& operator=(const SlaveProcess&) = delete;
 
-  // The device of its pseudo-terminal, or its TCP port.
+  // The device path of its pseudo-terminal, or its TCP port.
   const std::string& where() const { return where_; }
   void send(int signal) const { kill(pid_, signal); }
 

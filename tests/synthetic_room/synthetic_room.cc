@@ -15,7 +15,7 @@
 namespace raywalk {
 namespace {
 
-// A line along `axis` at `across_m` on the other plan axis, captured over `length_m` around 0.
+// A line along `axis` at `across_m` on the other plan axis, of length `length_m` centred at 0.
 Line make_line(const SyntheticRoomSpec& spec, LineAxis axis, int index, double across_m,
                double length_m) {
   Line line;

@@ -1,4 +1,4 @@
-// Room directories of a scene in closed form, for the tests of the stages that read rooms.
+// Writes room directories of an analytic scene, for tests of stages that read rooms.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +13,12 @@
 
 namespace raywalk {
 
-// What every camera has in its view that is not part of the scene: its dolly, its operator.
+// An object fixed to the camera that is visible in every frame: dolly or operator.
 struct CameraCompanion {
-  // Whether it hides this direction (a unit vector) from a station of a line.
+  // Whether it hides a direction (unit vector) at a station of a line.
   std::function<bool(const std::string& line, int station, const Eigen::Vector3d& direction)> hides;
   Eigen::Vector3d color{255, 0, 255};  // red, green, blue
-  // With masks: of every column of a frame that it is in, what lies above it is valid.
+  // Whether masks are written: in each column only the rows above it are valid.
   bool masked = true;
 };
 
@@ -35,9 +35,9 @@ struct SyntheticRoomSpec {
   double height_m = 0.0;     // y of all stations
   int width = 128;           // of the panoramas, even
   bool distances = true;     // with exact distance maps
-  int distance_every = 1;    // at every so many-th station, from the first on
+  int distance_every = 1;    // at every n-th station, starting at the first
   int distance_width = 0;    // of the maps, even; 0 = as the panoramas
-  // What the maps hold in the pixel (u, v) where the room is exact_m away; empty: that.
+  // Value stored in the maps at pixel (u, v), whose true distance is exact_m; empty: exact_m.
   std::function<float(int u, int v, double exact_m)> stored_distance{};
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
   std::optional<CameraCompanion> companion{};
@@ -46,10 +46,10 @@ struct SyntheticRoomSpec {
 // The grid of such a room.
 Grid synthetic_grid(const SyntheticRoomSpec& spec);
 
-// Writes a complete room as Room::open reads it. The directory is made; what is in it is replaced.
+// Writes a complete room for Room::open. Creates the directory; existing files are replaced.
 void write_synthetic_room(const SyntheticRoomSpec& spec, const std::filesystem::path& room);
 
-// The exact view (BGR, CV_8UC3) at a viewpoint, at the height of the lines and with gain 1.
+// The ground truth view (BGR, CV_8UC3) at a viewpoint, at the height of the lines and with gain 1.
 cv::Mat render_truth(const SyntheticRoomSpec& spec, PlanPoint viewpoint, int width);
 
 }  // namespace raywalk

@@ -14,7 +14,7 @@ namespace {
 constexpr double kMeanLevel = 128.0;
 constexpr double kAmplitude = 90.0;
 constexpr int kWavesPerChannel = 3;
-constexpr double kSkyRadius_m = 2.0;  // of the sphere that the sky is painted on
+constexpr double kSkyRadius_m = 2.0;  // of the sphere with the sky's texture
 constexpr int kRowsPerTask = 8;
 
 struct Interval {
@@ -22,8 +22,8 @@ struct Interval {
   double leave = 0.0;
 };
 
-// The part of a ray within a box: a ray is within a box while it is between both planes of every
-// axis. A ray along a plane has 0 / 0 there only if it starts on it; such a plane never cuts.
+// The interval of a ray inside a box (slab method). A ray parallel to a plane gives 0 / 0 only if
+// it starts on it; such a plane does not limit the interval.
 Interval within_box(const SceneBox& box, const Eigen::Vector3d& origin_m,
                     const Eigen::Vector3d& direction) {
   Interval within{-std::numeric_limits<double>::infinity(),
@@ -53,11 +53,11 @@ struct Wave {
   double phase = 0.0;
 };
 
-// The paint of one seed, as a function of the place in space: it has no seams at edges.
+// The texture of one seed, as a function of the position in space, without seams at edges.
 class Paint {
  public:
   Paint(unsigned seed, double wavelength_m) {
-    std::mt19937 random(seed);  // its sequence is the same on every machine; distributions' are not
+    std::mt19937 random(seed);  // portable, unlike the distributions of <random>
     const auto unit = [&] { return random() / static_cast<double>(std::mt19937::max()); };
     for (auto& channel : waves_) {
       for (Wave& wave : channel) {
@@ -83,7 +83,7 @@ class Paint {
   std::array<std::array<Wave, kWavesPerChannel>, 3> waves_;
 };
 
-// The paints of a scene: the obstacle has one of its own, so that its edges stand out.
+// The textures of a scene; the obstacle has its own, so that its edges are visible.
 class PaintedScene {
  public:
   explicit PaintedScene(const SyntheticScene& scene)

@@ -64,7 +64,7 @@ CameraFault camera_fault_named(std::string_view name) {
   }
   std::string known;
   for (const std::string& each : camera_fault_names()) known += (known.empty() ? "" : ", ") + each;
-  throw UsageError("no fault of the camera is called " + excerpt(name) + "; it is one of " + known);
+  throw UsageError("unknown camera fault " + excerpt(name) + "; use one of " + known);
 }
 
 void CameraFaults::inject(CameraFault fault, double for_ms) {
@@ -73,7 +73,7 @@ void CameraFaults::inject(CameraFault fault, double for_ms) {
     SteadyTime& until = until_[fault];
     until = std::max(until, clock_.now() + duration_from_ms(for_ms));
   } else {
-    ++waiting_[fault];
+    ++pending_[fault];
   }
 }
 
@@ -84,30 +84,30 @@ void CameraFaults::schedule(CameraFault fault, std::uint64_t at_picture) {
 
 void CameraFaults::clear() {
   const std::lock_guard lock(mutex_);
-  waiting_.clear();
+  pending_.clear();
   until_.clear();
   planned_.clear();
 }
 
-bool CameraFaults::strikes(CameraFault fault) {
+bool CameraFaults::occurs(CameraFault fault) {
   const std::lock_guard lock(mutex_);
-  const auto waiting = waiting_.find(fault);
-  const bool once = waiting != waiting_.end() && waiting->second > 0;
+  const auto waiting = pending_.find(fault);
+  const bool once = waiting != pending_.end() && waiting->second > 0;
   if (once) --waiting->second;
   const bool now = once || lasts_locked(fault);
-  if (now) ++struck_;
+  if (now) ++occurred_;
   return now;
 }
 
-bool CameraFaults::strikes_picture(CameraFault fault, std::uint64_t picture) {
+bool CameraFaults::occurs_at_picture(CameraFault fault, std::uint64_t picture) {
   {
     const std::lock_guard lock(mutex_);
     if (planned_.erase({fault, picture}) > 0) {
-      ++struck_;
+      ++occurred_;
       return true;
     }
   }
-  return strikes(fault);
+  return occurs(fault);
 }
 
 bool CameraFaults::lasts(CameraFault fault) const {
@@ -120,9 +120,9 @@ bool CameraFaults::lasts_locked(CameraFault fault) const {
   return until != until_.end() && clock_.now() < until->second;
 }
 
-std::uint64_t CameraFaults::struck() const {
+std::uint64_t CameraFaults::occurred() const {
   const std::lock_guard lock(mutex_);
-  return struck_;
+  return occurred_;
 }
 
 }  // namespace raywalk::capture

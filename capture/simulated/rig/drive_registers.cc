@@ -23,7 +23,7 @@ void append_word(std::uint16_t word, ModbusBytes* bytes) {
   bytes->push_back(static_cast<std::uint8_t>(word & 0xff));
 }
 
-// Into the signed 32 bits of the feedback; a drive's counter stops at their ends.
+// Saturates to the signed 32 bits of the feedback registers.
 std::uint32_t steps_from_mm(double mm, double steps_per_mm) {
   constexpr double kMin = std::numeric_limits<std::int32_t>::min();
   constexpr double kMax = std::numeric_limits<std::int32_t>::max();
@@ -62,13 +62,12 @@ ModbusBytes DriveRegisters::answer(std::span<const std::uint8_t> pdu) {
     for (std::size_t i = 0; i < bytes; i += 2) words.push_back(word_at(pdu, 6 + i));
   }
   ModbusBytes reply = write(function, address, words);
-  // Both functions confirm with the beginning of the request.
+  // The reply to both functions is the beginning of the request.
   if (reply.empty()) reply.assign(pdu.begin(), pdu.begin() + 5);
   return reply;
 }
 
-// Registers between those of the map read as 0, as gaps in a drive's table do; beyond them there is
-// nothing.
+// Registers in gaps of the map read as 0. Reading beyond its ends is an error.
 ModbusBytes DriveRegisters::read(int function, int address, int count) {
   const bool holds_state = (function == kReadInput) == map_.input_registers;
   std::map<int, std::uint16_t> words;
@@ -131,7 +130,7 @@ bool DriveRegisters::is_writable(int address) const {
          (map_.start && holds(*map_.start)) || (map_.reset_alarm && holds(*map_.reset_alarm));
 }
 
-// Whether a write of `count` words covered the block and left its constants there.
+// Whether a write of `count` words covered the block and its constants match the map.
 bool DriveRegisters::was_written(const RegisterWrite& block, int address, std::size_t count) const {
   const int end = address + static_cast<int>(count);
   const auto size = static_cast<int>(block.words.size());
@@ -145,7 +144,7 @@ bool DriveRegisters::was_written(const RegisterWrite& block, int address, std::s
   return true;
 }
 
-// Returns an exception, or nothing where all is well.
+// Returns an exception, or nothing on success.
 ModbusBytes DriveRegisters::write(int function, int address, std::span<const std::uint16_t> words) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (!is_writable(address + static_cast<int>(i))) {
@@ -220,7 +219,7 @@ double DriveRegisters::acceleration_of(std::int64_t units) const {
   return value / map_.acceleration_per_mm_s2;
 }
 
-// What a block does not hold is as fast as the drive can.
+// Values that the block does not hold default to the drive's maximum.
 bool DriveRegisters::start_move(const Command& command) {
   MotionBounds bounds{drive_->settings().max_speed_mm_s, drive_->settings().max_acceleration_mm_s2,
                       drive_->settings().max_acceleration_mm_s2};

@@ -1,4 +1,4 @@
-// The registers of the simulated drive, laid out as a register map says.
+// The Modbus registers of the simulated drive, laid out according to a register map.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,22 @@
 
 namespace raywalk::capture {
 
-// Answers functions 3, 4, 6 and 16; exceptions 1 (function), 2 (address) and 3 (value) as the
-// "MODBUS Application Protocol" 1.1b3 has them.
+// Supports functions 3, 4, 6 and 16 and exceptions 1 (function), 2 (address) and 3 (value) of the
+// "MODBUS Application Protocol" 1.1b3.
 //
-// State is read with the one function that the map names. A block that is written whole, with its
-// constants as the map has them, makes the drive act: at once, or for a move with a `start` block
-// once that is written. Any other write within the blocks is kept and can be read back.
+// State is read with the function that the map specifies. Writing a whole block with the constants
+// of the map executes its command: immediately, or for a move with a `start` block once that is
+// written. Any other write within the blocks is stored and can be read back.
 class DriveRegisters {
  public:
-  // The drive has to outlive it.
+  // The drive must outlive this object.
   DriveRegisters(const RegisterMap& map, SimulatedDrive* drive);
 
-  // The reply's PDU to a request's PDU, function code first.
+  // Returns the PDU of the reply to a request PDU; both start with the function code.
   ModbusBytes answer(std::span<const std::uint8_t> pdu);
 
  private:
-  // What the words of a written block mean, in register units; 0 where the block has no such word.
+  // A decoded command block, in register units; 0 for words that the block does not have.
   struct Command {
     std::int64_t position_steps = 0;
     std::int64_t speed = 0;

@@ -43,7 +43,7 @@ TEST_F(DriveRegistersTest, OneWriteMovesAndStateReadsBack) {
   EXPECT_EQ(registers.answer(ModbusBytes{3, 0x10, 0x14, 0, 2}),
             (ModbusBytes{3, 4, 0xff, 0xff, 0xfc, 0x18}));
   EXPECT_EQ(registers.answer(ModbusBytes{3, 0x10, 0x03, 0, 1}), (ModbusBytes{3, 2, 0, 0x52}));
-  // What was written is kept.
+  // Written values can be read back.
   EXPECT_EQ(registers.answer(ModbusBytes{3, 0x62, 0x01, 0, 2}),
             (ModbusBytes{3, 4, 0xff, 0xff, 0xfc, 0x18}));
 }
@@ -87,7 +87,7 @@ TEST_F(DriveRegistersTest, StopAndAlarmReset) {
   EXPECT_FALSE(drive_.state().alarm);
 }
 
-TEST_F(DriveRegistersTest, WriteWithoutItsTriggerIsKeptButMovesNothing) {
+TEST_F(DriveRegistersTest, WriteWithoutTheTriggerIsStoredWithoutMoving) {
   DriveRegisters registers(one_write_map(), &drive_);
   const ModbusBytes move{16,   0x62, 0x00, 0,    8,    16,   0,    1, 0, 0, 0xfc,
                          0x18, 0,    60,   0x13, 0x88, 0x13, 0x88, 0, 0, 0, 0};
@@ -96,7 +96,7 @@ TEST_F(DriveRegistersTest, WriteWithoutItsTriggerIsKeptButMovesNothing) {
   EXPECT_EQ(drive_.truth().moves, 0);
 }
 
-TEST_F(DriveRegistersTest, WrongRequestsGetTheirException) {
+TEST_F(DriveRegistersTest, InvalidRequestsAreAnsweredWithExceptions) {
   DriveRegisters registers(one_write_map(), &drive_);
   const auto expect_exception = [&](const ModbusBytes& request, std::uint8_t code) {
     EXPECT_EQ(registers.answer(request),
@@ -104,12 +104,12 @@ TEST_F(DriveRegistersTest, WrongRequestsGetTheirException) {
   };
   expect_exception({0x2b, 0x0e, 1, 0}, 1);
   expect_exception({4, 0x10, 0x14, 0, 2}, 2);         // state is in holding registers
-  expect_exception({3, 0x00, 0x00, 0, 1}, 2);         // nothing there
-  expect_exception({3, 0x22, 0x03, 0, 2}, 2);         // one beyond
+  expect_exception({3, 0x00, 0x00, 0, 1}, 2);         // not in the map
+  expect_exception({3, 0x22, 0x03, 0, 2}, 2);         // one past the end
   expect_exception({6, 0x10, 0x14, 0, 1}, 2);         // feedback cannot be written
   expect_exception({3, 0x10, 0x14, 0, 0}, 3);         // no registers
   expect_exception({3, 0x10, 0x14, 0, 126}, 3);       // too many
-  expect_exception({3, 0x10}, 3);                     // cut short
+  expect_exception({3, 0x10}, 3);                     // truncated
   expect_exception({16, 0x62, 0, 0, 2, 2, 0, 1}, 3);  // bytes do not match the count
   // A move at speed 0.
   expect_exception(

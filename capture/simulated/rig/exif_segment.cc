@@ -15,7 +15,7 @@ constexpr std::string_view kExifMarker = "\xFF\xE1";        // APP1
 constexpr std::string_view kExifIdentifier("Exif\0\0", 6);  // Exif 2.32, 4.7.2
 constexpr std::size_t kLargestSegment = 65535;              // its length has two bytes
 
-// Exposure times are written as a camera shows them, 1/60 s rather than 16667/1000000 s.
+// Exposure times as cameras write them: 1/60 s rather than 16667/1000000 s.
 Exiv2::URational exposure_time(double shutter_s) {
   if (shutter_s < 0.3) return {1, static_cast<std::uint32_t>(std::lround(1.0 / shutter_s))};
   return {static_cast<std::uint32_t>(std::lround(shutter_s * 10.0)), 10};

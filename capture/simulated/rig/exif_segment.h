@@ -1,4 +1,4 @@
-// The Exif data that a camera writes into its pictures.
+// Exif data of the simulated camera's pictures.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ struct PictureExif {
   bool automatic = false;  // exposure program and white balance
 };
 
-// The JPEG file with an Exif segment (Exif 2.32, CIPA DC-008) in front; anything that is not a JPEG
-// is returned as it is.
+// Inserts an Exif segment (Exif 2.32, CIPA DC-008) into a JPEG file. Data that are not a JPEG file
+// are returned unchanged.
 std::string with_exif(const std::string& jpeg, const PictureExif& exif);
 
 }  // namespace raywalk::capture

@@ -10,8 +10,8 @@ LinkFaults::LinkFaults(const LinkFaultRates& rates)
 LinkFault LinkFaults::next() {
   const std::lock_guard lock(mutex_);
   ++requests_;
-  // Drawn for every request, so that one more fault by schedule does not shift the others.
-  LinkFault fault = drawn();
+  // Drawn for every request, so that scheduled faults do not change the random sequence.
+  LinkFault fault = random_fault();
   const auto scheduled = schedule_.find(requests_);
   if (injected_left_ > 0) {
     --injected_left_;
@@ -28,8 +28,8 @@ LinkFault LinkFaults::next() {
   return fault;
 }
 
-// One number chooses which fault, another one on which way.
-LinkFault LinkFaults::drawn() {
+// One random number selects the fault, another one the direction.
+LinkFault LinkFaults::random_fault() {
   double left = chance_.uniform();
   const bool request = chance_.chance(0.5);
   const auto falls_in = [&left](double share) {
@@ -63,7 +63,7 @@ void LinkFaults::schedule_in(LinkFault fault, std::chrono::milliseconds delay,
   timed_.emplace(std::chrono::steady_clock::now() + delay, Scheduled{fault, cut_for});
 }
 
-// A line is cut at its time, whether or not anyone asks something then.
+// Cuts begin at their time, even without a request.
 void LinkFaults::begin_timed_cuts() {
   const auto now = std::chrono::steady_clock::now();
   for (auto timed = timed_.begin(); timed != timed_.end() && timed->first <= now;) {
@@ -116,7 +116,7 @@ ModbusBytes LinkFaults::corrupt(std::span<const std::uint8_t> bytes) {
   return damaged;
 }
 
-std::chrono::microseconds LinkFaults::lateness() const {
+std::chrono::microseconds LinkFaults::reply_delay() const {
   return std::chrono::microseconds(static_cast<std::int64_t>(1e3 * rates_.late_ms));
 }
 

@@ -1,7 +1,6 @@
-// What the line between driver and drive does to requests and replies.
+// Faults of the link between driver and drive, applied to requests and replies.
 //
-// It runs on the machine's steady clock, not on a simulated one: the time-outs of the client that
-// waits for a reply do too.
+// Uses the system's steady clock rather than a simulated one, as do the timeouts of the client.
 #pragma once
 
 #include <chrono>
@@ -18,60 +17,59 @@ namespace raywalk::capture {
 
 using ModbusBytes = std::vector<std::uint8_t>;
 
-// Shares of all exchanges, each 0 to 1, together at most 1.
+// Probabilities per exchange, each 0 to 1, together at most 1.
 struct LinkFaultRates {
   int seed = 1;
   double late = 0.0;
-  double lost = 0.0;       // the request or the reply, either as often
-  double corrupted = 0.0;  // the same
+  double lost = 0.0;       // the request or the reply, equally likely
+  double corrupted = 0.0;  // likewise
   double duplicated = 0.0;
-  double late_ms = 800.0;  // by how much a late reply is late
+  double late_ms = 800.0;  // delay of a late reply
 };
 
 enum class LinkFault {
   kNone,
   kLate,
-  kLostRequest,  // the drive never sees it
-  kLostReply,    // the drive has done what it was told
+  kLostRequest,  // the drive never receives it
+  kLostReply,    // the drive has executed the request
   kCorruptedRequest,
   kCorruptedReply,
   kDuplicated,  // the reply arrives twice
-  kCut,         // nothing arrives any more: the port hangs up, connections are reset
+  kCut,         // nothing is transmitted: the port hangs up, connections are reset
 };
 
-// Safe to use from several threads. The order of random faults follows from the seed and the number
-// of the request alone.
+// Thread-safe. Random faults depend only on the seed and the number of the request.
 class LinkFaults {
  public:
   explicit LinkFaults(const LinkFaultRates& rates);
 
-  // What happens to the next request. Requests are counted from 1. A fault on request goes before
-  // a scheduled one, that before chance.
+  // The fault of the next request. Requests are counted from 1. Injected faults take precedence
+  // over scheduled ones, and those over random ones.
   LinkFault next();
-  // To the next `requests` requests; for a cut see cut().
+  // Applies the fault to the next `requests` requests; for kCut use cut().
   void inject(LinkFault fault, int requests);
   void schedule(LinkFault fault, std::uint64_t at_request, std::chrono::milliseconds cut_for);
-  // To the first request so long from now, or a cut at that time.
+  // Applies the fault to the first request after `delay`; a cut begins at that time.
   void schedule_in(LinkFault fault, std::chrono::milliseconds delay,
                    std::chrono::milliseconds cut_for);
-  // Zero: until restore().
+  // Cuts the link for `duration`; zero: until restore().
   void cut(std::chrono::milliseconds duration);
-  // Ends a cut and all that was injected or scheduled; chance stays.
+  // Ends a cut and removes all injected and scheduled faults; random faults continue.
   void restore();
   bool is_cut();
 
-  // The bytes with one bit flipped or the last one missing.
+  // Returns the bytes with one bit flipped or the last byte missing.
   ModbusBytes corrupt(std::span<const std::uint8_t> bytes);
-  std::chrono::microseconds lateness() const;
+  std::chrono::microseconds reply_delay() const;
   std::uint64_t requests() const;
-  std::uint64_t faults() const;  // requests that had one, and cuts
+  std::uint64_t faults() const;  // requests with a fault, plus cuts
 
  private:
   struct Scheduled {
     LinkFault fault = LinkFault::kNone;
     std::chrono::milliseconds cut_for{0};
   };
-  LinkFault drawn();
+  LinkFault random_fault();
   void begin_timed_cuts();
   void begin_cut(std::chrono::milliseconds duration);
 

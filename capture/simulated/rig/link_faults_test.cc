@@ -16,7 +16,7 @@ LinkFaultRates every_kind() {
   return rates;
 }
 
-TEST(LinkFaultsTest, HappenAsOftenAsAskedInTheSameOrder) {
+TEST(LinkFaultsTest, HaveTheGivenRatesAndRepeatForASeed) {
   LinkFaults faults(every_kind()), again(every_kind());
   std::map<LinkFault, int> counts;
   constexpr int kRequests = 20000;
@@ -38,7 +38,7 @@ TEST(LinkFaultsTest, HappenAsOftenAsAskedInTheSameOrder) {
   EXPECT_EQ(faults.faults(), 20000U - static_cast<unsigned>(counts[LinkFault::kNone]));
 }
 
-TEST(LinkFaultsTest, ScheduleAndRequestOverrideChanceWithoutShiftingIt) {
+TEST(LinkFaultsTest, ScheduledAndInjectedFaultsDoNotChangeTheRandomSequence) {
   LinkFaults plain(every_kind()), scheduled(every_kind());
   scheduled.schedule(LinkFault::kLostReply, 10, milliseconds(0));
   scheduled.schedule(LinkFault::kLate, 11, milliseconds(0));
@@ -57,7 +57,7 @@ TEST(LinkFaultsTest, ScheduleAndRequestOverrideChanceWithoutShiftingIt) {
   }
 }
 
-TEST(LinkFaultsTest, CutLastsUntilItIsRestoredOrItsTimeIsOver) {
+TEST(LinkFaultsTest, CutEndsByRestoreOrAfterItsDuration) {
   LinkFaults faults({});
   EXPECT_FALSE(faults.is_cut());
   faults.cut(milliseconds(0));
@@ -74,7 +74,7 @@ TEST(LinkFaultsTest, CutLastsUntilItIsRestoredOrItsTimeIsOver) {
   }
 }
 
-TEST(LinkFaultsTest, TimedFaultsWaitForTheirTime) {
+TEST(LinkFaultsTest, TimedFaultsOccurAtTheirTime) {
   LinkFaults faults({});
   faults.schedule_in(LinkFault::kLostReply, milliseconds(0), milliseconds(0));
   faults.schedule_in(LinkFault::kLate, std::chrono::hours(1), milliseconds(0));

@@ -6,8 +6,8 @@
 namespace raywalk::capture {
 namespace {
 
-// Longer than the 3.5 characters of the specification at any usual baud rate (4 ms at 9600), and
-// than the pauses in which a busy machine hands out the bytes of one write.
+// Longer than the specified 3.5 characters at any common baud rate (4 ms at 9600), and than the
+// pauses within one write on a busy machine.
 constexpr std::chrono::milliseconds kSilence(10);
 constexpr std::size_t kLongestRtuFrame = 256;
 constexpr std::size_t kMbapBytes = 7;
@@ -49,15 +49,15 @@ ModbusBytes tcp_frame(std::uint16_t transaction, std::uint8_t unit,
 void RtuReceiver::add(std::span<const std::uint8_t> bytes, Time now) {
   if (now - last_byte_ > kSilence) {
     buffer_.clear();
-    lost_track_ = false;
+    out_of_sync_ = false;
   }
   last_byte_ = now;
-  if (!lost_track_) std::copy(bytes.begin(), bytes.end(), std::back_inserter(buffer_));
+  if (!out_of_sync_) std::copy(bytes.begin(), bytes.end(), std::back_inserter(buffer_));
 }
 
-// 0 while it cannot be told yet. Functions of one address and one count or value have 8 bytes; the
-// two that write several values give the length of these in their seventh byte. Any other function
-// is refused, and all that came at once is its frame.
+// Length of the frame in the buffer; 0 if not known yet. Requests with an address and a count or
+// value have 8 bytes; the two that write several values hold their byte count in the seventh byte.
+// For any other function, which is refused, the whole buffer is the frame.
 std::size_t RtuReceiver::frame_length() const {
   if (buffer_.size() < 4) return 0;
   const int function = buffer_[1];
@@ -74,7 +74,7 @@ std::optional<ModbusRequest> RtuReceiver::next() {
   const unsigned sent_crc = frame[length - 2] | (frame[length - 1] << 8U);
   if (modbus_crc(body) != sent_crc) {
     buffer_.clear();
-    lost_track_ = true;
+    out_of_sync_ = true;
     return std::nullopt;
   }
   ModbusRequest request{0, body[0], ModbusBytes(body.begin() + 1, body.end())};
@@ -88,7 +88,7 @@ void TcpReceiver::add(std::span<const std::uint8_t> bytes) {
 
 std::optional<ModbusRequest> TcpReceiver::next() {
   if (broken_ || buffer_.size() < kMbapBytes) return std::nullopt;
-  // The length counts the unit and the PDU, which has at most 253 bytes.
+  // The length includes the unit and the PDU of at most 253 bytes.
   const std::size_t length = word_at(buffer_, 4);
   if (word_at(buffer_, 2) != 0 || length < 2 || length > 254) {
     broken_ = true;

@@ -1,9 +1,8 @@
-// Modbus requests taken out of a stream of bytes, and replies put into one, for the drive's side.
+// Server-side framing of Modbus: extracts requests from a byte stream and builds replies.
 // Sources: "MODBUS over Serial Line" 1.02 and "MODBUS Messaging on TCP/IP Implementation Guide"
 // 1.0b of the Modbus Organization.
 //
-// This is written independently of libmodbus, which the driver uses, so that a mistake is not made
-// the same way on both sides.
+// Written independently of libmodbus, which the driver uses, so that both sides do not share a bug.
 #pragma once
 
 #include <chrono>
@@ -21,22 +20,22 @@ struct ModbusRequest {
   ModbusBytes pdu{};  // function code and data
 };
 
-// The word at two bytes, high byte first.
+// The 16-bit word at two bytes, high byte first.
 inline std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
 }
 
-// CRC-16 of the serial line: the polynomial 0xa001 (bits reversed), started at 0xffff.
+// CRC-16 of the serial line: polynomial 0xa001 (reflected), initial value 0xffff.
 std::uint16_t modbus_crc(std::span<const std::uint8_t> bytes);
 
-// Frames with their checksum (low byte first), or their MBAP header.
+// A frame with checksum (low byte first), and a frame with MBAP header.
 ModbusBytes rtu_frame(std::uint8_t unit, std::span<const std::uint8_t> pdu);
 ModbusBytes tcp_frame(std::uint16_t transaction, std::uint8_t unit,
                       std::span<const std::uint8_t> pdu);
 
-// A frame on the serial line ends with silence, which a pseudo-terminal does not keep; so the
-// length that its function code demands ends it here. Silence still does what it is for: it drops
-// half a request, or what follows a wrong checksum.
+// Frames on the serial line end with silence, which a pseudo-terminal does not preserve, so the
+// length of a frame is derived from its function code. A pause still resynchronizes: it drops an
+// incomplete request and everything after a wrong checksum.
 class RtuReceiver {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -49,15 +48,15 @@ class RtuReceiver {
 
   ModbusBytes buffer_;
   Time last_byte_{};
-  bool lost_track_ = false;
+  bool out_of_sync_ = false;
 };
 
-// Over TCP the header has the length.
+// Over TCP the header holds the length.
 class TcpReceiver {
  public:
   void add(std::span<const std::uint8_t> bytes);
   std::optional<ModbusRequest> next();
-  // Whether what came is not Modbus: the connection is of no more use.
+  // Whether the data were not Modbus; the connection should be closed.
   bool is_broken() const { return broken_; }
 
  private:

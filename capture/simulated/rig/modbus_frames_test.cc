@@ -13,7 +13,7 @@ TEST(ModbusFramesTest, CrcIsThatOfTheSpecification) {
   EXPECT_EQ(rtu_frame(0x02, ModbusBytes{0x07}), (ModbusBytes{0x02, 0x07, 0x41, 0x12}));
 }
 
-TEST(ModbusFramesTest, RequestsComeOutHoweverTheyAreCut) {
+TEST(ModbusFramesTest, RequestsAreFoundHoweverTheStreamIsSplit) {
   const ModbusBytes read{0x03, 0x10, 0x14, 0x00, 0x02};
   const ModbusBytes write{0x10, 0x62, 0x00, 0x00, 0x02, 0x04, 0x00, 0x01, 0x02, 0x03};
   ModbusBytes stream = rtu_frame(1, read);
@@ -35,7 +35,7 @@ TEST(ModbusFramesTest, RequestsComeOutHoweverTheyAreCut) {
   }
 }
 
-TEST(ModbusFramesTest, WrongChecksumSilencesUntilAPause) {
+TEST(ModbusFramesTest, AfterAWrongChecksumDataAreDroppedUntilAPause) {
   const ModbusBytes good = rtu_frame(1, ModbusBytes{0x03, 0x10, 0x14, 0x00, 0x02});
   ModbusBytes bad = good;
   bad[4] ^= 0x40;
@@ -48,7 +48,7 @@ TEST(ModbusFramesTest, WrongChecksumSilencesUntilAPause) {
   EXPECT_TRUE(receiver.next());
 }
 
-TEST(ModbusFramesTest, HalfARequestIsForgottenAfterAPause) {
+TEST(ModbusFramesTest, AnIncompleteRequestIsDroppedAfterAPause) {
   const ModbusBytes good = rtu_frame(1, ModbusBytes{0x03, 0x10, 0x14, 0x00, 0x02});
   RtuReceiver receiver;
   receiver.add(std::span(good).first(5), RtuReceiver::Time(milliseconds(500)));
@@ -57,7 +57,7 @@ TEST(ModbusFramesTest, HalfARequestIsForgottenAfterAPause) {
   EXPECT_TRUE(receiver.next());
 }
 
-TEST(ModbusFramesTest, UnknownFunctionStillIsARequest) {
+TEST(ModbusFramesTest, AnUnknownFunctionIsPassedOn) {
   RtuReceiver receiver;
   receiver.add(rtu_frame(1, ModbusBytes{0x2b, 0x0e, 0x01, 0x00}),
                RtuReceiver::Time(milliseconds(500)));

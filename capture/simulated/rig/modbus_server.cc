@@ -20,10 +20,10 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-// How soon a cut from another thread is noticed.
+// Polling interval for cuts requested by another thread.
 constexpr std::chrono::milliseconds kLongestWait(20);
 
-// A reply on its way; the connection 0 is the serial line.
+// A pending reply; connection 0 is the serial line.
 struct Reply {
   Steady::time_point due{};
   std::uint64_t connection = 0;
@@ -46,7 +46,7 @@ class ModbusServer::Loop {
     if (settings.tcp_port) listener_.emplace(TcpSocket::listen_on_loopback(*settings.tcp_port));
     if (!settings.serial_link.empty()) terminal_.emplace(settings.serial_link);
     wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (wake_ < 0) throw Error("cannot make an eventfd for the simulated drive");
+    if (wake_ < 0) throw Error("cannot create an eventfd for the simulated drive");
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
 
@@ -66,7 +66,7 @@ class ModbusServer::Loop {
   void run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       try {
-        follow_cut();
+        apply_cut();
         wait();
         if (terminal_) serve_terminal();
         if (listener_) accept_clients();
@@ -74,14 +74,14 @@ class ModbusServer::Loop {
         clients_.remove_if([](const Client& client) { return client.gone; });
         send_due();
       } catch (const Error& e) {
-        // A terminal that cannot be made now is tried again.
+        // Creating the terminal is retried later.
         spdlog::warn("simulated drive: {}", e.what());
         poll(nullptr, 0, static_cast<int>(kLongestWait.count()));
       }
     }
   }
 
-  void follow_cut() {
+  void apply_cut() {
     if (faults_->is_cut()) {
       terminal_.reset();
       for (Client& client : clients_) client.socket.reset_connection();
@@ -146,7 +146,7 @@ class ModbusServer::Loop {
     client->gone = client->receiver.is_broken();
   }
 
-  // Carries out the request and sends the reply as far as the line lets them.
+  // Executes the request and sends the reply, subject to the link's faults.
   template <typename Frame>
   void answer(std::uint64_t connection, bool expects_reply, const ModbusRequest& request,
               const Frame& frame) {
@@ -158,14 +158,14 @@ class ModbusServer::Loop {
     const ModbusBytes pdu = registers_->answer(request.pdu);
     if (!expects_reply || fault == LinkFault::kLostReply) return;
     Reply reply{Steady::now(), connection, frame(pdu)};
-    if (fault == LinkFault::kLate) reply.due += faults_->lateness();
+    if (fault == LinkFault::kLate) reply.due += faults_->reply_delay();
     if (fault == LinkFault::kCorruptedReply) reply.bytes = damaged(connection, reply.bytes);
     replies_.push_back(reply);
     if (fault == LinkFault::kDuplicated) replies_.push_back(reply);
   }
 
-  // TCP has a checksum of its own and delivers what was sent or nothing. What goes wrong there is a
-  // gateway that mixes up answers: the transaction's number is another one.
+  // TCP has its own checksum. A corrupted reply is modelled as that of a gateway that mixes up
+  // replies: its transaction number is wrong.
   ModbusBytes damaged(std::uint64_t connection, const ModbusBytes& bytes) {
     if (connection == 0) return faults_->corrupt(bytes);
     ModbusBytes other = bytes;
@@ -195,7 +195,7 @@ class ModbusServer::Loop {
   std::uint64_t connections_ = 0;
   std::vector<Reply> replies_;
   int wake_ = -1;
-  std::jthread thread_;  // last: it uses all of the above
+  std::jthread thread_;  // last, as it uses all of the above
 };
 
 ModbusServer::ModbusServer(const ModbusServerSettings& settings, DriveRegisters* registers,

@@ -1,4 +1,4 @@
-// The drive's side of the Modbus link: RTU on a pseudo-terminal and TCP on loopback, at once.
+// Modbus server of the simulated drive: RTU on a pseudo-terminal and TCP on loopback, concurrently.
 #pragma once
 
 #include <filesystem>
@@ -12,21 +12,22 @@ namespace raywalk::capture {
 
 struct ModbusServerSettings {
   int unit = 1;                         // Modbus address, 1 to 247
-  std::filesystem::path serial_link{};  // link to the pseudo-terminal; empty: none
-  std::optional<int> tcp_port{};        // 0: one that is free
+  std::filesystem::path serial_link{};  // symbolic link to the pseudo-terminal; empty: no RTU
+  std::optional<int> tcp_port{};        // 0: any free port; empty: no TCP
 };
 
-// Serves from its construction to its destruction, in a thread of its own. A request to another
-// unit gets no answer, one to unit 0 (all) is obeyed without one; over TCP units 0 and 255 mean the
-// drive as well, as the Modbus guide recommends. Clients may come and go, over TCP several at once.
+// Serves from construction to destruction, in its own thread. Requests to other units are ignored;
+// requests to unit 0 (broadcast) are executed without a reply. Over TCP, units 0 and 255 also
+// address the drive, as the Modbus guide recommends. Clients may connect at any time, several over
+// TCP.
 //
-// A cut line (LinkFaults::cut) hangs up the pseudo-terminal and takes its link away, as an adapter
-// that is unplugged, and resets all TCP connections; when it is over there is a new
-// pseudo-terminal by the same link.
+// While the link is cut (LinkFaults::cut), the pseudo-terminal hangs up, its symbolic link is
+// removed, as with an unplugged adapter, and TCP connections are reset. Afterwards a new
+// pseudo-terminal is linked under the same name.
 class ModbusServer {
  public:
-  // Registers and faults have to outlive it. Throws Error: the port is taken, the link cannot be
-  // made.
+  // `registers` and `faults` must outlive the server. Throws Error if the port is in use or the
+  // symbolic link cannot be created.
   ModbusServer(const ModbusServerSettings& settings, DriveRegisters* registers, LinkFaults* faults);
   ~ModbusServer();
   ModbusServer(const ModbusServer&) = delete;

@@ -53,7 +53,7 @@ class ModbusServerTest : public ::testing::Test {
     return Client(link);
   }
   // For a request that is not answered.
-  static void make_impatient(const Client& client) {
+  static void use_short_timeouts(const Client& client) {
     modbus_set_response_timeout(client.get(), 0, 60000);
     modbus_set_byte_timeout(client.get(), 0, 60000);
   }
@@ -114,7 +114,7 @@ TEST_F(ModbusServerTest, ClientsComeAndGo) {
   }
 }
 
-// A client that asked for the port alone and was killed must not shut out the next one.
+// A killed client that held the port exclusively must not lock out the next one.
 TEST_F(ModbusServerTest, ExclusiveUseEndsWithTheClient) {
   const int terminal = open(link().c_str(), O_RDWR | O_NOCTTY);
   ASSERT_GE(terminal, 0);
@@ -128,9 +128,9 @@ TEST_F(ModbusServerTest, ExclusiveUseEndsWithTheClient) {
   close(terminal);
 }
 
-TEST_F(ModbusServerTest, OtherUnitsGetNoAnswerAndAllAreObeyed) {
+TEST_F(ModbusServerTest, OtherUnitsAreIgnoredAndBroadcastsExecuted) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   modbus_set_slave(client.get(), 2);
   EXPECT_EQ(read_position(client.get()), modbus_strerror(ETIMEDOUT));
   EXPECT_EQ(faults_.requests(), 0U);
@@ -154,9 +154,9 @@ TEST_F(ModbusServerTest, ExceptionsReachTheClient) {
   EXPECT_EQ(errno, EMBXILFUN);
 }
 
-TEST_F(ModbusServerTest, LostReplyLeavesTheCommandDone) {
+TEST_F(ModbusServerTest, LostReplyMeansTheCommandWasExecuted) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   faults_.inject(LinkFault::kLostReply, 1);
   EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
   EXPECT_EQ(errno, ETIMEDOUT);
@@ -165,25 +165,25 @@ TEST_F(ModbusServerTest, LostReplyLeavesTheCommandDone) {
 
 TEST_F(ModbusServerTest, LostRequestNeverArrives) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   faults_.inject(LinkFault::kLostRequest, 1);
   EXPECT_EQ(modbus_write_register(client.get(), 0x6002, 0x20), -1);
   EXPECT_FALSE(drive_.state().moving);
 }
 
-TEST_F(ModbusServerTest, CorruptedRepliesAreNoticedOnBothLinks) {
+TEST_F(ModbusServerTest, CorruptedRepliesAreDetectedOnBothLinks) {
   for (const Client& client : {serial_client(), tcp_client()}) {
-    make_impatient(client);
+    use_short_timeouts(client);
     faults_.inject(LinkFault::kCorruptedReply, 1);
     const std::string answer = read_position(client.get());
     EXPECT_NE(answer, "0");
   }
 }
 
-// As over a real line: the late answer is taken for that to the next question.
+// As on a real line, the late reply is mistaken for the reply to the next request.
 TEST_F(ModbusServerTest, LateReplyArrivesAfterTheTimeout) {
   const Client client = serial_client();
-  make_impatient(client);
+  use_short_timeouts(client);
   faults_.inject(LinkFault::kLate, 1);
   EXPECT_EQ(read_position(client.get()), modbus_strerror(ETIMEDOUT));
   std::uint8_t byte = 0;
@@ -193,7 +193,7 @@ TEST_F(ModbusServerTest, LateReplyArrivesAfterTheTimeout) {
   EXPECT_EQ(byte, 1);
 }
 
-TEST_F(ModbusServerTest, DuplicatedReplyLeavesASecondOneBehind) {
+TEST_F(ModbusServerTest, DuplicatedReplyIsReceivedTwice) {
   const Client client = serial_client();
   faults_.inject(LinkFault::kDuplicated, 1);
   EXPECT_EQ(read_position(client.get()), "0");
@@ -203,7 +203,7 @@ TEST_F(ModbusServerTest, DuplicatedReplyLeavesASecondOneBehind) {
   EXPECT_EQ(read_position(client.get()), "0");
 }
 
-TEST_F(ModbusServerTest, CutLineHangsUpAndComesBack) {
+TEST_F(ModbusServerTest, CutLineHangsUpAndReconnects) {
   const Client serial = serial_client(), tcp = tcp_client();
   EXPECT_EQ(read_position(serial.get()), "0");
   EXPECT_EQ(read_position(tcp.get()), "0");
@@ -212,7 +212,7 @@ TEST_F(ModbusServerTest, CutLineHangsUpAndComesBack) {
   pollfd descriptor{modbus_get_socket(serial.get()), 0, 0};
   EXPECT_TRUE(eventually([&] { return poll(&descriptor, 1, 0) == 1; }));
   EXPECT_NE(descriptor.revents & POLLHUP, 0);
-  make_impatient(tcp);
+  use_short_timeouts(tcp);
   EXPECT_NE(read_position(tcp.get()), "0");
   faults_.restore();
   EXPECT_TRUE(eventually([&] { return fs::exists(link()); }));
@@ -220,17 +220,17 @@ TEST_F(ModbusServerTest, CutLineHangsUpAndComesBack) {
   EXPECT_EQ(read_position(tcp_client().get()), "0");
 }
 
-TEST_F(ModbusServerTest, CutAtARequestSwallowsItAndEndsInTime) {
+TEST_F(ModbusServerTest, CutAtARequestDropsItAndEndsOnTime) {
   const Client client = serial_client();
   faults_.schedule(LinkFault::kCut, 2, milliseconds(50));
   EXPECT_EQ(read_position(client.get()), "0");
-  make_impatient(client);
+  use_short_timeouts(client);
   EXPECT_NE(read_position(client.get()), "0");
   EXPECT_TRUE(eventually([&] { return !faults_.is_cut() && fs::exists(link()); }));
   EXPECT_EQ(read_position(serial_client().get()), "0");
 }
 
-TEST_F(ModbusServerTest, RudeClientsDoNotHarmTheOthers) {
+TEST_F(ModbusServerTest, MisbehavingClientsDoNotAffectOthers) {
   const Client good = tcp_client();
   {
     const Client rude = tcp_client();
@@ -249,7 +249,7 @@ TEST_F(ModbusServerTest, RudeClientsDoNotHarmTheOthers) {
   EXPECT_EQ(read_position(serial_client().get()), "0");
 }
 
-TEST_F(ModbusServerTest, TakenPortOrNameIsAnError) {
+TEST_F(ModbusServerTest, PortOrNameInUseIsAnError) {
   EXPECT_THROW(ModbusServer({1, {}, server_.tcp_port()}, &registers_, &faults_), Error);
   EXPECT_THROW(ModbusServer({1, directory_.path(), {}}, &registers_, &faults_), Error);
   EXPECT_THROW(ModbusServer({1, directory_ / "missing/slider", {}}, &registers_, &faults_), Error);

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The Theta's table of errors: disabledCommand is 403, serviceUnavailable 503, the rest 400.
+// HTTP status of the Theta's error codes: disabledCommand 403, serviceUnavailable 503, others 400.
 int http_status_of(const std::string& code) {
   if (code == "disabledCommand") return 403;
   if (code == "serviceUnavailable") return 503;
@@ -34,7 +34,7 @@ OscReply done_reply(const std::string& name, const Json& results) {
   return {200, reply.dump()};
 }
 
-// What a parameter holds; a missing or mistyped one is refused as the API says.
+// Value of a parameter. Throws the API's errors if it is missing or has a wrong type.
 template <typename T>
 T parameter(const Json& parameters, const char* key) {
   if (!parameters.contains(key)) {
@@ -75,7 +75,7 @@ Json file_format(const SimulatedCamera& camera) {
   return {{"type", "jpeg"}, {"width", frame.width}, {"height", frame.height}};
 }
 
-// The Theta supports only 0, automatic, where the exposure program chooses by itself.
+// With an automatic exposure program the Theta only supports 0 (automatic).
 Json manual_only(const SimulatedCamera& camera, const Json& values) {
   return camera.options().exposure_program == 1 ? values : Json::array({0});
 }
@@ -217,7 +217,7 @@ Json progress_reply(const PictureProgress& progress, const std::string& id,
     reply["progress"] = {{"completion", progress.completion}};
   } else {
     reply["state"] = "done";
-    // A camera that took no picture still says that it is done: without the file.
+    // A camera that failed to take the picture reports done without a file.
     reply["results"] = Json::object();
     if (!progress.camera_name.empty()) {
       reply["results"]["fileUrl"] = url_of(base_url, progress.camera_name);

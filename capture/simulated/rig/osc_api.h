@@ -1,4 +1,4 @@
-// What the rig's camera answers to each request of the Open Spherical Camera API, level 2.
+// Replies of the simulated camera to requests of the Open Spherical Camera API, level 2.
 //
 // Sources: developers.google.com/streetview/open-spherical-camera; options, states, error codes and
 // their HTTP status from the Ricoh Theta Web API v2.1 (github.com/ricohapi/theta-api-specs).
@@ -15,8 +15,7 @@ struct OscReply {
   std::string json;
 };
 
-// `base_url` is where the camera's files are fetched from: "http://127.0.0.1:8080". Stateless:
-// safe to use from several threads.
+// Thread-safe. `base_url` is the address of the camera's files: "http://127.0.0.1:8080".
 class OscApi {
  public:
   explicit OscApi(SimulatedCamera& camera) : camera_(camera) {}

@@ -18,21 +18,21 @@ namespace {
 
 constexpr const char* kHost = "127.0.0.1";
 constexpr const char* kJson = "application/json";
-constexpr std::chrono::milliseconds kStep{2};       // between two looks at the faults
-constexpr std::chrono::seconds kSingleSilence{30};  // longer than any client waits
+constexpr std::chrono::milliseconds kStep{2};     // polling interval of the faults
+constexpr std::chrono::seconds kSilentReply{30};  // longer than any client's timeout
 constexpr const char* kWebPage =
     "<!DOCTYPE html><html><head><title>Camera</title></head><body>Please log in.</body></html>";
 
-// httplib's default, SO_REUSEPORT, would let two servers share a port; this one only lets a port be
-// taken that was in use a moment ago.
+// httplib's default, SO_REUSEPORT, would let two servers share a port; SO_REUSEADDR only allows
+// reusing a port that was closed a moment ago.
 void reuse_address(socket_t socket) {
   const int yes = 1;
   setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
 }
 
-// httplib closes the connection when a content provider gives up. The client sees a header that
-// promises content, and then the end.
-void cut_off(httplib::Response& response) {
+// httplib closes the connection when a content provider fails. The client receives a header with a
+// content length and then the end of the stream.
+void send_truncated(httplib::Response& response) {
   response.body.clear();
   response.set_content_provider(1, kJson,
                                 [](std::size_t, std::size_t, httplib::DataSink&) { return false; });
@@ -45,12 +45,12 @@ class OscServer::Impl {
   Impl(SimulatedCamera& camera, int port) : camera_(camera), api_(camera) {
     server_.set_socket_options(reuse_address);
     server_.set_tcp_nodelay(true);
-    // A client may go on with the same connection for a whole session.
+    // A client may keep its connection open for a whole session.
     server_.set_keep_alive_max_count(1'000'000);
     server_.set_keep_alive_timeout(1);
     port_ = port == 0 ? server_.bind_to_any_port(kHost) : port;
     if (port_ < 1 || (port != 0 && !server_.bind_to_port(kHost, port))) {
-      throw Error(fmt::format("cannot listen on {}:{}; is the port taken by another program?",
+      throw Error(fmt::format("cannot listen on {}:{}; is the port in use by another program?",
                               kHost, port));
     }
     bound_ = true;
@@ -62,7 +62,7 @@ class OscServer::Impl {
   void add(bool is_post, const std::string& path, Handler handler) {
     const auto handle = [this, handler = std::move(handler)](const httplib::Request& request,
                                                              httplib::Response& response) {
-      if (goes_down(response)) return;
+      if (disconnects(response)) return;
       try {
         response.set_content(handler(request.body), kJson);
       } catch (const Error& error) {
@@ -82,14 +82,15 @@ class OscServer::Impl {
     stopping_ = false;
     ended_ = false;
     if (!bound_ && !server_.bind_to_port(kHost, port_)) {
-      throw Error(fmt::format("cannot listen on {} again; another program took the port", url()));
+      throw Error(
+          fmt::format("cannot listen on {} again; the port is in use by another program", url()));
     }
     thread_ = std::thread([this] { serve(); });
     bound_ = true;
   }
 
   void stop() {
-    // httplib closes its listening socket only where it has listened.
+    // httplib closes its socket only if it has been listening.
     if (bound_ && !thread_.joinable()) start();
     if (!thread_.joinable()) return;
     stopping_ = true;
@@ -128,7 +129,7 @@ class OscServer::Impl {
 
   template <typename Reply>
   void answer(httplib::Response& response, const Reply& reply) {
-    if (goes_down(response)) return;
+    if (disconnects(response)) return;
     const OscReply made = reply();
     if (stays_silent(response)) return;
     response.status = made.http_status;
@@ -136,8 +137,8 @@ class OscServer::Impl {
   }
 
   void send_file(const std::string& name, httplib::Response& response) {
-    if (goes_down(response) || stays_silent(response)) return;
-    if (camera_.faults().strikes(CameraFault::kWebPage)) {
+    if (disconnects(response) || stays_silent(response)) return;
+    if (camera_.faults().occurs(CameraFault::kWebPage)) {
       response.set_content(kWebPage, "text/html");
       return;
     }
@@ -148,51 +149,51 @@ class OscServer::Impl {
     }
   }
 
-  bool goes_down(httplib::Response& response) {
+  bool disconnects(httplib::Response& response) {
     const bool lasting = camera_.faults().lasts(CameraFault::kDown);
-    if (!camera_.faults().strikes(CameraFault::kDown)) return false;
+    if (!camera_.faults().occurs(CameraFault::kDown)) return false;
     if (lasting) stop_listening();
-    cut_off(response);
+    send_truncated(response);
     return true;
   }
 
-  // Keeps the client waiting for as long as the fault says, and then says nothing.
+  // Keeps the client waiting for the duration of the fault, then closes without a reply.
   bool stays_silent(httplib::Response& response) {
     const bool lasting = camera_.faults().lasts(CameraFault::kSilent);
-    if (!camera_.faults().strikes(CameraFault::kSilent)) return false;
-    const auto end = std::chrono::steady_clock::now() + kSingleSilence;
+    if (!camera_.faults().occurs(CameraFault::kSilent)) return false;
+    const auto end = std::chrono::steady_clock::now() + kSilentReply;
     wait_until([&] {
       return lasting ? !camera_.faults().lasts(CameraFault::kSilent)
                      : std::chrono::steady_clock::now() >= end;
     });
-    cut_off(response);
+    send_truncated(response);
     return true;
   }
 
-  // Until the condition holds, or the server is to stop.
+  // Waits until the condition holds or the server is stopped.
   template <typename Condition>
   void wait_until(const Condition& condition) {
     std::unique_lock lock(mutex_);
     while (!stopping_ && !condition()) woken_.wait_for(lock, kStep);
   }
 
-  // Listens, and after having gone down comes back to the same port.
+  // Listens, and after the fault kDown listens again on the same port.
   void serve() {
-    for (bool bound = true; bound; bound = comes_back()) {
+    for (bool bound = true; bound; bound = rebind()) {
       closing_ = false;
       server_.listen_after_bind();
     }
     ended_ = true;
   }
 
-  bool comes_back() {
+  bool rebind() {
     wait_until([this] { return !camera_.faults().lasts(CameraFault::kDown); });
     bool bound = false;
     wait_until([&] { return bound = server_.bind_to_port(kHost, port_); });
     return bound;
   }
 
-  // httplib must be told to stop once each time it listens, and not before it does.
+  // httplib::Server::stop() must be called exactly once per listen(), and only while it listens.
   void stop_listening() {
     if (server_.is_running() && !closing_.exchange(true)) server_.stop();
   }

@@ -85,7 +85,7 @@ TEST_F(OscServerTest, RefusesAsTheApiDocuments) {
   EXPECT_EQ(client_.Post("/osc/commands/execute", "no JSON", "text/plain")->status, 400);
 }
 
-TEST_F(OscServerTest, OtherHandlersAnswerBesideTheCamera) {
+TEST_F(OscServerTest, AdditionalHandlersAreServed) {
   EXPECT_EQ(client_.Post("/rig/echo", "{\"line\":\"x0\"}", "application/json")->body,
             "{\"line\":\"x0\"}");
   const auto refused = client_.Post("/rig/echo", "", "application/json");
@@ -93,14 +93,14 @@ TEST_F(OscServerTest, OtherHandlersAnswerBesideTheCamera) {
   EXPECT_EQ(Json::parse(refused->body).at("error").at("message"), "nothing to echo");
 }
 
-TEST_F(OscServerTest, SilenceCarriesOutTheRequestAndDoesNotAnswer) {
+TEST_F(OscServerTest, ASilentCameraExecutesTheRequestWithoutAReply) {
   camera_.faults().inject(CameraFault::kSilent);
   EXPECT_FALSE(post("/osc/commands/execute", {{"name", "camera.takePicture"}}));
   EXPECT_EQ(camera_.pictures_taken(), 1U);
   EXPECT_TRUE(client_.Get("/osc/info"));
 }
 
-TEST_F(OscServerTest, DownMeansNobodyListensUntilItIsOver) {
+TEST_F(OscServerTest, WhileDownThePortIsClosed) {
   camera_.faults().inject(CameraFault::kDown, 60000.0);
   EXPECT_FALSE(client_.Get("/osc/info"));
   httplib::Result reply = client_.Get("/osc/info");
@@ -114,7 +114,7 @@ TEST_F(OscServerTest, DownMeansNobodyListensUntilItIsOver) {
   EXPECT_EQ(reply->status, 200);
 }
 
-TEST_F(OscServerTest, StopsWhileAClientIsKeptWaitingAndStartsAgain) {
+TEST_F(OscServerTest, CanBeStoppedWithAWaitingClientAndRestarted) {
   camera_.faults().inject(CameraFault::kSilent);
   EXPECT_FALSE(client_.Get("/osc/info"));
   server_.stop();
@@ -123,7 +123,7 @@ TEST_F(OscServerTest, StopsWhileAClientIsKeptWaitingAndStartsAgain) {
   EXPECT_TRUE(client_.Get("/osc/info"));
 }
 
-TEST_F(OscServerTest, PortThatIsTakenIsAnError) {
+TEST_F(OscServerTest, PortInUseIsAnError) {
   EXPECT_THROW(OscServer(camera_, server_.port()), Error);
 }
 

@@ -40,7 +40,7 @@ PseudoTerminal::PseudoTerminal(const fs::path& link) : link_(link) {
   if (slave_ < 0) {
     const std::string why = system_error();
     if (master_ >= 0) close(master_);
-    throw Error("cannot make a pseudo-terminal: " + why);
+    throw Error("cannot create a pseudo-terminal: " + why);
   }
   set_raw(slave_);
   try {
@@ -52,18 +52,19 @@ PseudoTerminal::PseudoTerminal(const fs::path& link) : link_(link) {
   }
 }
 
-// By another name first, so that a client never finds the link missing.
+// Created under another name and renamed, so that the link never disappears.
 void PseudoTerminal::make_link() {
   std::error_code error;
   const fs::file_status status = fs::symlink_status(link_, error);
   if (fs::exists(status) && !fs::is_symlink(status)) {
-    throw Error(link_.string() + ": exists and is no link; remove it or choose another directory");
+    throw Error(link_.string() +
+                ": exists and is not a symbolic link; remove it or choose another directory");
   }
   const fs::path fresh = link_.string() + fmt::format(".{}.partial", getpid());
   fs::remove(fresh, error);
   fs::create_symlink(terminal_, fresh, error);
   if (!error) fs::rename(fresh, link_, error);
-  if (error) throw Error(fmt::format("cannot make {}: {}", link_.string(), error.message()));
+  if (error) throw Error(fmt::format("cannot create {}: {}", link_.string(), error.message()));
 }
 
 PseudoTerminal::~PseudoTerminal() {

@@ -1,4 +1,4 @@
-// A serial port that exists only in the computer.
+// A pseudo-terminal that serves as a simulated serial port.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,26 @@
 
 namespace raywalk::capture {
 
-// The master side of a pseudo-terminal; a client opens the other side by a symbolic link. A client
-// may close it and another one open it any number of times: the slave side is held open here too,
-// as the master would else see nothing but EIO between two clients.
+// The master side of a pseudo-terminal; clients open the other side through a symbolic link. The
+// slave side is also held open here, so that clients may close and reopen it: otherwise the master
+// would read EIO while no client is connected.
 class PseudoTerminal {
  public:
-  // Makes the link, in place of an earlier link of that name. Throws Error: no terminal to be had,
-  // the name is taken by something else, its directory is missing.
+  // Creates the symbolic link, replacing an existing link of that name. Throws Error if no terminal
+  // is available, the name belongs to something else or its directory is missing.
   explicit PseudoTerminal(const std::filesystem::path& link);
-  // Hangs up: the client reads an end of file or EIO. Takes the link away.
+  // Hangs up, so that the client reads end of file or EIO, and removes the link.
   ~PseudoTerminal();
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
-  int descriptor() const { return master_; }  // to poll; does not block
-  // What a client has written; empty if nothing.
+  int descriptor() const { return master_; }  // for poll(); non-blocking
+  // The bytes that a client has written; empty if none.
   ModbusBytes read();
-  // What does not fit, as nobody reads, is lost: a serial line does not wait either.
+  // Bytes that do not fit the buffer are lost, as on a serial line without flow control.
   void write(std::span<const std::uint8_t> bytes);
-  // Ends the exclusive use (TIOCEXCL) that a client asked for. It would outlive the client, since
-  // the terminal stays open here, and shut out the next one for ever.
+  // Clears the exclusive mode (TIOCEXCL) set by a client. As the terminal stays open here, it would
+  // otherwise outlast the client and lock out the next one.
   void lift_exclusion();
 
  private:

@@ -42,8 +42,8 @@ Rail::Placing Rail::placed(const CaptureLine& line) const {
   const CaptureStation& last = line.stations.back();
   const std::uint64_t key = key_of(settings_.seed, line.id);
   HashRandom random(key);
-  const auto drawn_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
-  const auto drawn_rad = [&](double spread_deg) {
+  const auto deviate_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
+  const auto deviate_rad = [&](double spread_deg) {
     return radians_from_degrees(spread_deg * random.normal());
   };
   Placing placing;
@@ -51,12 +51,13 @@ Rail::Placing Rail::placed(const CaptureLine& line) const {
   placing.middle_mm = 0.5 * (first.rail_mm + last.rail_mm);
   const Eigen::Vector3d planned_m(0.5 * (first.position_m.x_m + last.position_m.x_m), 0.0,
                                   0.5 * (first.position_m.z_m + last.position_m.z_m));
-  for (int axis = 0; axis < 3; ++axis) placing.middle_m[axis] = planned_m[axis] + 1e-3 * drawn_mm();
-  placing.direction_rad = drawn_rad(settings_.direction_spread_deg);
-  placing.tilt_rad = drawn_rad(settings_.tilt_spread_deg);
-  placing.camera.yaw_rad = drawn_rad(settings_.attitude_spread_deg);
-  placing.camera.pitch_rad = drawn_rad(settings_.attitude_spread_deg);
-  placing.camera.roll_rad = drawn_rad(settings_.attitude_spread_deg);
+  for (int axis = 0; axis < 3; ++axis)
+    placing.middle_m[axis] = planned_m[axis] + 1e-3 * deviate_mm();
+  placing.direction_rad = deviate_rad(settings_.direction_spread_deg);
+  placing.tilt_rad = deviate_rad(settings_.tilt_spread_deg);
+  placing.camera.yaw_rad = deviate_rad(settings_.attitude_spread_deg);
+  placing.camera.pitch_rad = deviate_rad(settings_.attitude_spread_deg);
+  placing.camera.roll_rad = deviate_rad(settings_.attitude_spread_deg);
   placing.key = key;
   for (const CaptureStation& station : line.stations) {
     placing.stations_mm.push_back(station.rail_mm);
@@ -92,12 +93,11 @@ void Rail::add_jitter(const Placing& placing, double carriage_mm, CameraPose* po
   pose->attitude.roll_rad += spread_rad * random.normal();
 }
 
-// The rail's direction is its axis turned by the yaw error and raised by the tilt. Along x, a rise
-// lifts the camera's right side, a roll to the left (negative); along z it lifts its front, a
-// pitch. A bow of b (1 - u^2) to the left has the slope -2 b u / half in rail millimetres: turning
-// right (a positive yaw) by 2 b u / half. Sag is the same downwards: a rise of 2 s u / half. A
-// twist clockwise as seen along z is a roll; as seen along x it takes the top to the back and so
-// the front up, a pitch.
+// The rail's direction is its axis rotated by the yaw error and the tilt. Along x, an upward slope
+// lifts the camera's right side (negative roll); along z it lifts its front (pitch). A bow of
+// b (1 - u^2) to the left has the slope -2 b u / half in rail millimetres: a positive yaw, to the
+// right, of 2 b u / half. Sag is the same downwards: an upward slope of 2 s u / half. Clockwise
+// twist as seen along z is a roll; as seen along x it lifts the camera's front (pitch).
 CameraPose Rail::carriage_pose(const std::string& line_id, double carriage_mm,
                                std::optional<Duration> still_for) const {
   const auto found = placings_.find(line_id);

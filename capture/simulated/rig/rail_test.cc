@@ -37,7 +37,7 @@ RailSettings perfect() {
 
 constexpr RailSpan kSpan{0.0, 1200.0};
 
-TEST(RailTest, PerfectRailHasEveryStationWhereItIsPlanned) {
+TEST(RailTest, PerfectRailReachesThePlannedStations) {
   const CapturePlan plan = cross_plan();
   const Rail rail(perfect(), plan, kSpan);
   for (const CaptureLine& line : plan.lines) {
@@ -84,7 +84,7 @@ TEST(RailTest, CameraTurnsWithTheRail) {
   }
 }
 
-TEST(RailTest, PlacingsHaveTheirSpreadAndAreRepeated) {
+TEST(RailTest, PlacingsHaveTheGivenSpreadAndAreRepeatable) {
   RailSettings settings = perfect();
   settings.placing_spread_mm = 3.0;
   settings.attitude_spread_deg = 0.5;
@@ -106,7 +106,7 @@ TEST(RailTest, PlacingsHaveTheirSpreadAndAreRepeated) {
             rail.carriage_pose("z0", 600.0, kLong).position_m);
 }
 
-// The far end is turned by half of it one way, the near end by half of it the other way.
+// The ends are turned by half the twist, in opposite directions.
 TEST(RailTest, TwistTurnsTheCameraAroundTheRail) {
   RailSettings settings = perfect();
   settings.twist_deg = 2.0;
@@ -125,7 +125,7 @@ TEST(RailTest, TwistTurnsTheCameraAroundTheRail) {
   }
 }
 
-TEST(RailTest, JitterHasItsSpreadAndComesBackWithItsStation) {
+TEST(RailTest, JitterHasTheGivenSpreadAndIsFixedPerStation) {
   RailSettings settings = perfect();
   settings.jitter_mm = 0.7;
   settings.jitter_deg = 0.1;
@@ -143,7 +143,7 @@ TEST(RailTest, JitterHasItsSpreadAndComesBackWithItsStation) {
         squared_rad2 += turned.yaw_rad * turned.yaw_rad + turned.pitch_rad * turned.pitch_rad +
                         turned.roll_rad * turned.roll_rad;
         ++stations;
-        // Shot again a backlash further: displaced alike.
+        // A second picture, offset by the backlash, has the same jitter.
         const CameraPose again = rail.carriage_pose(line.id, station.rail_mm + 0.02, kLong);
         EXPECT_NEAR((again.position_m - pose.position_m).norm(), 2e-5, 1e-12);
         EXPECT_EQ(again.attitude.yaw_rad, turned.yaw_rad);
@@ -155,7 +155,7 @@ TEST(RailTest, JitterHasItsSpreadAndComesBackWithItsStation) {
   EXPECT_NEAR(degrees_from_radians(std::sqrt(squared_rad2 / (3 * stations))), 0.1, 3.5e-3);
 }
 
-TEST(RailTest, VibrationShowsUntilItHasDecayed) {
+TEST(RailTest, VibrationDecays) {
   RailSettings settings = perfect();
   settings.vibration_mm = 1.0;
   settings.vibration_decay_ms = 100.0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "capture/simulated/jpeg_encoder.h"
 #include "core/base/error.h"
@@ -20,7 +21,7 @@ fs::path made(const fs::path& directory) {
   return directory;
 }
 
-// The room stands around the grid that is captured.
+// The room is built around the capture grid.
 VirtualRoomSettings room_settings(const RigConfig& config, const CaptureConfig& capture,
                                   const CapturePlan& plan) {
   VirtualRoomSettings settings = config.scene;
@@ -37,7 +38,7 @@ SimulatedCameraSettings camera_settings(const RigCameraSettings& rig, PanoramaSi
   SimulatedCameraSettings settings;
   settings.card_directory = card;
   settings.card_bytes = std::llround(1e6 * rig.card_mb);
-  // About half a byte per pixel at the usual qualities.
+  // About half a byte per pixel at common JPEG qualities.
   settings.typical_picture_bytes =
       std::max<std::int64_t>(1, static_cast<std::int64_t>(frame.width) * frame.height / 2);
   settings.frame = frame;
@@ -72,7 +73,7 @@ double number_in(const json& request, const char* key, double otherwise) {
 std::string word_in(const json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_string()) {
-    throw Error(fmt::format("'{}' is missing or not a word", key));
+    throw Error(fmt::format("'{}' is missing or not a string", key));
   }
   return found->get<std::string>();
 }
@@ -125,7 +126,7 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
                   &registers_, &link_);
 }
 
-// Nobody asks any more before anything goes.
+// Stops the servers before the devices that they use are destroyed.
 Rig::~Rig() {
   modbus_.reset();
   osc_.stop();
@@ -152,7 +153,7 @@ void Rig::place(const std::string& line_id) {
     throw Error(fmt::format("the plan has no line {}", excerpt(line_id)));
   }
   if (drive_.state().moving) {
-    throw Error("the carriage is moving; stop it before the rail is placed at another line");
+    throw Error("the carriage is moving; stop it before placing the rail at another line");
   }
   const std::lock_guard lock(mutex_);
   line_ = line_id;
@@ -191,7 +192,7 @@ json Rig::state() {
           {"requests", link_.requests()},
           {"link_faults", link_.faults()},
           {"pictures", camera_.pictures_taken()},
-          {"camera_faults", camera_.faults().struck()}};
+          {"camera_faults", camera_.faults().occurred()}};
 }
 
 }  // namespace raywalk::capture

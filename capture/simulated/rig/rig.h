@@ -1,10 +1,10 @@
-// The whole simulated rig: a slider that answers Modbus, a rail that lies not quite where it
-// should, and a camera that answers the Open Spherical Camera API with pictures of a virtual room.
+// The simulated rig: a slider with a Modbus server, a rail with placement errors, and a camera with
+// the Open Spherical Camera API that takes pictures of a virtual room.
 #pragma once
 
 #include <filesystem>
 #include <mutex>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -20,26 +20,26 @@
 
 namespace raywalk::capture {
 
-// Works from its construction to its destruction. In its directory:
-//   slider   link to the pseudo-terminal of Modbus RTU
+// Runs from construction to destruction. Files in its directory:
+//   slider   symbolic link to the pseudo-terminal of Modbus RTU
 //   card/    the camera's card
 //   truth/   see TruthRecorder
-// The rail lies at the plan's first line until it is placed elsewhere.
+// The rail is initially at the plan's first line.
 //
-// Beside the camera's API its HTTP server answers, in JSON:
-//   POST /rig/place {"line": "x0"}   places the rail at that line; other keys are passed over, as
-//                                    the capture's run.place_url sends more
+// In addition to the camera's API, its HTTP server has these endpoints (JSON):
+//   POST /rig/place {"line": "x0"}   places the rail at that line; other keys are ignored, as the
+//                                    capture's run.place_url sends more
 //   POST /rig/fault {"kind": "stall", "for_ms": 2000, "after_ms": 0, "amount": 0, "requests": 1}
-//                                    has a fault happen; all but kind may be left out
+//                                    injects a fault; all keys but kind are optional
 //   POST /rig/mend                   ends all faults
-//   GET  /rig/state                  state(); the first three answer with it as well
+//   GET  /rig/state                  returns state(), as do the other three
 class Rig {
  public:
-  // Makes the directory where it is missing, furnishes the room and writes the true views, which
-  // takes seconds. The clock is that of slider and camera and has to outlive the rig; the link's
-  // faults and the network run on the machine's. Throws UsageError for a configuration that cannot
-  // be (see read_capture_config, plan_capture, read_register_map, VirtualRoom,
-  // RigOptics), Error for a port or directory that cannot be used.
+  // Creates the directory if missing, furnishes the room and writes the true views, which takes
+  // seconds. `clock` is used by slider and camera and must outlive the rig; link faults and network
+  // use the system clock. Throws UsageError for an invalid configuration (see read_capture_config,
+  // plan_capture, read_register_map, VirtualRoom, RigOptics), Error if a port or the directory
+  // cannot be used.
   Rig(const RigConfig& config, const std::filesystem::path& directory, Clock* clock);
   ~Rig();
   Rig(const Rig&) = delete;
@@ -55,7 +55,7 @@ class Rig {
   SimulatedCamera& camera() { return camera_; }
   RigFaults& faults() { return faults_; }
 
-  // Throws Error for a line that the plan does not have, or while the carriage moves.
+  // Throws Error if the plan does not have the line or the carriage is moving.
   void place(const std::string& line_id);
   std::string line() const;
 

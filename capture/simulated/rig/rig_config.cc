@@ -90,8 +90,7 @@ void require_valid(const RigConfig& config, const std::string& source) {
     throw UsageError(source + ": " + what);
   };
   if (config.capture_config.empty()) {
-    refuse(
-        "'capture_config' is missing; name the configuration of the capture that the rig is for");
+    refuse("'capture_config' is missing; set it to the capture configuration that the rig is for");
   }
   const DriveSettings& slider = config.slider;
   if (slider.power_on_mm < slider.low_switch_mm || slider.power_on_mm > slider.high_switch_mm) {
@@ -112,7 +111,7 @@ void require_valid(const RigConfig& config, const std::string& source) {
   if (!lenses_matter &&
       (!config.camera.lens.empty() || config.camera.light != LensLightSettings{})) {
     refuse(
-        "'camera.lens', 'camera.vignetting' and 'camera.lens_gain_ev' are those of a camera with "
+        "'camera.lens', 'camera.vignetting' and 'camera.lens_gain_ev' require "
         "'camera.layout: dual-fisheye'");
   }
   for (std::size_t i = 0; i < config.faults.size(); ++i) {

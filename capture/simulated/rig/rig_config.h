@@ -1,5 +1,5 @@
-// What a user asks of the simulated rig. configs/simulated-rig.yaml explains every key and holds
-// the defaults.
+// Configuration of the simulated rig. configs/simulated-rig.yaml documents every key with its
+// default.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 namespace raywalk::capture {
 
 struct RigCameraSettings {
-  int port = 0;                     // 0: one that is free
+  int port = 0;                     // 0: any free port
   std::string layout = "panorama";  // or "dual-fisheye"
   std::filesystem::path lens{};     // of dual-fisheye frames; empty: simple_dual_fisheye
   LensLightSettings light{};        // likewise
@@ -29,21 +29,21 @@ struct RigCameraSettings {
   double clock_offset_s = 0.0;
   double card_mb = 32000.0;
   double automatic_wander_ev = 0.3;
-  double exposure_drift_ev = 0.0;  // largest, slow, whatever the exposure is set to
+  double exposure_drift_ev = 0.0;  // amplitude of a slow drift, also of locked exposure
   SensorSettings sensor{};
 };
 
 struct RigTruthSettings {
-  int distance_every = 0;  // every so many-th picture has a distance map; 0: none
+  int distance_every = 0;  // distance map for every n-th picture; 0: none
   int width_px = 0;        // of distance maps and views, a multiple of 4; 0: the camera's
-  int views = 0;           // true views from inside of the cells
+  int views = 0;           // number of true views from inside the cells
 };
 
 struct RigConfig {
-  std::filesystem::path capture_config{};  // tells the lines and the drive's registers
-  VirtualRoomSettings scene{};             // its grid is that of the plan
+  std::filesystem::path capture_config{};  // defines the lines and the drive's registers
+  VirtualRoomSettings scene{};             // its grid is taken from the capture plan
   DriveSettings slider{};
-  int tcp_port = 0;  // of Modbus TCP; 0: one that is free
+  int tcp_port = 0;  // of Modbus TCP; 0: any free port
   RailSettings rail{};
   LinkFaultRates link{};
   RigCameraSettings camera{};
@@ -52,13 +52,13 @@ struct RigConfig {
   RigTruthSettings truth{};
 };
 
-// Every key, bound to `config`, which has to outlive the schema. Faults of a file are added to
-// those that `config` holds.
+// The schema of all keys, bound to `config`, which must outlive it. Faults of a file are appended
+// to those of `config`.
 SettingsSchema rig_schema(RigConfig* config);
 
 // Reads the file; `capture_config` and `camera.lens` become relative to the current directory.
-// Throws UsageError: what SettingsSchema refuses, no capture_config, values that do not go
-// together.
+// Throws UsageError as SettingsSchema does, if capture_config is missing, or if values contradict
+// each other.
 RigConfig read_rig_config(const std::filesystem::path& file);
 
 }  // namespace raywalk::capture

@@ -96,13 +96,15 @@ TEST(RigConfigTest, MistakesAreNamed) {
   expect_refused("faults:\n  - kind: stal\n    at_s: 1\n", "did you mean 'stall'");
 }
 
-TEST(RigConfigTest, FaultsMustWaitForSomethingThatTheyCanWaitFor) {
-  expect_refused("faults:\n  - kind: stall\n", "faults[0]: 'stall' has to wait for exactly one of");
+TEST(RigConfigTest, FaultsMustHaveAValidTrigger) {
+  expect_refused("faults:\n  - kind: stall\n", "faults[0]: 'stall' needs exactly one of");
   expect_refused("faults:\n  - kind: stall\n    at_s: 1\n    at_station: x0_001\n", "exactly one");
-  expect_refused("faults:\n  - kind: stall\n    at_request: 1\n", "another one of at_station");
-  expect_refused("faults:\n  - kind: late\n    at_picture: 1\n", "another one of at_request");
-  expect_refused("faults:\n  - kind: busy\n    at_s: 1\n", "another one of at_picture");
-  expect_refused("faults:\n  - kind: web-page\n    at_picture: 1\n", "another one of");
+  expect_refused("faults:\n  - kind: stall\n    at_request: 1\n",
+                 "another trigger, one of at_station");
+  expect_refused("faults:\n  - kind: late\n    at_picture: 1\n",
+                 "another trigger, one of at_request");
+  expect_refused("faults:\n  - kind: busy\n    at_s: 1\n", "another trigger, one of at_picture");
+  expect_refused("faults:\n  - kind: web-page\n    at_picture: 1\n", "another trigger, one of");
   EXPECT_EQ(
       parsed("capture_config: a\nfaults:\n  - kind: down\n    at_station: x0_001\n").faults.size(),
       1U);

@@ -46,13 +46,13 @@ bool is_camera_fault(const std::string& kind) {
   return std::find(names.begin(), names.end(), kind) != names.end();
 }
 
-// Faults of the camera that happen to a request, not at a trigger.
+// Camera faults that affect a request rather than a picture.
 bool is_at_trigger(CameraFault fault) {
   return fault != CameraFault::kWebPage && fault != CameraFault::kSilent &&
          fault != CameraFault::kDown;
 }
 
-// A target in whole steps lies within a fraction of a step of the station.
+// The target is rounded to whole steps, so it may differ slightly from the station.
 constexpr double kSamePlace_mm = 0.1;
 
 std::chrono::milliseconds rounded_ms(double ms) {
@@ -77,8 +77,8 @@ void require_valid(const ScheduledFault& scheduled, const std::string& where) {
   const std::string& kind = scheduled.fault.kind;
   const auto& kinds = rig_fault_kinds();
   if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) {
-    throw UsageError(fmt::format("{}: the rig has no fault {}{}; there are {}", where,
-                                 excerpt(kind), suggestion(kind, kinds), fmt::join(kinds, ", ")));
+    throw UsageError(fmt::format("{}: unknown fault {}{}; use one of {}", where, excerpt(kind),
+                                 suggestion(kind, kinds), fmt::join(kinds, ", ")));
   }
   const bool of_link = find_kind(kLinkFaults, kind).has_value();
   const bool of_camera = is_camera_fault(kind);
@@ -92,8 +92,8 @@ void require_valid(const ScheduledFault& scheduled, const std::string& where) {
       (scheduled.at_picture == 0 || (of_camera && is_at_trigger(camera_fault_named(kind)))) &&
       (scheduled.at_s < 0.0 || !of_camera);
   if (waits != 1 || !fits) {
-    throw UsageError(fmt::format("{}: '{}' has to wait for {} of {}", where, kind,
-                                 waits == 1 ? "another one" : "exactly one", allowed));
+    throw UsageError(fmt::format("{}: '{}' needs {} of {}", where, kind,
+                                 waits == 1 ? "another trigger, one" : "exactly one", allowed));
   }
 }
 

@@ -1,4 +1,4 @@
-// Everything that the rig can do wrong, by its words: at once, or when something happens.
+// All faults of the rig by name, injected immediately or scheduled.
 #pragma once
 
 #include <map>
@@ -14,7 +14,7 @@
 
 namespace raywalk::capture {
 
-// configs/simulated-rig.yaml explains the kinds and what the numbers mean to each.
+// configs/simulated-rig.yaml documents the kinds and the meaning of the numbers for each.
 struct FaultRequest {
   std::string kind{};
   double for_ms = 0.0;
@@ -23,36 +23,36 @@ struct FaultRequest {
   int requests = 1;
 };
 
-// A fault that waits for one of these.
+// A fault with exactly one of these triggers.
 struct ScheduledFault {
   FaultRequest fault{};
   int at_request = 0;        // of the Modbus link, from 1
   int at_picture = 0;        // the camera's triggers, from 1
-  std::string at_station{};  // when the slider is sent there
-  double at_s = -1.0;        // after the rig has started
+  std::string at_station{};  // when a move to this station is commanded
+  double at_s = -1.0;        // since the start of the rig
 };
 
 // Every kind of fault: the slider's, the link's and the camera's.
 const std::vector<std::string>& rig_fault_kinds();
 
-// Throws UsageError, starting with `where`: an unknown kind, not exactly one thing to wait for, or
-// one that the kind cannot wait for.
+// Throws UsageError, starting with `where`, if the kind is unknown, or if there is not exactly one
+// trigger, valid for the kind.
 void require_valid(const ScheduledFault& scheduled, const std::string& where);
 
 // Safe to use from several threads.
 class RigFaults {
  public:
-  // All have to outlive it.
+  // The devices must outlive this object.
   RigFaults(SimulatedDrive* drive, LinkFaults* link, SimulatedCamera* camera);
 
-  // Throws UsageError for an unknown kind, listing those there are.
+  // Throws UsageError listing the kinds if the kind is unknown.
   void inject(const FaultRequest& fault);
-  // Throws UsageError as require_valid does, or for a station that the plan does not have.
+  // Throws UsageError as require_valid does, or if the plan does not have the station.
   void schedule(const ScheduledFault& scheduled, const CapturePlan& plan);
-  // Mends everything and forgets what is scheduled.
+  // Ends all faults and removes scheduled ones.
   void clear();
 
-  // Has faults happen that wait for the station where the slider is now being sent.
+  // Called when a move is commanded; injects the faults scheduled for the station at the target.
   void move_commanded(const std::string& line_id, double target_mm);
 
  private:

@@ -40,7 +40,7 @@ class RigFaultsTest : public ::testing::Test {
   RigFaults faults_{&drive_, &link_, &camera_};
 };
 
-TEST_F(RigFaultsTest, EveryKindCanBeHad) {
+TEST_F(RigFaultsTest, EveryKindCanBeInjected) {
   for (const std::string& kind : rig_fault_kinds()) {
     FaultRequest fault;
     fault.kind = kind;
@@ -50,11 +50,11 @@ TEST_F(RigFaultsTest, EveryKindCanBeHad) {
   EXPECT_TRUE(drive_.state().at_low_limit);
   EXPECT_TRUE(drive_.state().at_high_limit);
   EXPECT_TRUE(link_.is_cut());
-  EXPECT_TRUE(camera_.faults().strikes(CameraFault::kMissingPicture));
+  EXPECT_TRUE(camera_.faults().occurs(CameraFault::kMissingPicture));
   faults_.clear();
   EXPECT_FALSE(drive_.state().alarm);
   EXPECT_FALSE(link_.is_cut());
-  EXPECT_FALSE(camera_.faults().strikes(CameraFault::kTruncatedPicture));
+  EXPECT_FALSE(camera_.faults().occurs(CameraFault::kTruncatedPicture));
 }
 
 TEST_F(RigFaultsTest, UnknownKindsAndStationsAreRefused) {
@@ -68,7 +68,7 @@ TEST_F(RigFaultsTest, UnknownKindsAndStationsAreRefused) {
   EXPECT_THROW(faults_.schedule(nothing_to_wait_for, plan_), UsageError);
 }
 
-TEST_F(RigFaultsTest, StationWaitsForItsMoveOnItsLineOnce) {
+TEST_F(RigFaultsTest, StationFaultOccursOnceAtItsMoveOnItsLine) {
   ScheduledFault alarm = at_station("alarm", "x0_001");
   alarm.fault.amount = 7.0;
   faults_.schedule(alarm, plan_);
@@ -84,7 +84,7 @@ TEST_F(RigFaultsTest, StationWaitsForItsMoveOnItsLineOnce) {
   EXPECT_FALSE(drive_.state().alarm);
 }
 
-TEST_F(RigFaultsTest, ScheduleReachesEachDevice) {
+TEST_F(RigFaultsTest, ScheduledFaultsReachTheirDevices) {
   ScheduledFault late;
   late.fault.kind = "late";
   late.at_request = 2;

@@ -17,8 +17,8 @@ DualFisheyeLayout lenses_of(const std::filesystem::path& file, PanoramaSize fram
   const DualFisheyeCamera camera = read_lens_file(file);
   if (camera.two_files) {
     throw UsageError(file.string() +
-                     ": its camera gives two files; the simulated one has both lenses in one, as "
-                     "'two_files: false' says");
+                     ": is for a camera with two files per shot; the simulated one writes a single "
+                     "file and needs 'two_files: false'");
   }
   try {
     return scaled_to(camera, frame).layout;
@@ -55,7 +55,7 @@ cv::Mat RigOptics::picture(const VirtualRoom& room, const CameraPose& pose,
 }
 
 double exposure_drift(std::uint64_t picture, int seed) {
-  // Two waves whose periods never meet, so that it does not repeat within a session.
+  // Two waves with incommensurate periods, so that it does not repeat within a session.
   struct Wave {
     double share;
     double period;  // pictures

@@ -1,5 +1,4 @@
-// What the simulated rig's camera makes of the room: through its lenses, past its own dolly, by its
-// sensor.
+// Image formation of the simulated rig's camera: lenses, vignetting, dolly and sensor.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -15,17 +14,17 @@ namespace raywalk::capture {
 
 class RigOptics {
  public:
-  // The camera is `floor_m` above the floor. Works out once what is the same in every picture.
-  // Throws UsageError for a lens file that cannot be read (see read_lens_file), whose camera gives
-  // two files, or whose pictures have other proportions than `frame`.
+  // The camera is `floor_m` above the floor. Precomputes what is the same in every picture. Throws
+  // UsageError if the lens file cannot be read (see read_lens_file), is of a camera with two files
+  // per shot, or has another aspect ratio than `frame`.
   RigOptics(const RigCameraSettings& camera, PanoramaSize frame, const DollySettings& dolly,
             double floor_m, int seed);
 
-  // Of dual-fisheye frames, in pixels of the frame; none for panoramas.
+  // The lenses of dual-fisheye frames, in pixels of the frame; empty for panoramas.
   const std::optional<DualFisheyeLayout>& lenses() const { return lenses_; }
 
-  // BGR, CV_8UC3. The same pose and exposure give the same picture; the exposure's number chooses
-  // the noise. Throws as VirtualRoom does.
+  // BGR, CV_8UC3. Deterministic: the noise is keyed by the exposure's number. Throws as VirtualRoom
+  // does.
   cv::Mat picture(const VirtualRoom& room, const CameraPose& pose,
                   const ExposureNow& exposure) const;
 
@@ -34,13 +33,12 @@ class RigOptics {
   PanoramaSize frame_;
   int seed_;
   std::optional<DualFisheyeLayout> lenses_;
-  cv::Mat light_;  // of each pixel; empty: the same of all
+  cv::Mat light_;  // relative illumination of each pixel; empty: 1 everywhere
   std::optional<DollyView> dolly_;
 };
 
-// How much the light drifts at a picture: a wander between -1 and 1 that takes dozens of pictures
-// from one side to the other, as daylight does while a session lasts. Its turns follow from the
-// seed.
+// Slow drift of the light at a picture, between -1 and 1, with a period of dozens of pictures, as
+// daylight changes during a session. Determined by the seed.
 double exposure_drift(std::uint64_t picture, int seed);
 
 }  // namespace raywalk::capture

@@ -69,7 +69,7 @@ TEST(RigOpticsTest, SeesThroughTheLensesOfItsFileAtItsOwnSize) {
   EXPECT_FALSE(optics_of({}).lenses());
 }
 
-TEST(RigOpticsTest, LensesOfAnotherKindOfPictureAreRefused) {
+TEST(RigOpticsTest, LensFilesOfOtherLayoutsAreRefused) {
   const TestDirectory directory;
   DualFisheyeCamera lens;
   lens.picture = {1600, 900};
@@ -94,7 +94,7 @@ TEST(RigOpticsTest, LensesOfAnotherKindOfPictureAreRefused) {
   expect_refused("two files");
 }
 
-TEST(RigOpticsTest, LensesAreDarkerAtTheRimAndNotExposedAlike) {
+TEST(RigOpticsTest, LensesHaveVignettingAndDifferentGain) {
   RigCameraSettings camera = dual_fisheye();
   const cv::Mat even = picture_of(camera);
   camera.light.lens_gain_ev = -1.0;
@@ -108,7 +108,7 @@ TEST(RigOpticsTest, LensesAreDarkerAtTheRimAndNotExposedAlike) {
   EXPECT_LT(mean_of(vignetted(rim)), 0.85 * mean_of(even(rim)));
 }
 
-TEST(RigOpticsTest, DollyHidesWhatIsBelowInEitherLayout) {
+TEST(RigOpticsTest, DollyHidesTheFloorInBothLayouts) {
   for (const char* layout : {"panorama", "dual-fisheye"}) {
     RigCameraSettings camera;
     camera.layout = layout;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <httplib.h>
 
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/base/manual_clock.h"
@@ -64,7 +65,7 @@ class RigTest : public ::testing::Test {
   RigConfig config_;
 };
 
-TEST_F(RigTest, CameraSeesTheRoomFromWhereTheCarriageTrulyIs) {
+TEST_F(RigTest, CameraSeesTheRoomFromTheTruePoseOfTheCarriage) {
   without_rail_errors();
   config_.truth.distance_every = 2;
   const auto rig = this->rig();
@@ -106,14 +107,14 @@ TEST_F(RigTest, DisplacedRailShowsInTruthAndPicture) {
         read_panorama(directory_ / ("rig/card/" + shoot(rig.get())));
   }
   EXPECT_GT(cv::norm(straight, displaced, cv::NORM_INF), 5.0);
-  // The second rig went on with the first one's card and table.
+  // The second rig appended to the first one's card and table.
   const CsvTable poses = true_poses();
   ASSERT_EQ(poses.rows(), 2U);
   EXPECT_NE(poses.text(0, "file"), poses.text(1, "file"));
   EXPECT_GT(std::abs(poses.number(1, "y")), 1e-4);
 }
 
-TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideOfTheirCircles) {
+TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideTheirCircles) {
   config_.camera.layout = "dual-fisheye";
   const auto rig = this->rig();
   const cv::Mat frame = cv::imread((directory_ / ("rig/card/" + shoot(rig.get()))).string());
@@ -166,7 +167,7 @@ TEST_F(RigTest, IsControlledOverHttp) {
   EXPECT_EQ(state["commanded_mm"], (json{200.0, 900.0}));
   EXPECT_NEAR(state["visited_mm"][0].get<double>(), 0.0, 1e-6);
   EXPECT_NEAR(state["visited_mm"][1].get<double>(), 900.0, 1e-6);
-  // Beside the camera's own API.
+  // The camera's own API is still served.
   EXPECT_TRUE(get(*rig, "/osc/info").contains("model"));
 }
 
@@ -183,7 +184,7 @@ TEST_F(RigTest, WrongRequestsAreRefused) {
   EXPECT_EQ(rig->line(), "x0");
 }
 
-TEST_F(RigTest, ScheduledFaultHappensOnTheWayToItsStation) {
+TEST_F(RigTest, ScheduledFaultOccursDuringTheMoveToItsStation) {
   ScheduledFault stall;
   stall.fault.kind = "stall";
   stall.fault.after_ms = 1000.0;
@@ -197,7 +198,7 @@ TEST_F(RigTest, ScheduledFaultHappensOnTheWayToItsStation) {
   EXPECT_NEAR(rig->drive().state().feedback_mm, 350.0 + 75.0, 1e-6);
 }
 
-TEST_F(RigTest, ConfigurationsThatCannotBeAreNamed) {
+TEST_F(RigTest, InvalidConfigurationsAreRefused) {
   ScheduledFault stall;
   stall.fault.kind = "stall";
   stall.at_station = "x0_099";

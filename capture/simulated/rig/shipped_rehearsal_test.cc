@@ -1,4 +1,4 @@
-// The configurations that the rehearsal is shipped with, and the lenses beside them.
+// The shipped configurations of the rehearsal, and the shipped lenses.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 const fs::path kConfigs = RAYWALK_CONFIGS;
 
-// Largest distance in pixels between where two lenses image the same direction, 90 degrees off the
-// axis and less.
+// Largest distance in pixels between the images of the same direction in two lenses, up to 90
+// degrees off the axis.
 double largest_difference_px(const FisheyeLens& a, const FisheyeLens& b) {
   double largest = 0.0;
   for (double t = 0.0; t <= kHalfPi; t += 0.1) {
@@ -60,9 +60,9 @@ TEST(ShippedLensesTest, AllAreReadAndOverlapAllAround) {
   EXPECT_EQ(files, 5);
 }
 
-// Far enough from the truth that a calibration shows, near enough to be what a user would begin
-// with.
-TEST(ShippedLensesTest, RehearsalBeginsSomePixelsFromItsTrueLenses) {
+// The starting values must be far enough from the truth to test a calibration, and as close as a
+// user's would be.
+TEST(ShippedLensesTest, RehearsalStartsSomePixelsFromTheTrueLenses) {
   const DualFisheyeCamera truth = read_lens_file(kConfigs / "lenses/simulated.yaml");
   const DualFisheyeCamera start = read_lens_file(kConfigs / "lenses/dual-fisheye.yaml");
   EXPECT_EQ(truth.picture, start.picture);
@@ -74,11 +74,11 @@ TEST(ShippedLensesTest, RehearsalBeginsSomePixelsFromItsTrueLenses) {
   }
 }
 
-TEST(ShippedRehearsalTest, RigAndCaptureBelongTogether) {
+TEST(ShippedRehearsalTest, RigAndCaptureConfigurationsMatch) {
   const RigConfig rig = read_rig_config(kConfigs / "rehearsal-rig.yaml");
   const CaptureConfig capture = read_capture_config(kConfigs / "rehearsal-capture.yaml");
   EXPECT_TRUE(fs::equivalent(rig.capture_config, kConfigs / "rehearsal-capture.yaml"));
-  EXPECT_EQ(capture.camera.frames, rig.camera.layout);
+  EXPECT_EQ(name_of(capture.camera.frames), rig.camera.layout);
   EXPECT_EQ(capture.camera.width_px, rig.camera.width_px);
   EXPECT_EQ(capture.camera.height_px, rig.camera.width_px / 2);
   const PanoramaSize frame{capture.camera.width_px, capture.camera.height_px};
@@ -86,9 +86,9 @@ TEST(ShippedRehearsalTest, RigAndCaptureBelongTogether) {
   EXPECT_EQ(plan_capture(capture).lines.size(), 5U);
 }
 
-// What the rehearsal promises to be: lines up to 20 mm and 1.5 degrees off, by stations up to about
-// that. Along its line a rail may lie elsewhere: that takes nothing away from the grid.
-TEST(ShippedRehearsalTest, LinesAreOffByWhatRailsAreThatArePlacedByHand) {
+// Errors typical of rails placed by hand: lines up to 20 mm and 1.5 degrees off, stations by about
+// as much. Offsets along the line do not count, as they do not affect the grid.
+TEST(ShippedRehearsalTest, LinesHaveErrorsTypicalOfManualPlacement) {
   const RigConfig rig = read_rig_config(kConfigs / "rehearsal-rig.yaml");
   const CapturePlan plan = plan_capture(read_capture_config(kConfigs / "rehearsal-capture.yaml"));
   const Rail rail(rig.rail, plan, {rig.slider.low_switch_mm, rig.slider.high_switch_mm});

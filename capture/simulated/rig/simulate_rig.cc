@@ -18,8 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The file that says where the rig is; one that a killed rig left is removed first, so that it is
-// never true of another rig.
+// The file with the rig's addresses. A stale one, left by a killed rig, is removed first.
 class RigNotice {
  public:
   explicit RigNotice(fs::path file) : file_(std::move(file)) { remove(); }
@@ -48,7 +47,7 @@ class RigNotice {
 
 void simulate_rig(const RigConfig& config, const fs::path& out) {
   make_directories(out);
-  const FileLock lock(out / "rig.lock", "another simulated rig works in it");
+  const FileLock lock(out / "rig.lock", "another simulated rig uses it");
   const RigNotice notice(out / "rig.json");
   SystemClock clock;
   const Rig rig(config, out, &clock);

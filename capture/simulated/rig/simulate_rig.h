@@ -1,4 +1,4 @@
-// The simulated rig as a process of its own.
+// Runs the simulated rig as a process.
 #pragma once
 
 #include <filesystem>
@@ -7,12 +7,12 @@
 
 namespace raywalk::capture {
 
-// Runs a rig on the machine's clock until the user asks to stop (Ctrl-C, SIGTERM). When it is
-// ready, `out`/rig.json appears and its path is printed:
+// Runs a rig on the system clock until Ctrl-C or SIGTERM. When it is ready, `out`/rig.json appears
+// and its path is printed:
 //   {"slider": "<out>/slider", "modbus_port": 1502, "camera_url": "http://127.0.0.1:8080",
 //    "pid": 4711}
-// It goes away with the rig, as the port's link does; card and truth stay, and a later rig goes on
-// with them. Throws Error where another rig works in the directory, and as Rig does.
+// rig.json and the link of the serial port are removed at the end; card and truth are kept, and a
+// later rig appends to them. Throws Error if another rig uses the directory, and as Rig does.
 void simulate_rig(const RigConfig& config, const std::filesystem::path& out);
 
 }  // namespace raywalk::capture

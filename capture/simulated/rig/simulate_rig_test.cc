@@ -46,7 +46,7 @@ void check_notice(const fs::path& file) {
   require(notice.at("camera_url").get<std::string>().starts_with("http://127.0.0.1:"), "no camera");
 }
 
-// Starts a rig and stops it again; exits with 42 if it left what it should.
+// Starts a rig and stops it again; exits with 42 if its files are as expected.
 void run_until_stopped() {
   const TestDirectory directory;
   const fs::path out = directory / "rig";
@@ -63,8 +63,8 @@ void run_until_stopped() {
   std::_Exit(42);
 }
 
-// The request to stop never goes back, so it is made in a process of its own.
-TEST(SimulateRigDeathTest, SaysWhereItIsUntilItIsAskedToStop) {
+// The stop request cannot be reset, so it is made in a separate process.
+TEST(SimulateRigDeathTest, PublishesItsAddressesUntilStopped) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(run_until_stopped(), ::testing::ExitedWithCode(42), "");
 }

@@ -21,7 +21,7 @@ constexpr int kMinTemperature_k = 2500;
 constexpr int kMaxTemperature_k = 10000;
 constexpr int kTemperatureStep_k = 100;
 
-// A client sends a number as it read it, in decimal.
+// Tolerates the rounding of numbers that clients send back in decimal.
 bool same_number(double a, double b) { return std::abs(a - b) <= 1e-6 * std::abs(b); }
 
 double nearest(const std::vector<double>& values, double wanted) {
@@ -59,7 +59,7 @@ void check_white_balance(const CameraOptions& options) {
 
 std::string at_half_size(const std::string& jpeg) {
   const cv::Mat bytes(1, static_cast<int>(jpeg.size()), CV_8UC1,
-                      const_cast<char*>(jpeg.data()));  // OpenCV only reads it
+                      const_cast<char*>(jpeg.data()));  // OpenCV does not write to it
   const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR);
   if (image.empty()) return jpeg;
   cv::Mat half;
@@ -110,7 +110,7 @@ void SimulatedCamera::set_options(const CameraOptions& options) {
   CameraOptions taken = options;
   check_white_balance(options);
   if (options.exposure_program == kManual) {
-    // Coming from automatic exposure, what is not set begins where that was.
+    // On leaving automatic exposure, unset values start from the metered ones.
     if (taken.shutter_s == 0.0) {
       taken.shutter_s = nearest(camera_support().shutter_s, settings_.metered_shutter_s);
     }
@@ -146,19 +146,19 @@ SimulatedCamera::Trigger SimulatedCamera::begin_locked() {
     throw CommandRefused("disabledCommand", "The camera is shooting.");
   }
   const std::uint64_t number = triggers_ + 1;
-  if (pictures_left() < 1 || faults_.strikes_picture(CameraFault::kCardFull, number)) {
+  if (pictures_left() < 1 || faults_.occurs_at_picture(CameraFault::kCardFull, number)) {
     throw CommandRefused("disabledCommand", "There is no room for another picture.");
   }
   triggers_ = number;
-  if (faults_.strikes_picture(CameraFault::kForgetsExposure, number)) options_ = CameraOptions{};
+  if (faults_.occurs_at_picture(CameraFault::kForgetsExposure, number)) options_ = CameraOptions{};
   Trigger trigger;
   trigger.number = number;
   trigger.started = clock_.now();
   const bool lasting = faults_.lasts(CameraFault::kBusy);
-  if (faults_.strikes_picture(CameraFault::kBusy, number)) {
+  if (faults_.occurs_at_picture(CameraFault::kBusy, number)) {
     (lasting ? trigger.held : trigger.stuck) = true;
   }
-  if (!faults_.strikes_picture(CameraFault::kMissingPicture, number)) {
+  if (!faults_.occurs_at_picture(CameraFault::kMissingPicture, number)) {
     trigger.camera_name = card_.next_name();
   }
   return trigger;
@@ -187,11 +187,11 @@ ExposureNow SimulatedCamera::exposure_locked(const Trigger& trigger) const {
 }
 
 std::string SimulatedCamera::damaged(const std::string& jpeg, std::uint64_t number) {
-  if (faults_.strikes_picture(CameraFault::kEmptyPicture, number)) return {};
-  if (faults_.strikes_picture(CameraFault::kTruncatedPicture, number)) {
+  if (faults_.occurs_at_picture(CameraFault::kEmptyPicture, number)) return {};
+  if (faults_.occurs_at_picture(CameraFault::kTruncatedPicture, number)) {
     return jpeg.substr(0, static_cast<std::size_t>(kKeptShare * static_cast<double>(jpeg.size())));
   }
-  if (faults_.strikes_picture(CameraFault::kWrongSize, number)) return at_half_size(jpeg);
+  if (faults_.occurs_at_picture(CameraFault::kWrongSize, number)) return at_half_size(jpeg);
   return jpeg;
 }
 
@@ -217,7 +217,7 @@ std::string SimulatedCamera::take_picture() {
     exposure = exposure_locked(trigger);
     rendering_ = true;
   }
-  // Rendering takes long: whoever asks for the camera's state in the meantime is answered.
+  // Rendering takes long; the mutex is released so that the camera's state can be queried.
   const bool written = !exposure.camera_name.empty() && expose(exposure);
   const std::lock_guard lock(mutex_);
   rendering_ = false;

@@ -1,7 +1,7 @@
-// The rig's camera: its card, its exposure, its clock and its faults, without the network.
+// The rig's camera without the network: card, exposure, clock and faults.
 //
-// It behaves as the Ricoh Theta's Web API v2.1 documents: refuses commands while it is exposing,
-// hides what automatic exposure found from its options, and writes it into the picture's EXIF.
+// It behaves as documented in the Ricoh Theta Web API v2.1: it refuses commands while exposing, and
+// reports values chosen by automatic exposure only in the picture's Exif data, not in its options.
 #pragma once
 
 #include <cstdint>
@@ -20,33 +20,33 @@
 
 namespace raywalk::capture {
 
-// The picture that is being exposed now.
+// The exposure in progress.
 struct ExposureNow {
   std::string camera_name;   // on the card: "R0010001.JPG"
   std::uint64_t number = 0;  // of the trigger, from 1 since the camera was made; a key for noise
-  double gain = 1.0;         // of linear light, against the exposure that the scene asks for
+  double gain = 1.0;         // of linear light, relative to the metered exposure
   double shutter_s = 0.0;    // as used, automatic or not
   int iso = 0;               // as used
   int white_balance_k = 0;   // as used
 };
 
-// Gives the encoded JPEG file of the moment it is called at. It is called in a server's thread,
-// never twice at once. If it throws, the picture is missing.
+// Returns an encoded JPEG file of the scene at the time of the call. Called from a server thread,
+// never concurrently. If it throws, the picture is missing.
 using PictureSource = std::function<std::string(const ExposureNow&)>;
 
 struct SimulatedCameraSettings {
   std::string model = "simulated";
   std::string serial_number = "00000001";
   std::string firmware_version = "1.0";
-  std::filesystem::path card_directory;            // holds the pictures; made where it is missing
+  std::filesystem::path card_directory;            // holds the pictures; created if missing
   std::int64_t card_bytes = 32'000'000'000;        // capacity
-  std::int64_t typical_picture_bytes = 4'000'000;  // what the pictures left are counted by
-  PanoramaSize frame{};                            // told as its file format; 0 x 0: not told
-  double exposure_ms = 200.0;                      // from the trigger to the file being on the card
-  double clock_offset_s = 0.0;                     // the camera's clock minus the given one
+  std::int64_t typical_picture_bytes = 4'000'000;  // for the number of pictures left
+  PanoramaSize frame{};                            // reported as file format; 0 x 0: not reported
+  double exposure_ms = 200.0;                      // from the trigger until the file is on the card
+  double clock_offset_s = 0.0;                     // the camera's clock minus `clock`
   double battery_share = 1.0;                      // 0 to 1
-  // What the scene asks for, gain 1. Automatic exposure misses it by up to +- automatic_wander_ev,
-  // by another amount at each picture, so that a session without a lock shows.
+  // The metered exposure, which gives gain 1. Automatic exposure deviates from it by up to
+  // +- automatic_wander_ev, differently for each picture, so that a missing exposure lock shows.
   double metered_shutter_s = 1.0 / 60.0;
   int metered_iso = 100;
   int metered_white_balance_k = 5000;
@@ -63,7 +63,7 @@ struct CameraOptions {
   int color_temperature_k = 5000;      // 2500 to 10000 in steps of 100
 };
 
-// What can be chosen, as the Ricoh Theta does.
+// Supported values, as those of the Ricoh Theta.
 struct CameraSupport {
   std::vector<double> shutter_s;
   std::vector<int> iso;
@@ -84,39 +84,39 @@ class CommandRefused : public std::runtime_error {
   std::string code_;
 };
 
-// How far a trigger has come.
+// Progress of a trigger.
 struct PictureProgress {
   bool done = false;
   double completion = 0.0;  // 0 to 1
-  std::string camera_name;  // once done; empty if no file came of it
+  std::string camera_name;  // once done; empty if there is no file
 };
 
-// Safe to use from several threads. All durations are those of the given clock.
+// Thread-safe. All durations are measured on the given clock.
 class SimulatedCamera {
  public:
-  // Throws Error for a card directory that cannot be made.
+  // Throws Error if the card directory cannot be created.
   SimulatedCamera(SimulatedCameraSettings settings, const Clock& clock, PictureSource source);
   SimulatedCamera(const SimulatedCamera&) = delete;
   SimulatedCamera& operator=(const SimulatedCamera&) = delete;
 
   const SimulatedCameraSettings& settings() const { return settings_; }
   CameraOptions options() const;
-  // Throws CommandRefused while exposing, and for what camera_support() does not hold.
+  // Throws CommandRefused while exposing, and for values not in camera_support().
   void set_options(const CameraOptions& options);
 
-  // Exposes: calls the source at once, and has the file on the card when exposure_ms have passed.
-  // Returns the command's id. Throws CommandRefused while exposing and with a full card.
+  // Starts an exposure: calls the source immediately; the file is on the card after exposure_ms.
+  // Returns the command's id. Throws CommandRefused while exposing and if the card is full.
   std::string take_picture();
-  // Of the last trigger. Throws CommandRefused for any other id.
+  // Progress of the last trigger. Throws CommandRefused for any other id.
   PictureProgress progress_of(const std::string& id) const;
   bool is_exposing() const;
-  std::uint64_t pictures_taken() const;  // triggers carried out, also those that failed
+  std::uint64_t pictures_taken() const;  // accepted triggers, including failed ones
   std::string last_file() const;         // empty before the first
 
   SimulatedCard& card() { return card_; }
   int pictures_left() const;
   CameraFaults& faults() { return faults_; }
-  // As taking out the battery: no fault is left, nothing is being exposed, automatic exposure.
+  // Power cycle: removes all faults, aborts the exposure and resets the options.
   void restart();
   WallTime wall_now() const;  // by the camera's own clock
 
@@ -124,9 +124,9 @@ class SimulatedCamera {
   struct Trigger {
     std::uint64_t number = 0;
     SteadyTime started{};
-    bool stuck = false;       // for ever, by the fault kBusy given for once
-    bool held = false;        // for as long as the fault kBusy lasts
-    std::string camera_name;  // empty if no file comes of it
+    bool stuck = false;       // until a restart, by kBusy without a duration
+    bool held = false;        // while kBusy lasts
+    std::string camera_name;  // empty if there will be no file
   };
 
   bool is_exposing_locked() const;

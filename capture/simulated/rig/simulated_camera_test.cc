@@ -12,7 +12,7 @@
 namespace raywalk::capture {
 namespace {
 
-// A grey picture as bright as its exposure: level 64 at gain 1.
+// A grey picture whose brightness is proportional to the exposure: level 64 at gain 1.
 std::string grey_picture(const ExposureNow& exposure) {
   const cv::Mat image(32, 64, CV_8UC3, cv::Scalar::all(std::min(64.0 * exposure.gain, 255.0)));
   std::vector<unsigned char> bytes;
@@ -34,7 +34,7 @@ class SimulatedCameraTest : public testing::Test {
     return settings;
   }
 
-  // The picture that a trigger gives; empty if none.
+  // The picture of a new trigger; empty if none.
   static std::string picture_of(SimulatedCamera& camera, ManualClock& clock) {
     const std::string id = camera.take_picture();
     clock.sleep(duration_from_ms(200.0));
@@ -55,7 +55,7 @@ class SimulatedCameraTest : public testing::Test {
   ManualClock clock_;
 };
 
-TEST_F(SimulatedCameraTest, PictureIsThereWhenTheExposureIsOver) {
+TEST_F(SimulatedCameraTest, PictureIsAvailableAfterTheExposure) {
   SimulatedCamera camera(settings(), clock_, grey_picture);
   const std::string id = camera.take_picture();
   clock_.sleep(duration_from_ms(199.0));
@@ -70,7 +70,7 @@ TEST_F(SimulatedCameraTest, PictureIsThereWhenTheExposureIsOver) {
   expect_refused("invalidParameterValue", [&] { camera.progress_of("17"); });
 }
 
-TEST_F(SimulatedCameraTest, ManualExposureMakesThePictureBrighterByItsFactor) {
+TEST_F(SimulatedCameraTest, BrightnessIsProportionalToManualExposure) {
   SimulatedCamera camera(settings(), clock_, grey_picture);
   CameraOptions options;
   options.exposure_program = 1;
@@ -85,7 +85,7 @@ TEST_F(SimulatedCameraTest, ManualExposureMakesThePictureBrighterByItsFactor) {
   EXPECT_NEAR(twice, 128.0, 2.5);
 }
 
-TEST_F(SimulatedCameraTest, AutomaticExposureWandersAndHidesItself) {
+TEST_F(SimulatedCameraTest, AutomaticExposureWandersAndIsNotInTheOptions) {
   SimulatedCamera camera(settings(), clock_, grey_picture);
   std::set<int> levels;
   for (int i = 0; i < 12; ++i) {
@@ -96,7 +96,7 @@ TEST_F(SimulatedCameraTest, AutomaticExposureWandersAndHidesItself) {
   EXPECT_EQ(camera.options().iso, 0);
 }
 
-TEST_F(SimulatedCameraTest, OptionsThatNoCameraHasAreRefused) {
+TEST_F(SimulatedCameraTest, UnsupportedOptionsAreRefused) {
   SimulatedCamera camera(settings(), clock_, grey_picture);
   CameraOptions options;
   options.exposure_program = 1;
@@ -128,7 +128,7 @@ TEST_F(SimulatedCameraTest, CardFillsUp) {
   EXPECT_FALSE(camera.card().has("R0010001.JPG"));
 }
 
-TEST_F(SimulatedCameraTest, NamesGoOnAfterTheFilesOnTheCard) {
+TEST_F(SimulatedCameraTest, NamesContinueAfterTheFilesOnTheCard) {
   {
     SimulatedCamera camera(settings(), clock_, grey_picture);
     picture_of(camera, clock_);
@@ -140,7 +140,7 @@ TEST_F(SimulatedCameraTest, NamesGoOnAfterTheFilesOnTheCard) {
   EXPECT_TRUE(camera.card().has("R0010003.JPG"));
 }
 
-TEST_F(SimulatedCameraTest, FaultsStrikeWhereTheyArePlanned) {
+TEST_F(SimulatedCameraTest, ScheduledFaultsOccurAtTheirPicture) {
   SimulatedCamera camera(settings(), clock_, grey_picture);
   camera.faults().schedule(CameraFault::kEmptyPicture, 2);
   camera.faults().inject(CameraFault::kTruncatedPicture);
@@ -155,7 +155,7 @@ TEST_F(SimulatedCameraTest, FaultsStrikeWhereTheyArePlanned) {
   camera.faults().inject(CameraFault::kMissingPicture);
   EXPECT_TRUE(picture_of(camera, clock_).empty());
   EXPECT_EQ(camera.card().files().size(), 4U);
-  EXPECT_EQ(camera.faults().struck(), 4U);
+  EXPECT_EQ(camera.faults().occurred(), 4U);
 }
 
 TEST_F(SimulatedCameraTest, LastingFaultEndsWithItsTime) {
@@ -178,7 +178,7 @@ TEST_F(SimulatedCameraTest, StaysBusyUntilItIsRestarted) {
   EXPECT_FALSE(picture_of(camera, clock_).empty());
 }
 
-TEST_F(SimulatedCameraTest, BusyForATimeEndsAndHasThePicture) {
+TEST_F(SimulatedCameraTest, BusyWithADurationEndsWithAPicture) {
   SimulatedCamera camera(settings(), clock_, grey_picture);
   camera.faults().inject(CameraFault::kBusy, 5000.0);
   const std::string id = camera.take_picture();
@@ -188,7 +188,7 @@ TEST_F(SimulatedCameraTest, BusyForATimeEndsAndHasThePicture) {
   EXPECT_EQ(camera.progress_of(id).camera_name, "R0010001.JPG");
 }
 
-TEST_F(SimulatedCameraTest, SourceThatFailsIsAPictureThatIsMissing) {
+TEST_F(SimulatedCameraTest, FailingSourceGivesAMissingPicture) {
   SimulatedCamera camera(settings(), clock_,
                          [](const ExposureNow&) -> std::string { throw Error("no room"); });
   const std::string id = camera.take_picture();
@@ -203,7 +203,7 @@ TEST_F(SimulatedCameraTest, CardWithoutADirectoryIsAnError) {
   EXPECT_THROW(SimulatedCamera(bad, clock_, grey_picture), Error);
 }
 
-TEST(CameraFault, NamesAreReadBack) {
+TEST(CameraFault, NamesRoundTrip) {
   for (const std::string& name : camera_fault_names()) {
     EXPECT_EQ(name_of(camera_fault_named(name)), name);
   }

@@ -11,8 +11,8 @@
 namespace raywalk::capture {
 namespace {
 
-// DCF (JEITA CP-3461): eight characters and an extension; Ricoh writes R001 and four digits, and R
-// with seven digits once those are used up.
+// DCF (JEITA CP-3461): eight characters and an extension. Ricoh writes R001 and four digits, then R
+// and seven digits once those are exhausted.
 constexpr int kFirstNumber = 10001;
 
 // The number in "R0010001.JPG"; 0 for another file.

@@ -15,21 +15,20 @@ struct SimulatedCardFile {
   std::int64_t bytes = 0;
 };
 
-// Safe to use from several threads. Files that are in the directory already count, and names go on
-// after them, as with a card that was not emptied.
+// Thread-safe. Files already in the directory are kept, and numbering continues after them.
 class SimulatedCard {
  public:
-  // Makes the directory where it is missing. Throws Error if that fails.
+  // Creates the directory if missing. Throws Error if that fails.
   SimulatedCard(std::filesystem::path directory, std::int64_t capacity_bytes);
 
-  // The name after the last one used: "R0010001.JPG", "R0010002.JPG", ... Every call gives another.
+  // The next unused name: "R0010001.JPG", "R0010002.JPG", ... Each call returns a new one.
   std::string next_name();
-  // Throws Error if the disk below is full.
+  // Throws Error if the file cannot be written.
   void write(const std::string& name, const std::string& bytes);
-  // By name, which is also by age.
+  // Sorted by name, which is the order of creation.
   std::vector<SimulatedCardFile> files() const;
   bool has(const std::string& name) const;
-  // Throws Error naming a file that is not on the card.
+  // Throws Error naming the file if it is not on the card.
   std::string read(const std::string& name) const;
   void erase(const std::string& name);
 

@@ -6,7 +6,7 @@
 namespace raywalk::capture {
 namespace {
 
-// How far homing first leaves the switch where it starts on it.
+// Distance that homing backs off if it starts on the switch.
 constexpr double kHomingClearance_mm = 5.0;
 
 double seconds_of(Duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -35,7 +35,7 @@ SimulatedDrive::SimulatedDrive(const DriveSettings& settings, const Clock* clock
   truth_.visited.add(carriage_mm_);
 }
 
-// Where the motor is when the carriage reaches a switch: half the play ahead of it.
+// Motor position when the carriage reaches a switch: half the backlash ahead of it.
 double SimulatedDrive::motor_at_switch(double carriage_mm, bool from_below) const {
   return carriage_mm + (from_below ? 0.5 : -0.5) * settings_.backlash_mm;
 }
@@ -44,8 +44,8 @@ MotionState SimulatedDrive::motor() const {
   return moving_ ? motion_.at(seconds_of(now_ - motion_began_)) : MotionState{motor_mm_, 0.0};
 }
 
-// The motor has moved here from where it was, without turning back in between. The carriage stays
-// put until the play is taken up. At a limit switch the motor halts at once.
+// The motor moved to `motor_mm` without reversing. The carriage stays put until the backlash is
+// taken up. At a limit switch the motor stops immediately.
 void SimulatedDrive::follow(double motor_mm) {
   const double low = motor_at_switch(settings_.low_switch_mm, false);
   const double high = motor_at_switch(settings_.high_switch_mm, true);
@@ -56,7 +56,7 @@ void SimulatedDrive::follow(double motor_mm) {
   if (motor_mm_ != motor_mm) block();
 }
 
-// Comes to a halt at once, with nothing left to go to.
+// Stops immediately and discards the target.
 void SimulatedDrive::block() {
   motion_ = Trajectory(motor_mm_);
   if (moving_) stopped_at_ = now_;
@@ -65,7 +65,7 @@ void SimulatedDrive::block() {
   homing_ = Homing::kNone;
 }
 
-// Gives up whatever was under way.
+// Decelerates and discards the target.
 void SimulatedDrive::decelerate() {
   homing_ = Homing::kNone;
   goal_motor_mm_.reset();
@@ -78,7 +78,7 @@ void SimulatedDrive::start(const Trajectory& motion) {
   moving_ = true;
 }
 
-// A trigger of a limit switch ahead refuses the way.
+// A triggered limit switch refuses moves towards it.
 bool SimulatedDrive::refuses(double motor_mm) const {
   const bool at_low = low_limit_ || carriage_mm_ <= settings_.low_switch_mm;
   const bool at_high = high_limit_ || carriage_mm_ >= settings_.high_switch_mm;
@@ -117,8 +117,8 @@ void SimulatedDrive::end_motion(SteadyTime time) {
   }
 }
 
-// Visits every moment at which something changes: the end of a phase (the motor may turn there),
-// the end of a motion (homing goes on), the beginning and the end of a fault.
+// Steps through all events: the end of a phase, where the motor may reverse, the end of a motion,
+// where homing may continue, and the start and end of faults.
 void SimulatedDrive::advance() {
   const SteadyTime now = clock_->now();
   while (const auto event = next_event()) {
@@ -138,7 +138,7 @@ void SimulatedDrive::advance_to(SteadyTime time) {
       end_s += phase.duration_s;
       if (end_s > done_s) break;
     }
-    // One nanosecond, the clock's resolution, keeps a rounded phase from standing still.
+    // At least one nanosecond, the clock's resolution, to guarantee progress despite rounding.
     const SteadyTime phase_end =
         std::max(motion_began_ + duration_from_s(end_s), now_ + Duration(1));
     now_ = std::min(phase_end, time);
@@ -208,8 +208,8 @@ bool SimulatedDrive::move_to(double target_mm, const MotionBounds& bounds) {
   return true;
 }
 
-// The switch is pressed all the way from the low end up to 0, so the drive knows which way to go.
-// It always comes onto it from above, so that the play lies on the same side.
+// The switch is pressed from the low end up to 0, which tells the drive the direction to move. It
+// is always approached from above, so that the backlash is on the same side.
 void SimulatedDrive::home() {
   const std::lock_guard lock(mutex_);
   advance();
@@ -297,7 +297,7 @@ void SimulatedDrive::begin_fault(const PendingFault& pending) {
   }
 }
 
-// What it was told stays in the drive's mind.
+// Unlike block(), keeps the command, which resumes when the motor is freed.
 void SimulatedDrive::stall(const ActiveFault& fault) {
   const auto goal = goal_motor_mm_;
   const Homing homing = homing_;

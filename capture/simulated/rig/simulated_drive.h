@@ -1,9 +1,9 @@
-// The motor drive of the simulated rig and the carriage on its rail: motion, switches, backlash and
-// faults, without the protocol.
+// The simulated motor drive and the carriage on its rail, without the protocol: motion, switches,
+// backlash and faults.
 //
-// Rail positions count from the home switch, in millimetres. The drive knows only its motor, whose
-// count becomes 0 where homing finds the switch; the carriage follows the motor with backlash. What
-// the drive reports (DriveState) and what is true (DriveTruth) are kept apart.
+// Rail positions are in millimetres from the home switch. The drive only knows its motor's count,
+// which homing sets to 0 at the switch; the carriage follows the motor with backlash. DriveState is
+// what the drive reports, DriveTruth the true state.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +20,11 @@
 namespace raywalk::capture {
 
 struct DriveSettings {
-  int seed = 1;  // of the feedback's noise
-  // Where the limit switches stop the carriage; the home switch at 0 lies between.
+  int seed = 1;  // of the feedback noise
+  // Positions of the limit switches; the home switch is at 0, between them.
   double low_switch_mm = -20.0;
   double high_switch_mm = 2000.0;
-  double power_on_mm = 300.0;  // where the carriage stands at first
+  double power_on_mm = 300.0;  // initial position of the carriage
   double max_speed_mm_s = 500.0;
   double max_acceleration_mm_s2 = 2000.0;
   double homing_speed_mm_s = 50.0;
@@ -33,12 +33,12 @@ struct DriveSettings {
 };
 
 enum class DriveFault {
-  kStall,     // the motor is blocked, though the drive believes that it moves
-  kAlarm,     // amount: the alarm's code; lasts until it is reset
-  kLowLimit,  // a limit switch reads as pressed: the motor stops, and refuses that way
+  kStall,     // the motor is blocked while the drive reports motion
+  kAlarm,     // amount: alarm code; lasts until it is reset
+  kLowLimit,  // the limit switch reads as pressed: the motor stops and refuses moves that way
   kHighLimit,
-  kFeedbackJump,   // amount: millimetres that the feedback is off
-  kFeedbackDrift,  // amount: millimetres per second by which the feedback runs away
+  kFeedbackJump,   // amount: constant feedback error in millimetres
+  kFeedbackDrift,  // amount: growth of the feedback error in millimetres per second
 };
 
 // What the drive reports.
@@ -54,7 +54,7 @@ struct DriveState {
   bool at_high_limit = false;
 };
 
-// A range that grows with what is added to it.
+// The range of the values added to it.
 struct Extremes {
   double low_mm = 0.0;
   double high_mm = 0.0;
@@ -63,27 +63,26 @@ struct Extremes {
   void add(double mm);
 };
 
-// What happens on the rail. Extremes start anew when homing ends.
+// True state of the rail. Extremes are reset when homing ends.
 struct DriveTruth {
   double carriage_mm = 0.0;
-  std::optional<Duration> still_for{};  // since the motor stopped; none while it moves
-  Extremes commanded{};                 // targets of moves, as commanded
-  Extremes visited{};                   // where the carriage has been, at any time
-  int moves = 0;                        // commanded
+  std::optional<Duration> still_for{};  // since the motor stopped; empty while it moves
+  Extremes commanded{};                 // targets of commanded moves
+  Extremes visited{};                   // positions of the carriage
+  int moves = 0;                        // commanded moves
 };
 
-// Safe to use from several threads. Time is the given clock's alone: what happened between two
-// calls is worked out exactly at the second one.
+// Thread-safe. Time is that of the given clock; the motion between two calls is computed exactly at
+// the second one.
 class SimulatedDrive {
  public:
   SimulatedDrive(const DriveSettings& settings, const Clock* clock);
 
   const DriveSettings& settings() const { return settings_; }
 
-  // An absolute move at no more than the drive's own speed and acceleration; a new one takes over
-  // from one under way. Ignored in an alarm. Returns false, and does nothing, where a value is not
-  // one that a drive can use: a target that is not finite, a speed or acceleration that is not
-  // positive.
+  // Starts an absolute move, limited to the drive's speed and acceleration; it replaces a move in
+  // progress. Ignored during an alarm. Returns false without moving if the target is not finite or
+  // a speed or acceleration is not positive.
   bool move_to(double target_mm, const MotionBounds& bounds);
   void home();
   void stop();
@@ -92,13 +91,13 @@ class SimulatedDrive {
   DriveState state();
   DriveTruth truth();
 
-  // After so long, and for so long, or where that is zero until clear_faults() (an alarm: until it
+  // Starts the fault after `delay`, for `lasting`; zero: until clear_faults() (an alarm: until it
   // is reset).
   void inject(DriveFault fault, double amount, Duration lasting, Duration delay = {});
-  // Also those that have not come yet.
+  // Removes active and pending faults.
   void clear_faults();
-  // Called with the target of every move before the drive obeys; it may inject faults. Set it
-  // before the first command.
+  // `observer` is called with the target of every move before it starts; it may inject faults. Set
+  // it before the first command.
   void on_move(std::function<void(double target_mm)> observer) { observer_ = std::move(observer); }
 
  private:
@@ -142,12 +141,12 @@ class SimulatedDrive {
   SteadyTime motion_began_{};
   bool moving_ = false;
   SteadyTime stopped_at_{};
-  std::optional<double> goal_motor_mm_;  // of the move under way
+  std::optional<double> goal_motor_mm_;  // of the move in progress
   MotionBounds goal_bounds_{};
   Homing homing_ = Homing::kNone;
-  double motor_mm_ = 0.0;     // where the motor stands, in rail positions
-  double carriage_mm_ = 0.0;  // within half the backlash of it
-  double zero_mm_ = 0.0;      // where the motor's count is 0
+  double motor_mm_ = 0.0;     // motor position, as rail position
+  double carriage_mm_ = 0.0;  // within half the backlash of the motor
+  double zero_mm_ = 0.0;      // rail position where the motor's count is 0
   bool homed_ = false;
   int alarm_code_ = 0;
   std::multimap<SteadyTime, PendingFault> pending_;

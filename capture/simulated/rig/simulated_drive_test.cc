@@ -53,7 +53,7 @@ TEST_F(SimulatedDriveTest, HomingFromBelowTheSwitchLeavesItFirst) {
   EXPECT_NEAR(drive.truth().carriage_mm, 0.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, MovesAsTheProfileSays) {
+TEST_F(SimulatedDriveTest, FollowsTheMotionProfile) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   ASSERT_TRUE(drive.move_to(400.0, kUsual));
@@ -70,7 +70,7 @@ TEST_F(SimulatedDriveTest, MovesAsTheProfileSays) {
   EXPECT_NEAR(ms_from_duration(*drive.truth().still_for), 70.0, 1e-3);
 }
 
-TEST_F(SimulatedDriveTest, SpeedIsCutToWhatTheDriveCanDo) {
+TEST_F(SimulatedDriveTest, SpeedIsLimitedToTheDrivesMaximum) {
   DriveSettings settings = exact_drive();
   settings.max_speed_mm_s = 10.0;
   SimulatedDrive drive(settings, &clock_);
@@ -80,8 +80,8 @@ TEST_F(SimulatedDriveTest, SpeedIsCutToWhatTheDriveCanDo) {
   EXPECT_LT(drive.state().feedback_mm, 100.0);
 }
 
-// An unobserved reversal between two readings still is where the carriage has been.
-TEST_F(SimulatedDriveTest, ExtremesHoldWhatNobodySaw) {
+// A reversal between two readings counts for the visited positions.
+TEST_F(SimulatedDriveTest, ExtremesIncludeUnobservedReversals) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   drive.move_to(1000.0, kUsual);
@@ -97,7 +97,7 @@ TEST_F(SimulatedDriveTest, ExtremesHoldWhatNobodySaw) {
   EXPECT_EQ(truth.moves, 2);
 }
 
-TEST_F(SimulatedDriveTest, BacklashKeepsTheCarriageBehindTheMotor) {
+TEST_F(SimulatedDriveTest, CarriageLagsTheMotorByTheBacklash) {
   DriveSettings settings;
   settings.backlash_mm = 0.4;
   SimulatedDrive drive(settings, &clock_);
@@ -112,7 +112,7 @@ TEST_F(SimulatedDriveTest, BacklashKeepsTheCarriageBehindTheMotor) {
   EXPECT_NEAR(drive.truth().carriage_mm, 50.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, NoiseHasItsSpreadAndFollowsFromTheSeed) {
+TEST_F(SimulatedDriveTest, NoiseHasTheGivenDeviationAndIsSeeded) {
   DriveSettings settings = exact_drive();
   settings.feedback_noise_mm = 0.05;
   SimulatedDrive drive(settings, &clock_), again(settings, &clock_);
@@ -140,7 +140,7 @@ TEST_F(SimulatedDriveTest, StopDeceleratesAndStays) {
   EXPECT_FALSE(drive.state().moving);
 }
 
-TEST_F(SimulatedDriveTest, LimitSwitchEndsTheWayButLetsBack) {
+TEST_F(SimulatedDriveTest, LimitSwitchStopsTheMotorButAllowsReturning) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   drive.move_to(5000.0, kUsual);
@@ -157,7 +157,7 @@ TEST_F(SimulatedDriveTest, LimitSwitchEndsTheWayButLetsBack) {
   EXPECT_FALSE(drive.state().at_high_limit);
 }
 
-TEST_F(SimulatedDriveTest, StalledMotorStandsThoughTheDriveThinksItMoves) {
+TEST_F(SimulatedDriveTest, StalledMotorIsReportedAsMoving) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   drive.move_to(400.0, kUsual);
@@ -166,7 +166,7 @@ TEST_F(SimulatedDriveTest, StalledMotorStandsThoughTheDriveThinksItMoves) {
   pass(2000.0);
   EXPECT_NEAR(drive.state().feedback_mm, 75.0, 1e-6);
   EXPECT_TRUE(drive.state().moving);
-  pass(60000.0);  // freed after one more second, it goes on
+  pass(60000.0);  // resumes when freed after one more second
   EXPECT_NEAR(drive.state().feedback_mm, 400.0, 1e-9);
   EXPECT_FALSE(drive.state().moving);
 }
@@ -205,7 +205,7 @@ TEST_F(SimulatedDriveTest, AlarmHaltsUntilItIsReset) {
   EXPECT_NEAR(drive.state().feedback_mm, 300.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, LimitTriggeredOnRequestStopsAndRefusesItsSideOnly) {
+TEST_F(SimulatedDriveTest, InjectedLimitStopsAndRefusesItsSideOnly) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   drive.move_to(400.0, kUsual);
@@ -222,7 +222,7 @@ TEST_F(SimulatedDriveTest, LimitTriggeredOnRequestStopsAndRefusesItsSideOnly) {
   EXPECT_FALSE(drive.state().at_high_limit);
 }
 
-TEST_F(SimulatedDriveTest, FeedbackFaultsDeceiveTheDriveAlone) {
+TEST_F(SimulatedDriveTest, FeedbackFaultsDoNotMoveTheCarriage) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
   drive.inject(DriveFault::kFeedbackJump, 3.0, duration_from_ms(1000.0));
@@ -237,10 +237,10 @@ TEST_F(SimulatedDriveTest, FeedbackFaultsDeceiveTheDriveAlone) {
   EXPECT_NEAR(drive.state().feedback_mm, 0.0, 1e-9);
 }
 
-TEST_F(SimulatedDriveTest, FaultCanWaitForItsTime) {
+TEST_F(SimulatedDriveTest, FaultCanBeDelayed) {
   SimulatedDrive drive(exact_drive(), &clock_);
   home(&drive);
-  // Blocked from 1 s to 2 s into the move, though nobody looks in between.
+  // Blocked from 1 s to 2 s into the move, without a reading in between.
   drive.on_move([&](double target_mm) {
     EXPECT_EQ(target_mm, 400.0);
     drive.inject(DriveFault::kStall, 0.0, duration_from_ms(1000.0), duration_from_ms(1000.0));
@@ -251,7 +251,7 @@ TEST_F(SimulatedDriveTest, FaultCanWaitForItsTime) {
   EXPECT_NEAR(drive.state().feedback_mm, 100.0, 1e-6);
 }
 
-TEST_F(SimulatedDriveTest, CommandsNoDriveCouldUseAreRefused) {
+TEST_F(SimulatedDriveTest, InvalidCommandsAreRefused) {
   SimulatedDrive drive(exact_drive(), &clock_);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(drive.move_to(nan, kUsual));

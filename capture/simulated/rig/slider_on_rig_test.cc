@@ -1,5 +1,5 @@
-// The driver of the slider against the simulated drive, over every shipped register map and both
-// links: two sides of the protocol that share no code.
+// The slider driver against the simulated drive, with every shipped register map and both links.
+// The two sides of the protocol share no code.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 struct Setup {
   const char* map;
-  const char* connection;
+  SliderConnection connection;
 };
 
 class SliderOnRigTest : public ::testing::TestWithParam<Setup> {
@@ -94,14 +94,14 @@ TEST_P(SliderOnRigTest, AlarmEndsTheMoveAndCanBeReset) {
   EXPECT_NEAR(drive_.truth().carriage_mm, 10.0, 0.01);
 }
 
-TEST_P(SliderOnRigTest, FaultyLinkNeverLeadsToAWrongPlace) {
+TEST_P(SliderOnRigTest, FaultyLinkNeverCausesAWrongPosition) {
   const auto slider = make_modbus_slider(slider_config(), &clock_);
   Carriage carriage(slider.get(), &clock_, limits_, rules());
   carriage.home();
   // The serial line keeps real pauses between frames, which take real time.
-  const int moves = std::string(GetParam().connection) == "tcp" ? 24 : 6;
+  const int moves = GetParam().connection == SliderConnection::kTcp ? 24 : 6;
   for (int i = 0; i < moves; ++i) {
-    // One of the first five exchanges of each move goes wrong, in each way in turn.
+    // One of the first five exchanges of each move has a fault, cycling through all kinds.
     constexpr LinkFault kKinds[] = {
         LinkFault::kLostRequest,    LinkFault::kLostReply, LinkFault::kCorruptedRequest,
         LinkFault::kCorruptedReply, LinkFault::kLate,      LinkFault::kDuplicated};
@@ -117,7 +117,7 @@ TEST_P(SliderOnRigTest, FaultyLinkNeverLeadsToAWrongPlace) {
   EXPECT_LE(drive_.truth().visited.high_mm, 1000.0);
 }
 
-TEST_P(SliderOnRigTest, CutLineInMidMoveIsAFaultAndComesBack) {
+TEST_P(SliderOnRigTest, LinkCutDuringAMoveIsAFaultAndCanReconnect) {
   const auto slider = make_modbus_slider(slider_config(), &clock_);
   Carriage carriage(slider.get(), &clock_, limits_, rules());
   carriage.home();
@@ -129,7 +129,7 @@ TEST_P(SliderOnRigTest, CutLineInMidMoveIsAFaultAndComesBack) {
     EXPECT_EQ(fault.kind(), FaultKind::kNoContact) << fault.what();
   }
   faults_.restore();
-  // The link's new port appears within a moment of the machine's time.
+  // The new port appears shortly, in real time.
   for (int i = 0; i < 400 && !std::filesystem::exists(directory_ / "slider"); ++i) {
     SystemClock().sleep(duration_from_ms(5.0));
   }
@@ -138,16 +138,20 @@ TEST_P(SliderOnRigTest, CutLineInMidMoveIsAFaultAndComesBack) {
   EXPECT_NEAR(drive_.truth().carriage_mm, 20.0, 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Maps, SliderOnRigTest,
-    ::testing::Values(Setup{"leadshine-pr0.yaml", "rtu"}, Setup{"leadshine-pr0.yaml", "tcp"},
-                      Setup{"iai-block.yaml", "rtu"}, Setup{"iai-block.yaml", "tcp"},
-                      Setup{"generic.yaml", "rtu"}, Setup{"generic.yaml", "tcp"}),
-    [](const ::testing::TestParamInfo<Setup>& param) {
-      std::string name = std::string(param.param.map) + "_" + param.param.connection;
-      for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Maps, SliderOnRigTest,
+                         ::testing::Values(Setup{"leadshine-pr0.yaml", SliderConnection::kRtu},
+                                           Setup{"leadshine-pr0.yaml", SliderConnection::kTcp},
+                                           Setup{"iai-block.yaml", SliderConnection::kRtu},
+                                           Setup{"iai-block.yaml", SliderConnection::kTcp},
+                                           Setup{"generic.yaml", SliderConnection::kRtu},
+                                           Setup{"generic.yaml", SliderConnection::kTcp}),
+                         [](const ::testing::TestParamInfo<Setup>& param) {
+                           std::string name = std::string(param.param.map) + "_";
+                           name += name_of(param.param.connection);
+                           for (char& c : name)
+                             c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace raywalk::capture

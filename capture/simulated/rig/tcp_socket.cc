@@ -50,7 +50,7 @@ int TcpSocket::port() const {
 std::optional<TcpSocket> TcpSocket::accept() const {
   const int client = accept4(descriptor_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
   if (client < 0) return std::nullopt;
-  // Replies are single small writes; none should wait for more.
+  // Replies are single small writes; Nagle's algorithm would delay them.
   const int on = 1;
   setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   return TcpSocket(client);
@@ -74,7 +74,7 @@ void TcpSocket::write(std::span<const std::uint8_t> bytes) {
   }
 }
 
-// Closing with a linger time of zero discards the connection (RFC 793's ABORT; socket(7)).
+// Closing with a linger time of zero resets the connection (RFC 793 ABORT; socket(7)).
 void TcpSocket::reset_connection() {
   const linger abort{1, 0};
   setsockopt(descriptor_, SOL_SOCKET, SO_LINGER, &abort, sizeof abort);

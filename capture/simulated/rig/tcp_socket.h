@@ -1,4 +1,4 @@
-// Sockets of a server on loopback that never block.
+// Non-blocking TCP server sockets on loopback.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace raywalk::capture {
 
 class TcpSocket {
  public:
-  // On 127.0.0.1; port 0 takes one that is free. Throws Error naming the port where it is taken.
+  // Listens on 127.0.0.1; port 0 chooses a free one. Throws Error naming the port if it is in use.
   static TcpSocket listen_on_loopback(int port);
   ~TcpSocket();
   TcpSocket(TcpSocket&& other) noexcept;
@@ -21,13 +21,13 @@ class TcpSocket {
 
   int descriptor() const { return descriptor_; }
   int port() const;
-  // The next client, if one has come.
+  // The next waiting client, if any.
   std::optional<TcpSocket> accept() const;
-  // What has come; empty if nothing yet, none once the client is gone.
+  // The received bytes, possibly none; nullopt once the client has disconnected.
   std::optional<ModbusBytes> read();
-  // What does not fit, as nobody reads, is lost.
+  // Bytes that do not fit the send buffer are lost.
   void write(std::span<const std::uint8_t> bytes);
-  // Has the client see a reset (ECONNRESET) rather than an end.
+  // Closes such that the client sees a reset (ECONNRESET) rather than end of file.
   void reset_connection();
 
  private:

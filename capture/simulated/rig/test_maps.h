@@ -1,11 +1,11 @@
-// For tests: register maps of both kinds, one write or two.
+// For tests: register maps whose moves take one write or two.
 #pragma once
 
 #include "capture/slider/register_map.h"
 
 namespace raywalk::capture {
 
-// As drives of the "PR0" kind: one block moves, its last word is the trigger; home and stop share a
+// As Leadshine's PR0 drives: one block starts a move with its last word; home and stop share a
 // register.
 inline RegisterMap one_write_map() {
   using enum WordMeaning;
@@ -37,8 +37,8 @@ inline RegisterMap one_write_map() {
   return map;
 }
 
-// Everything the other way: state in input registers, low word first, 32-bit speed, acceleration as
-// such, a start of its own, a flag that is active low, an identity.
+// The other variants: state in input registers, low word first, 32-bit speed, acceleration instead
+// of ramp time, a separate start block, an active-low flag, an identity register.
 inline RegisterMap two_write_map() {
   using enum WordMeaning;
   RegisterMap map;

@@ -11,7 +11,7 @@ MotionState after(const MotionState& start, double acceleration_mm_s2, double ti
           start.speed_mm_s + acceleration_mm_s2 * time_s};
 }
 
-// Where a motion comes to rest if it decelerates from now on: it covers v^2 / (2 a).
+// Position of rest if the motion decelerates from now on; the braking distance is v^2 / (2 a).
 double halting_point(const MotionState& state, double deceleration_mm_s2) {
   return state.position_mm +
          0.5 * state.speed_mm_s * std::abs(state.speed_mm_s) / deceleration_mm_s2;
@@ -34,11 +34,11 @@ Trajectory Trajectory::halt(const MotionState& start, double deceleration_mm_s2)
   return motion;
 }
 
-// Let D be the way to go and v0 the speed towards the target. Accelerating by a to the peak speed p
-// and decelerating by d to rest covers
+// Let D be the distance to go and v0 the speed towards the target. Accelerating by a to the peak
+// speed p and decelerating by d to rest covers
 //   (p^2 - v0^2) / (2 a) + p^2 / (2 d) = D,  so  p^2 = (2 a d D + d v0^2) / (a + d).
-// p >= v0 exactly where D >= v0^2 / (2 d), which is where halting at once would not overshoot. A
-// peak above the speed allowed is cut off, and what is left of D is covered at that speed.
+// p >= v0 if and only if D >= v0^2 / (2 d), that is, if braking now would not overshoot. A peak
+// above the speed limit is cut off, and the rest of D is covered at the limit.
 Trajectory Trajectory::to(double target_mm, const MotionState& start, const MotionBounds& bounds) {
   const double a = bounds.acceleration_mm_s2, d = bounds.deceleration_mm_s2;
   const double halt_mm = halting_point(start, d);

@@ -1,4 +1,4 @@
-// How a motor drive moves between commands: stretches of constant acceleration.
+// Motion profiles of a motor drive: phases of constant acceleration.
 #pragma once
 
 #include <span>
@@ -6,7 +6,7 @@
 
 namespace raywalk::capture {
 
-// What a motion may use; all positive.
+// Limits of a motion; all positive.
 struct MotionBounds {
   double speed_mm_s = 100.0;
   double acceleration_mm_s2 = 200.0;
@@ -18,8 +18,8 @@ struct MotionState {
   double speed_mm_s = 0.0;  // negative towards lower positions
 };
 
-// A motion as a function of the time since it began. Speed changes its sign only where one phase
-// ends and the next begins, so the position is monotone within a phase.
+// A motion as a function of the time since its start. Speed changes sign only between phases, so
+// the position is monotonic within a phase.
 class Trajectory {
  public:
   struct Phase {
@@ -28,11 +28,11 @@ class Trajectory {
     double acceleration_mm_s2 = 0.0;
   };
 
-  // At rest.
+  // At rest at `position_mm`.
   explicit Trajectory(double position_mm) : end_mm_(position_mm) {}
-  // The fastest way to rest at the target within the bounds. Where the target is nearer than the
-  // way to a halt, or behind, it goes past, halts and comes back; where the speed is too high, it
-  // first slows down.
+  // The fastest motion within the bounds that ends at rest at the target. If the target is closer
+  // than the braking distance, or behind, it overshoots, stops and returns. If the initial speed
+  // exceeds the bound, it first decelerates.
   static Trajectory to(double target_mm, const MotionState& start, const MotionBounds& bounds);
   // Decelerates to rest.
   static Trajectory halt(const MotionState& start, double deceleration_mm_s2);
@@ -40,7 +40,7 @@ class Trajectory {
   std::span<const Phase> phases() const { return phases_; }
   double duration_s() const { return duration_s_; }
   double end_mm() const { return end_mm_; }
-  // Before 0 as at 0; from the duration on, at rest at end_mm() exactly.
+  // State at a time, clamped to [0, duration]; at the end exactly at rest at end_mm().
   MotionState at(double time_s) const;
 
  private:

@@ -26,21 +26,21 @@ TEST(TrajectoryTest, ShortMoveNeverReachesFullSpeed) {
   EXPECT_NEAR(move.at(0.5 * move.duration_s()).speed_mm_s, -std::sqrt(200.0), 1e-9);
 }
 
-TEST(TrajectoryTest, TargetNearerThanTheBrakingWayIsPassedAndComeBackTo) {
-  // From 100 mm/s at 200 mm/s^2 it halts after 25 mm.
+TEST(TrajectoryTest, TargetWithinTheBrakingDistanceIsOvershot) {
+  // From 100 mm/s at 200 mm/s^2 it stops after 25 mm.
   const auto move = Trajectory::to(10.0, {0.0, 100.0}, {100.0, 200.0, 200.0});
   EXPECT_NEAR(move.at(0.5).position_mm, 25.0, 1e-9);
   EXPECT_NEAR(move.at(0.5).speed_mm_s, 0.0, 1e-9);
   EXPECT_EQ(move.at(move.duration_s()).position_mm, 10.0);
 }
 
-TEST(TrajectoryTest, HaltsInVSquaredOverTwoA) {
+TEST(TrajectoryTest, BrakingDistanceIsVSquaredOverTwoA) {
   const auto halt = Trajectory::halt({5.0, -100.0}, 400.0);
   EXPECT_NEAR(halt.end_mm(), 5.0 - 12.5, 1e-12);
   EXPECT_NEAR(halt.duration_s(), 0.25, 1e-12);
 }
 
-TEST(TrajectoryTest, MotionAlreadyThereTakesNoTime) {
+TEST(TrajectoryTest, MotionToTheCurrentPositionTakesNoTime) {
   EXPECT_EQ(Trajectory::to(3.0, {3.0, 0.0}, {}).duration_s(), 0.0);
 }
 
@@ -48,7 +48,7 @@ double log_uniform(std::mt19937* random, double min, double max) {
   return std::exp(std::uniform_real_distribution<double>(std::log(min), std::log(max))(*random));
 }
 
-// Position and speed have no jumps, acceleration and speed keep their bounds, whatever is asked.
+// Position and speed are continuous; acceleration and speed stay within their bounds.
 TEST(TrajectoryTest, AnyMotionIsContinuousAndWithinItsBounds) {
   std::mt19937 random(4);
   for (int i = 0; i < 5000; ++i) {
@@ -75,7 +75,7 @@ TEST(TrajectoryTest, AnyMotionIsContinuousAndWithinItsBounds) {
                 phase.start.speed_mm_s + phase.acceleration_mm_s2 * phase.duration_s};
     }
     EXPECT_NEAR(before.position_mm, target_mm, 1e-6 * reach_mm) << i;
-    // The square root of what rounding leaves of the way is a speed.
+    // A rounding error of the distance leaves a speed of its square root.
     EXPECT_NEAR(before.speed_mm_s, 0.0, 1e-6 * fastest) << i;
   }
 }

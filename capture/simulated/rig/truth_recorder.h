@@ -1,4 +1,4 @@
-// The truth behind a simulated capture, written down beside it.
+// Records the ground truth of a simulated capture.
 #pragma once
 
 #include <filesystem>
@@ -9,21 +9,20 @@
 
 namespace raywalk::capture {
 
-// In a directory of its own:
-//   true_poses.csv         file,line,x,y,z,yaw,pitch,roll of every picture (metres, degrees), by
-//   its
-//                          name on the camera's card
-//   dist/<picture>.png     distance maps, as in write_capture.h
-//   gt/<name>.png, gt.csv, dist/gt_<name>.png   true views from inside of the cells
+// Files in its directory:
+//   true_poses.csv      file,line,x,y,z,yaw,pitch,roll (metres, degrees) of every picture, `file`
+//                       being its name on the camera's card
+//   dist/<picture>.png  distance maps, as in write_capture.h
+//   gt/<name>.png, gt.csv, dist/gt_<name>.png   true views from inside the cells
 class TruthRecorder {
  public:
-  // Goes on with a table that is there already. The room has to outlive it. Throws Error where the
-  // directory cannot be made or written.
+  // Appends to an existing table. The room must outlive this object. Throws Error if the directory
+  // cannot be created or written.
   TruthRecorder(const VirtualRoom* room, PanoramaSize size, std::filesystem::path directory);
 
-  // So many viewpoints, spread by the room's seed.
+  // Writes true views at `count` viewpoints chosen by the room's seed.
   void write_views(int count);
-  // One row, on its way to the disk when this returns. Throws Error for a full disk.
+  // Appends one row and flushes it. Throws Error if it cannot be written.
   void record(const std::string& picture, const std::string& line, const CameraPose& pose);
   void write_distances(const std::string& picture, const CameraPose& pose);
 

@@ -15,7 +15,8 @@ using Eigen::Vector3d;
 constexpr int kLooks = 64;
 constexpr int kLevelLooks = 48;
 
-// Directions spread evenly over the sphere: equal steps in height, golden-angle steps around.
+// Directions distributed evenly over the sphere (Fibonacci lattice): equal steps in height, golden
+// angle in longitude.
 Vector3d spread_direction(int index) {
   const double golden_angle = kPi * (3.0 - std::sqrt(5.0));
   const double height = (2.0 * index + 1.0) / kLooks - 1.0;
@@ -37,9 +38,9 @@ bool is_in_box(const Vector3d& at, const RoomBox& box) {
 void require_free_camera(const RoomPlan& plan, const RoomScene& scene, const Vector3d& position_m) {
   if (!position_m.allFinite()) throw_at(plan, position_m, "has no finite position");
   const Vector3d at = position_m / plan.unit_m;
-  if (!is_in_box(at, plan.walls)) throw_at(plan, position_m, "is outside of the room");
-  // From inside of a solid one sees the backs of its facets in every direction. A single back may
-  // be a ray that touches an edge.
+  if (!is_in_box(at, plan.walls)) throw_at(plan, position_m, "is outside the room");
+  // Inside a solid, rays in all directions hit back faces. A single back face may be a ray that
+  // grazes an edge.
   int backs = 0;
   for (int i = 0; i < kLooks; ++i) {
     const Vector3d direction = spread_direction(i);
@@ -49,7 +50,7 @@ void require_free_camera(const RoomPlan& plan, const RoomScene& scene, const Vec
     if (!facet.two_sided && facet.normal.dot(direction) > 0.0) ++backs;
   }
   if (backs > kLooks / 4) {
-    throw_at(plan, position_m, "is inside of furniture; move it, or use another seed");
+    throw_at(plan, position_m, "is inside furniture; move it, or use another seed");
   }
 }
 
@@ -62,7 +63,7 @@ void require_clear_lines(const RoomPlan& plan, const RoomScene& scene) {
         if (!scene.geometry().occluded({at, level}, (1.0 - 1e-6) * plan.clearance)) continue;
         throw_at(
             plan, plan.unit_m * at,
-            "is a station with something nearer than a quarter of the cell's side; use another "
+            "is a station with an object nearer than a quarter of the cell's side; use another "
             "seed, or put less in the room (contents)");
       }
     }

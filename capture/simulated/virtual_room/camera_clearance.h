@@ -1,4 +1,4 @@
-// Whether a camera can be where it is asked to be.
+// Checks that cameras are in free space.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,13 +8,13 @@
 
 namespace raywalk::capture {
 
-// Throws Error naming the position and the seed where it is not finite, outside of the room, or
-// inside of something in it.
+// Throws Error naming the position (metres) and the seed if it is not finite, outside the room or
+// inside an object.
 void require_free_camera(const RoomPlan& plan, const RoomScene& scene,
                          const Eigen::Vector3d& position_m);
 
-// Throws Error naming station and seed where rays from a station of a line meet something at camera
-// height nearer than the plan's clearance.
+// Throws Error naming station and seed if anything at camera height is nearer to a station than the
+// plan's clearance.
 void require_clear_lines(const RoomPlan& plan, const RoomScene& scene);
 
 }  // namespace raywalk::capture

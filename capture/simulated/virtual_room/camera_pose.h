@@ -1,4 +1,4 @@
-// Where a simulated camera stands and looks.
+// Position and attitude of a simulated camera.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Light and reflectance as linear red, green and blue.
+// Light and reflectance in linear RGB.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,7 @@ namespace raywalk::capture {
 
 using Color = Eigen::Vector3f;
 
-// `a` at share 0, `b` at share 1.
+// Linear interpolation: `a` at share 0, `b` at share 1.
 inline Color mix(const Color& a, const Color& b, float share) { return a + share * (b - a); }
 
 // Relative luminance of linear sRGB primaries (ITU-R BT.709).

@@ -19,19 +19,19 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kRaysPerSide = 4;
-// Nothing of the dolly is seen higher than this: the corners of the largest platform, reach 45
-// degrees, are sqrt(2) times as far out as its edges, 35 degrees under the horizon.
+// Upper bound of the dolly's elevation: the corners of the largest platform (reach 45 degrees) are
+// sqrt(2) times as far out as its edges, 35 degrees below the horizon.
 constexpr double kHighestSine = -0.5;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// What a ray meets.
+// Intersection of a ray with the dolly.
 struct DollyHit {
   double distance = kFar;
   Vector3d normal{0, 1, 0};
   Vector2d on_surface{0, 0};  // for the texture
 };
 
-// Whether it was kept.
+// Keeps the nearer hit; returns whether `hit` was kept.
 bool keep_nearer(const DollyHit& hit, DollyHit* nearest) {
   if (!(hit.distance > 0.0 && hit.distance < nearest->distance)) return false;
   *nearest = hit;
@@ -43,9 +43,9 @@ struct Box {
   Vector3d max{0, 0, 0};
 };
 
-// The slab method (Kay and Kajiya 1986): the ray is inside of the box where it is between all three
-// pairs of faces. The camera is outside, so it enters by the last face of the three.
-DollyHit meet(const Box& box, const CameraRay& ray) {
+// The slab method (Kay and Kajiya 1986): the ray is inside the box while it is between all three
+// pairs of faces. The camera is outside, so the ray enters at the last of the three entry faces.
+DollyHit intersect(const Box& box, const CameraRay& ray) {
   double enters = 0.0, leaves = kFar;
   int face = -1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -76,7 +76,7 @@ struct Cylinder {
   double half_length = 0.0;
 };
 
-DollyHit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
+DollyHit intersect_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   const int a = (cylinder.axis + 1) % 3, b = (cylinder.axis + 2) % 3;
   const Vector3d from = ray.origin_m - cylinder.centre;
   const Vector2d start(from[a], from[b]), step(ray.direction[a], ray.direction[b]);
@@ -96,7 +96,7 @@ DollyHit meet_mantle(const Cylinder& cylinder, const CameraRay& ray) {
   return hit;
 }
 
-DollyHit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
+DollyHit intersect_ends(const Cylinder& cylinder, const CameraRay& ray) {
   const double slope = ray.direction[cylinder.axis];
   const double side = slope > 0.0 ? -1.0 : 1.0;  // of the end that faces the ray
   const Vector3d from = ray.origin_m - cylinder.centre;
@@ -110,10 +110,10 @@ DollyHit meet_ends(const Cylinder& cylinder, const CameraRay& ray) {
   return hit;
 }
 
-DollyHit meet(const Cylinder& cylinder, const CameraRay& ray) {
+DollyHit intersect(const Cylinder& cylinder, const CameraRay& ray) {
   DollyHit nearest;
-  keep_nearer(meet_mantle(cylinder, ray), &nearest);
-  keep_nearer(meet_ends(cylinder, ray), &nearest);
+  keep_nearer(intersect_mantle(cylinder, ray), &nearest);
+  keep_nearer(intersect_ends(cylinder, ray), &nearest);
   return nearest;
 }
 
@@ -121,7 +121,7 @@ enum class Finish { kSteel, kWood, kRubber, kAluminium };
 
 Color paint(Finish finish, const Vector2d& at) {
   const Eigen::Vector2f place = at.cast<float>();
-  // Scratches and dirt on all of it, in proportion to the dolly.
+  // Scratches and dirt, scaled with the dolly.
   const float dirt = 1.0F + 0.25F * fractal_noise(place, {0.08F, 4, 0.6F}, 0.002F, 71U);
   switch (finish) {
     case Finish::kSteel:
@@ -169,13 +169,13 @@ class Dolly {
     }
   }
 
-  // The light that comes along a ray; none past the dolly.
+  // The light along a ray; empty if it misses the dolly.
   std::optional<Color> look(const CameraRay& ray) const {
     DollyHit nearest;
     Finish finish = Finish::kSteel;
     const auto consider = [&](const auto& parts) {
       for (const auto& part : parts) {
-        if (keep_nearer(meet(part.shape, ray), &nearest)) finish = part.finish;
+        if (keep_nearer(intersect(part.shape, ray), &nearest)) finish = part.finish;
       }
     };
     consider(boxes_);
@@ -192,7 +192,7 @@ class Dolly {
   std::vector<Part<Cylinder>> cylinders_;
 };
 
-// What of a pixel the dolly covers.
+// The part of a pixel that the dolly covers.
 struct Cover {
   int rays = 0;
   Color light{0, 0, 0};
@@ -221,7 +221,7 @@ class CoverFinder {
   }
 
  private:
-  // By its four corner parts, so that a pixel on the image circle's edge is not passed over.
+  // Tests the four corner parts, so that a pixel on the edge of an image circle is not missed.
   bool looks_down(int row, int column) const {
     for (const int v : {0, kPixelParts - 1}) {
       for (const int u : {0, kPixelParts - 1}) {
@@ -260,7 +260,7 @@ DollyView::DollyView(const PixelRays& camera, const DollySettings& settings, dou
 
 void DollyView::cover(cv::Mat* picture) const {
   if (picture->type() != CV_8UC3 || picture->size() != share_.size()) {
-    throw Error("the dolly belongs to pictures of another size or type");
+    throw Error("the dolly was rendered for pictures of another size or type");
   }
   parallel_for(0, picture->rows, 16, [&](int begin, int end) {
     for (int row = begin; row < end; ++row) {

@@ -1,4 +1,4 @@
-// The dolly under a simulated camera, in every picture that it takes.
+// The dolly under a simulated camera, visible in all of its pictures.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -9,30 +9,30 @@ namespace raywalk::capture {
 
 struct DollySettings {
   bool visible = false;
-  // How far from straight down the middle of its platform's edges is seen; corners and wheels reach
-  // further. 10 to 45; less would show the pole beside it.
+  // Angle from the nadir at which the middle of the platform's edges is seen, 10 to 45; corners and
+  // wheels extend further. Below 10 the pole would extend beyond the platform.
   double reach_deg = 20.0;
 };
 
-// A plate right under the camera, a pole, a square platform on four wheels that stand on the floor,
-// and a short piece of rail. All of it is still in the camera's frame, whatever the carriage does,
-// so what covers a picture is worked out once. Its light is its own: it neither casts shadows in
-// the room nor shows in the mirror, and nothing of the room comes between it and the camera.
+// A plate under the camera, a pole, a square platform on four wheels on the floor, and a short
+// piece of rail. All of it is fixed in the camera's frame, so it is rendered once and composited
+// into each picture. It casts no shadows in the room, is not visible in the mirror, and is never
+// occluded.
 class DollyView {
  public:
-  // The floor is `floor_m` under the camera; all sizes are in proportion to it. Throws Error where
-  // that is not positive.
+  // The floor is `floor_m` below the camera; all sizes are proportional to it. Throws Error unless
+  // it is positive.
   DollyView(const PixelRays& camera, const DollySettings& dolly, double floor_m);
 
-  // CV_32FC1, the share of each pixel that the dolly covers, 0 to 1: the mean over 4 x 4 rays.
+  // CV_32FC1, coverage of each pixel by the dolly, 0 to 1: the mean over 4 x 4 rays.
   const cv::Mat& share() const { return share_; }
-  // Puts the dolly into the camera's picture (CV_8UC3, sRGB), mixing linear light. Throws Error for
-  // a picture of another size or type.
+  // Composites the dolly into the camera's picture (CV_8UC3, sRGB) in linear light. Throws Error if
+  // the picture has another size or type.
   void cover(cv::Mat* picture) const;
 
  private:
   cv::Mat share_;  // CV_32FC1
-  cv::Mat light_;  // CV_32FC3 in the picture's order, linear, times the share
+  cv::Mat light_;  // CV_32FC3, BGR, linear, premultiplied by the coverage
 };
 
 }  // namespace raywalk::capture

@@ -16,14 +16,14 @@ constexpr double kFloor_m = 1.2;
 
 DollySettings reaching(double reach_deg) { return {true, reach_deg}; }
 
-// The share of the pixel so far from straight down.
+// Coverage of the pixel at an angle from the nadir.
 float share_at(const DollyView& view, double theta_deg, double from_nadir_deg) {
   const PixelPosition pixel = pixel_from_angles(
       {radians_from_degrees(theta_deg), radians_from_degrees(from_nadir_deg - 90.0)}, kSize);
   return view.share().at<float>(cvRound(pixel.v), cvRound(pixel.u) % kSize.width);
 }
 
-TEST(DollyTest, HidesWhatIsBelowAsFarAsItReachesAndNothingHigher) {
+TEST(DollyTest, CoversTheNadirUpToItsReach) {
   const PanoramaRays camera(kSize);
   for (const double reach_deg : {12.0, 20.0, 40.0}) {
     const DollyView view(camera, reaching(reach_deg), kFloor_m);
@@ -47,7 +47,7 @@ TEST(DollyTest, LooksTheSameFromAnyHeight) {
   EXPECT_EQ(cv::norm(low.share(), high.share(), cv::NORM_INF), 0.0);
 }
 
-TEST(DollyTest, BothLensesSeeItsHalf) {
+TEST(DollyTest, BothLensesSeeHalfOfIt) {
   const PanoramaSize frame{400, 200};
   const DollyView view(DualFisheyeRays(simple_dual_fisheye(frame), frame), reaching(20.0),
                        kFloor_m);
@@ -58,8 +58,8 @@ TEST(DollyTest, BothLensesSeeItsHalf) {
   }
 }
 
-// Light mixes linearly, so white and black behind the same pixel differ by what shines past it.
-TEST(DollyTest, CoversByTheShareOfEachPixelInLinearLight) {
+// Compositing is linear in light, so results over white and black differ by the uncovered share.
+TEST(DollyTest, CompositesInLinearLightByCoverage) {
   const DollyView view(PanoramaRays(kSize), reaching(20.0), kFloor_m);
   cv::Mat black(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0.0));
   cv::Mat grey(black.size(), CV_8UC3, cv::Scalar::all(150.0));
@@ -74,7 +74,7 @@ TEST(DollyTest, CoversByTheShareOfEachPixelInLinearLight) {
         const double behind = black.at<cv::Vec3b>(v, u)[channel];
         const double mixed = srgb_level_from_linear(linear_from_srgb_level(behind) +
                                                     (1.0 - share) * linear_from_srgb_level(150.0));
-        // The black picture's levels are rounded, which weighs most where they are darkest.
+        // Rounding of the black picture's levels has most effect where they are darkest.
         EXPECT_NEAR(grey.at<cv::Vec3b>(v, u)[channel], mixed, share == 1.0 ? 0.01 : 1.6);
       }
     }
@@ -82,8 +82,7 @@ TEST(DollyTest, CoversByTheShareOfEachPixelInLinearLight) {
   EXPECT_GT(partly, 500) << "edges are smooth";
 }
 
-// Features are found on it: else nothing would be learnt about a camera that carries its dolly
-// along.
+// Features must be found on it, as on a real dolly that moves with the camera.
 TEST(DollyTest, IsTextured) {
   const DollyView view(PanoramaRays(kSize), reaching(20.0), kFloor_m);
   cv::Mat picture(kSize.height, kSize.width, CV_8UC3, cv::Scalar::all(0.0));
@@ -93,7 +92,7 @@ TEST(DollyTest, IsTextured) {
   EXPECT_GT(deviation[1], 10.0);
 }
 
-TEST(DollyTest, OtherPicturesAndCamerasUnderTheFloorAreRefused) {
+TEST(DollyTest, OtherPicturesAndCamerasBelowTheFloorAreRefused) {
   const PanoramaRays camera(kSize);
   EXPECT_THROW(DollyView(camera, reaching(20.0), 0.0), Error);
   const DollyView view(camera, reaching(20.0), kFloor_m);

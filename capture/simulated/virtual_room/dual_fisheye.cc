@@ -16,8 +16,8 @@ bool belongs_to_front(const DualFisheyeLayout& layout, PixelPosition pixel) {
 
 DualFisheyeRays::DualFisheyeRays(const DualFisheyeLayout& layout, PanoramaSize frame)
     : layout_(layout), frame_(frame), front_from_back_(world_from_camera(layout.back_attitude)) {
-  require_growing_radius(layout.front);
-  require_growing_radius(layout.back);
+  require_monotonic_radius(layout.front);
+  require_monotonic_radius(layout.back);
 }
 
 std::optional<CameraRay> DualFisheyeRays::at_part(int part_u, int part_v) const {

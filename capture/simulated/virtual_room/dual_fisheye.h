@@ -1,4 +1,4 @@
-// A 360-degree camera of two fisheye lenses, as the renderer of the virtual room needs it.
+// Camera model of a 360-degree camera with two fisheye lenses, for the renderer.
 #pragma once
 
 #include <optional>
@@ -8,14 +8,15 @@
 
 namespace raywalk::capture {
 
-// A pixel of a dual-fisheye frame belongs to the lens whose centre is nearer.
+// Whether a pixel of a dual-fisheye frame belongs to the front lens, that is, is nearer to its
+// centre.
 bool belongs_to_front(const DualFisheyeLayout& layout, PixelPosition pixel);
 
 // The rays of a dual-fisheye frame.
 class DualFisheyeRays final : public PixelRays {
  public:
-  // Throws Error where a lens's radius does not grow with the angle all over its field of view, or
-  // is not a number there.
+  // Throws Error unless the image radius of each lens is finite and increases with the angle over
+  // its field of view.
   DualFisheyeRays(const DualFisheyeLayout& layout, PanoramaSize frame);
 
   int width() const override { return frame_.width; }

@@ -11,12 +11,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(DualFisheyeTest, BackLensLooksBackFromWhereItIs) {
+TEST(DualFisheyeTest, BackLensLooksBackFromItsPosition) {
   DualFisheyeLayout layout = simple_dual_fisheye({400, 200});
   layout.back_position_m = {0, 0, -0.02};
   const DualFisheyeRays rays(layout, {400, 200});
-  // Parts 7 and 8 of 16 lie on either side of a pixel's centre, and the image's middle lies between
-  // two pixels.
+  // Parts 7 and 8 of 16 are on either side of a pixel's centre; the image centre is between two
+  // pixels.
   const auto front = rays.at_part(100 * kPixelParts, 100 * kPixelParts);
   const auto back = rays.at_part(300 * kPixelParts, 100 * kPixelParts);
   ASSERT_TRUE(front && back);
@@ -29,7 +29,7 @@ TEST(DualFisheyeTest, BackLensLooksBackFromWhereItIs) {
   EXPECT_FALSE(rays.at_part(0, 0));
 }
 
-TEST(DualFisheyeTest, LensThatFoldsOrIsNoNumberIsRefused) {
+TEST(DualFisheyeTest, NonMonotonicAndNonFiniteLensesAreRefused) {
   DualFisheyeLayout layout = simple_dual_fisheye({400, 200});
   layout.back.k = {-0.3, 0, 0, 0};
   EXPECT_THROW(DualFisheyeRays(layout, {400, 200}), Error);

@@ -15,11 +15,11 @@ namespace {
 constexpr std::size_t kPacket = 8;
 
 [[noreturn]] void throw_embree_error(RTCDevice device) {
-  throw Error(fmt::format("the ray tracer Embree failed (its error {}); is there enough memory?",
+  throw Error(fmt::format("the ray tracer Embree failed (error {}); is there enough memory?",
                           static_cast<int>(rtcGetDeviceError(device))));
 }
 
-// Embree keeps the buffers; they are filled before the geometry is committed.
+// Embree owns the buffers; they must be filled before the geometry is committed.
 void fill_quads(RTCGeometry geometry, std::span<const Facet> facets, RTCDevice device) {
   const std::size_t corners = 4 * facets.size();
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -75,7 +75,7 @@ EmbreeScene::EmbreeScene(std::span<const Facet> facets) : device_(rtcNewDevice(n
     planes_.push_back({facet.normal, facet.normal.dot(facet.corners[0])});
   }
   scene_.reset(rtcNewScene(device_.get()));
-  // Robust: no ray slips through the edge that two facets share.
+  // Robust mode: no ray passes through the shared edge of two facets.
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
   const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_QUAD);
   const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> owner(geometry,
@@ -85,13 +85,13 @@ EmbreeScene::EmbreeScene(std::span<const Facet> facets) : device_(rtcNewDevice(n
   rtcAttachGeometry(scene_.get(), geometry);
   rtcCommitScene(scene_.get());
   if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE) {
-    throw Error(fmt::format("the ray tracer Embree failed to build the room (its error {})",
+    throw Error(fmt::format("the ray tracer Embree failed to build the room (error {})",
                             static_cast<int>(error)));
   }
 }
 
-// normal . (origin + t direction) = offset, solved for t. Where the ray nearly lies in the plane
-// the quotient says nothing any more, and Embree's own distance is kept.
+// Solves normal . (origin + t direction) = offset for t. If the ray is nearly parallel to the
+// plane, this is ill-conditioned and Embree's own distance is used.
 double EmbreeScene::distance_to_plane(const Ray& ray, int facet, double embree_distance) const {
   const Plane& plane = planes_[static_cast<std::size_t>(facet)];
   const double exact =
@@ -103,7 +103,7 @@ double EmbreeScene::distance_to_plane(const Ray& ray, int facet, double embree_d
 void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  // All rays of a call start close together and lead in about the same direction.
+  // All rays of a call have similar origins and directions.
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
     const std::size_t count = std::min(kPacket, rays.size() - begin);
@@ -149,7 +149,7 @@ bool EmbreeScene::occluded(const Ray& ray, double distance) const {
   rtcInitIntersectContext(&context);
   RTCRay embree = ray_for_embree(ray, distance);
   rtcOccluded1(scene_.get(), &context, &embree);
-  return embree.tfar < 0.0F;  // Embree marks an occluded ray by tfar = -inf
+  return embree.tfar < 0.0F;  // Embree sets tfar = -inf for an occluded ray
 }
 
 }  // namespace raywalk::capture

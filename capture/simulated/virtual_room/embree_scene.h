@@ -1,4 +1,4 @@
-// Facets that rays can be traced through, on Embree 3.
+// Ray tracing of facets with Embree.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,28 +19,28 @@ struct Ray {
   Eigen::Vector3d direction{0, 0, 1};
 };
 
-// The first facet a ray meets.
+// The first facet that a ray hits.
 struct Hit {
   int facet = -1;         // -1: none
   double distance = 0.0;  // along the ray
-  // Position between the corners: (0, 0) at the first, (1, 0) at the second, (0, 1) at the last,
-  // linear over the two triangles that the diagonal from the second to the last one divides.
+  // Position on the facet: (0, 0) at the first corner, (1, 0) at the second, (0, 1) at the last;
+  // linear on the two triangles on either side of the diagonal from the second to the last.
   float u = 0.0F, v = 0.0F;
 };
 
 // Safe to use from several threads at once.
 class EmbreeScene {
  public:
-  // Throws Error if Embree cannot be started or runs out of memory.
+  // Throws Error if Embree cannot be initialized or runs out of memory.
   explicit EmbreeScene(std::span<const Facet> facets);
 
-  // hits[i] is what rays[i] meets; the spans are of equal length. Embree computes in single
-  // precision, so it only finds the facet: the distance is that to the facet's plane in double
+  // Sets hits[i] to the first hit of rays[i]; the spans have equal length. Embree works in single
+  // precision, so it only finds the facet; the distance to its plane is computed in double
   // precision.
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
   Hit intersect(const Ray& ray) const;
 
-  // Whether anything lies on the ray nearer than `distance`.
+  // Whether the ray hits anything nearer than `distance`.
   bool occluded(const Ray& ray, double distance) const;
 
  private:

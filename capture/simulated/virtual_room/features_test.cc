@@ -1,4 +1,4 @@
-// The room is textured for whoever looks for features in it.
+// The room must be textured enough for feature detection.
 #include <gtest/gtest.h>
 
 #include <opencv2/features2d.hpp>
@@ -13,7 +13,7 @@ namespace {
 constexpr PanoramaSize kSize{1024, 512};
 constexpr int kFace = 384;
 
-// A face of the cube around the camera: 90 degrees to every side of the attitude's axis.
+// A face of the cube map around the camera with a field of view of 90 degrees.
 cv::Mat cube_face(const cv::Mat& panorama, const Attitude& attitude) {
   const Eigen::Matrix3d rotation = world_from_camera(attitude);
   cv::Mat u(kFace, kFace, CV_32FC1), v(kFace, kFace, CV_32FC1);

@@ -43,13 +43,13 @@ std::vector<Wall> walls_of(const RoomPlan& plan) {
 
 void throw_no_place(const RoomPlan& plan, const std::string& what) {
   throw UsageError(fmt::format(
-      "the virtual room of seed {} has no place left for {}; make the room larger, or put less in "
+      "the virtual room of seed {} has no space left for {}; make the room larger, or put less in "
       "it (contents)",
       plan.seed, what));
 }
 
 FreeSpace::FreeSpace(const RoomPlan& plan) : plan_(plan), walls_(walls_of(plan)) {
-  // Cells are kept free as well as lines: views are compared with the truth inside of them.
+  // Cells are kept free as well as lines, for the viewpoints of true views.
   cameras_.push_back(
       {{0, 0}, {plan.grid_half_x() + plan.clearance, plan.grid_half_z() + plan.clearance}, 0.0});
   for (const PlannedLine& line : plan.lines) cameras_.push_back(around_line(line, plan.clearance));

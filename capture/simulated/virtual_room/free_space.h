@@ -1,6 +1,7 @@
-// Where in a room there is place left: on the floor and on the walls.
+// Finds free space for objects on the floor and walls of a room.
 //
-// Places are drawn at random until one is free, so each is as likely as any other.
+// Positions are drawn at random until one is free (rejection sampling), so they are uniformly
+// distributed.
 #pragma once
 
 #include <optional>
@@ -13,8 +14,8 @@
 
 namespace raywalk::capture {
 
-// The inside of a wall. s runs along it to the right of an eye that looks at it, t upwards; both
-// count from its lower left corner.
+// The inside of a wall. From its lower left corner as seen from the room, s is to the right and t
+// upwards.
 struct Wall {
   Eigen::Vector3d corner{0, 0, 0};
   Eigen::Vector3d s_axis{1, 0, 0};
@@ -27,7 +28,7 @@ struct Wall {
   }
 };
 
-// Front (z max), right (x max), back, left, as Side of core/geometry/grid.h.
+// In the order front (z max), right (x max), back, left of Side in core/geometry/grid.h.
 std::vector<Wall> walls_of(const RoomPlan& plan);
 
 // An upright rectangle on a wall.
@@ -37,40 +38,40 @@ struct WallArea {
   double t_min = 0.0, t_max = 0.0;
 };
 
-// A piece of furniture looking for a place; `top` is its height above the floor.
+// A piece of furniture to place; `top` is its height above the floor.
 struct Piece {
   std::string name;                // for errors
   Eigen::Vector2d size{0.5, 0.5};  // along its own x and z
   double top = 1.0;
 };
 
-// Throws UsageError: the room, named by its seed, has no place left for `what`.
+// Throws UsageError naming the seed: the room has no space left for `what`.
 [[noreturn]] void throw_no_place(const RoomPlan& plan, const std::string& what);
 
 class FreeSpace {
  public:
   explicit FreeSpace(const RoomPlan& plan);
 
-  // Anywhere on the floor, turned at random; pieces that reach up to the cameras keep clear of the
-  // grid. The place is then taken. Throws UsageError naming piece and seed where none is found.
+  // Reserves a random position and rotation on the floor; pieces that reach up to the cameras keep
+  // clear of the grid. Throws UsageError naming piece and seed if there is none.
   PlanRectangle stand(const Piece& piece, HashRandom* random);
-  // With its back (its -z side) to a wall. A tall piece takes that part of the wall too, a low one
-  // may stand in front of what hangs there.
+  // The same with its back (-z side) to a wall. A tall piece also reserves that part of the wall; a
+  // low one may stand in front of hanging objects.
   PlanRectangle stand_at_wall(const Piece& piece, HashRandom* random);
-  // Exactly there, if it is free.
+  // Reserves exactly `place`; returns false if it is not free.
   bool try_stand(const PlanRectangle& place, double top);
 
-  // A free rectangle of the wall (of any wall for -1) whose lower rim lies between t_min and t_max.
-  // It is then taken. None where there is no place.
+  // Reserves a free rectangle on the wall (-1: any wall) whose lower edge is between t_min and
+  // t_max. Empty if there is none.
   std::optional<WallArea> hang(int wall, const Eigen::Vector2d& size, double t_min, double t_max,
                                HashRandom* random);
 
-  // Whether something that hangs at camera height within the rectangle keeps clear of the cameras
-  // and of tall furniture.
+  // Whether an object hanging at camera height within the rectangle keeps clear of cameras and tall
+  // furniture.
   bool is_clear_at_camera_height(const PlanRectangle& place) const;
 
  private:
-  // Whether furniture of that height reaches up to the cameras.
+  // Whether furniture of this height reaches up to the cameras.
   bool is_tall(double top) const;
   bool is_free(const PlanRectangle& place, double top) const;
   bool is_free(const WallArea& area) const;
@@ -78,7 +79,7 @@ class FreeSpace {
 
   RoomPlan plan_;
   std::vector<Wall> walls_;
-  std::vector<PlanRectangle> cameras_;  // what tall pieces keep clear of
+  std::vector<PlanRectangle> cameras_;  // areas that tall pieces keep clear of
   std::vector<PlanRectangle> low_, tall_;
   std::vector<WallArea> hung_;
 };

@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 
 constexpr int kMostChairsAtTable = 4;
 
-// Branches of the seed's random numbers, one for each thing, so that leaving one out changes
-// nothing about the others but where they find place.
+// One branch of the seed's random numbers per object, so that omitting an object affects only the
+// positions of the others.
 enum Branch : std::uint64_t {
   kShell = 10,
   kBeams,
@@ -45,7 +45,7 @@ Placement on_floor(const PlanRectangle& place, const RoomPlan& plan) {
   return {{place.centre.x(), plan.walls.y_min, place.centre.y()}, place.yaw_rad};
 }
 
-// Which of the four walls window, mirror, wallpaper and plain patch get: one each.
+// Assigns one of the four walls each to window, mirror, wallpaper and plain patch.
 std::array<int, 4> shuffled_walls(HashRandom random) {
   std::array<int, 4> walls{0, 1, 2, 3};
   for (int i = 3; i > 0; --i) {
@@ -75,7 +75,7 @@ class Furnisher {
   }
 
  private:
-  // What needs most place goes first.
+  // Largest objects first.
   void furnish_walls() {
     const auto wall = shuffled_walls(random_.branch(kWalls));
     Facets* facets = &room_.facets;
@@ -126,7 +126,7 @@ class Furnisher {
     add(on_floor(place, plan_), random, &room_.facets);
   }
 
-  // The table with up to four chairs at its long sides; returns how many found place there.
+  // The table with up to four chairs at its long sides; returns the number of chairs placed.
   int add_dining_table(HashRandom random) {
     const PlanRectangle place = space_.stand(table_piece(), &random);
     const Placement table = on_floor(place, plan_);
@@ -147,7 +147,7 @@ class Furnisher {
     return seated;
   }
 
-  // Under everything, so that it needs no place of its own.
+  // May lie under other objects, so it reserves no space.
   void lay_rug(HashRandom random) {
     const double room_x = plan_.walls.x_max - plan_.walls.x_min;
     const double room_z = plan_.walls.z_max - plan_.walls.z_min;
@@ -166,7 +166,7 @@ class Furnisher {
         floor.direction({0, 0, size.y()}), Vector3d::UnitY(), room_.facets.add_surface(wool)));
   }
 
-  // A paper lamp on a thin cord, as close to a line as the cameras allow.
+  // A paper lamp on a thin cord, as close to a line as the clearance allows.
   void hang_lamp(HashRandom random) {
     constexpr double kRadius = 0.15;
     const double ceiling = plan_.walls.y_max;

@@ -1,4 +1,4 @@
-// A whole room: shell, furniture and lights, placed by the seed.
+// Builds a complete room from the seed: shell, furniture and lights.
 #pragma once
 
 #include "capture/simulated/virtual_room/facets.h"
@@ -12,9 +12,9 @@ struct FurnishedRoom {
   LightSources lights;
 };
 
-// Furniture that reaches up to the cameras, less the plan's headroom, keeps the plan's clearance
-// from all lines and cells; lower furniture stands anywhere. Throws UsageError naming the seed
-// where something finds no place.
+// Furniture that reaches into the plan's headroom around the cameras keeps the plan's clearance
+// from all lines and cells; lower furniture may be anywhere. Throws UsageError naming the seed if
+// there is no space for an object.
 FurnishedRoom furnish(const RoomPlan& plan, const ContentSettings& contents);
 
 }  // namespace raywalk::capture

@@ -8,16 +8,16 @@
 namespace raywalk::capture {
 namespace {
 
-// Distance to the nearest whole multiple of `period`, signed.
+// Signed distance to the nearest multiple of `period`.
 float from_nearest(float x, float period) { return x - period * std::round(x / period); }
 
 }  // namespace
 
 Color wood_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
-  // Grain is noise drawn out eight times along the trunk; a slower noise bends it.
+  // Grain is noise stretched eight times along the trunk and distorted by a slower noise.
   const float bend = value_noise(3.0F * at.x(), 3.0F * at.y(), surface.seed + 40);
-  const Eigen::Vector2f drawn(0.125F * at.x(), at.y() + 0.02F * bend);
-  const float grain = fractal_noise(drawn, {0.06F, 5, 0.8F}, footprint, surface.seed);
+  const Eigen::Vector2f stretched(0.125F * at.x(), at.y() + 0.02F * bend);
+  const float grain = fractal_noise(stretched, {0.06F, 5, 0.8F}, footprint, surface.seed);
   const float pores =
       fractal_noise({0.3F * at.x(), at.y()}, {0.03F, 3, 0.8F}, footprint, surface.seed + 20);
   const float dark = std::clamp(0.38F + 0.55F * grain + 0.22F * pores, 0.0F, 1.0F);
@@ -54,7 +54,7 @@ Color book_albedo(const Surface& surface, const Eigen::Vector2f& at, float footp
   const float low = 0.12F + 0.1F * cell_value(0, 0, surface.seed);
   const float bands = soft_stripe(at.y() - low * height, 0.02F * height, footprint) +
                       soft_stripe(at.y() - (1.0F - low) * height, 0.02F * height, footprint);
-  // A title that cannot be read: blocks of hashed darkness as tall as letters.
+  // An illegible title: blocks of random darkness as tall as letters.
   const float letter = 0.05F * height;
   const int line = static_cast<int>(std::floor(at.y() / letter));
   const bool titled = at.y() > 0.35F * height && at.y() < 0.75F * height;

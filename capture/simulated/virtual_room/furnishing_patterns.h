@@ -1,4 +1,4 @@
-// Patterns of furniture. All take texture coordinates and footprint as albedo_at (surface.h) does.
+// Patterns of furniture. Arguments as in albedo_at (surface.h).
 #pragma once
 
 #include "capture/simulated/virtual_room/surface.h"

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 constexpr double kSeatHeight = 0.46;
 constexpr double kPoleHeight = 1.75;
 
-// The same place raised above the floor.
+// The placement raised above the floor.
 Placement raised(const Placement& place, const Vector3d& by) {
   return {place.point(by), place.yaw_rad};
 }
@@ -155,8 +155,8 @@ void add_books(const Placement& place, double x_min, double x_max, double height
     book.pattern = Pattern::kBook;
     const double own_height = height * random.uniform(0.62, 0.94);
     book.extent = {static_cast<float>(thickness), static_cast<float>(own_height)};
-    // Texture coordinates of a box's upright sides count from the floor along the longer edge; the
-    // spine is added by itself so that s runs across and t up it.
+    // On a box's sides s runs along the longer edge; the spine is added separately so that s runs
+    // across and t up it.
     const double front = depth * random.uniform(0.7, 0.95);
     const int cover = facets->add_surface(random_lacquer(&random));
     add_box(place, {x, 0, -0.5 * depth}, {x + thickness, own_height, -0.5 * depth + front}, cover,
@@ -224,7 +224,7 @@ void add_coat_stand(const Placement& place, HashRandom random, Facets* facets) {
     add_rod(place, {0.24 * out + Vector3d(0, 0.012, 0), {0, 0.2, 0}, 0.012, 0.012}, wood, facets);
   }
   for (int i = 0; i < 8; ++i) {
-    const double turn = 2.4 * i;  // near the golden angle, so that hooks spread around the pole
+    const double turn = 2.4 * i;  // about the golden angle, which spreads the hooks around the pole
     const double height = kPoleHeight - 0.06 * i;
     const Vector3d out(std::sin(turn), 0.5, std::cos(turn));
     add_rod(place,

@@ -1,7 +1,6 @@
-// Pieces of furniture. Each stands on its placement's origin with its back towards -z, and varies
-// in colour and proportion with the random numbers it is given. The places they need are declared
-// here, so that space can be found before they are built. Room units: 1 is a metre of furniture
-// as it is usually made.
+// Pieces of furniture. Each stands on the origin of its placement with its back towards -z; colours
+// and proportions are random. Their sizes are declared separately, so that space can be found
+// before they are built. Room units: 1 is a metre of usual furniture.
 #pragma once
 
 #include "capture/simulated/virtual_room/free_space.h"
@@ -12,7 +11,7 @@ namespace raywalk::capture {
 
 inline constexpr double kTableHeight = 0.75;
 
-// What a piece needs on the floor; `room_height` is that of the room, which a shelf adapts to.
+// Size of each piece; a shelf is limited by the height of the room.
 Piece chair_piece();
 Piece table_piece();
 Piece sofa_piece();
@@ -31,7 +30,7 @@ void add_shelf(const Placement& place, double top, HashRandom random, Facets* fa
 void add_plant(const Placement& place, HashRandom random, Facets* facets);
 // A pole on three feet with hooks at about the height of the cameras.
 void add_coat_stand(const Placement& place, HashRandom random, Facets* facets);
-// Books side by side between two ends of a board, their spines towards +z.
+// Books side by side on a board from x_min to x_max, spines towards +z.
 void add_books(const Placement& place, double x_min, double x_max, double height, double depth,
                HashRandom random, Facets* facets);
 

@@ -1,6 +1,5 @@
-// Random numbers that are a pure function of a key: the same on every run, platform and number of
-// threads. (The distributions of <random> are left to each standard library, so the same seed would
-// furnish another room elsewhere.)
+// Random numbers that are a pure function of a key, independent of platform and number of threads.
+// (The distributions of <random> are implementation-defined.)
 #pragma once
 
 #include <cstdint>
@@ -16,12 +15,12 @@ constexpr std::uint64_t hash_bits(std::uint64_t value) {
   return value ^ (value >> 31);
 }
 
-// The same of two values, in which their order matters.
+// Hash of an ordered pair.
 constexpr std::uint64_t hash_bits(std::uint64_t a, std::uint64_t b) {
   return hash_bits(hash_bits(a) ^ b);
 }
 
-// Uniform in [0, 1), from the upper 53 bits, which is all a double holds.
+// Uniform in [0, 1), from the upper 53 bits, the precision of a double.
 constexpr double uniform_from_bits(std::uint64_t bits) {
   return static_cast<double>(bits >> 11) * 0x1p-53;
 }
@@ -38,13 +37,13 @@ class HashRandom {
  public:
   explicit HashRandom(std::uint64_t key) : key_(hash_bits(key)) {}
 
-  // An independent sequence; what is drawn from one never shifts another.
+  // An independent sequence, unaffected by draws from this one.
   HashRandom branch(std::uint64_t number) const { return HashRandom(hash_bits(key_, ~number)); }
 
   std::uint64_t bits() { return hash_bits(key_, count_++); }
   double uniform() { return uniform_from_bits(bits()); }
   double uniform(double min, double max) { return min + (max - min) * uniform(); }
-  // A whole number in [0, count); count is at least 1.
+  // Uniform integer in [0, count); count >= 1.
   int below(int count) { return static_cast<int>(uniform() * count); }
   bool chance(double probability) { return uniform() < probability; }
   double normal() { return normal_pair(bits()).first; }

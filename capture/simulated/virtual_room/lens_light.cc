@@ -21,8 +21,8 @@ double falloff(const FisheyeLens& lens, PixelPosition pixel, double vignetting) 
 
 cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
                    const LensLightSettings& settings) {
-  require_growing_radius(layout.front);
-  require_growing_radius(layout.back);
+  require_monotonic_radius(layout.front);
+  require_monotonic_radius(layout.back);
   const double back_gain = std::exp2(settings.lens_gain_ev);
   cv::Mat light(frame.height, frame.width, CV_32FC1);
   parallel_for(0, frame.height, 8, [&](int begin, int end) {

@@ -1,5 +1,5 @@
-// How bright each pixel of a dual-fisheye frame is for the same light in the room: lenses are
-// darker towards their rim, and the two are not exposed alike.
+// Relative illumination of the pixels of a dual-fisheye frame: vignetting and different exposure of
+// the two lenses.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -9,16 +9,16 @@
 namespace raywalk::capture {
 
 struct LensLightSettings {
-  double vignetting = 0.0;    // share of the light that is lost at the rim, 0 to 0.9
-  double lens_gain_ev = 0.0;  // exposure of the back lens against the front one
+  double vignetting = 0.0;    // relative light loss at the rim, 0 to 0.9
+  double lens_gain_ev = 0.0;  // exposure of the back lens relative to the front one
 
   bool operator==(const LensLightSettings&) const = default;
 };
 
-// CV_32FC1, the factor of each pixel's linear light; 1 on the front lens's axis. At the angle t
-// from a lens's axis, T that of its rim and s = (t / T)^2, it is (1 - vignetting (s + s^2) / 2):
-// fourth powers of the angle are what cos^4, the law of a simple lens, begins with. 1 outside of
-// the circles. Throws Error as DualFisheyeRays does.
+// CV_32FC1, the factor of each pixel's linear light; 1 on the front lens's axis and outside the
+// circles. With t the angle from a lens's axis, T that of its rim and s = (t / T)^2, it is
+// 1 - vignetting (s + s^2) / 2: a polynomial up to the fourth power of the angle, as the series of
+// the cos^4 law begins. Throws Error as DualFisheyeRays does.
 cv::Mat lens_light(const DualFisheyeLayout& layout, PanoramaSize frame,
                    const LensLightSettings& settings);
 

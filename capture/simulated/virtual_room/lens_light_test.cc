@@ -25,7 +25,7 @@ float at_angle(const cv::Mat& light, const FisheyeLens& lens, double share_of_ri
   return light.at<float>(cvRound(pixel.v), cvRound(pixel.u));
 }
 
-TEST(LensLightTest, FallsFromTheAxisToTheRimByWhatIsLost) {
+TEST(LensLightTest, VignettingIncreasesTowardsTheRim) {
   const auto lenses = layout();
   const cv::Mat light = lens_light(lenses, kFrame, {0.4, 0.0});
   for (const FisheyeLens& lens : {lenses.front, lenses.back}) {
@@ -46,7 +46,7 @@ TEST(LensLightTest, BackLensIsExposedByItsOwnGain) {
   EXPECT_FLOAT_EQ(at_angle(light, lenses.back, 0.7), static_cast<float>(std::sqrt(0.5)));
 }
 
-TEST(LensLightTest, LensThatFoldsIsRefused) {
+TEST(LensLightTest, NonMonotonicLensIsRefused) {
   DualFisheyeLayout folded = layout();
   folded.back.k = {-0.3, 0, 0, 0};
   EXPECT_THROW(lens_light(folded, kFrame, {}), Error);

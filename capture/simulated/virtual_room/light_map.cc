@@ -18,13 +18,14 @@ constexpr float kSunPerMeanLight = 2.6F;
 constexpr double kGridStep = 0.12;  // room units
 constexpr double kLargestGrid = 64.0;
 constexpr int kWindowSamples = 6;  // per side
-// Up to pi falls on what stands close to the pane, far beyond what an exposure for the room shows
-// as anything but white; and the samples are too few there.
+// Irradiance close to the pane is up to pi, far beyond white at the room's exposure, and
+// undersampled there.
 constexpr double kMostWindowLight = 0.5;
 constexpr int kBounceRays = 64;
 constexpr int kGrain = 256;
-// Rays start this far off their surface. From the shell it is beyond what hangs flat on walls,
-// which would else darken the grid points behind it and, by interpolation, its surroundings.
+// Offset of ray origins from their surface. On the shell it exceeds the thickness of objects that
+// hang flat on walls, which would otherwise darken the grid points behind them and, by
+// interpolation, their surroundings.
 constexpr double kOffSurface = 1e-3;
 constexpr double kOffShell = 0.04;
 
@@ -32,7 +33,7 @@ const Color kSkyTint(0.93F, 0.99F, 1.08F);
 const Color kLampTint(1.9F, 1.6F, 1.2F);  // a lamp is brighter than the window, and warmer
 const Color kAmbient(0.035F, 0.035F, 0.035F);
 
-// Where Embree's (u, v) lies: linear over the triangles 0-1-3 and 2-3-1.
+// Point at Embree's (u, v), linear on the triangles 0-1-3 and 2-3-1.
 Vector3d interpolated(const std::array<Vector3d, 4>& corners, double u, double v) {
   if (u + v <= 1.0) {
     return corners[0] + u * (corners[1] - corners[0]) + v * (corners[3] - corners[0]);
@@ -44,14 +45,14 @@ int grid_size(double length) {
   return static_cast<int>(std::clamp(std::ceil(length / kGridStep) + 1.0, 2.0, kLargestGrid));
 }
 
-// A point of the light grid, lifted off its surface.
+// A point of the light grid, offset from its surface.
 struct GridPoint {
   Vector3d position;
   Vector3d normal;
 };
 
 GridPoint grid_point(const Facet& facet, int column, int row, int columns, int rows) {
-  // A corner itself lies in the neighbouring facets too, so the grid ends a little before it.
+  // A corner is shared with neighbouring facets, so the grid ends a little before it.
   constexpr double kMargin = 0.02;
   const double u = kMargin + (1.0 - 2.0 * kMargin) * column / (columns - 1);
   const double v = kMargin + (1.0 - 2.0 * kMargin) * row / (rows - 1);
@@ -79,7 +80,7 @@ Color window_light(const WindowLight& window, const GridPoint& at, const EmbreeS
   return kSkyTint * static_cast<float>(std::min(light, kMostWindowLight));
 }
 
-// A ball of radiance L gives pi L R^2 cos / r^2 wherever all of it is above the horizon.
+// Irradiance of a sphere of radiance L that is entirely above the horizon: pi L R^2 cos / r^2.
 Color lamp_light(const LampLight& lamp, const GridPoint& at, const EmbreeScene& scene) {
   const Vector3d towards = lamp.centre - at.position;
   const double distance = towards.norm();
@@ -92,8 +93,8 @@ Color lamp_light(const LampLight& lamp, const GridPoint& at, const EmbreeScene& 
          static_cast<float>(kPi * lamp.radius * lamp.radius * cosine / (distance * distance));
 }
 
-// Direction number `index` of a set spread over the hemisphere in proportion to the cosine: a
-// Hammersley set on the disc, projected upwards (Malley's method), turned by `turn`.
+// Cosine-weighted direction number `index`: a Hammersley set on the disc, projected onto the
+// hemisphere (Malley's method) and rotated by `turn`.
 Vector3d bounce_direction(int index, double turn, const Vector3d& normal) {
   double radical_inverse = 0.0, digit = 0.5;
   for (int bits = index; bits > 0; bits /= 2, digit *= 0.5) radical_inverse += bits % 2 * digit;
@@ -162,7 +163,7 @@ void LightMap::add_bounce(const Facets& facets) {
           const Facet& from = facets.facets[static_cast<std::size_t>(hit.facet)];
           const Surface& surface = facets.surfaces[static_cast<std::size_t>(from.surface)];
           if (surface.pattern == Pattern::kShade) continue;  // counted as a light
-          // The inside of a solid, which a point that the solid covers looks at.
+          // A back face: the point is inside a solid.
           if (!from.two_sided && from.normal.dot(direction) > 0.0) continue;
           sum += reflectance[static_cast<std::size_t>(from.surface)].cwiseProduct(interpolate(hit));
         }
@@ -201,8 +202,7 @@ Color LightMap::interpolate(const Hit& hit) const {
              fy);
 }
 
-// The sun is seen from a point if the way towards it leads through the window and meets nothing
-// before.
+// A point is sunlit if the ray towards the sun passes through the window unoccluded.
 float LightMap::sunlight(const Vector3d& point, const Vector3d& normal) const {
   const WindowLight& window = *lights_.window;
   const Vector3d& sun = *window.sun;

@@ -1,4 +1,4 @@
-// How much light falls on every facet: computed once, so that it is the same from every viewpoint.
+// Precomputed, view-independent irradiance of all facets.
 #pragma once
 
 #include <vector>
@@ -8,18 +8,17 @@
 
 namespace raywalk::capture {
 
-// Irradiance on a grid over each facet: the light of window and lamp with their soft shadows, and
-// one bounce from all other surfaces; scaled so that the mean over floor, walls and ceiling is
-// kMeanLight (the camera's exposure). Sunlight has sharp edges, which no grid holds: it is computed
-// at the point itself.
+// Irradiance on a grid over each facet: window and lamp with soft shadows, plus one bounce from all
+// other surfaces, scaled such that the mean over floor, walls and ceiling is kMeanLight (the
+// camera's exposure). Sunlight has sharp edges and is computed per point instead.
 class LightMap {
  public:
-  // Computes all but the sunlight, in parallel. The scene, made of the facets, has to outlive it.
-  // Throws Interrupted.
+  // Computes everything except sunlight, in parallel. `scene` is built from `facets` and must
+  // outlive this object. Throws Interrupted.
   LightMap(const Facets& facets, const EmbreeScene& scene, const LightSources& lights);
 
-  // Light that falls on the point of a hit, in units in which a white surface under 1 is white.
-  // `normal` is that of the facet on the side that is seen.
+  // Irradiance at the point of a hit, relative to that which makes a white surface white. `normal`
+  // is that of the facet's visible side.
   Color at(const Hit& hit, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
 
  private:
@@ -37,7 +36,7 @@ class LightMap {
 
   const EmbreeScene& scene_;
   LightSources lights_;
-  float sun_ = 0.0F;  // irradiance on a surface that faces the sun
+  float sun_ = 0.0F;  // irradiance on a surface facing the sun
   std::vector<Grid> grids_;
   std::vector<Color> light_;
 };

@@ -1,4 +1,4 @@
-// What lights a room.
+// The light sources of a room.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@ struct WindowLight {
   Eigen::Vector3d edge_s{1, 0, 0};
   Eigen::Vector3d edge_t{0, 1, 0};
   Eigen::Vector3d inward{0, 0, 1};
-  // Towards the sun, a unit vector; none: the sun does not shine in.
+  // Unit vector towards the sun; empty: no sunlight.
   std::optional<Eigen::Vector3d> sun{};
 };
 

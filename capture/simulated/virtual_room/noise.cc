@@ -7,11 +7,11 @@
 namespace raywalk::capture {
 namespace {
 
-// Odd constants that carry a step in x, in y or of the seed into all upper bits.
+// Odd constants that propagate changes of x, y or the seed into all upper bits.
 constexpr std::uint32_t kStepX = 0x8da6b343U, kStepY = 0xd8163841U, kStepSeed = 0xcb1ab31fU;
 
-// Two rounds of multiplication and shifts mix well enough for the eye; this is called four times
-// per octave, so it has to be short. [0, 1).
+// In [0, 1). Two rounds of multiplication and shifts mix well enough visually; called four times
+// per octave, so it must be fast.
 float unit_hash(std::uint32_t steps) {
   std::uint32_t hash = (steps ^ (steps >> 16)) * 0x7feb352dU;
   hash = (hash ^ (hash >> 15)) * 0x846ca68bU;
@@ -23,8 +23,8 @@ std::uint32_t lattice_steps(int x, int y, std::uint32_t seed) {
          seed * kStepSeed;
 }
 
-// std::floor for values within the range of int, where it need not ask for the rounding mode.
-int whole_below(float x) {
+// Faster than std::floor; only for values within the range of int.
+int floor_to_int(float x) {
   const int towards_zero = static_cast<int>(x);
   return towards_zero - (static_cast<float>(towards_zero) > x ? 1 : 0);
 }
@@ -38,9 +38,9 @@ float cell_value(int column, int row, std::uint32_t seed) {
 }
 
 float value_noise(float x, float y, std::uint32_t seed) {
-  const int column = whole_below(x), row = whole_below(y);
+  const int column = floor_to_int(x), row = floor_to_int(y);
   const float fx = x - static_cast<float>(column), fy = y - static_cast<float>(row);
-  // 3 f^2 - 2 f^3 has zero slope at both ends, so the noise has no creases at the lattice lines.
+  // 3 f^2 - 2 f^3 has zero slope at both ends, so the noise is smooth across lattice lines.
   const float sx = fx * fx * (3.0F - 2.0F * fx), sy = fy * fy * (3.0F - 2.0F * fy);
   const std::uint32_t steps = lattice_steps(column, row, seed);
   const float bottom = lerp(unit_hash(steps), unit_hash(steps + kStepX), sx);
@@ -63,7 +63,7 @@ float fractal_noise(const Eigen::Vector2f& at, const Octaves& octaves, float foo
     amplitude *= octaves.persistence;
     wavelength *= 0.5F;
   }
-  // The first octave alone reaches 1; the more persistent the others are, the more they add.
+  // The first octave alone reaches 1; higher persistence adds more.
   return sum * std::sqrt(1.0F - octaves.persistence * octaves.persistence);
 }
 

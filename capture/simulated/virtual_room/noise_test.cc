@@ -25,7 +25,7 @@ TEST(HashRandomTest, UniformAndNormalNumbersHaveTheirMoments) {
   EXPECT_NEAR(normal_squares / kCount, 1.0, 0.015);
 }
 
-TEST(HashRandomTest, BranchesDoNotDependOnWhatWasDrawn) {
+TEST(HashRandomTest, BranchesDoNotDependOnPreviousDraws) {
   HashRandom a(1), b(1);
   a.bits();
   EXPECT_EQ(a.branch(3).bits(), b.branch(3).bits());
@@ -47,7 +47,7 @@ TEST(NoiseTest, IsContinuousAcrossLatticeLinesAndDiffersBySeed) {
   EXPECT_NE(value_noise(0.4F, 0.6F, 1), value_noise(0.4F, 0.6F, 2));
 }
 
-TEST(NoiseTest, OctavesThatAPixelCannotShowFadeOut) {
+TEST(NoiseTest, OctavesBeyondTheNyquistLimitFadeOut) {
   const Octaves octaves{1.0F, 6, 0.7F};
   double sharp = 0.0, blurred = 0.0, constant = 0.0;
   for (int i = 0; i < 400; ++i) {
@@ -63,7 +63,7 @@ TEST(NoiseTest, OctavesThatAPixelCannotShowFadeOut) {
   EXPECT_EQ(constant, 0.0);
 }
 
-TEST(NoiseTest, StripeKeepsItsAreaWhenPixelsOutgrowIt) {
+TEST(NoiseTest, StripeKeepsItsAreaBelowPixelSize) {
   for (const float footprint : {0.01F, 0.1F, 0.5F, 2.0F}) {
     double area = 0.0;
     for (int i = -3000; i < 3000; ++i) {

@@ -14,11 +14,11 @@ constexpr int kShapes = 7;
 Color paint(int number, std::uint32_t seed) {
   const Color pure(cell_value(number, 11, seed), cell_value(number, 12, seed),
                    cell_value(number, 13, seed));
-  // Oil paint is never as pure as a lamp.
+  // Limits the saturation, as of oil paint.
   return 0.65F * mix(pure.cwiseProduct(pure), Color(0.3F, 0.27F, 0.22F), 0.4F);
 }
 
-// How much of the pixel a disc (even numbers) or a slanted bar (odd numbers) covers; positions and
+// Coverage of the pixel by a disc (even numbers) or a slanted bar (odd numbers); positions and
 // sizes are relative to the picture's height.
 float shape_cover(int number, const Eigen::Vector2f& at, float aspect, float footprint,
                   std::uint32_t seed) {
@@ -57,18 +57,18 @@ Color picture_albedo(const Surface& surface, const Eigen::Vector2f& at, float fo
 Color sky_light(const Eigen::Vector3d& direction, float pixel_rad, std::uint32_t seed) {
   const auto up = static_cast<float>(direction.y());
   const Eigen::Vector2f level(static_cast<float>(direction.x()), static_cast<float>(direction.z()));
-  // Noise around the unit circle, which closes where a longitude would jump.
+  // Noise on the unit circle, which has no seam in longitude.
   const Eigen::Vector2f compass = level / std::max(level.norm(), 1e-6F);
   const float ridge = 0.04F + 0.05F * fractal_noise(compass, {0.5F, 7, 0.5F}, pixel_rad, seed + 7);
   const Color air =
       mix(Color(0.72F, 0.78F, 0.84F), Color(0.20F, 0.42F, 0.80F), std::sqrt(std::max(up, 0.0F)));
-  // Clouds lie on a plane overhead, so they crowd towards the horizon, where they fade into haze.
+  // Clouds lie on a plane overhead and fade into haze towards the horizon.
   const float height = std::max(up, 0.05F);
   const float density =
       fractal_noise(level / height, {1.6F, 7, 0.6F}, pixel_rad / (height * height), seed);
   const float cover = std::clamp(1.6F * density + 0.35F, 0.0F, 1.0F);
   const Color sky = mix(air, Color(1.0F, 0.97F, 0.93F), cover);
-  // Two noises, as one of them is drawn out where the compass turns into its other coordinate.
+  // Two noises, as each is stretched where the azimuth is along the other coordinate.
   const float trees = fractal_noise({compass.x(), up}, {0.06F, 5, 0.8F}, pixel_rad, seed + 30) +
                       fractal_noise({compass.y(), up}, {0.06F, 5, 0.8F}, pixel_rad, seed + 40);
   const Color land = Color(0.10F, 0.15F, 0.06F) * (1.0F + 0.5F * trees);

@@ -12,26 +12,27 @@
 namespace raywalk::capture {
 namespace {
 
-// A pixel is divided into 4 x 4 strata of 4 x 4 parts each. The first four rays go through one
-// stratum of every quarter, the others through the twelve strata that are left.
+// A pixel is divided into 4 x 4 strata of 4 x 4 parts each. The first four rays sample one stratum
+// of each quarter, the others the remaining twelve strata.
 constexpr int kStrata = 16;
 constexpr int kFirst = 4;
-constexpr float kTolerance_levels = 10.0F;  // first rays that differ by more ask for the others
-// Brighter light counts as this much, which is white: else the edges of overexposed things would
-// not be smooth, as a small share of very bright light makes a whole pixel white.
+constexpr float kTolerance_levels = 10.0F;  // larger differences of the first rays trigger the rest
+// Light is clamped to this level, which is white. Otherwise edges of overexposed objects would be
+// aliased, as a small share of very bright light makes a whole pixel white.
 constexpr float kWhite = 1.3F;
-constexpr int kTile = 64;  // pixels that are looked at together
+constexpr int kTile = 64;  // pixels traced together
 
 struct Stratum {
   int column;
   int row;
 };
 
-// Number 0..3 is one stratum in each quarter, 4..15 the others; which ones is drawn by the hash.
+// Numbers 0..3 are one stratum in each quarter, 4..15 the others, in a random order given by the
+// hash.
 Stratum stratum(int number, std::uint64_t hash) {
   const int quarter = number % kFirst;
-  const auto drawn = static_cast<int>((hash >> (2 * quarter)) & 3);
-  const int within = (drawn + number / kFirst) % 4;
+  const auto choice = static_cast<int>((hash >> (2 * quarter)) & 3);
+  const int within = (choice + number / kFirst) % 4;
   return {2 * (quarter % 2) + within % 2, 2 * (quarter / 2) + within / 2};
 }
 
@@ -67,7 +68,7 @@ class PictureRenderer {
   }
 
  private:
-  // What the rays of a pixel have gathered.
+  // Accumulated rays of a pixel.
   struct Pixel {
     Color sum{0, 0, 0};
     int rays = 0;
@@ -83,7 +84,7 @@ class PictureRenderer {
       highest = highest.cwiseMax(level);
     }
     float contrast() const { return (highest - lowest).maxCoeff(); }
-    // Light is averaged, not levels: so does a sensor's pixel.
+    // Averages linear light, as a sensor does.
     cv::Vec3b rounded() const {
       const Color mean = sum / static_cast<float>(std::max(rays, 1));
       const auto level = [&](int channel) {
@@ -96,7 +97,7 @@ class PictureRenderer {
   // Adds rays first..last-1 of the given pixels of a tile.
   void trace(int row, int begin, const std::vector<int>& pixels, int first, int last,
              std::array<Pixel, kTile>* tile) const {
-    // Reused from tile to tile.
+    // Reused across tiles.
     thread_local std::vector<Ray> rays;
     thread_local std::vector<int> owners;
     thread_local std::vector<Color> lights;
@@ -125,7 +126,7 @@ class PictureRenderer {
 
   std::optional<CameraRay> ray_of(int row, int column, int number, std::uint64_t hash) const {
     const Stratum in_pixel = stratum(number, hash);
-    // Four fresh bits for each ray place it within its stratum.
+    // Four random bits per ray for its position in the stratum.
     const std::uint64_t jitter = hash_bits(hash) >> (4 * number);
     const int part_u = 4 * in_pixel.column + static_cast<int>(jitter & 3);
     const int part_v = 4 * in_pixel.row + static_cast<int>((jitter >> 2) & 3);

@@ -1,4 +1,4 @@
-// Pictures of a room through a camera: several rays per pixel, more where they differ.
+// Renders pictures of a room with adaptive supersampling.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -9,15 +9,15 @@
 
 namespace raywalk::capture {
 
-// How many rays a pixel is the mean of.
+// Rays per pixel.
 enum class Sampling {
-  kDraft,  // 1: quick, with jagged edges
-  kFine    // 4, and 16 where those differ by more than a few levels
+  kDraft,  // 1: fast, with aliasing
+  kFine    // 4, or 16 if those differ by more than a few levels
 };
 
-// The picture (BGR, CV_8UC3) from the pose; black where the camera has no ray. `unit_m` is metres
-// in a room unit. Where in a pixel the rays pass is a hash of the pixel, so a picture is the same
-// whatever the number of threads. Throws Interrupted.
+// Renders the picture (BGR, CV_8UC3) from the pose; black where the camera has no ray. `unit_m` is
+// the length of a room unit in metres. Ray positions within a pixel are a hash of the pixel, so the
+// result does not depend on the number of threads. Throws Interrupted.
 cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
                        double unit_m, Sampling sampling);
 

@@ -1,4 +1,4 @@
-// The rays of a camera's pixels.
+// Camera models as rays of pixels.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,30 +9,30 @@
 
 namespace raywalk::capture {
 
-// Pixels are divided into this many parts per side; a ray goes through the middle of a part.
+// Subpixel parts per pixel side; a ray passes through the centre of a part.
 inline constexpr int kPixelParts = 16;
 
 // A ray in the camera's frame (x right, y up, z forward).
 struct CameraRay {
-  Eigen::Vector3d origin_m{0, 0, 0};  // another one per lens, if there are several
+  Eigen::Vector3d origin_m{0, 0, 0};  // differs between lenses
   Eigen::Vector3d direction{0, 0, 1};
 };
 
-// A camera model as the renderer needs it. Safe to use from several threads at once.
+// A camera model for the renderer. Thread-safe.
 class PixelRays {
  public:
   virtual ~PixelRays() = default;
 
   virtual int width() const = 0;
   virtual int height() const = 0;
-  // The angle that a pixel covers in the middle of the image.
+  // Angular size of a pixel at the image centre.
   virtual double pixel_rad() const = 0;
-  // The ray at part (part_u, part_v) of the image, counted from 0 at its top left over all pixels;
-  // none where the lens gives no image.
+  // The ray at part (part_u, part_v) of the image, counted from 0 at the top left across all
+  // pixels; empty outside the lens's image.
   virtual std::optional<CameraRay> at_part(int part_u, int part_v) const = 0;
 };
 
-// The continuous pixel position (sphere.h) of a part.
+// Continuous pixel coordinate (sphere.h) of a part.
 inline double position_of_part(int part) { return (part + 0.5) / kPixelParts - 0.5; }
 
 // An equirectangular panorama.

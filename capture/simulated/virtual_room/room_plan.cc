@@ -11,12 +11,12 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr int kStationsPerCell = 40;  // where the settings leave the spacing open
+constexpr int kStationsPerCell = 40;  // default spacing
 constexpr int kMostStationsPerLine = 10000;
 constexpr double kClearanceShare = 0.25;  // of the cell's side
 constexpr double kLeastHeadroom = 0.25;   // room units, in rooms whose cells are larger than that
 
-// Whole steps that fill a cell's side and come closest to the spacing asked for.
+// The number of whole steps per cell side that is closest to the requested spacing.
 int steps_per_cell(const GridSettings& grid) {
   if (grid.spacing_mm == 0.0) return kStationsPerCell;
   const double steps = std::round(grid.cell_side_m * 1e3 / grid.spacing_mm);
@@ -42,7 +42,7 @@ PlannedLine planned_line(LineAxis axis, int number, int cells_along, int cells_a
 
 void plan_lines(const GridSettings& grid, RoomPlan* plan) {
   const int steps = steps_per_cell(grid);
-  // A share that is meant to be a whole number of steps must not lose one to rounding.
+  // The tolerance keeps an exact number of steps from being rounded down.
   const int overhang_steps = static_cast<int>(std::floor(grid.overhang_share * steps + 1e-9));
   plan->overhang = plan->cell_side * overhang_steps / steps;
   for (int i = 0; i <= grid.cells_z; ++i) {
@@ -60,8 +60,8 @@ struct Span {
   double max = 0.0;
 };
 
-// Where two opposite walls stand. `reach` is how far the lines extend from the grid's middle, given
-// is the distance of the walls in room units, or 0 where the seed chooses it.
+// Positions of two opposite walls. `reach` is the extent of the lines from the grid's middle,
+// `given` the distance of the walls in room units, or 0 if the seed chooses it.
 Span place_walls(const char* key, double given, double reach, const RoomPlan& plan,
                  HashRandom random) {
   const double behind = random.uniform(0.75, 2.1), ahead = random.uniform(0.75, 2.1);
@@ -84,7 +84,7 @@ void plan_heights(const RoomSettings& room, HashRandom random, RoomPlan* plan) {
   if (room.camera_height_m > 0.0) camera = room.camera_height_m / plan->unit_m;
   if (room.height_m > 0.0) {
     const double height = room.height_m / plan->unit_m;
-    // Where only the room's height is given, the lines run at about half of it.
+    // If only the room's height is given, the lines are at about half of it.
     if (room.camera_height_m == 0.0) camera = std::min(camera, 0.55 * height);
     above = height - camera;
   }
@@ -98,7 +98,7 @@ void plan_heights(const RoomSettings& room, HashRandom random, RoomPlan* plan) {
   plan->walls.y_max = above;
 }
 
-// Metres in a room unit.
+// Metres per room unit.
 double unit_of(const VirtualRoomSettings& settings) {
   const double scale_m = settings.room.furniture_scale_m;
   if (scale_m == 0.0) return settings.grid.cell_side_m;

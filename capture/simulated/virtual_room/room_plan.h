@@ -1,9 +1,9 @@
-// The room's dimensions and the capture grid in it, before anything is put there.
+// Dimensions of the room and the capture grid in it.
 //
-// The virtual room is built in room units: lengths divided by the furniture's scale, which is the
-// cell's side unless the settings say otherwise. So a room of another cell side is the same room
-// exactly, only larger. Axes are those of the world frame (sphere.h); the origin lies in the middle
-// of the grid at the height of the lines, so a station's y is 0.
+// The virtual room is built in room units: metres divided by the furniture scale, which defaults to
+// the cell's side. A room with another cell side is thus exactly the same room, scaled. Axes are
+// those of the world frame (sphere.h); the origin is the middle of the grid at the height of the
+// lines, so a station's y is 0.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@
 
 namespace raywalk::capture {
 
-// An upright box, room units.
+// An axis-aligned box, room units.
 struct RoomBox {
   double x_min = 0.0, x_max = 0.0;
   double y_min = 0.0, y_max = 0.0;
@@ -38,21 +38,21 @@ struct PlannedLine {
 
 struct RoomPlan {
   int seed = 0;
-  double unit_m = 1.0;  // metres in a room unit
+  double unit_m = 1.0;  // metres per room unit
   RoomBox walls{};
   double cell_side = 1.0;
   int cells_x = 1, cells_z = 1;
   std::vector<PlannedLine> lines;  // along x in order of z, then along z in order of x
-  double clearance = 0.25;         // kept free around the lines, in the plan
-  double headroom = 0.25;          // kept free above and below them
+  double clearance = 0.25;         // free horizontal distance around the lines
+  double headroom = 0.25;          // free vertical distance above and below them
 
   double grid_half_x() const { return 0.5 * cells_x * cell_side; }
   double grid_half_z() const { return 0.5 * cells_z * cell_side; }
   double overhang = 0.0;  // captured beyond the outer corners
 };
 
-// Throws UsageError naming the key where the room is too small for the grid, a line would hold more
-// than 10,000 stations, the camera would not be between floor and ceiling, or the furniture's scale
+// Throws UsageError naming the key if the room is too small for the grid, a line would have more
+// than 10,000 stations, the camera would not be between floor and ceiling, or the furniture scale
 // is neither 0 nor at least kLeastFurnitureScale_m.
 RoomPlan plan_room(const VirtualRoomSettings& settings);
 

@@ -19,8 +19,8 @@ void expect_refused(const VirtualRoomSettings& settings, const std::string& key)
   }
 }
 
-// The packed room's own search for lines and cells finds what was planned, by the same names.
-TEST(RoomPlanTest, GridIsFoundAsPlanned) {
+// The detection of lines and cells used for rooms finds the planned ones, with the same names.
+TEST(RoomPlanTest, PlannedGridIsDetected) {
   VirtualRoomSettings settings;
   settings.grid.cells_x = 3;
   settings.grid.cells_z = 2;
@@ -41,7 +41,7 @@ TEST(RoomPlanTest, GridIsFoundAsPlanned) {
     EXPECT_EQ(grid.lines[i].stations.front().file, plan.lines[i].id);
     EXPECT_NEAR(median_spacing_m(grid.lines[i]), 0.1, 1e-12);
   }
-  // 25 % of 6 steps, rounded down: one step beyond each corner.
+  // 25 % of 6 steps, rounded down: one step at each end.
   EXPECT_NEAR(plan.lines[0].along.front() * plan.unit_m, -0.9 - 0.1, 1e-12);
 }
 
@@ -55,7 +55,7 @@ TEST(RoomPlanTest, SpacingIsRoundedToWholeStepsAndDefaultsToAFortieth) {
   EXPECT_EQ(plan_room(settings).lines[0].along.size(), 2U);
 }
 
-TEST(RoomPlanTest, WallsLeaveTheLinesTheirClearance) {
+TEST(RoomPlanTest, WallsKeepTheirClearanceFromLines) {
   for (int seed = 0; seed < 200; ++seed) {
     VirtualRoomSettings settings;
     settings.seed = seed;

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOffMirror = 1e-4;  // where a reflected ray starts, room units
+constexpr double kOffMirror = 1e-4;  // offset of a reflected ray's origin, room units
 constexpr float kMirrorReflectance = 0.92F;
 constexpr double kLeastCosine = 0.04;  // bounds the footprint of a grazing ray
 
@@ -27,7 +27,7 @@ const Surface& RoomScene::surface_of(const Hit& hit) const {
 }
 
 void RoomScene::look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights) const {
-  // Reused from call to call: it is called millions of times.
+  // Reused across millions of calls.
   thread_local std::vector<Hit> hits;
   hits.resize(rays.size());
   scene_.intersect(rays, hits);
@@ -48,22 +48,21 @@ Color RoomScene::light_of(const Ray& ray, const Hit& hit, double pixel_rad) cons
   if (hit.facet >= 0 && surface_of(hit).pattern == Pattern::kMirror) {
     return reflection(ray, hit, pixel_rad);
   }
-  return matt_light(ray, hit, 0.0, pixel_rad);
+  return diffuse_light(ray, hit, 0.0, pixel_rad);
 }
 
-// A mirror turns d into d - 2 (d . n) n. A flat mirror never shows itself, so one reflection is all
-// there is.
+// Reflects d into d - 2 (d . n) n. There is a single flat mirror, so one reflection suffices.
 Color RoomScene::reflection(const Ray& ray, const Hit& hit, double pixel_rad) const {
   const Vector3d& normal = facet(hit.facet).normal;
   Ray reflected;
   reflected.direction = ray.direction - 2.0 * ray.direction.dot(normal) * normal;
   reflected.origin = ray.origin + hit.distance * ray.direction + kOffMirror * normal;
   const Hit seen = scene_.intersect(reflected);
-  return kMirrorReflectance * matt_light(reflected, seen, hit.distance, pixel_rad);
+  return kMirrorReflectance * diffuse_light(reflected, seen, hit.distance, pixel_rad);
 }
 
-Color RoomScene::matt_light(const Ray& ray, const Hit& hit, double travelled,
-                            double pixel_rad) const {
+Color RoomScene::diffuse_light(const Ray& ray, const Hit& hit, double travelled,
+                               double pixel_rad) const {
   if (hit.facet < 0 || surface_of(hit).pattern == Pattern::kSky) {
     return sky_light(ray.direction, static_cast<float>(pixel_rad), room_.lights.sky_seed);
   }
@@ -75,7 +74,7 @@ Color RoomScene::matt_light(const Ray& ray, const Hit& hit, double travelled,
   const Eigen::Vector2f at(static_cast<float>(on_texture.dot(seen.texture.s_axis)),
                            static_cast<float>(on_texture.dot(seen.texture.t_axis)));
   // A pixel covers distance x angle across the ray, and that divided by the cosine along the
-  // surface: the geometric mean of both is the side of a square of the same area.
+  // surface. The footprint is the geometric mean, the side of a square of the same area.
   const double footprint =
       (travelled + hit.distance) * pixel_rad / std::sqrt(std::max(std::abs(facing), kLeastCosine));
   Color albedo = albedo_at(surface, at, static_cast<float>(footprint));

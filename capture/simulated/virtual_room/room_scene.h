@@ -1,4 +1,4 @@
-// A furnished and lit room that answers what a ray sees.
+// A furnished and lit room that can be ray traced.
 #pragma once
 
 #include <span>
@@ -9,35 +9,35 @@
 
 namespace raywalk::capture {
 
-// Room units. Safe to use from several threads at once.
+// Room units. Thread-safe.
 class RoomScene {
  public:
-  // Furnishes and lights the room. Throws UsageError naming the seed where something finds no
-  // place, Error if the ray tracer fails, Interrupted.
+  // Furnishes and lights the room. Throws UsageError naming the seed if there is no space for an
+  // object, Error if the ray tracer fails, Interrupted.
   RoomScene(const RoomPlan& plan, const ContentSettings& contents);
   // The light map refers to the scene.
   RoomScene(const RoomScene&) = delete;
   RoomScene& operator=(const RoomScene&) = delete;
 
-  // lights[i] is what rays[i] sees: linear, relative to white, averaged over a pixel that covers
+  // Sets lights[i] to the light along rays[i]: linear, relative to white, filtered for a pixel of
   // the angle `pixel_rad`.
   void look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights) const;
 
-  // distances[i] is how far along rays[i] the first surface is; +inf for the sky.
+  // Sets distances[i] to the distance along rays[i] to the first surface; +inf for the sky.
   void measure(std::span<const Ray> rays, std::span<double> distances) const;
 
   const Facet& facet(int index) const {
     return room_.facets.facets[static_cast<std::size_t>(index)];
   }
-  // Of what was hit; the hit must be one.
+  // The surface of a hit; hit.facet must not be -1.
   const Surface& surface_of(const Hit& hit) const;
   const EmbreeScene& geometry() const { return scene_; }
 
  private:
   Color light_of(const Ray& ray, const Hit& hit, double pixel_rad) const;
   Color reflection(const Ray& ray, const Hit& hit, double pixel_rad) const;
-  // Of the surface where the ray, having come `travelled` before, meets it.
-  Color matt_light(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
+  // Light of the diffuse surface at the hit; `travelled` is the length of the path before the ray.
+  Color diffuse_light(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
 
   FurnishedRoom room_;
   EmbreeScene scene_;

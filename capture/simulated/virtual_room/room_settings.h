@@ -1,5 +1,4 @@
-// What a user asks of a virtual room. configs/virtual-room.yaml explains every key and holds the
-// defaults.
+// Settings of a virtual room. configs/virtual-room.yaml documents every key with its default.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +8,13 @@
 
 namespace raywalk::capture {
 
-// The room and what stands in it; 0 where a length is left to the seed.
+// Dimensions of the room; 0: chosen by the seed.
 struct RoomSettings {
   double width_m = 0.0;            // along x
   double depth_m = 0.0;            // along z
   double height_m = 0.0;           // floor to ceiling
   double camera_height_m = 0.0;    // of the lines above the floor
-  double furniture_scale_m = 0.0;  // what furniture is drawn to, from 0.01; 0 = the cell's side
+  double furniture_scale_m = 0.0;  // metres per room unit, at least 0.01; 0 = the cell's side
 
   bool operator==(const RoomSettings&) const = default;
 };
@@ -47,20 +46,20 @@ struct GridSettings {
   int cells_x = 1;
   int cells_z = 1;
   double spacing_mm = 0.0;       // between stations; 0 = a 40th of the cell's side
-  double overhang_share = 0.25;  // of the cell's side, captured beyond the outer corners
+  double overhang_share = 0.25;  // captured beyond the outer corners, relative to the cell's side
 
   bool operator==(const GridSettings&) const = default;
 };
 
 struct SensorSettings {
   double noise_levels = 0.0;  // standard deviation of a dark pixel, in 8-bit levels
-  double shot_noise = 0.0;    // added variance per level of brightness, in levels
+  double shot_noise = 0.0;    // added variance in squared levels, per level of brightness
   double gain_spread = 0.0;   // standard deviation of a station's exposure, relative
 
   bool operator==(const SensorSettings&) const = default;
 };
 
-// How far a camera truly is from where the frame list says; standard deviations.
+// Standard deviations of the true poses around the nominal ones of poses.csv.
 struct PoseSettings {
   double position_jitter_mm = 0.0;   // along each axis
   double attitude_jitter_deg = 0.0;  // of yaw, pitch and roll each
@@ -93,22 +92,20 @@ struct VirtualRoomSettings {
   bool operator==(const VirtualRoomSettings&) const = default;
 };
 
-// Adds the keys of a virtual room to a schema and binds them to `settings`, which has to outlive
-// it. `prefix` goes before every key, for files that hold a virtual room among other things
-// ("scene.").
+// Adds the keys of a virtual room to a schema and binds them to `settings`, which must outlive it.
+// `prefix` is prepended to every key, for files with other settings ("scene.").
 void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
                        const std::string& prefix);
 
-// The keys of room and contents alone (seed, room.*, contents.*), where grid, camera and files are
-// given by something else.
+// The same for the keys seed, room.* and contents.* only.
 void bind_virtual_scene(SettingsSchema* schema, VirtualRoomSettings* settings,
                         const std::string& prefix);
 
-// What ranges alone do not tell: throws UsageError, starting with `source`, for a width that is no
-// multiple of 4.
+// Checks beyond the ranges of single keys: throws UsageError, starting with `source`, if the width
+// is not a multiple of 4.
 void require_valid(const VirtualRoomSettings& settings, const std::string& source);
 
-// Reads the file. Throws UsageError: what SettingsSchema and require_valid refuse.
+// Reads the file. Throws UsageError as SettingsSchema and require_valid do.
 VirtualRoomSettings read_virtual_room_settings(const std::filesystem::path& file);
 
 }  // namespace raywalk::capture

@@ -29,7 +29,7 @@ void expect_refused(const std::string& yaml, const std::string& message) {
 
 TEST(RoomSettingsTest, EmptyFileGivesTheDefaults) { EXPECT_EQ(parsed(""), VirtualRoomSettings{}); }
 
-// The shipped file says that its values are the defaults.
+// The shipped file claims that its values are the defaults.
 TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
   const std::string yaml = read_file(RAYWALK_VIRTUAL_ROOM_YAML);
   const VirtualRoomSettings shipped = read_virtual_room_settings(RAYWALK_VIRTUAL_ROOM_YAML);
@@ -92,7 +92,7 @@ TEST(RoomSettingsTest, MistakesAreNamedWithTheirLine) {
   expect_refused("seed: 1\ngrid:\n  cell_side: 1\n", ":3: unknown key 'grid.cell_side'");
   expect_refused("grid:\n  cell_side_m: 0\n", "must lie between");
   expect_refused("seed: -1\n", "must lie between");
-  expect_refused("output:\n  format: bmp\n", "is not a choice");
+  expect_refused("output:\n  format: bmp\n", "is not a valid choice");
   expect_refused("output:\n  width_px: 130\n", "multiple of 4");
   expect_refused("contents:\n  chairs: many\n", "must be a whole number");
 }

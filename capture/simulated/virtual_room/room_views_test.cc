@@ -1,4 +1,4 @@
-// What cameras see of a furnished room agrees with its geometry.
+// Rendered views of a furnished room are consistent with its geometry.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr PanoramaSize kSize{512, 256};
 
-// Bilinear; the seam wraps, the poles are left to the border.
+// Bilinear; wraps at the seam, uses the border mode at the poles.
 cv::Vec3d sample(const cv::Mat& picture, PixelPosition at) {
   const int u0 = static_cast<int>(std::floor(at.u)), v0 = static_cast<int>(std::floor(at.v));
   cv::Vec3d sum(0, 0, 0);
@@ -56,7 +56,7 @@ struct View {
   cv::Mat distance;
 };
 
-// Colours of `target`'s points, as `source` sees them; only points that both see.
+// `source` warped to `target` by its distances; only points visible in both.
 std::vector<double> differences(const View& target, const View& source, bool reproject) {
   std::vector<double> found;
   const Eigen::Matrix3d target_rotation = world_from_camera(target.pose.attitude);
@@ -86,7 +86,7 @@ std::vector<double> differences(const View& target, const View& source, bool rep
   return found;
 }
 
-TEST_F(RoomViewsTest, ViewReprojectedByItsDistancesIsTheOtherView) {
+TEST_F(RoomViewsTest, ViewWarpedByItsDistancesIsTheOtherView) {
   const auto view_from = [&](const CameraPose& pose) {
     return View{pose, room_->panorama(pose, kSize), room_->distance_map(pose, kSize)};
   };
@@ -95,11 +95,11 @@ TEST_F(RoomViewsTest, ViewReprojectedByItsDistancesIsTheOtherView) {
   const std::vector<double> reprojected = differences(centre, moved, true);
   ASSERT_GT(reprojected.size(), static_cast<std::size_t>(kSize.width * kSize.height / 2));
   EXPECT_LT(median(reprojected), 2.5);
-  // What does not move with the geometry is far off.
+  // Without the warp the difference is large.
   EXPECT_GT(median(differences(centre, moved, false)), 15.0);
 }
 
-// What a mirror shows is what the camera's mirror image would see through it.
+// A mirror shows the view of the mirrored camera.
 TEST_F(RoomViewsTest, MirrorShowsTheMirroredRoom) {
   const RoomPlan plan = plan_room(room_->settings());
   const RoomScene scene(plan, room_->settings().contents);
@@ -160,7 +160,7 @@ TEST_F(RoomViewsTest, FisheyeAndPanoramaShowTheSameInEveryDirection) {
 }
 
 TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
-  // A quarter turn moves the panorama by a quarter of its width, whatever the pixels.
+  // A quarter turn shifts the panorama by a quarter of its width.
   const cv::Mat ahead = room_->panorama({}, kSize, Sampling::kFine);
   const cv::Mat turned = room_->panorama({{0, 0, 0}, {kHalfPi, 0, 0}}, kSize, Sampling::kFine);
   std::vector<double> found;
@@ -174,7 +174,7 @@ TEST_F(RoomViewsTest, AttitudeTurnsThePicture) {
   EXPECT_LT(median(found), 2.0);
 }
 
-TEST_F(RoomViewsTest, DraftIsAnUnbiasedSketchOfTheFinePicture) {
+TEST_F(RoomViewsTest, DraftIsAnUnbiasedEstimateOfTheFinePicture) {
   const cv::Mat fine = room_->panorama({}, kSize, Sampling::kFine);
   const cv::Mat draft = room_->panorama({}, kSize, Sampling::kDraft);
   const cv::Scalar fine_mean = cv::mean(fine), draft_mean = cv::mean(draft);

@@ -12,7 +12,7 @@
 namespace raywalk::capture {
 namespace {
 
-// What each level becomes under a gain, not rounded.
+// Maps each level to its level under a gain, not rounded.
 class Exposure {
  public:
   explicit Exposure(double gain) {
@@ -40,7 +40,7 @@ cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double 
   if (image.type() != CV_8UC3) throw Error("a sensor's picture must have three 8-bit channels");
   if (!(gain > 0.0)) throw Error("a sensor's gain must be positive");
   if (!light.empty() && (light.type() != CV_32FC1 || light.size() != image.size())) {
-    throw Error("the light of a sensor's pixels must have one number for each");
+    throw Error("the light of a sensor's pixels must be one float per pixel");
   }
   const Exposure exposure(gain);
   const double dark_variance = sensor.noise_levels * sensor.noise_levels;
@@ -58,7 +58,7 @@ cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double 
         double level =
             lights == nullptr ? exposure.level(from[i]) : exposure.level(from[i], lights[i / 3]);
         if (noisy) {
-          // Normal deviates come in pairs.
+          // Normal deviates are generated in pairs.
           if (i % 2 == 0) deviates = normal_pair(hash_bits(row_key, static_cast<std::uint64_t>(i)));
           const double sigma = std::sqrt(dark_variance + sensor.shot_noise * level);
           level += sigma * (i % 2 == 0 ? deviates.first : deviates.second);

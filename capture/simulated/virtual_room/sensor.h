@@ -1,4 +1,4 @@
-// What a camera's electronics do to a perfect picture.
+// Camera sensor model: gain, clipping and noise.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace raywalk::capture {
 
-// The picture (CV_8UC3, sRGB) as exposed with a relative `gain` and read out with noise. The gain
-// multiplies linear light; what exceeds white is clipped. The noise is normally distributed and
+// The picture (CV_8UC3, sRGB) exposed with a relative `gain` and read out with noise. The gain
+// multiplies linear light, which is clipped at white. The noise is normally distributed and
 // independent in every pixel and channel; its standard deviation at level L (0..255, after the
-// gain) is sqrt(noise_levels^2 + shot_noise L). `key` chooses the noise: the same key gives the
-// same. Where `light` is given (CV_32FC1 of the picture's size), each pixel's gain is multiplied by
-// its value. Throws Error for another type of image or a gain that is not positive, Interrupted.
+// gain) is sqrt(noise_levels^2 + shot_noise L). It is determined by `key`. If `light` is given
+// (CV_32FC1 of the picture's size), each pixel's gain is multiplied by its value. Throws Error if
+// the image or `light` has another type or size or the gain is not positive, Interrupted.
 cv::Mat apply_sensor(const cv::Mat& image, const SensorSettings& sensor, double gain,
                      std::uint64_t key, const cv::Mat& light = {});
 

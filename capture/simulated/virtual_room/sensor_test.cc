@@ -36,8 +36,9 @@ TEST(SensorTest, PerfectSensorChangesNothing) {
   EXPECT_TRUE(std::equal(ramp.datastart, ramp.dataend, out.datastart));
 }
 
-// The mean of 180,000 values is known to 0.24 % of their deviation, that to 0.17 %.
-TEST(SensorTest, NoiseHasTheMeanAndDeviationAskedFor) {
+// The standard error of the mean of 180,000 values is 0.24 % of their deviation, that of the
+// deviation 0.17 %.
+TEST(SensorTest, NoiseHasTheGivenMeanAndDeviation) {
   for (const double levels : {1.0, 3.0, 8.0}) {
     SensorSettings sensor;
     sensor.noise_levels = levels;

@@ -21,7 +21,7 @@ Vector3d any_perpendicular(const Vector3d& axis) {
   return axis.cross(Vector3d::Unit(least)).normalized();
 }
 
-// Points of a circle around the rod's end, and the outward normals there.
+// Points of a circle around an end of the rod, with outward normals.
 struct Ring {
   std::array<Vector3d, kRodSides> points;
   std::array<Vector3d, kRodSides> outward;
@@ -38,8 +38,8 @@ Ring ring_around(const Vector3d& centre, const Vector3d& across, const Vector3d&
   return ring;
 }
 
-// The plane's normal on the side of `hint`, from the diagonals, which no coincidence of corners
-// makes parallel.
+// The plane's normal on the side of `hint`, from the diagonals, which are not parallel even if two
+// corners coincide.
 Vector3d plane_normal(const std::array<Vector3d, 4>& corners, const Vector3d& hint) {
   const Vector3d normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalized();
   return normal.dot(hint) < 0.0 ? Vector3d(-normal) : normal;
@@ -113,7 +113,7 @@ void add_rod(const Placement& place, const Rod& rod, int surface, Facets* facets
     side.corner_normals = {lower.outward[i], upper.outward[i], upper.outward[next],
                            lower.outward[next]};
     side.normal = plane_normal(side.corners, lower.outward[i] + lower.outward[next]);
-    // s runs along the rod, t around it, so that the pattern is continuous from side to side.
+    // s runs along the rod, t around it, so that the pattern is continuous between sides.
     const Vector3d around = (lower.outward[next] - lower.outward[i]).normalized();
     const double turned = kTwoPi * static_cast<double>(i) / kRodSides * radius;
     side.texture = {lower.points[i] - turned * around, axis, around};
@@ -129,8 +129,8 @@ void add_globe(const Vector3d& centre, double radius, double half_height, int su
   const double stretch = half_height / radius;
   for (int parallel = 0; parallel < kGlobeParallels; ++parallel) {
     for (int meridian = 0; meridian < kGlobeMeridians; ++meridian) {
-      // At the north pole the two upper corners coincide, as a facet's last two may; at the south
-      // pole the order is turned so that they do there too.
+      // At the north pole the last two corners coincide, as they may; at the south pole the order
+      // is rotated so that it is the last two as well.
       const int first = parallel == 0 ? 1 : 0;
       const std::array<Vector3d, 4> units = {
           globe_point(meridian, parallel + first, stretch),

@@ -67,7 +67,7 @@ TEST(ShapesTest, GlobeIsClosedAndRound) {
   expect_flat(facets);
 }
 
-TEST(ShapesTest, FurnitureKeepsWithinThePlaceItAsksFor) {
+TEST(ShapesTest, FurnitureFitsItsDeclaredSize) {
   using Add = void (*)(const Placement&, HashRandom, Facets*);
   struct Case {
     Piece piece;
@@ -109,7 +109,7 @@ TEST(EmbreeSceneTest, FindsTheNearestFacetAndItsExactDistance) {
   EXPECT_LT(scene.intersect(Ray{{0, 0, 0}, {0, 0, -1}}).facet, 0);
   EXPECT_TRUE(scene.occluded({{0, 0, 0}, {0, 0, 1}}, 2.1));
   EXPECT_FALSE(scene.occluded({{0, 0, 0}, {0, 0, 1}}, 1.9));
-  // Many rays at once are answered as one by one, whatever their number.
+  // Batches of any size give the same results as single rays.
   std::vector<Ray> rays(21);
   for (int i = 0; i < 21; ++i) {
     rays[static_cast<std::size_t>(i)].direction =
@@ -124,21 +124,21 @@ TEST(EmbreeSceneTest, FindsTheNearestFacetAndItsExactDistance) {
   }
 }
 
-TEST(PlanRectangleTest, OverlapIsSeenAtAnyTurn) {
+TEST(PlanRectangleTest, OverlapIsDetectedAtAnyRotation) {
   const PlanRectangle a{{0, 0}, {1, 0.5}, 0.0};
   EXPECT_TRUE(overlap(a, {{1.4, 0}, {0.5, 0.5}, 0.0}));
   EXPECT_FALSE(overlap(a, {{1.6, 0}, {0.5, 0.5}, 0.0}));
-  // Turned by 45 degrees, the corner of a square of half side 0.5 reaches out to 0.707.
+  // Rotated by 45 degrees, a square of half side 0.5 extends to 0.707.
   EXPECT_TRUE(overlap(a, {{1.69, 0}, {0.5, 0.5}, kPi / 4}));
   EXPECT_FALSE(overlap(a, {{1.72, 0}, {0.5, 0.5}, kPi / 4}));
-  // Bounding boxes overlap, the rectangles do not.
+  // The bounding boxes overlap, but not the rectangles.
   EXPECT_FALSE(overlap(a, {{1.6, 1.1}, {0.9, 0.2}, kPi / 4}));
   EXPECT_TRUE(inside({{0, 0}, {0.5, 0.5}, kPi / 4}, {-0.71, -0.71}, {0.71, 0.71}));
   EXPECT_FALSE(inside({{0, 0}, {0.5, 0.5}, kPi / 4}, {-0.70, -0.71}, {0.71, 0.71}));
 }
 
-// A yaw of 90 degrees turns +z towards +x, for places as for cameras.
-TEST(PlacementTest, TurnsAsAttitudesDo) {
+// A yaw of 90 degrees rotates +z to +x, as for cameras.
+TEST(PlacementTest, RotatesAsAttitudesDo) {
   const Placement place{{1, 0, 2}, kHalfPi};
   EXPECT_LT((place.point({0, 0, 1}) - Vector3d(2, 0, 2)).norm(), 1e-12);
 }

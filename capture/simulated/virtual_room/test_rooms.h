@@ -1,11 +1,11 @@
-// For tests: settings of rooms to look at.
+// For tests: settings of an empty and a furnished room.
 #pragma once
 
 #include "capture/simulated/virtual_room/room_settings.h"
 
 namespace raywalk::capture {
 
-// Nothing but floor, ceiling and four walls: a box, whose distances are known in closed form.
+// Only floor, ceiling and four walls: a box, whose distances are known in closed form.
 inline VirtualRoomSettings empty_room(int seed, double cell_side_m) {
   VirtualRoomSettings settings;
   settings.seed = seed;

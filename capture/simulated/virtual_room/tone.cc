@@ -10,7 +10,7 @@ namespace raywalk::capture {
 namespace {
 
 constexpr double kKnee = 0.8;
-constexpr double kBrightest = 16.0;  // beyond it every level is 255 to within rounding
+constexpr double kBrightest = 16.0;  // above it every level rounds to 255
 constexpr int kTableSize = 4096;
 
 double soft_highlight(double light) {
@@ -19,7 +19,8 @@ double soft_highlight(double light) {
   return kKnee + room * (1.0 - std::exp((kKnee - light) / room));
 }
 
-// Levels over the square root of light, which follows the eye and so needs few entries.
+// Lookup table over the square root of light, which is nearly perceptually uniform and so needs few
+// entries.
 std::array<float, kTableSize + 1> make_table() {
   std::array<float, kTableSize + 1> table{};
   for (int i = 0; i <= kTableSize; ++i) {

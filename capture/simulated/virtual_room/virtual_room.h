@@ -1,11 +1,10 @@
-// A furnished room that exists only in the computer, seen by simulated cameras: ground truth for
-// everything that has to be tried on a scene whose truth is known.
+// A virtual furnished room, seen by simulated cameras: a scene with known ground truth.
 //
 // Frames and pixels are those of core/geometry/sphere.h: metres, x right, y up, z forward; the
-// origin is the middle of the capture grid at the height of its lines. The room is lit the same
-// from every viewpoint (matt surfaces, light computed once) but for one mirror. Everything follows
-// from the settings: the same settings give the same bytes, whatever the number of threads; a room
-// of another cell side is the same room at another scale.
+// origin is the middle of the capture grid at the height of its lines. Lighting is view-independent
+// (diffuse surfaces, precomputed irradiance), except for one mirror. The same settings give the
+// same bytes with any number of threads; a room with another cell side is the same room at another
+// scale.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,12 +25,12 @@ struct RoomExtent {
   Eigen::Vector3d max_m{0, 0, 0};
 };
 
-// Safe to use from several threads at once.
+// Thread-safe.
 class VirtualRoom {
  public:
   // Furnishes and lights the room, which takes about a second. Throws UsageError naming key or seed
-  // where the room is too small for its grid or its contents, and Error where something stands
-  // closer to a line than a quarter of the cell's side or the ray tracer fails; Interrupted.
+  // if the room is too small for its grid or contents, Error if an object is closer to a line than
+  // a quarter of the cell's side or the ray tracer fails; Interrupted.
   explicit VirtualRoom(const VirtualRoomSettings& settings);
   ~VirtualRoom();
 
@@ -39,19 +38,19 @@ class VirtualRoom {
   const RoomPlan& plan() const { return plan_; }
   RoomExtent extent() const;
 
-  // The three below throw Error naming pose and seed where the camera is outside of the room or
-  // inside of something in it, and Interrupted.
+  // The three functions below throw Error naming pose and seed if the camera is outside the room or
+  // inside an object, and Interrupted.
 
   // The panorama, BGR in CV_8UC3, noise-free. The size must be 2:1.
   cv::Mat panorama(const CameraPose& pose, PanoramaSize size,
                    Sampling sampling = Sampling::kFine) const;
 
   // Metres along the ray through each pixel's centre to the first surface, CV_32FC1; +inf for the
-  // sky, to which the window's clear glass is looked through. The mirror counts at its own surface.
+  // sky, seen through the window. The distance to the mirror is that to its surface.
   cv::Mat distance_map(const CameraPose& pose, PanoramaSize size) const;
 
-  // A frame of two image circles, BGR in CV_8UC3, black around them. The pose is that of the
-  // layout's camera frame. Throws Error also for a lens that cannot be (see DualFisheyeRays).
+  // A frame with two image circles, BGR in CV_8UC3, black around them. The pose is that of the
+  // layout's camera frame. Also throws Error for an invalid lens (see DualFisheyeRays).
   cv::Mat dual_fisheye(const CameraPose& pose, const DualFisheyeLayout& layout, PanoramaSize frame,
                        Sampling sampling = Sampling::kFine) const;
 

@@ -45,7 +45,7 @@ bool same_bytes(const cv::Mat& a, const cv::Mat& b) {
          std::equal(a.datastart, a.dataend, b.datastart);
 }
 
-TEST(VirtualRoomTest, EmptyRoomsDistancesAreThoseOfABoxAtAnyScaleAndPose) {
+TEST(VirtualRoomTest, EmptyRoomHasTheDistancesOfABoxAtAnyScaleAndPose) {
   HashRandom random(1);
   for (int i = 0; i < 12; ++i) {
     const double side_m = 0.2 * std::pow(25.0, random.uniform());
@@ -125,7 +125,7 @@ TEST(VirtualRoomTest, SeedsDiffer) {
   EXPECT_GT(different, a.rows * a.cols / 2);
 }
 
-TEST(VirtualRoomTest, SkyIsInfinitelyFarAndNothingElseIs) {
+TEST(VirtualRoomTest, OnlyTheSkyIsInfinitelyFar) {
   const VirtualRoom room(furnished_room(8));
   VirtualRoomSettings settings = furnished_room(8);
   settings.contents.window = false;
@@ -153,7 +153,7 @@ TEST(VirtualRoomTest, NothingIsNearerToTheLinesThanAQuarterOfACellAtCameraHeight
   }
 }
 
-TEST(VirtualRoomTest, CamerasOutsideOrInsideOfThingsAreRefused) {
+TEST(VirtualRoomTest, CamerasOutsideTheRoomOrInsideObjectsAreRefused) {
   const VirtualRoom room(furnished_room(3));
   const Vector3d outside = room.extent().max_m + Vector3d(0.1, 0, 0);
   try {
@@ -161,16 +161,15 @@ TEST(VirtualRoomTest, CamerasOutsideOrInsideOfThingsAreRefused) {
     FAIL();
   } catch (const Error& e) {
     EXPECT_THAT(e.what(), HasSubstr("virtual room of seed 3"));
-    EXPECT_THAT(e.what(), HasSubstr("outside of the room"));
+    EXPECT_THAT(e.what(), HasSubstr("outside the room"));
   }
   EXPECT_THROW(room.distance_map({{std::nan(""), 0, 0}, {}}, kSmall), Error);
   EXPECT_THROW(room.panorama({}, {64, 33}), Error);
   EXPECT_THROW(room.panorama({}, {0, 0}), Error);
 }
 
-// The beams are the only thing in the room, so every point close under the ceiling is free or in
-// one.
-TEST(VirtualRoomTest, CamerasInsideOfABeamAreRefused) {
+// The room is empty except for beams, so every point close to the ceiling is free or inside one.
+TEST(VirtualRoomTest, CamerasInsideABeamAreRefused) {
   VirtualRoomSettings settings = empty_room(3, 1.0);
   settings.contents.beams = true;
   const VirtualRoom room(settings);
@@ -183,7 +182,7 @@ TEST(VirtualRoomTest, CamerasInsideOfABeamAreRefused) {
       room.distance_map({at, {}}, {8, 4});
       ++free;
     } catch (const Error& e) {
-      EXPECT_THAT(e.what(), HasSubstr("inside of furniture"));
+      EXPECT_THAT(e.what(), HasSubstr("inside furniture"));
       ++refused;
     }
   }
@@ -191,7 +190,7 @@ TEST(VirtualRoomTest, CamerasInsideOfABeamAreRefused) {
   EXPECT_GE(free, 20);
 }
 
-TEST(VirtualRoomTest, RoomTooSmallForItsContentsSaysSo) {
+TEST(VirtualRoomTest, RoomTooSmallForItsContentsIsRefused) {
   VirtualRoomSettings settings = furnished_room(1);
   settings.contents.chairs = 100;
   settings.room.width_m = 2.2;
@@ -203,7 +202,7 @@ TEST(VirtualRoomTest, RoomTooSmallForItsContentsSaysSo) {
     FAIL();
   } catch (const UsageError& e) {
     EXPECT_THAT(e.what(), HasSubstr("seed 1"));
-    EXPECT_THAT(e.what(), HasSubstr("no place left"));
+    EXPECT_THAT(e.what(), HasSubstr("no space left"));
   }
 }
 

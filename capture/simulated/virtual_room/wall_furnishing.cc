@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kPanelDepth = 0.012;
-constexpr double kFrameDepth = 0.035;  // less than LightMap looks over
+constexpr double kFrameDepth = 0.035;  // less than LightMap's ray offset from the shell
 constexpr double kFrameWidth = 0.035;
 constexpr double kPictureFrameWidth = 0.025;
 constexpr double kWindowFrameWidth = 0.06;
@@ -29,10 +29,10 @@ WallArea area_for(const char* what, const RoomPlan& plan, int wall, const Vector
   throw_no_place(plan, fmt::format("{} on a wall", what));
 }
 
-// A box that lies on a wall: s, t and depth between two corners.
+// A box on a wall: s, t and depth between two corners.
 void add_on_wall(const Wall& wall, const Vector3d& min, const Vector3d& max, int surface,
                  Facets* facets) {
-  // Seen from the room, s runs to the right and the wall's depth towards the eye.
+  // Seen from the room, s is to the right and depth towards the viewer.
   const Vector3d size = max - min;
   const Vector3d s = size.x() * wall.s_axis, t = size.y() * Vector3d::UnitY();
   const Vector3d d = size.z() * wall.inward;
@@ -54,15 +54,15 @@ void add_pane(const Wall& wall, const WallArea& area, double depth, int surface,
       (area.t_max - area.t_min) * Vector3d::UnitY(), wall.inward, surface));
 }
 
-// What a frame of this width goes around: the area less half the frame on every side, so that no
-// edges coincide.
+// The area inside a frame of this width, reduced by half the frame on every side so that no edges
+// coincide.
 WallArea framed(WallArea area, double frame_width) {
   const double inset = 0.5 * frame_width;
   return {area.wall, area.s_min + inset, area.s_max - inset, area.t_min + inset,
           area.t_max - inset};
 }
 
-// Four bars within the rim of the area.
+// Four bars along the edges of the area, inside it.
 void add_frame(const Wall& wall, const WallArea& area, double width, double depth, int surface,
                Facets* facets) {
   const double s0 = area.s_min, s1 = area.s_max, t0 = area.t_min, t1 = area.t_max;
@@ -104,8 +104,8 @@ void add_shell_facet(Facet facet, Facets* facets) {
   facets->facets.push_back(facet);
 }
 
-// Towards the sun, such that its light falls through the window's middle onto the floor, some way
-// into the room.
+// Direction to the sun such that its light falls through the middle of the window onto the floor,
+// some distance into the room.
 Vector3d sun_direction(const Wall& wall, const Vector3d& middle, HashRandom* random) {
   const double height = middle.y() - wall.corner.y();
   const double aside = random->uniform(-0.5, 0.5);

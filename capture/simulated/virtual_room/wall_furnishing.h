@@ -1,4 +1,4 @@
-// What is built into the shell of a room and hangs on its walls.
+// The shell of a room, and objects built into it or hanging on its walls.
 #pragma once
 
 #include "capture/simulated/virtual_room/facets.h"
@@ -7,7 +7,7 @@
 
 namespace raywalk::capture {
 
-// Floor, ceiling and walls, painted, bricked, boarded or tiled as the random numbers have it.
+// Floor, ceiling and walls with random surfaces: plaster, bricks, boards or tiles.
 void add_shell(const RoomPlan& plan, HashRandom random, Facets* facets);
 
 // Boards along the foot of all walls.
@@ -16,8 +16,8 @@ void add_skirting(const RoomPlan& plan, HashRandom random, Facets* facets);
 // Beams under the ceiling across the room's shorter side, at most 0.16 high.
 void add_beams(const RoomPlan& plan, HashRandom random, Facets* facets);
 
-// A window with frame and bars onto the sky, on the given wall; the sun, where it is wanted, stands
-// so that it shines through the window onto the floor.
+// A window with frame and bars onto the sky, on the given wall. With `sun`, sunlight falls through
+// it onto the floor.
 WindowLight add_window(const RoomPlan& plan, int wall, bool sun, FreeSpace* space,
                        HashRandom random, Facets* facets);
 
@@ -25,14 +25,14 @@ WindowLight add_window(const RoomPlan& plan, int wall, bool sun, FreeSpace* spac
 void add_mirror(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom random,
                 Facets* facets);
 
-// Thin panels, from floor to ceiling with a pattern that repeats exactly, and in one even colour.
+// Thin panels: one from floor to ceiling with an exactly periodic pattern, one of uniform colour.
 void add_wallpaper(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom random,
                    Facets* facets);
 void add_plain_patch(const RoomPlan& plan, int wall, FreeSpace* space, HashRandom random,
                      Facets* facets);
 
-// Framed paintings on any wall. This and the four functions above throw UsageError
-// naming the seed where no wall has a place left.
+// Framed paintings on any wall. This and the four functions above throw UsageError naming the seed
+// if there is no space left.
 void add_pictures(const RoomPlan& plan, int count, FreeSpace* space, HashRandom random,
                   Facets* facets);
 

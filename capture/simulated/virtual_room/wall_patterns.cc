@@ -10,7 +10,7 @@
 namespace raywalk::capture {
 namespace {
 
-// A position in a pattern of equal cells: which cell, and how far from its centre.
+// A position in a pattern of equal cells: the cell and the offset from its centre.
 struct CellPosition {
   int index;
   float from_centre;
@@ -21,7 +21,7 @@ CellPosition cell_of(float at, float side) {
   return {static_cast<int>(cell), at - (cell + 0.5F) * side};
 }
 
-// How much of the pixel lies in the joint that surrounds a cell of the given half sides.
+// Coverage of the pixel by the joint around a cell of the given half sides.
 float joint_share(float from_x, float half_x, float from_y, float half_y, float half_joint,
                   float footprint) {
   const float in_x = 1.0F - soft_stripe(from_x, half_x - half_joint, footprint);
@@ -29,11 +29,11 @@ float joint_share(float from_x, float half_x, float from_y, float half_y, float 
   return std::clamp(in_x + in_y - in_x * in_y, 0.0F, 1.0F);
 }
 
-// Hairline cracks: where a noise passes through zero.
+// Hairline cracks: the zero crossings of a noise.
 float cracks(const Eigen::Vector2f& at, float footprint, std::uint32_t seed) {
   constexpr float kHalfWidth = 0.003F;  // room units
   const float field = fractal_noise(at, {0.7F, 4, 0.55F}, footprint, seed);
-  // The noise climbs by about 3 per room unit where it crosses zero.
+  // The noise has a slope of about 3 per room unit at its zero crossings.
   return soft_stripe(field / 3.0F, kHalfWidth, std::max(footprint, kHalfWidth));
 }
 
@@ -41,7 +41,7 @@ float cracks(const Eigen::Vector2f& at, float footprint, std::uint32_t seed) {
 
 Color plaster_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   const float tint = fractal_noise(at, {1.1F, 2, 0.5F}, footprint, surface.seed);
-  // Trowel strokes, three times as long as wide, over grain of every size that a pixel can show.
+  // Trowel strokes, three times as long as wide, over grain of all scales that a pixel resolves.
   const Eigen::Vector2f slanted(0.8F * at.x() + 0.6F * at.y(), 0.8F * at.y() - 0.6F * at.x());
   const float strokes = fractal_noise({slanted.x() / 3.0F, slanted.y()}, {0.09F, 3, 0.75F},
                                       footprint, surface.seed + 30);
@@ -55,7 +55,7 @@ Color plaster_albedo(const Surface& surface, const Eigen::Vector2f& at, float fo
 Color brick_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   const float height = 0.3F * surface.period, half_joint = 0.02F * surface.period;
   const CellPosition row = cell_of(at.y(), height);
-  // Courses are laid half a brick apart, and by hand.
+  // Courses are offset by half a brick, with irregularities.
   const float shift =
       (row.index % 2 == 0 ? 0.0F : 0.5F) + 0.15F * (cell_value(row.index, 0, surface.seed) - 0.5F);
   const CellPosition brick = cell_of(at.x() + shift * surface.period, surface.period);
@@ -74,11 +74,12 @@ Color brick_albedo(const Surface& surface, const Eigen::Vector2f& at, float foot
 Color wallpaper_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint) {
   const auto wave = static_cast<float>(kTwoPi) / surface.period;
   const float s = wave * at.x(), t = 0.5F * wave * at.y();
-  // Sums of cosines whose level lines are the bulbs and stems of a damask.
+  // Sums of cosines whose level lines form the bulbs and stems of a damask pattern.
   const float ogee =
       std::cos(s) * std::cos(t) + 0.35F * std::cos(2.0F * s) + 0.35F * std::cos(3.0F * t);
   const float petals = std::cos(2.0F * s + 1.5F * std::sin(2.0F * t)) * std::cos(4.0F * t);
-  // A level line's soft step needs the footprint in units of the level: its slope is about `wave`.
+  // The soft step at a level line needs the footprint in units of the level; its slope is about
+  // `wave`.
   const float blur = std::max(wave * footprint, 0.05F);
   const float bulb = soft_step(ogee - 0.25F, blur);
   const float leaf = soft_step(petals - 0.45F, 2.0F * blur) * (1.0F - bulb);
@@ -111,7 +112,7 @@ Color tile_albedo(const Surface& surface, const Eigen::Vector2f& at, float footp
   const bool odd = (x.index + y.index) % 2 != 0;
   const Color ground = (odd ? surface.base : surface.accent) *
                        (0.8F + 0.35F * cell_value(x.index, y.index, surface.seed));
-  // Veins: the zero lines of a noise that is another one on every tile.
+  // Veins: the zero crossings of a noise, different for every tile.
   const auto own = surface.seed + 31U * static_cast<std::uint32_t>(x.index) +
                    977U * static_cast<std::uint32_t>(y.index);
   const float field = fractal_noise(at, {0.35F, 6, 0.6F}, footprint, own);

@@ -1,5 +1,4 @@
-// Patterns of walls, floors and ceilings. All take texture coordinates and footprint as albedo_at
-// (surface.h) does.
+// Patterns of walls, floors and ceilings. Arguments as in albedo_at (surface.h).
 #pragma once
 
 #include "capture/simulated/virtual_room/surface.h"
@@ -8,7 +7,7 @@ namespace raywalk::capture {
 
 Color plaster_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color brick_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
-// Exactly periodic: by `period` along s and by twice that along t.
+// Exactly periodic, with `period` along s and twice that along t.
 Color wallpaper_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color board_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);
 Color tile_albedo(const Surface& surface, const Eigen::Vector2f& at, float footprint);

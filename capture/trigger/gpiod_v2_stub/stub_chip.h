@@ -1,4 +1,4 @@
-// For tests: what stands behind the stand-in for libgpiod 2.x, to set up and to look at.
+// For tests: the state of the stub of libgpiod 2.x, to set up and inspect.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ struct gpiod_edge_event {
   std::uint64_t time_ns = 0;
 };
 
-// Of a line, what a request made of it.
+// The state of a line as requested.
 struct StubLine {
   bool is_requested = false;
   std::string consumer;
@@ -21,16 +21,17 @@ struct StubLine {
   gpiod_line_edge edges = GPIOD_LINE_EDGE_NONE;
   gpiod_line_clock clock = GPIOD_LINE_CLOCK_REALTIME;
   bool active_low = false;
-  bool active = true;  // logical; not what an output may start with
+  bool active =
+      true;  // logical level; true, so that a test notices an output not set at its request
   std::deque<gpiod_edge_event> events;
 };
 
-// The one chip there is, at /dev/gpiochip7.
+// The only chip, at /dev/gpiochip7.
 struct StubChip {
   std::array<StubLine, 4> lines;
   int open_error = 0;  // errno of the next calls; 0: they succeed
   int line_error = 0;
   int wait_error = 0;
-  int living_objects = 0;  // made and not yet freed
+  int living_objects = 0;  // created and not freed
 };
 StubChip& stub_chip();

@@ -1,0 +1,128 @@
+#include "core/files/checked_json.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+
+namespace raywalk {
+
+using Json = nlohmann::ordered_json;
+
+struct CheckedJson::Document {
+  Json root;
+  std::string advice;
+};
+
+CheckedJson CheckedJson::parse(const std::string& text, const std::string& source,
+                               const std::string& advice) {
+  constexpr int kDeepest = 16;
+  auto document = std::make_shared<Document>(Document{.root = {}, .advice = advice});
+  const CheckedJson root(document, &document->root, source);
+  const auto limit_depth = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepest) root.fail("nested too deeply");
+    return true;
+  };
+  try {
+    document->root = Json::parse(text, limit_depth);
+  } catch (const Json::exception& error) {
+    root.fail(fmt::format("damaged ({})", error.what()));
+  }
+  return root;
+}
+
+CheckedJson CheckedJson::read(const std::filesystem::path& file, const std::string& advice) {
+  return parse(read_file(file), file.string(), advice);
+}
+
+void CheckedJson::fail(const std::string& what) const {
+  const std::string& advice = document_->advice;
+  throw Error(
+      one_line(fmt::format("{}: {}{}{}", place_, what, advice.empty() ? "" : "; ", advice)));
+}
+
+void CheckedJson::require_version(int newest) const {
+  const int version = at("format_version").integer(1);
+  if (version <= newest) return;
+  const std::string& advice = document_->advice;
+  throw Error(one_line(
+      fmt::format("{}: format version {} is newer than {}, the newest this program reads; use a "
+                  "newer Raywalk{}{}",
+                  place_, version, newest, advice.empty() ? "" : ", or ", advice)));
+}
+
+CheckedJson CheckedJson::at(const std::string& key) const {
+  if (!value_->is_object()) fail("is not an object");
+  const auto found = value_->find(key);
+  if (found == value_->end()) fail(fmt::format("has no '{}'", key));
+  return {document_, &*found, fmt::format("{}: {}", place_, key)};
+}
+
+bool CheckedJson::has(const std::string& key) const {
+  return value_->is_object() && value_->contains(key);
+}
+
+bool CheckedJson::is_null() const { return value_->is_null(); }
+
+bool CheckedJson::is_text() const { return value_->is_string(); }
+
+std::vector<CheckedJson> CheckedJson::items() const {
+  if (!value_->is_array()) fail("is not a list");
+  std::vector<CheckedJson> items;
+  for (std::size_t i = 0; i < value_->size(); ++i) {
+    items.push_back({document_, &(*value_)[i], fmt::format("{}[{}]", place_, i)});
+  }
+  return items;
+}
+
+std::vector<CheckedJson> CheckedJson::items(std::size_t count) const {
+  std::vector<CheckedJson> items = this->items();
+  if (items.size() != count) fail(fmt::format("does not have {} elements", count));
+  return items;
+}
+
+std::string CheckedJson::text() const {
+  if (!value_->is_string()) fail("is not a string");
+  return value_->get<std::string>();
+}
+
+std::vector<std::string> CheckedJson::texts() const {
+  std::vector<std::string> texts;
+  for (const CheckedJson& item : items()) texts.push_back(item.text());
+  return texts;
+}
+
+bool CheckedJson::boolean() const {
+  if (!value_->is_boolean()) fail("is not a boolean");
+  return value_->get<bool>();
+}
+
+int CheckedJson::integer(int min, int max) const {
+  if (!value_->is_number_integer()) fail("is not an integer");
+  const bool too_large =
+      value_->is_number_unsigned() &&
+      value_->get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<int>::max());
+  const auto value = too_large ? 0 : value_->get<std::int64_t>();
+  if (too_large || value < min || value > max) {
+    fail(fmt::format("is not between {} and {}", min, max));
+  }
+  return static_cast<int>(value);
+}
+
+std::uint64_t CheckedJson::unsigned_integer() const {
+  if (!value_->is_number_unsigned()) fail("is not an integer from 0 on");
+  return value_->get<std::uint64_t>();
+}
+
+double CheckedJson::number(double min, double max) const {
+  if (!value_->is_number()) fail("is not a number");
+  const auto value = value_->get<double>();
+  if (!(value >= min && value <= max)) fail(fmt::format("is not between {:g} and {:g}", min, max));
+  return value;
+}
+
+double CheckedJson::number_or(double otherwise) const { return is_null() ? otherwise : number(); }
+
+}  // namespace raywalk

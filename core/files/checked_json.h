@@ -1,0 +1,65 @@
+// Reading JSON that a program wrote and anything may have happened to since: each access is
+// checked, and each error names the file and the place in it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace raywalk {
+
+// A value of a document, which it keeps alive. All functions but has(), is_null() and is_text()
+// throw Error "SOURCE: PLACE: WHAT; ADVICE" where the value is missing, of another type or out of
+// range, e.g. "poses.json: frames[2]: yaw_deg: is not a number; solve the poses again".
+class CheckedJson {
+ public:
+  // The root of a document. `source` is what errors name, as a rule the file; `advice` how the file
+  // is made again, may be empty. Throws Error where the text is not JSON or nests deeper than 16
+  // levels.
+  static CheckedJson parse(const std::string& text, const std::string& source,
+                           const std::string& advice = "");
+  // The same from a file; throws Error as read_file as well.
+  static CheckedJson read(const std::filesystem::path& file, const std::string& advice = "");
+
+  [[noreturn]] void fail(const std::string& what) const;
+
+  // Refuses a document whose format_version, an integer from 1 on, is above `newest`.
+  void require_version(int newest) const;
+
+  CheckedJson at(const std::string& key) const;  // of an object
+  bool has(const std::string& key) const;        // whether it is an object with this key
+  bool is_null() const;
+  bool is_text() const;
+
+  std::vector<CheckedJson> items() const;  // of a list
+  std::vector<CheckedJson> items(std::size_t count) const;
+
+  std::string text() const;
+  std::vector<std::string> texts() const;  // of a list
+  bool boolean() const;
+  int integer(int min = std::numeric_limits<int>::min(),
+              int max = std::numeric_limits<int>::max()) const;
+  std::uint64_t unsigned_integer() const;
+  double number(double min = std::numeric_limits<double>::lowest(),
+                double max = std::numeric_limits<double>::max()) const;
+  // `otherwise` for null, which JSON has for numbers that are not finite.
+  double number_or(double otherwise) const;
+
+ private:
+  struct Document;
+
+  CheckedJson(std::shared_ptr<const Document> document, const nlohmann::ordered_json* value,
+              std::string place)
+      : document_(std::move(document)), value_(value), place_(std::move(place)) {}
+
+  std::shared_ptr<const Document> document_;
+  const nlohmann::ordered_json* value_;
+  std::string place_;  // SOURCE: KEY: KEY[INDEX]
+};
+
+}  // namespace raywalk

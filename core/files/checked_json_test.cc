@@ -1,0 +1,142 @@
+#include "core/files/checked_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr const char* kDocument = R"({
+  "format_version": 2, "name": "x0", "names": ["a", "b"], "kept": true, "count": 7, "low": -7,
+  "bytes": 18446744073709551615, "far": 1e300, "none": null, "place": [1, 2.5],
+  "lines": [{"id": "x0"}, {"id": 7}]
+})";
+
+std::string error_of_reading(const std::function<void(const CheckedJson&)>& read) {
+  try {
+    read(CheckedJson::parse(kDocument, "room.json", "make it again"));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(CheckedJson, GivesWhatIsThere) {
+  const CheckedJson root = CheckedJson::parse(kDocument, "room.json");
+  EXPECT_EQ(root.at("name").text(), "x0");
+  EXPECT_THAT(root.at("names").texts(), ElementsAre("a", "b"));
+  EXPECT_TRUE(root.at("kept").boolean());
+  EXPECT_EQ(root.at("count").integer(), 7);
+  EXPECT_EQ(root.at("low").integer(-7, -7), -7);
+  EXPECT_EQ(root.at("bytes").unsigned_integer(), 18446744073709551615U);
+  EXPECT_EQ(root.at("place").items(2)[1].number(), 2.5);
+  EXPECT_EQ(root.at("count").number(), 7.0);
+  EXPECT_EQ(root.at("far").number(), 1e300);
+  EXPECT_TRUE(std::isnan(root.at("none").number_or(std::nan(""))));
+  EXPECT_EQ(root.at("far").number_or(0.0), 1e300);
+  EXPECT_TRUE(root.at("none").is_null());
+  EXPECT_TRUE(root.at("name").is_text());
+  EXPECT_FALSE(root.at("count").is_text());
+  EXPECT_TRUE(root.has("none"));
+  EXPECT_FALSE(root.has("some"));
+  EXPECT_FALSE(root.at("name").has("some"));
+  EXPECT_NO_THROW(root.require_version(2));
+}
+
+TEST(CheckedJson, KeepsTheDocumentAlive) {
+  const CheckedJson line = CheckedJson::parse(kDocument, "room.json").at("lines").items()[0];
+  EXPECT_EQ(line.at("id").text(), "x0");
+}
+
+TEST(CheckedJson, ErrorsNameTheFileThePlaceAndTheRemedy) {
+  EXPECT_EQ(error_of_reading(
+                [](const CheckedJson& root) { root.at("lines").items()[1].at("id").text(); }),
+            "room.json: lines[1]: id: is not a string; make it again");
+  EXPECT_EQ(
+      error_of_reading([](const CheckedJson& root) { root.at("lines").items()[1].at("axis"); }),
+      "room.json: lines[1]: has no 'axis'; make it again");
+  EXPECT_EQ(error_of_reading([](const CheckedJson& root) { root.require_version(1); }),
+            "room.json: format version 2 is newer than 1, the newest this program reads; use a "
+            "newer Raywalk, or make it again");
+  EXPECT_EQ(error_of_reading([](const CheckedJson& root) { root.at("name").fail("is\nodd"); }),
+            "room.json: name: is odd; make it again");
+}
+
+TEST(CheckedJson, OtherTypesAreRefused) {
+  const auto refused = [](const std::string& key, auto read) {
+    return error_of_reading([&](const CheckedJson& root) { read(root.at(key)); });
+  };
+  const auto text = [](const CheckedJson& json) { json.text(); };
+  const auto texts = [](const CheckedJson& json) { json.texts(); };
+  const auto boolean = [](const CheckedJson& json) { json.boolean(); };
+  const auto integer = [](const CheckedJson& json) { json.integer(); };
+  const auto unsigned_integer = [](const CheckedJson& json) { json.unsigned_integer(); };
+  const auto number = [](const CheckedJson& json) { json.number(); };
+  const auto number_or = [](const CheckedJson& json) { json.number_or(1.0); };
+  const auto items = [](const CheckedJson& json) { json.items(); };
+  const auto at = [](const CheckedJson& json) { json.at("id"); };
+  EXPECT_THAT(refused("count", text), HasSubstr("is not a string"));
+  EXPECT_THAT(refused("place", texts), HasSubstr("place[0]: is not a string"));
+  EXPECT_THAT(refused("count", boolean), HasSubstr("is not a boolean"));
+  EXPECT_THAT(refused("far", integer), HasSubstr("is not an integer"));
+  EXPECT_THAT(refused("bytes", integer), HasSubstr("is not between"));
+  EXPECT_THAT(refused("low", unsigned_integer), HasSubstr("is not an integer from 0 on"));
+  EXPECT_THAT(refused("kept", number), HasSubstr("is not a number"));
+  EXPECT_THAT(refused("none", number), HasSubstr("is not a number"));
+  EXPECT_THAT(refused("name", number_or), HasSubstr("is not a number"));
+  EXPECT_THAT(refused("name", items), HasSubstr("is not a list"));
+  EXPECT_THAT(refused("names", at), HasSubstr("is not an object"));
+}
+
+TEST(CheckedJson, RangesAreChecked) {
+  EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("count").integer(0, 6); }),
+              HasSubstr("count: is not between 0 and 6"));
+  EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("count").number(7.5, 9); }),
+              HasSubstr("count: is not between 7.5 and 9"));
+  EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("place").items(3); }),
+              HasSubstr("place: does not have 3 elements"));
+}
+
+TEST(CheckedJson, TextThatIsNotJsonIsOneLineOfError) {
+  for (const std::string& text :
+       {std::string(), std::string("{"), std::string("1e999"), std::string("\xff\xfe"),
+        std::string("{\"a\":\n\"b\nc\"}"), std::string(kDocument).substr(0, 60)}) {
+    try {
+      CheckedJson::parse(text, "room.json");
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), StartsWith("room.json: damaged (")) << text;
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << text;
+    }
+  }
+}
+
+TEST(CheckedJson, DeepNestingIsRefused) {
+  try {
+    CheckedJson::parse(std::string(100000, '['), "room.json");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "room.json: nested too deeply");
+  }
+}
+
+TEST(CheckedJson, IsReadFromAFile) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "a.json", "[7]");
+  EXPECT_EQ(CheckedJson::read(directory / "a.json").items(1)[0].integer(), 7);
+  EXPECT_THROW(CheckedJson::read(directory / "none.json"), Error);
+}
+
+}  // namespace
+}  // namespace raywalk
