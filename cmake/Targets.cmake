@@ -59,21 +59,30 @@ function(raywalk_library name)
   target_link_libraries(${name} PUBLIC raywalk_options ${ARG_LINK})
 endfunction()
 
-# raywalk_test(<name> [TOGETHER] SOURCES ... LINK ...): one GoogleTest executable, every case known to
-# ctest. TOGETHER: cases that share what is costly to make run in one process, known as one test.
+add_custom_target(parallel-tests)
+
+# raywalk_test(<name> [TOGETHER] [PARALLEL] SOURCES ... LINK ...): one GoogleTest executable, every
+# case known to ctest. TOGETHER: cases that share what is costly to make run in one process, known as
+# one test. PARALLEL: runs code on several threads; labelled "parallel" and built by the target
+# parallel-tests, for ThreadSanitizer.
 function(raywalk_test name)
   if(NOT RAYWALK_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "TOGETHER" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "TOGETHER;PARALLEL" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   raywalk_compile_together(${name} raywalk_precompiled_test)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  set(labels)
+  if(ARG_PARALLEL)
+    set(labels LABELS parallel)
+    add_dependencies(parallel-tests ${name})
+  endif()
   if(ARG_TOGETHER)
     add_test(NAME ${name} COMMAND ${name})
-    set_tests_properties(${name} PROPERTIES COST 100)  # long: begun first
+    set_tests_properties(${name} PROPERTIES COST 100 ${labels})  # long: begun first
   else()
-    gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
+    gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST PROPERTIES ${labels})
   endif()
 endfunction()

@@ -8,11 +8,42 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#ifdef RAYWALK_SANITIZE_THREAD
+#include <sanitizer/tsan_interface.h>
+#endif
 
 namespace raywalk {
+namespace {
+
+// What happens before give(tag) on one thread happens before what follows take(tag) on another. TBB
+// ensures that anyway, but ThreadSanitizer cannot see it: neither libtbb nor this file, with TBB's
+// tasks, is instrumented (CMakeLists.txt).
+#ifdef RAYWALK_SANITIZE_THREAD
+void give(void* tag) { __tsan_release(tag); }
+void take(void* tag) { __tsan_acquire(tag); }
+#else
+void give(void*) {}
+void take(void*) {}
+#endif
+
+// Calls a function at the end of its scope, be it left by an exception.
+template <typename Function>
+class AtEnd {
+ public:
+  explicit AtEnd(Function function) : function_(std::move(function)) {}
+  ~AtEnd() { function_(); }
+  AtEnd(const AtEnd&) = delete;
+  AtEnd& operator=(const AtEnd&) = delete;
+
+ private:
+  Function function_;
+};
+
+}  // namespace
 
 void set_thread_count(int threads) {
   if (threads < 0) {
@@ -41,11 +72,16 @@ int thread_count() {
 void parallel_for(int begin, int end, int grain, const std::function<void(int, int)>& body) {
   if (begin >= end) return;
   const auto chunk = static_cast<std::size_t>(std::max(grain, 1));
+  char to_bodies = 0, from_bodies = 0;
+  give(&to_bodies);
+  const AtEnd take_at_end([&] { take(&from_bodies); });
   // The simple partitioner splits until a chunk holds at most `grain` indices; the default one may
   // make far larger chunks, which would delay the response to Ctrl-C.
   tbb::parallel_for(
       tbb::blocked_range<int>(begin, end, chunk),
-      [&body](const tbb::blocked_range<int>& range) {
+      [&](const tbb::blocked_range<int>& range) {
+        take(&to_bodies);
+        const AtEnd give_at_end([&] { give(&from_bodies); });
         throw_if_interrupted();
         body(range.begin(), range.end());
       },

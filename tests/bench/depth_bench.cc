@@ -58,9 +58,9 @@ class PeakOwnMemory {
 };
 
 // The room's plan with `count` of its maps, distributed over all lines.
-DepthPlan plan_of(const Room& room, size_t count) {
+build_lf::DepthPlan plan_of(const Room& room, size_t count) {
   build_lf::DepthPlan plan = build_lf::plan_depth(room, {.every = 1});
-  const std::vector<SweepReference> all = std::move(plan.maps);
+  const std::vector<build_lf::SweepReference> all = std::move(plan.maps);
   plan.maps.clear();
   for (size_t i = 0; i < count; ++i) plan.maps.push_back(all[i * all.size() / count]);
   return plan;
@@ -73,8 +73,8 @@ DepthPlan plan_of(const Room& room, size_t count) {
 void bench_depth(benchmark::State& state) {
   const Room room = Room::open(bench_room());
   const build_lf::DepthPlan plan = plan_of(room, static_cast<size_t>(state.range(0)));
-  const build_lf::StationGains gains =
-      build_lf::solve_gains(room.grid(), measure_links(room, pairs_to_compare(room.grid())));
+  const build_lf::StationGains gains = build_lf::solve_gains(
+      room.grid(), build_lf::measure_links(room, build_lf::pairs_to_compare(room.grid())));
   const fs::path work = bench_room().parent_path() / "depth";
   double peak_bytes = 0.0;
   std::vector<double> seconds;

@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/program.h"
+#include "tests/bench/check_ratios.h"
 #include "tests/bench/error_plots.h"
 
 namespace raywalk::bench {
@@ -45,13 +47,23 @@ int main(int argc, char** argv) {
   app.add_option("--error-plots", error_plots,
                  "Write plots of numerical error into this directory instead of measuring times")
       ->check(CLI::ExistingDirectory);
+  std::string limits;
+  app.add_option("--check", limits,
+                 "Run the benchmarks that this YAML file limits; fail where a ratio exceeds its "
+                 "limit (tests/bench/limits.yaml)")
+      ->excludes("--error-plots");
   app.allow_extras();
   app.callback([&] {
     raywalk::set_thread_count(threads);
-    if (error_plots.empty()) {
-      raywalk::bench::run_benchmarks(argv[0], app.remaining());
-    } else {
+    if (!limits.empty()) {
+      if (app.remaining_size() > 0) {
+        throw raywalk::UsageError("--check takes no further flags; see --help");
+      }
+      raywalk::bench::check_ratios(argv[0], limits);
+    } else if (!error_plots.empty()) {
       raywalk::bench::write_error_plots(error_plots);
+    } else {
+      raywalk::bench::run_benchmarks(argv[0], app.remaining());
     }
   });
   return raywalk::run_program(app, argc, argv);

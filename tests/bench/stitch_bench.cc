@@ -163,7 +163,8 @@ Times stitching_times(const calibrate::Stitcher& stitcher) {
 // v360 filter on the same frames with the same number of threads. The two alternate; `ratio` is the
 // median over the pairs of Raywalk's time to ffmpeg's (below 1: Raywalk is faster), `cpu_ratio` the
 // same for processor time. psnr_db and ffmpeg_psnr_db are relative to the ray-traced panorama.
-void bench_stitch(benchmark::State& state, BlendMethod blend, const std::string& interpolation) {
+void bench_stitch(benchmark::State& state, calibrate::BlendMethod blend,
+                  const std::string& interpolation) {
   const FfmpegStitcher ffmpeg(scene().frame, interpolation);
   const calibrate::Stitcher stitcher(scene().camera, kPanorama.width, {.blend = blend}, {});
   std::vector<double> ours_s, ffmpeg_s, ratios, cpu_ratios;
@@ -184,15 +185,16 @@ void bench_stitch(benchmark::State& state, BlendMethod blend, const std::string&
   state.counters["ffmpeg_psnr_db"] = psnr_db(ffmpeg.panorama(), scene().truth);
 }
 
-BENCHMARK_CAPTURE(bench_stitch, feather_against_linear, BlendMethod::kFeather, "linear")
+BENCHMARK_CAPTURE(bench_stitch, feather_against_linear, calibrate::BlendMethod::kFeather, "linear")
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_stitch, feather_against_cubic, BlendMethod::kFeather, "cubic")
+BENCHMARK_CAPTURE(bench_stitch, feather_against_cubic, calibrate::BlendMethod::kFeather, "cubic")
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_stitch, multi_band_against_cubic, BlendMethod::kMultiBand, "cubic")
+BENCHMARK_CAPTURE(bench_stitch, multi_band_against_cubic, calibrate::BlendMethod::kMultiBand,
+                  "cubic")
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

@@ -77,7 +77,7 @@ void bench_fast(benchmark::State& state, render::Generation generation) {
                         .stations_mixed = 1,
                         .distance_maps = 2,
                         .fill_stations = 8,
-                        .second_side = SecondSide::kWhereHidden,
+                        .second_side = render::SecondSide::kWhereHidden,
                         .skip_px = 0.5});
 }
 
