@@ -8,8 +8,15 @@ set(RAYWALK_UNITY_BATCH 16 CACHE STRING "How many files are compiled as one unit
 
 # Warnings are errors; the include root is the repository, so that an include names its folder.
 add_library(raywalk_options INTERFACE)
-target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow
-                       -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor
+                       -Woverloaded-virtual -Werror)
+# In a unity build the files of a unit see each other's names, so that -Wshadow would compare with the
+# globals of other files.
+if(RAYWALK_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(raywalk_options INTERFACE -Wshadow=local)
+else()
+  target_compile_options(raywalk_options INTERFACE -Wshadow)
+endif()
 # GCC 12 warns falsely of overlapping copies in std::string (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(raywalk_options INTERFACE -Wno-restrict)

@@ -107,7 +107,7 @@ class RectifySetTest : public ::testing::Test {
   static TestDirectory* frames_;
   TestDirectory out_;
 };
-VirtualRoom* RectifySetTest::room_ = nullptr;
+capture::VirtualRoom* RectifySetTest::room_ = nullptr;
 CaptureSet* RectifySetTest::set_ = nullptr;
 FramePoses* RectifySetTest::poses_ = nullptr;
 TestDirectory* RectifySetTest::frames_ = nullptr;

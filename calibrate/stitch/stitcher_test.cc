@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 constexpr int kWidth = 512;
 constexpr PanoramaSize kSize{kWidth, kWidth / 2};
-constexpr int kHeight = 290;  // of frames whose own width is about 512
+constexpr int kFrameHeight = 290;  // of frames whose own width is about 512
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 cv::Mat frame_of(const DualFisheyeCamera& camera) {
@@ -34,7 +34,7 @@ const cv::Mat& truth() {
 double resampling_psnr_db() {
   const Eigen::Matrix3d turned = world_from_camera({0.7, 0.4, -0.2});
   const Eigen::Matrix3d pose = world_from_camera(kTestPose.attitude);
-  const CameraPose other{kTestPose.position_m, attitude_from_world_from_camera(pose * turned)};
+  const capture::CameraPose other{kTestPose.position_m, attitude_from_world_from_camera(pose * turned)};
   return psnr_db(rotate_panorama(test_room().panorama(other, kSize), turned), truth());
 }
 
@@ -59,7 +59,7 @@ int largest_step(const cv::Mat& panorama) {
 }
 
 TEST(StitcherTest, AgreesWithTheRoomAsWellAsResamplingAllows) {
-  const DualFisheyeCamera camera = test_camera(kHeight, 0.0);
+  const DualFisheyeCamera camera = test_camera(kFrameHeight, 0.0);
   EXPECT_NEAR(default_panorama_width(camera), kWidth, 16);
   const cv::Mat frame = frame_of(camera), seam = near_seam(kSize, 4.0);
   const double resampling_db = resampling_psnr_db();
@@ -76,7 +76,7 @@ TEST(StitcherTest, AgreesWithTheRoomAsWellAsResamplingAllows) {
 // Lenses 10 mm apart image near objects at different places. A seam distance at the room's typical
 // distance corrects most of that.
 TEST(StitcherTest, SeamDistanceReducesParallaxErrors) {
-  const DualFisheyeCamera camera = test_camera(kHeight, 0.01);
+  const DualFisheyeCamera camera = test_camera(kFrameHeight, 0.01);
   const cv::Mat frame = frame_of(camera), seam = near_seam(kSize, 4.0);
   const cv::Mat far = Stitcher(camera, kWidth, {.seam_distance_m = kInfinity}, {}).stitch(frame);
   const cv::Mat near = Stitcher(camera, kWidth, {.seam_distance_m = 1.5}, {}).stitch(frame);
@@ -87,7 +87,7 @@ TEST(StitcherTest, SeamDistanceReducesParallaxErrors) {
 
 // At half the width edges stay smooth, as all of the frame's pixels are averaged.
 TEST(StitcherTest, CoarsePanoramaIsAveragedDown) {
-  const DualFisheyeCamera camera = test_camera(kHeight, 0.0);
+  const DualFisheyeCamera camera = test_camera(kFrameHeight, 0.0);
   const cv::Mat frame = frame_of(camera);
   const cv::Mat coarse = Stitcher(camera, kWidth / 4, {}, {}).stitch(frame);
   cv::Mat averaged;
@@ -96,12 +96,12 @@ TEST(StitcherTest, CoarsePanoramaIsAveragedDown) {
 }
 
 TEST(StitcherTest, TwoFilesGiveTheSamePanoramaAsOne) {
-  DualFisheyeCamera camera = test_camera(kHeight, 0.0);
+  DualFisheyeCamera camera = test_camera(kFrameHeight, 0.0);
   const cv::Mat both = frame_of(camera);
   const cv::Mat joined = Stitcher(camera, kWidth, {}, {}).stitch(both);
   const int half = camera.picture.width / 2;
-  const cv::Mat front = both(cv::Rect(0, 0, half, kHeight)).clone();
-  const cv::Mat back = both(cv::Rect(half, 0, half, kHeight)).clone();
+  const cv::Mat front = both(cv::Rect(0, 0, half, kFrameHeight)).clone();
+  const cv::Mat back = both(cv::Rect(half, 0, half, kFrameHeight)).clone();
   camera.picture.width = half;
   camera.two_files = true;
   camera.layout.back.centre.u -= half;

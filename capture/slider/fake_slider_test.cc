@@ -9,7 +9,7 @@
 namespace raywalk::capture {
 namespace {
 
-const SoftLimits kLimits(-1000.0, 1000.0);
+const SoftLimits kWideLimits(-1000.0, 1000.0);
 
 class FakeSliderTest : public ::testing::Test {
  protected:
@@ -17,7 +17,7 @@ class FakeSliderTest : public ::testing::Test {
     return {parse_fake_slider_config(yaml, "fake.yaml"), &clock_};
   }
   void pass(double ms) { clock_.sleep(duration_from_ms(ms)); }
-  static SafePosition at(double mm) { return kLimits.require(mm, "test"); }
+  static SafePosition at(double mm) { return kWideLimits.require(mm, "test"); }
 
   ManualClock clock_;
 };

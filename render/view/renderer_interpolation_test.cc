@@ -104,10 +104,10 @@ TEST(RendererInterpolation, FlatPicturesAreReadWithTheInterpolation) {
   }
 }
 
-using Color = std::array<std::uint8_t, 3>;
+using CapturedColor = std::array<std::uint8_t, 3>;
 
-std::set<Color> captured_colors(const Room& room) {
-  std::set<Color> colors;
+std::set<CapturedColor> captured_colors(const Room& room) {
+  std::set<CapturedColor> colors;
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     const LineVolume& volume = room.volume(line);
     for (int station = 0; station < volume.stations(); ++station) {
@@ -123,7 +123,7 @@ std::set<Color> captured_colors(const Room& room) {
 }
 
 // Number of pixels whose colour was never captured.
-int invented_pixels(const cv::Mat& image, const std::set<Color>& captured) {
+int invented_pixels(const cv::Mat& image, const std::set<CapturedColor>& captured) {
   int invented = 0;
   for (int row = 0; row < image.rows; ++row) {
     for (int column = 0; column < image.cols; ++column) {
@@ -136,7 +136,7 @@ int invented_pixels(const cv::Mat& image, const std::set<Color>& captured) {
 
 TEST(RendererInterpolation, NearestOfOneStationShowsStoredPixelsOnly) {
   const TestRoom room(textured_room(64));
-  const std::set<Color> captured = captured_colors(room.room());
+  const std::set<CapturedColor> captured = captured_colors(room.room());
   for (const int width : {64, 100}) {
     ViewOptions options{.overlap_deg = 0.0,
                         .width = width,
