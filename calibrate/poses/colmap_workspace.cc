@@ -65,8 +65,9 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyfram
 
 // Masks depend on whether there are lenses; the lenses' positions affect only poses.
 std::string ColmapWorkspace::inputs_text() const {
-  std::string text = fmt::format("version {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
-                                 options_.face_px, options_.lenses.has_value());
+  std::string text =
+      fmt::format("version {}\ncolmap {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
+                  colmap_.release().number, options_.face_px, options_.lenses.has_value());
   if (options_.mask) text += "mask " + sha256_of_pixels(*options_.mask) + "\n";
   for (const int frame : keyframes_) {
     const fs::path& file = set_.frames[static_cast<std::size_t>(frame)].file;
@@ -165,7 +166,7 @@ bool ColmapWorkspace::find_features() {
     }
     Progress progress("finding features", wanted, "faces");
     colmap_.run(arguments, log_, [&](std::string_view line) {
-      if (line.starts_with("Processed file")) progress.advance();
+      if (line.find("Processed file") != std::string_view::npos) progress.advance();
     });
   }
   read_images();
@@ -215,12 +216,12 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
   const bool done = same && count_rows(database_, "two_view_geometries") >= count;
   if (!done) {
     write_file_atomically(file, list);
-    colmap_.run(
-        {"matches_importer", "--database_path", database_.string(), "--match_list_path",
-         file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
-         "--SiftMatching.num_threads", std::to_string(options_.threads), "--SiftMatching.max_error",
-         fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
-        log_);
+    colmap_.run({"matches_importer", "--database_path", database_.string(), "--match_list_path",
+                 file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
+                 "--SiftMatching.num_threads", std::to_string(options_.threads),
+                 std::string(colmap_.release().max_error_option),
+                 fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
+                log_);
   }
   read_matches();
   return done;
