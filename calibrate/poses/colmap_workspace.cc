@@ -198,6 +198,11 @@ std::map<int, int> ColmapWorkspace::feature_counts() const {
 }
 
 bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& poses) {
+  const auto images = read_database_images(database_);
+  const auto has_features = [&](const std::string& name) {
+    const auto image = images.find(name);
+    return image != images.end() && image->second.features > 0;
+  };
   std::string list;
   std::int64_t count = 0;
   for (const FramePair& pair : pairs) {
@@ -206,15 +211,18 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
     if (!first || !second) continue;
     for (const FacePair& faces :
          overlapping_faces(faces_, first->world_from_camera, second->world_from_camera)) {
-      list +=
-          image_name(pair.first, faces.first) + " " + image_name(pair.second, faces.second) + "\n";
+      const std::string one = image_name(pair.first, faces.first);
+      const std::string other = image_name(pair.second, faces.second);
+      if (!has_features(one) || !has_features(other)) continue;
+      list += one + " " + other + "\n";
       ++count;
     }
   }
   const fs::path file = options_.directory / "pairs.txt";
   const bool same = fs::exists(file) && read_file(file) == list;
   const bool done = same && count_rows(database_, "two_view_geometries") >= count;
-  if (!done) {
+  // COLMAP 3.10 aborts where no picture has a feature.
+  if (!done && count > 0) {
     write_file_atomically(file, list);
     colmap_.run({"matches_importer", "--database_path", database_.string(), "--match_list_path",
                  file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
