@@ -132,14 +132,16 @@ class LeadshineRegisters:
 
     def __init__(self, drive):
         self.drive = drive
+        self.held = {}  # pymodbus answers a write with what it reads back, which has to be the same
 
     def read(self, address):
         high, low = words(round(self.drive.feedback_mm() * 250))
         moving = self.drive.moving()
         status = 1 << 1 | moving << 2 | (not moving) << 5 | self.drive.homed << 6
-        return {0x1003: status, 0x1014: high, 0x1015: low}.get(address, 0)
+        return {0x1003: status, 0x1014: high, 0x1015: low}.get(address, self.held.get(address, 0))
 
     def write(self, address, values):
+        self.held.update((address + i, value) for i, value in enumerate(values))
         if address == 0x6200 and values[0] == 1 and values[7] == 0x10:
             rpm, ms_to_1000_rpm = values[3], values[4]
             acceleration = 1000 / 60 * 40 / (ms_to_1000_rpm / 1000)
