@@ -118,8 +118,8 @@ float square_side_px(const std::vector<cv::Point2f>& corners, std::size_t corner
   return nearest;
 }
 
-// OpenCV refines corners in a window of a pixel or two. Here the window is as wide as possible
-// without reaching the markers.
+// OpenCV refines corners in a window of a pixel or two, with an offset of half a pixel to the right
+// and down. Here the window is as wide as possible without reaching the markers.
 void refine(const cv::Mat& view, const CharucoBoard& board, std::vector<cv::Point2f>* corners) {
   constexpr int kLeastWindow_px = 2, kLargestWindow_px = 12;
   const auto gap = static_cast<float>(0.5 * (1.0 - board.marker_mm / board.square_mm));
@@ -129,7 +129,7 @@ void refine(const cv::Mat& view, const CharucoBoard& board, std::vector<cv::Poin
     const int window_px = std::isfinite(side_px) ? std::clamp(static_cast<int>(gap * side_px),
                                                               kLeastWindow_px, kLargestWindow_px)
                                                  : kLeastWindow_px;
-    std::vector<cv::Point2f> one{found[i]};
+    std::vector<cv::Point2f> one{found[i] - cv::Point2f(0.5F, 0.5F)};
     cv::cornerSubPix(view, one, {window_px, window_px}, {-1, -1},
                      {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 0.005});
     (*corners)[i] = one[0];

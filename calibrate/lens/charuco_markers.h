@@ -13,8 +13,8 @@ class CharucoBoard;
 
 namespace raywalk::calibrate {
 
-// corners[i] is the board's corner ids[i]; pixels of the picture, the middle of the first is (0,
-// 0).
+// corners[i] is the board's corner ids[i], pixels of the picture. OpenCV 4.6 and 4.10 count them
+// from the outer edge of the first pixel, not from its centre.
 struct CharucoCorners {
   std::vector<cv::Point2f> corners{};
   std::vector<int> ids{};

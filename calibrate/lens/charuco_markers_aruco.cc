@@ -18,8 +18,6 @@ CharucoCorners CharucoMarkers::find(const cv::Mat& grey) const {
   CharucoCorners found;
   if (marker_ids.empty()) return found;
   cv::aruco::interpolateCornersCharuco(markers, marker_ids, grey, board_, found.corners, found.ids);
-  // This version gives them half a pixel too far right and down.
-  for (cv::Point2f& corner : found.corners) corner -= cv::Point2f(0.5F, 0.5F);
   return found;
 }
 
