@@ -1,12 +1,19 @@
-# Everything Raywalk builds on, all packaged by Debian 12 (scripts/packages lists the package names).
+# Everything Raywalk builds on, all packaged by Debian 12 and 13 (scripts/install-packages names
+# the packages).
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs video videoio features2d aruco
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs video videoio features2d
              stitching)
+# ArUco markers moved from a contributed module to a main one.
+if(OpenCV_VERSION VERSION_LESS 4.7)
+  set(RAYWALK_OPENCV_MARKERS opencv_aruco)
+else()
+  set(RAYWALK_OPENCV_MARKERS opencv_objdetect)
+endif()
 find_package(HDF5 1.10 REQUIRED COMPONENTS C)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(TBB REQUIRED)
-find_package(embree 3.13 REQUIRED)
+find_package(embree REQUIRED)  # 3.13 or 4
 find_package(Ceres 2.1 REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(OpenSSL 3.0 REQUIRED COMPONENTS Crypto)
@@ -23,7 +30,7 @@ if(RAYWALK_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)
 endif()
 if(RAYWALK_BUILD_TESTS OR RAYWALK_BUILD_BENCH)
-  find_package(Boost 1.74 REQUIRED)
+  find_package(Boost 1.74 REQUIRED CONFIG)
 endif()
 if(RAYWALK_BUILD_BENCH)
   find_package(benchmark 1.7 REQUIRED)

@@ -42,7 +42,7 @@ void add_station(const capture::VirtualRoom& room, const DualFisheyeLayout& lens
   pose.position_m[line == 0 ? 2 : 0] += sign * 0.01 * along_m;  // the rail itself is turned
   const cv::Mat clean = room.dual_fisheye(pose, lenses, kCapturedPicture);
   write_image(frame.file, capture::apply_sensor(clean, {1.0, 0.01, 0.0}, 1.0,
-                                       static_cast<std::uint64_t>(10 * line + number)));
+                                                static_cast<std::uint64_t>(10 * line + number)));
   capture->set.lines[static_cast<std::size_t>(line)].frames.push_back(
       static_cast<int>(capture->set.frames.size()));
   capture->set.frames.push_back(std::move(frame));

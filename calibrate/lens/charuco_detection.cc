@@ -9,11 +9,11 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
+#include "calibrate/lens/charuco_markers.h"
 #include "calibrate/lens/image_circle.h"
 #include "core/base/error.h"
 
@@ -40,12 +40,12 @@ constexpr int kOuterViews = 10;
 // pixels of its edges, and pinhole views are finer at their borders anyway.
 constexpr double kEnlarged = 1.5;
 
-cv::Ptr<cv::aruco::CharucoBoard> board_of(const CharucoBoard& board) {
+CharucoMarkers markers_of(const CharucoBoard& board) {
   const auto* name = std::find(kDictionaries.begin(), kDictionaries.end(), board.dictionary);
-  return cv::aruco::CharucoBoard::create(
-      board.squares_x, board.squares_y, static_cast<float>(0.001 * board.square_mm),
-      static_cast<float>(0.001 * board.marker_mm),
-      cv::aruco::getPredefinedDictionary(static_cast<int>(name - kDictionaries.begin())));
+  return {{board.squares_x, board.squares_y},
+          static_cast<float>(0.001 * board.square_mm),
+          static_cast<float>(0.001 * board.marker_mm),
+          static_cast<int>(name - kDictionaries.begin())};
 }
 
 // A pinhole view in a lens's frame: columns of `lens_from_view` are its right, up and forward.
@@ -107,11 +107,6 @@ cv::Mat grey_of(const cv::Mat& picture) {
   return grey;
 }
 
-struct ViewCorners {
-  std::vector<cv::Point2f> corners{};
-  std::vector<int> ids{};
-};
-
 // The distance to the nearest other corner: the apparent side of a square.
 float square_side_px(const std::vector<cv::Point2f>& corners, std::size_t corner) {
   float nearest = std::numeric_limits<float>::infinity();
@@ -123,12 +118,11 @@ float square_side_px(const std::vector<cv::Point2f>& corners, std::size_t corner
   return nearest;
 }
 
-// OpenCV 4.6 refines corners in a window of a pixel or two, with an offset of half a pixel to the
-// right and down. Here the window is as wide as possible without reaching the markers.
-void refine(const cv::Mat& view, const cv::aruco::CharucoBoard& board,
-            std::vector<cv::Point2f>* corners) {
+// OpenCV refines corners in a window of a pixel or two, with an offset of half a pixel to the right
+// and down. Here the window is as wide as possible without reaching the markers.
+void refine(const cv::Mat& view, const CharucoBoard& board, std::vector<cv::Point2f>* corners) {
   constexpr int kLeastWindow_px = 2, kLargestWindow_px = 12;
-  const float gap = 0.5F * (1.0F - board.getMarkerLength() / board.getSquareLength());
+  const auto gap = static_cast<float>(0.5 * (1.0 - board.marker_mm / board.square_mm));
   const std::vector<cv::Point2f> found = *corners;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const float side_px = square_side_px(found, i);
@@ -142,26 +136,13 @@ void refine(const cv::Mat& view, const cv::aruco::CharucoBoard& board,
   }
 }
 
-ViewCorners corners_in(const cv::Mat& view, const cv::Ptr<cv::aruco::CharucoBoard>& board) {
-  std::vector<std::vector<cv::Point2f>> markers;
-  std::vector<int> marker_ids;
-  cv::aruco::detectMarkers(view, board->dictionary, markers, marker_ids);
-  ViewCorners found;
-  if (marker_ids.empty()) return found;
-  cv::aruco::interpolateCornersCharuco(markers, marker_ids, view, board, found.corners, found.ids);
-  refine(view, *board, &found.corners);
-  return found;
-}
-
 // OpenCV's frames are right-handed with y down; flipping y converts board, camera and the rotation
 // between them to ours.
-void set_pose(const PinholeView& view, const ViewCorners& found,
-              const cv::Ptr<cv::aruco::CharucoBoard>& board, const DualFisheyeLayout& layout,
+void set_pose(const PinholeView& view, const CharucoCorners& found,
+              const std::vector<cv::Point3f>& board_m, const DualFisheyeLayout& layout,
               BoardView* result) {
   std::vector<cv::Point3f> on_board;
-  for (const int id : found.ids) {
-    on_board.push_back(board->chessboardCorners[static_cast<std::size_t>(id)]);
-  }
+  for (const int id : found.ids) on_board.push_back(board_m[static_cast<std::size_t>(id)]);
   const cv::Matx33d pinhole(view.focal_px, 0, view.centre_px(), 0, view.focal_px, view.centre_px(),
                             0, 0, 1);
   cv::Vec3d turn, shift;
@@ -221,7 +202,7 @@ BoardFinder::BoardFinder(const DualFisheyeCamera& start, const CharucoBoard& boa
 BoardFinder::~BoardFinder() = default;
 
 std::optional<BoardView> BoardFinder::find(const LensPictures& pictures) const {
-  const auto charuco = board_of(board_);
+  const CharucoMarkers markers = markers_of(board_);
   const std::array<cv::Mat, 2> grey{grey_of(pictures.front), grey_of(pictures.back)};
   BoardView result;
   // By lens and corner, with the distance from the middle of its view.
@@ -232,10 +213,11 @@ std::optional<BoardView> BoardFinder::find(const LensPictures& pictures) const {
     cv::Mat picture;
     cv::remap(grey[back ? 1 : 0], picture, view.map, cv::noArray(), cv::INTER_CUBIC,
               cv::BORDER_CONSTANT);
-    const ViewCorners found = corners_in(picture, charuco);
+    CharucoCorners found = markers.find(picture);
+    refine(picture, board_, &found.corners);
     if (found.ids.size() >= kLeastCorners && found.ids.size() > most) {
       most = found.ids.size();
-      set_pose(view.pinhole, found, charuco, start_.layout, &result);
+      set_pose(view.pinhole, found, markers.board_m(), start_.layout, &result);
     }
     for (std::size_t i = 0; i < found.ids.size(); ++i) {
       const cv::Point2f at = found.corners[i];
@@ -247,8 +229,7 @@ std::optional<BoardView> BoardFinder::find(const LensPictures& pictures) const {
       const auto key = std::pair(back, found.ids[i]);
       const auto known = nearest.find(key);
       if (known != nearest.end() && known->second.first <= off_px) continue;
-      const cv::Point3f on_board =
-          charuco->chessboardCorners[static_cast<std::size_t>(found.ids[i])];
+      const cv::Point3f on_board = markers.board_m()[static_cast<std::size_t>(found.ids[i])];
       nearest[key] = {off_px, {back, *seen, {on_board.x, -on_board.y, on_board.z}}};
     }
   }

@@ -3,10 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
-#include <opencv2/aruco/charuco.hpp>
 
 #include "calibrate/lens/board_fit.h"
 #include "calibrate/lens/calibrate_lens.h"
+#include "calibrate/lens/charuco_markers.h"
 #include "calibrate/lens/lens_test_camera.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -23,6 +23,7 @@ using ::testing::HasSubstr;
 
 constexpr PanoramaSize kBoardPicture{940, 470};
 const CharucoBoard kBoard{"DICT_4X4_50", 9, 7, 52.0, 32.0};
+constexpr int kDictionary = 0;        // DICT_4X4_50 in OpenCV's enumeration
 constexpr double kPixels_m = 2000.0;  // of the drawn board per metre
 
 // The pose of a board: p_camera = turn p_board + shift, the board's x to the right, y up, its top
@@ -43,15 +44,11 @@ BoardPose facing(double yaw_rad, double pitch_rad, double distance_m, double rol
 }
 
 cv::Mat drawn_board() {
-  const auto board = cv::aruco::CharucoBoard::create(
-      kBoard.squares_x, kBoard.squares_y, static_cast<float>(0.001 * kBoard.square_mm),
-      static_cast<float>(0.001 * kBoard.marker_mm),
-      cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50));
-  cv::Mat image;
-  board->draw({static_cast<int>(kBoard.squares_x * 0.001 * kBoard.square_mm * kPixels_m),
-               static_cast<int>(kBoard.squares_y * 0.001 * kBoard.square_mm * kPixels_m)},
-              image);
-  return image;
+  const CharucoMarkers markers({kBoard.squares_x, kBoard.squares_y},
+                               static_cast<float>(0.001 * kBoard.square_mm),
+                               static_cast<float>(0.001 * kBoard.marker_mm), kDictionary);
+  return markers.draw({static_cast<int>(kBoard.squares_x * 0.001 * kBoard.square_mm * kPixels_m),
+                       static_cast<int>(kBoard.squares_y * 0.001 * kBoard.square_mm * kPixels_m)});
 }
 
 // The level of the point that a ray hits: on the board, or the grey of the room.

@@ -46,7 +46,7 @@ class ByteReader {
       : file_(file), bytes_(read_file(file, std::numeric_limits<std::uint32_t>::max())) {}
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(fmt::format("{}: {}; it is not a model of COLMAP 3.8", file_.string(), what));
+    throw Error(fmt::format("{}: {}; it is not a COLMAP model", file_.string(), what));
   }
 
   template <typename Number>

@@ -24,8 +24,8 @@ namespace {
 constexpr std::chrono::milliseconds kPollEvery{20};
 
 constexpr const char* kInstall =
-    "install COLMAP 3.8 (Debian 12: apt install colmap), or use --method rotation, which needs "
-    "none";
+    "install COLMAP 3.8 or 3.10 (Debian 12 and 13: apt install colmap), or use --method rotation, "
+    "which needs none";
 
 std::vector<std::string> lines_of(std::string_view text) {
   std::vector<std::string> lines;
@@ -95,8 +95,11 @@ void note_command(const std::vector<std::string>& arguments, const std::filesyst
 
 std::string error_line(std::string_view output) {
   const std::vector<std::string> lines = lines_of(output);
+  // glog starts the lines of errors and of failed checks with E or F and the date.
+  static const std::regex kLogged(R"([EF]\d{4,8} )");
   const auto tells = [](const std::string& line) {
-    return line.find("Check failed") != std::string::npos ||
+    return std::regex_search(line, kLogged, std::regex_constants::match_continuous) ||
+           line.find("Check failed") != std::string::npos ||
            line.find("ERROR") != std::string::npos || line.find("rror:") != std::string::npos;
   };
   const auto worst = std::find_if(lines.rbegin(), lines.rend(), tells);
@@ -119,7 +122,7 @@ ColmapProgram ColmapProgram::find() {
   close(file);
   const std::filesystem::path answer = name;
   std::string text;
-  const ColmapProgram unknown(*executable, "");
+  const ColmapProgram unknown(*executable, "", {});
   const auto keep = [&](std::string_view line) { text.append(line).append("\n"); };
   try {
     unknown.run({"help"}, answer, keep);
@@ -135,11 +138,12 @@ ColmapProgram ColmapProgram::find() {
                             excerpt(error_line(text)), kInstall));
   }
   const std::string version = match[2];
-  if (version != kColmapRelease && !version.starts_with(std::string(kColmapRelease) + ".")) {
-    throw Error(fmt::format("{} is COLMAP {}, whose options and files differ from 3.8; {}",
+  const auto release = colmap_release_of(version);
+  if (!release) {
+    throw Error(fmt::format("{} is COLMAP {}, whose options or files may differ; {}",
                             executable->string(), version, kInstall));
   }
-  return {*executable, version};
+  return {*executable, version, *release};
 }
 
 void ColmapProgram::run(const std::vector<std::string>& arguments, const std::filesystem::path& log,

@@ -7,20 +7,20 @@
 #include <string_view>
 #include <vector>
 
-namespace raywalk::calibrate {
+#include "calibrate/poses/colmap_release.h"
 
-// The release that raywalk-calibrate works with; its options and files differ between releases.
-inline constexpr std::string_view kColmapRelease = "3.8";
+namespace raywalk::calibrate {
 
 class ColmapProgram {
  public:
   // Finds `colmap` in the directories of PATH and reads its version. Throws Error if there is none,
-  // or it is another release than 3.8, naming what was found, what is needed and the option that
-  // needs no COLMAP.
+  // or it is a release that colmap_release.h does not list, naming what was found, what is needed
+  // and the option that needs no COLMAP.
   static ColmapProgram find();
 
   const std::filesystem::path& executable() const { return executable_; }
-  const std::string& version() const { return version_; }  // "3.8"
+  const std::string& version() const { return version_; }  // "3.8.1"
+  const ColmapRelease& release() const { return release_; }
 
   // Called with every line of output while the command runs.
   using LineReader = std::function<void(std::string_view)>;
@@ -32,11 +32,12 @@ class ColmapProgram {
            const LineReader& on_line = {}) const;
 
  private:
-  ColmapProgram(std::filesystem::path executable, std::string version)
-      : executable_(std::move(executable)), version_(std::move(version)) {}
+  ColmapProgram(std::filesystem::path executable, std::string version, ColmapRelease release)
+      : executable_(std::move(executable)), version_(std::move(version)), release_(release) {}
 
   std::filesystem::path executable_;
   std::string version_;
+  ColmapRelease release_;
 };
 
 // The line of a command's output to quote in an error message: the last failed check or error, else

@@ -63,6 +63,10 @@ TEST(ColmapProgram, IsFoundInPathWithItsVersion) {
   EXPECT_EQ(ColmapProgram::find().version(), "3.8");
   fake.install("3.8.1", "");
   EXPECT_EQ(ColmapProgram::find().version(), "3.8.1");
+  EXPECT_EQ(ColmapProgram::find().release().max_error_option, "--SiftMatching.max_error");
+  fake.install("3.10-dev", "");
+  EXPECT_EQ(ColmapProgram::find().version(), "3.10");
+  EXPECT_EQ(ColmapProgram::find().release().max_error_option, "--TwoViewGeometry.max_error");
 }
 
 TEST(ColmapProgram, IsReportedMissingWithAdvice) {
@@ -75,7 +79,7 @@ TEST(ColmapProgram, IsReportedMissingWithAdvice) {
 
 TEST(ColmapProgram, OfAnotherReleaseIsRefusedByName) {
   FakeColmap fake;
-  for (const std::string version : {"3.7", "3.9.1", "3.80", "4.0"}) {
+  for (const std::string version : {"3.1", "3.7", "3.9.1", "3.80", "4.0"}) {
     fake.install(version, "");
     EXPECT_THAT(
         error_of([] { ColmapProgram::find(); }),
@@ -179,6 +183,8 @@ TEST(ColmapProgram, IsEndedByCtrlCWithItsChildren) {
 
 TEST(ErrorLine, PrefersErrorsToTheLastLine) {
   EXPECT_EQ(error_line("a\nERROR: no images\nb\n"), "ERROR: no images");
+  EXPECT_EQ(error_line("I20261123 a.cc:1] b\nE20261123 10:00:00 a.cc:2] no images\nb\n"),
+            "E20261123 10:00:00 a.cc:2] no images");
   EXPECT_EQ(error_line("first\nlast words\n*** Aborted\n    @  0x1 x\n\n"), "last words");
   EXPECT_EQ(error_line(""), "");
 }

@@ -65,8 +65,9 @@ ColmapWorkspace::ColmapWorkspace(const CaptureSet& set, std::vector<int> keyfram
 
 // Masks depend on whether there are lenses; the lenses' positions affect only poses.
 std::string ColmapWorkspace::inputs_text() const {
-  std::string text = fmt::format("version {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
-                                 options_.face_px, options_.lenses.has_value());
+  std::string text =
+      fmt::format("version {}\ncolmap {}\nface_px {}\nlenses {}\n", kWorkspaceVersion,
+                  colmap_.release().number, options_.face_px, options_.lenses.has_value());
   if (options_.mask) text += "mask " + sha256_of_pixels(*options_.mask) + "\n";
   for (const int frame : keyframes_) {
     const fs::path& file = set_.frames[static_cast<std::size_t>(frame)].file;
@@ -165,7 +166,7 @@ bool ColmapWorkspace::find_features() {
     }
     Progress progress("finding features", wanted, "faces");
     colmap_.run(arguments, log_, [&](std::string_view line) {
-      if (line.starts_with("Processed file")) progress.advance();
+      if (line.find("Processed file") != std::string_view::npos) progress.advance();
     });
   }
   read_images();
@@ -197,6 +198,11 @@ std::map<int, int> ColmapWorkspace::feature_counts() const {
 }
 
 bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& poses) {
+  const auto images = read_database_images(database_);
+  const auto has_features = [&](const std::string& name) {
+    const auto image = images.find(name);
+    return image != images.end() && image->second.features > 0;
+  };
   std::string list;
   std::int64_t count = 0;
   for (const FramePair& pair : pairs) {
@@ -205,22 +211,25 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
     if (!first || !second) continue;
     for (const FacePair& faces :
          overlapping_faces(faces_, first->world_from_camera, second->world_from_camera)) {
-      list +=
-          image_name(pair.first, faces.first) + " " + image_name(pair.second, faces.second) + "\n";
+      const std::string one = image_name(pair.first, faces.first);
+      const std::string other = image_name(pair.second, faces.second);
+      if (!has_features(one) || !has_features(other)) continue;
+      list += one + " " + other + "\n";
       ++count;
     }
   }
   const fs::path file = options_.directory / "pairs.txt";
   const bool same = fs::exists(file) && read_file(file) == list;
   const bool done = same && count_rows(database_, "two_view_geometries") >= count;
-  if (!done) {
+  // COLMAP 3.10 aborts where no picture has a feature.
+  if (!done && count > 0) {
     write_file_atomically(file, list);
-    colmap_.run(
-        {"matches_importer", "--database_path", database_.string(), "--match_list_path",
-         file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
-         "--SiftMatching.num_threads", std::to_string(options_.threads), "--SiftMatching.max_error",
-         fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
-        log_);
+    colmap_.run({"matches_importer", "--database_path", database_.string(), "--match_list_path",
+                 file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
+                 "--SiftMatching.num_threads", std::to_string(options_.threads),
+                 std::string(colmap_.release().max_error_option),
+                 fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
+                log_);
   }
   read_matches();
   return done;

@@ -1,4 +1,4 @@
-// Solves the poses of the panoramas: COLMAP 3.8 finds and matches features on flat faces of the
+// Solves the poses of the panoramas: COLMAP finds and matches features on flat faces of the
 // panoramas, then rounds of triangulation (COLMAP) and bundle adjustment (refine_poses.h) refine
 // the nominal poses.
 #pragma once
@@ -78,9 +78,9 @@ struct PosesResult {
 
 // Writes poses.json, poses-report.json and poses.html. Works in the directory colmap/, from which
 // an interrupted run is resumed and which may be deleted afterwards. Throws Error if there is no
-// COLMAP 3.8, COLMAP fails (quoting its log), nothing can be solved (naming the reason: too few
-// matches, a mirrored camera, …; poses-report.json and poses.html are still written), or the mask
-// has another size; UsageError for options out of range; Interrupted.
+// supported COLMAP, COLMAP fails (quoting its log), nothing can be solved (naming the reason: too
+// few matches, a mirrored camera, …; poses-report.json and poses.html are still written), or the
+// mask has another size; UsageError for options out of range; Interrupted.
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options);
 
 }  // namespace raywalk::calibrate

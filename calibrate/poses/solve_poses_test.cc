@@ -104,7 +104,7 @@ PoseDifference relative_error(const FramePoses& poses, const FramePoses& truth, 
 class SolvePoses : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!has_colmap()) GTEST_SKIP() << "COLMAP 3.8 is not installed";
+    if (!has_colmap()) GTEST_SKIP() << "COLMAP is not installed";
   }
 };
 

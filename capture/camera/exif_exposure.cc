@@ -21,8 +21,8 @@ double number_of(const Exiv2::ExifData& exif, const char* key) {
 std::optional<ExifExposure> exif_exposure(const std::string& jpeg) {
   silence_exiv2();
   try {
-    const auto image = Exiv2::ImageFactory::open(reinterpret_cast<const Exiv2::byte*>(jpeg.data()),
-                                                 static_cast<long>(jpeg.size()));
+    const auto image =
+        Exiv2::ImageFactory::open(reinterpret_cast<const Exiv2::byte*>(jpeg.data()), jpeg.size());
     image->readMetadata();
     const double shutter_s = number_of(image->exifData(), "Exif.Photo.ExposureTime");
     const double iso = number_of(image->exifData(), "Exif.Photo.ISOSpeedRatings");
@@ -30,7 +30,7 @@ std::optional<ExifExposure> exif_exposure(const std::string& jpeg) {
       return std::nullopt;
     }
     return ExifExposure{shutter_s, static_cast<int>(std::lround(iso))};
-  } catch (const Exiv2::AnyError&) {
+  } catch (const Exiv2::Error&) {
     return std::nullopt;
   }
 }

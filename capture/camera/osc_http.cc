@@ -4,6 +4,7 @@
 #include <httplib.h>
 
 #include <condition_variable>
+#include <cstdlib>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -96,7 +97,8 @@ class OscHttp::Connection {
     reply.content_type = response.get_header_value("Content-Type");
     reply.date = response.get_header_value("Date");
     if (response.has_header("Content-Length") && !response.has_header("Content-Encoding")) {
-      reply.promised_bytes = response.get_header_value<std::uint64_t>("Content-Length");
+      const std::string length = response.get_header_value("Content-Length");
+      reply.promised_bytes = std::strtoull(length.c_str(), nullptr, 10);
     }
     return reply;
   }

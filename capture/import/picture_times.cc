@@ -158,7 +158,7 @@ std::optional<PictureTime> exif_time(const std::filesystem::path& picture) {
     const auto image = Exiv2::ImageFactory::open(picture.string());
     image->readMetadata();
     return time_of(image->exifData());
-  } catch (const Exiv2::AnyError&) {
+  } catch (const Exiv2::Error&) {
     return std::nullopt;
   }
 }

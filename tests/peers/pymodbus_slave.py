@@ -2,7 +2,7 @@
 """A slider's drive as a pymodbus slave: an independent peer for Raywalk's Modbus driver.
 
 Written from the drives' published register layouts, independently of Raywalk's code and register
-maps, to detect mistakes in either. Needs Debian's python3-pymodbus 3.0 and python3-serial-asyncio.
+maps, to detect mistakes in either. Needs Debian's python3-pymodbus and python3-serial-asyncio.
 
   pymodbus_slave.py --map generic|leadshine-pr0 --line pty|tcp
 
@@ -18,7 +18,8 @@ import tty
 
 from pymodbus.datastore import ModbusServerContext, ModbusSlaveContext
 from pymodbus.datastore.store import BaseModbusDataBlock
-from pymodbus.server.async_io import ModbusSerialServer, ModbusTcpServer
+
+from pymodbus_server import serve_serial, serve_tcp
 
 HOME_OFFSET_MM = 37.0  # initial position of the carriage from the home switch
 
@@ -131,14 +132,16 @@ class LeadshineRegisters:
 
     def __init__(self, drive):
         self.drive = drive
+        self.held = {}  # pymodbus answers a write with what it reads back, which has to be the same
 
     def read(self, address):
         high, low = words(round(self.drive.feedback_mm() * 250))
         moving = self.drive.moving()
         status = 1 << 1 | moving << 2 | (not moving) << 5 | self.drive.homed << 6
-        return {0x1003: status, 0x1014: high, 0x1015: low}.get(address, 0)
+        return {0x1003: status, 0x1014: high, 0x1015: low}.get(address, self.held.get(address, 0))
 
     def write(self, address, values):
+        self.held.update((address + i, value) for i, value in enumerate(values))
         if address == 0x6200 and values[0] == 1 and values[7] == 0x10:
             rpm, ms_to_1000_rpm = values[3], values[4]
             acceleration = 1000 / 60 * 40 / (ms_to_1000_rpm / 1000)
@@ -150,19 +153,25 @@ class LeadshineRegisters:
 
 
 class Block(BaseModbusDataBlock):
-    """All 65536 registers, computed when they are read."""
+    """All 65536 registers, computed when they are read.
+
+    pymodbus counts a block's addresses from 1.
+    """
 
     def __init__(self, registers):
         self.registers = registers
 
     def validate(self, address, count=1):
-        return 0 <= address and address + count <= 0x10000
+        return 1 <= address and address + count <= 0x10001
 
     def getValues(self, address, count=1):
-        return [self.registers.read(address + i) for i in range(count)]
+        return [self.registers.read(address - 1 + i) for i in range(count)]
 
     def setValues(self, address, values):
-        self.registers.write(address, values if isinstance(values, list) else [values])
+        self.registers.write(address - 1, values if isinstance(values, list) else [values])
+
+    def reset(self):
+        pass
 
 
 def pump(source, sink):
@@ -183,18 +192,13 @@ def joined_terminals():
 async def serve(options):
     registers = {"generic": GenericRegisters, "leadshine-pr0": LeadshineRegisters}[options.map]
     block = Block(registers(Drive()))
-    unit = ModbusSlaveContext(hr=block, ir=block, zero_mode=True)
+    unit = ModbusSlaveContext(hr=block, ir=block)
     context = ModbusServerContext(slaves={1: unit}, single=False)
     if options.line == "tcp":
-        server = ModbusTcpServer(context, address=("127.0.0.1", 0))
-        serving = asyncio.create_task(server.serve_forever())
-        await server.serving
-        where = server.server.sockets[0].getsockname()[1]
+        where, serving = await serve_tcp(context)
     else:
-        port, where = joined_terminals()
-        server = ModbusSerialServer(context, port=port, baudrate=115200)
-        await server.start()
-        serving = asyncio.create_task(server.serve_forever())
+        inner, where = joined_terminals()
+        serving = await serve_serial(context, inner)
     print("ready", where, flush=True)
     await serving
 

@@ -45,7 +45,8 @@ Exiv2::ExifData tags_of(const PictureExif& exif) {
 std::string with_exif(const std::string& jpeg, const PictureExif& exif) {
   if (!jpeg.starts_with(kStartOfImage)) return jpeg;
   Exiv2::Blob tiff;
-  Exiv2::ExifParser::encode(tiff, Exiv2::bigEndian, tags_of(exif));
+  Exiv2::ExifData tags = tags_of(exif);
+  Exiv2::ExifParser::encode(tiff, Exiv2::bigEndian, tags);
   const std::size_t length = 2 + kExifIdentifier.size() + tiff.size();
   if (length > kLargestSegment) return jpeg;
   std::string out;

@@ -1,12 +1,12 @@
 #include "capture/simulated/virtual_room/embree_scene.h"
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "capture/simulated/virtual_room/embree_queries.h"
 #include "core/base/error.h"
 
 namespace raywalk::capture {
@@ -101,10 +101,6 @@ double EmbreeScene::distance_to_plane(const Ray& ray, int facet, double embree_d
 }
 
 void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  // All rays of a call have similar origins and directions.
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
     const std::size_t count = std::min(kPacket, rays.size() - begin);
     RTCRayHit8 packet;
@@ -114,7 +110,7 @@ void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) cons
       packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
       valid[lane] = lane < count ? -1 : 0;
     }
-    rtcIntersect8(valid, scene_.get(), &context, &packet);
+    find_hits(scene_.get(), valid, &packet);
     for (std::size_t lane = 0; lane < count; ++lane) {
       Hit& hit = hits[begin + lane];
       hit = {};
@@ -129,12 +125,10 @@ void EmbreeScene::intersect(std::span<const Ray> rays, std::span<Hit> hits) cons
 }
 
 Hit EmbreeScene::intersect(const Ray& ray) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRayHit embree{};
   embree.ray = ray_for_embree(ray, std::numeric_limits<double>::infinity());
   embree.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene_.get(), &context, &embree);
+  find_hit(scene_.get(), &embree);
   Hit hit;
   if (embree.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.facet = static_cast<int>(embree.hit.primID);
@@ -145,11 +139,9 @@ Hit EmbreeScene::intersect(const Ray& ray) const {
 }
 
 bool EmbreeScene::occluded(const Ray& ray, double distance) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRay embree = ray_for_embree(ray, distance);
-  rtcOccluded1(scene_.get(), &context, &embree);
-  return embree.tfar < 0.0F;  // Embree sets tfar = -inf for an occluded ray
+  find_occlusion(scene_.get(), &embree);
+  return embree.tfar < 0.0F;
 }
 
 }  // namespace raywalk::capture
