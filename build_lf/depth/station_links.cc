@@ -36,9 +36,9 @@ class RecentImages {
     if (found != images_.end()) return found->second;
     constexpr size_t kCapacity = 4;
     if (images_.size() == kCapacity) images_.pop_front();
-    images_.emplace_back(station,
-                         ComparedPicture{station_image(room_, station, size_),
-                                         station_validity(room_, station, size_, kFlowMaskMarginPx)});
+    images_.emplace_back(
+        station, ComparedPicture{station_image(room_, station, size_),
+                                 station_validity(room_, station, size_, kFlowMaskMarginPx)});
     return images_.back().second;
   }
 

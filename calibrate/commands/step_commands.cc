@@ -118,8 +118,7 @@ void add_mask(CLI::App* app) {
 }
 
 void add_poses(CLI::App* app) {
-  CLI::App* command =
-      app->add_subcommand("poses", "Solve the poses of the panoramas with COLMAP");
+  CLI::App* command = app->add_subcommand("poses", "Solve the poses of the panoramas with COLMAP");
   const Arguments arguments = add_step(command);
   add_poses_options(command, arguments.get());
   command->footer(

@@ -34,7 +34,8 @@ const cv::Mat& truth() {
 double resampling_psnr_db() {
   const Eigen::Matrix3d turned = world_from_camera({0.7, 0.4, -0.2});
   const Eigen::Matrix3d pose = world_from_camera(kTestPose.attitude);
-  const capture::CameraPose other{kTestPose.position_m, attitude_from_world_from_camera(pose * turned)};
+  const capture::CameraPose other{kTestPose.position_m,
+                                  attitude_from_world_from_camera(pose * turned)};
   return psnr_db(rotate_panorama(test_room().panorama(other, kSize), turned), truth());
 }
 
