@@ -4,6 +4,7 @@
 # files of a target are compiled as one unit (docs/development.md has the figures). What is compiled
 # together shares its anonymous namespace: a name is defined once per target there.
 option(RAYWALK_UNITY "Compile several files of a target as one unit" ON)
+option(RAYWALK_PRECOMPILE "Parse the headers of most units once; clang-tidy reads none by GCC" ON)
 set(RAYWALK_UNITY_BATCH 16 CACHE STRING "How many files are compiled as one unit")
 
 # Warnings are errors; the include root is the repository, so that an include names its folder.
@@ -54,7 +55,9 @@ function(raywalk_compile_together name precompiled)
   if(RAYWALK_UNITY)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON
                           UNITY_BUILD_BATCH_SIZE ${RAYWALK_UNITY_BATCH})
-    target_precompile_headers(${name} REUSE_FROM ${precompiled})
+    if(RAYWALK_PRECOMPILE)
+      target_precompile_headers(${name} REUSE_FROM ${precompiled})
+    endif()
   endif()
 endfunction()
 

@@ -214,7 +214,7 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
       const std::string one = image_name(pair.first, faces.first);
       const std::string other = image_name(pair.second, faces.second);
       if (!has_features(one) || !has_features(other)) continue;
-      list += one + " " + other + "\n";
+      list += fmt::format("{} {}\n", one, other);
       ++count;
     }
   }

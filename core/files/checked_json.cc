@@ -20,7 +20,7 @@ CheckedJson CheckedJson::parse(const std::string& text, const std::string& sourc
                                const std::string& advice) {
   constexpr int kDeepest = 16;
   auto document = std::make_shared<Document>(Document{.root = {}, .advice = advice});
-  const CheckedJson root(document, &document->root, source);
+  CheckedJson root(document, &document->root, source);
   const auto limit_depth = [&](int depth, Json::parse_event_t, Json&) {
     if (depth > kDeepest) root.fail("nested too deeply");
     return true;

@@ -200,10 +200,10 @@ SettingsSchema& SettingsSchema::path(std::string key, std::filesystem::path* val
                                .value = [=] { return value->string(); }});
 }
 
-SettingsSchema& SettingsSchema::choice(std::string key, std::string* value,
-                                       std::vector<std::string> choices) {
+SettingsSchema& SettingsSchema::choice(const std::string& key, std::string* value,
+                                       const std::vector<std::string>& choices) {
   return bind_choice(
-      std::move(key), choices, [value, choices](std::size_t i) { *value = choices[i]; },
+      key, choices, [value, choices](std::size_t i) { *value = choices[i]; },
       [value] { return *value; });
 }
 

@@ -31,11 +31,12 @@ class SettingsSchema {
   SettingsSchema& text(std::string key, std::string* value);
   // As written; the caller resolves a relative path against the file's directory.
   SettingsSchema& path(std::string key, std::filesystem::path* value);
-  SettingsSchema& choice(std::string key, std::string* value, std::vector<std::string> choices);
+  SettingsSchema& choice(const std::string& key, std::string* value,
+                         const std::vector<std::string>& choices);
   // One of the enumerators `choices`, which a file names as name_of(Enum) does.
   template <typename Enum>
   requires std::is_enum_v<Enum> SettingsSchema& choice(
-      std::string key, Enum* value, std::span<const std::type_identity_t<Enum>> choices);
+      const std::string& key, Enum* value, std::span<const std::type_identity_t<Enum>> choices);
 
   // Sequences of up to `max_count` values ("[0, -2, 2]"). A sequence in the file, even an empty
   // one, replaces the whole of `values`. Messages name an element "bracket_ev[1]", counted from 0.
@@ -82,12 +83,12 @@ class SettingsSchema {
 
 template <typename Enum>
 requires std::is_enum_v<Enum> SettingsSchema& SettingsSchema::choice(
-    std::string key, Enum* value, std::span<const std::type_identity_t<Enum>> choices) {
+    const std::string& key, Enum* value, std::span<const std::type_identity_t<Enum>> choices) {
   std::vector<std::string> names;
   for (const Enum choice : choices) names.emplace_back(name_of(choice));
   const std::vector<Enum> values(choices.begin(), choices.end());
   return bind_choice(
-      std::move(key), std::move(names), [value, values](std::size_t i) { *value = values[i]; },
+      key, std::move(names), [value, values](std::size_t i) { *value = values[i]; },
       [value] { return std::string(name_of(*value)); });
 }
 
