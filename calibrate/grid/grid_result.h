@@ -131,7 +131,7 @@ struct GridResult {
   bool trustworthy = false;
 };
 
-// JSON, keys as in the README. Written atomically. Throws Error if it cannot be written.
+// JSON, keys as in docs/file-formats.md. Written atomically. Throws Error if it cannot be written.
 void write_grid_result(const std::filesystem::path& file, const CaptureSet& set,
                        const GridResult& result);
 // Throws Error naming the file if it is missing, damaged, of a newer format version, or of other

@@ -8,7 +8,7 @@
 
 namespace raywalk::render {
 
-// trade.json; README.md lists its keys. A value that was not measured is null.
+// trade.json; docs/file-formats.md lists its keys. A value that was not measured is null.
 std::string trade_json(const Trade& trade);
 
 // trade.csv: one row per setting, with the numbers of trade.json under the same names; the fronts
