@@ -152,7 +152,7 @@ void check_second_user() {
 void check_snapped_size() {
   Vivid(kDevice).select_input(kWebcamInput);
   Rig rig;
-  require_fault(FaultKind::kWrongDevice, "gives 1920x1080 YUYV where 1920x960 YUYV was asked for",
+  require_fault(FaultKind::kWrongDevice, "offers 1920x1080 YUYV instead of 1920x960 YUYV",
                 [&] { rig.camera.report(); });
   Vivid(kDevice).select_input(kHdmiInput);
 }
