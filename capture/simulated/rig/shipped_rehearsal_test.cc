@@ -109,7 +109,7 @@ TEST(ShippedRehearsalTest, LinesHaveErrorsTypicalOfManualPlacement) {
   EXPECT_GT(farthest_m, 0.012);
   EXPECT_LT(farthest_m, 0.022);
   EXPECT_GT(degrees_from_radians(most_turned_rad), 0.8);
-  EXPECT_LT(degrees_from_radians(most_turned_rad), 1.8);
+  EXPECT_LT(degrees_from_radians(most_turned_rad), 1.6);
 }
 
 }  // namespace
