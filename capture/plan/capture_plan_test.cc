@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <string_view>
 
 #include "capture/plan/test_plan.h"
 #include "core/base/error.h"
@@ -27,11 +28,11 @@ std::string error_of(const CaptureConfig& config) {
   return "";
 }
 
-const CaptureLine& line_of(const CapturePlan& plan, const std::string& id) {
+const CaptureLine& line_of(const CapturePlan& plan, std::string_view id) {
   for (const CaptureLine& line : plan.lines) {
     if (line.id == id) return line;
   }
-  throw Error("no line " + id);
+  throw Error("no line " + std::string(id));
 }
 
 TEST(CapturePlan, OneCellHasFourLinesThatReachBeyondItsCorners) {
