@@ -108,6 +108,8 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
       room_(room_settings(config, capture, plan_)),
       rail_(config.rail, plan_, {config.slider.low_switch_mm, config.slider.high_switch_mm}),
       optics_(config.camera, frame_, config.dolly, -room_.extent().min_m.y(), config.scene.seed),
+      ahead_([this](const CameraPose& pose) { return optics_.scene(room_, pose); },
+             config.camera.render_ahead_within_mm),
       truth_(&room_, truth_size(config), directory / "truth"),
       line_(plan_.lines.front().id),
       drive_(config.slider, clock),
@@ -118,7 +120,11 @@ Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& 
       registers_(read_register_map(capture.slider.register_map), &drive_),
       osc_(camera_, config.camera.port) {
   if (config.truth.views > 0) truth_.write_views(config.truth.views);
-  drive_.on_move([this](double target_mm) { faults_.move_commanded(line(), target_mm); });
+  drive_.on_move([this](double target_mm) {
+    const std::string placed_at = line();
+    ahead_.expect(rail_.carriage_pose(placed_at, target_mm, Duration::max()));
+    faults_.move_commanded(placed_at, target_mm);
+  });
   for (const ScheduledFault& fault : config.faults) faults_.schedule(fault, plan_);
   answer_http();
   osc_.start();
@@ -167,9 +173,9 @@ std::string Rig::line() const {
 std::string Rig::take_picture(const ExposureNow& exposure) {
   const std::string placed_at = line();
   const DriveTruth slider = drive_.truth();
-  const CameraPose pose = rail_.carriage_pose(placed_at, slider.carriage_mm, slider.still_for);
-  const auto jpeg =
-      encode_jpeg(optics_.picture(room_, pose, exposure), config_.camera.jpeg_quality);
+  const auto [pose, scene] =
+      ahead_.view(rail_.carriage_pose(placed_at, slider.carriage_mm, slider.still_for));
+  const auto jpeg = encode_jpeg(optics_.picture(scene, exposure), config_.camera.jpeg_quality);
   truth_.record(exposure.camera_name, placed_at, pose);
   const auto every = static_cast<std::uint64_t>(config_.truth.distance_every);
   if (every > 0 && (exposure.number - 1) % every == 0) {

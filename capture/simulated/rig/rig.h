@@ -12,6 +12,7 @@
 #include "capture/simulated/rig/modbus_server.h"
 #include "capture/simulated/rig/osc_server.h"
 #include "capture/simulated/rig/rail.h"
+#include "capture/simulated/rig/render_ahead.h"
 #include "capture/simulated/rig/rig_config.h"
 #include "capture/simulated/rig/rig_faults.h"
 #include "capture/simulated/rig/rig_optics.h"
@@ -77,6 +78,7 @@ class Rig {
   const VirtualRoom room_;
   const Rail rail_;
   const RigOptics optics_;
+  RenderAhead ahead_;
   TruthRecorder truth_;
   mutable std::mutex mutex_;
   std::string line_;

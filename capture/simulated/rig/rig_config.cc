@@ -62,6 +62,7 @@ void bind_camera(SettingsSchema* schema, RigCameraSettings* camera) {
       .number("camera.lens_gain_ev", &camera->light.lens_gain_ev, -5.0, 5.0)
       .integer("camera.width_px", &camera->width_px, kLeastWidth_px, kLargestWidth_px)
       .integer("camera.jpeg_quality", &camera->jpeg_quality, 1, 100)
+      .number("camera.render_ahead_within_mm", &camera->render_ahead_within_mm, 0.0, 10.0)
       .number("camera.exposure_ms", &camera->exposure_ms, 0.0, kLongest_ms)
       .number("camera.clock_offset_s", &camera->clock_offset_s, -1e9, 1e9)
       .number("camera.card_mb", &camera->card_mb, 0.0, 1e7)

@@ -45,9 +45,12 @@ RigOptics::RigOptics(const RigCameraSettings& camera, PanoramaSize frame,
   if (dolly.visible) dolly_.emplace(*rays_of(lenses_, frame), dolly, floor_m);
 }
 
-cv::Mat RigOptics::picture(const VirtualRoom& room, const CameraPose& pose,
-                           const ExposureNow& exposure) const {
-  cv::Mat seen = lenses_ ? room.dual_fisheye(pose, *lenses_, frame_) : room.panorama(pose, frame_);
+cv::Mat RigOptics::scene(const VirtualRoom& room, const CameraPose& pose) const {
+  return lenses_ ? room.dual_fisheye(pose, *lenses_, frame_) : room.panorama(pose, frame_);
+}
+
+cv::Mat RigOptics::picture(const cv::Mat& scene, const ExposureNow& exposure) const {
+  cv::Mat seen = scene.clone();
   if (dolly_) dolly_->cover(&seen);
   const double drift_ev = camera_.exposure_drift_ev * exposure_drift(exposure.number, seed_);
   const std::uint64_t key = hash_bits(static_cast<std::uint64_t>(seed_), exposure.number);

@@ -23,10 +23,11 @@ class RigOptics {
   // The lenses of dual-fisheye frames, in pixels of the frame; empty for panoramas.
   const std::optional<DualFisheyeLayout>& lenses() const { return lenses_; }
 
-  // BGR, CV_8UC3. Deterministic: the noise is keyed by the exposure's number. Throws as VirtualRoom
-  // does.
-  cv::Mat picture(const VirtualRoom& room, const CameraPose& pose,
-                  const ExposureNow& exposure) const;
+  // What the lenses show of the room: BGR, CV_8UC3. Throws as VirtualRoom does.
+  cv::Mat scene(const VirtualRoom& room, const CameraPose& pose) const;
+  // The picture taken of a scene, likewise. Deterministic: the noise is keyed by the exposure's
+  // number.
+  cv::Mat picture(const cv::Mat& scene, const ExposureNow& exposure) const;
 
  private:
   RigCameraSettings camera_;

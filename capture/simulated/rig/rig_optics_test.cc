@@ -45,7 +45,8 @@ cv::Mat picture_of(const RigCameraSettings& camera, const DollySettings& dolly =
                    std::uint64_t number = 1) {
   ExposureNow exposure;
   exposure.number = number;
-  return optics_of(camera, dolly).picture(empty_room(), {}, exposure);
+  const RigOptics optics = optics_of(camera, dolly);
+  return optics.picture(optics.scene(empty_room(), {}), exposure);
 }
 
 double mean_of(const cv::Mat& picture) { return cv::mean(picture)[1]; }

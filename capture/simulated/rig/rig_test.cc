@@ -114,6 +114,22 @@ TEST_F(RigTest, DisplacedRailShowsInTruthAndPicture) {
   EXPECT_GT(std::abs(poses.number(1, "y")), 1e-4);
 }
 
+TEST_F(RigTest, PicturesRenderedAheadAreThoseOfTheRecordedPose) {
+  config_.slider.backlash_mm = 0.05;
+  std::vector<cv::Mat> pictures;
+  for (const double within_mm : {0.0, 0.1}) {
+    config_.camera.render_ahead_within_mm = within_mm;
+    const auto rig = this->rig();
+    home(rig.get());
+    go(rig.get(), 600.0);
+    pictures.push_back(read_panorama(directory_ / ("rig/card/" + shoot(rig.get()))));
+  }
+  EXPECT_LT(cv::norm(pictures[0], pictures[1], cv::NORM_L1) / pictures[0].total(), 1.0);
+  const CsvTable poses = true_poses();
+  // Reached from the home switch, the carriage stops short of its target by the backlash.
+  EXPECT_NEAR(poses.number(1, "x") - poses.number(0, "x"), 50e-6, 1e-6);
+}
+
 TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideTheirCircles) {
   config_.camera.layout = "dual-fisheye";
   const auto rig = this->rig();
