@@ -7,6 +7,10 @@ option(RAYWALK_UNITY "Compile several files of a target as one unit" ON)
 option(RAYWALK_PRECOMPILE "Parse the headers of most units once; clang-tidy reads none by GCC" ON)
 set(RAYWALK_UNITY_BATCH 16 CACHE STRING "How many files are compiled as one unit")
 
+# Last among the options of tests: under sanitizers tests are compiled without optimisation, which
+# takes half of the time, as it is what they test that has to be fast.
+set(RAYWALK_TEST_OPTIONS "" CACHE STRING "Further compile options of tests, for example -O0")
+
 # Warnings are errors; the include root is the repository, so that an include names its folder.
 add_library(raywalk_options INTERFACE)
 target_compile_options(raywalk_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor
@@ -40,13 +44,14 @@ if(RAYWALK_SANITIZE)
   target_link_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE})
 endif()
 
-# raywalk_precompile(<name> <header> LINK ...): the headers that nearly every unit includes, parsed
-# once. What uses them has to be compiled with the same options.
+# raywalk_precompile(<name> <header> [OPTIONS ...] LINK ...): the headers that nearly every unit
+# includes, parsed once. What uses them has to be compiled with the same options.
 function(raywalk_precompile name header)
-  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "OPTIONS;LINK" ${ARGN})
   file(CONFIGURE OUTPUT ${name}.cc CONTENT "// Only carries the precompiled header.\n")
   add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cc)
   target_link_libraries(${name} PRIVATE raywalk_options ${ARG_LINK})
+  target_compile_options(${name} PRIVATE ${ARG_OPTIONS})
   target_precompile_headers(${name} PRIVATE ${PROJECT_SOURCE_DIR}/${header})
 endfunction()
 
@@ -84,6 +89,7 @@ function(raywalk_test name)
   endif()
   cmake_parse_arguments(ARG "UNSANITIZED;TOGETHER;PARALLEL" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
+  target_compile_options(${name} PRIVATE ${RAYWALK_TEST_OPTIONS})
   raywalk_compile_together(${name} raywalk_precompiled_test)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
