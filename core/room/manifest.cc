@@ -37,7 +37,7 @@ Json json_of(const Line& line, const std::string& sha256) {
                         {"along_m", station.along_m}});
   }
   Json json = {{"id", line.id},
-               {"axis", line.axis == LineAxis::kX ? "x" : "z"},
+               {"axis", name_of(line.axis)},
                {"origin_m", {line.origin.x_m, line.origin.z_m}},
                {"direction", {line.direction.x_m, line.direction.z_m}},
                {"height_m", line.height_m}};

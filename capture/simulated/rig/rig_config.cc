@@ -56,7 +56,7 @@ void bind_rail(SettingsSchema* schema, RailSettings* rail) {
 
 void bind_camera(SettingsSchema* schema, RigCameraSettings* camera) {
   schema->integer("camera.port", &camera->port, 0, kLargestPort)
-      .choice("camera.layout", &camera->layout, {"panorama", "dual-fisheye"})
+      .choice("camera.layout", &camera->layout, kFrameKinds)
       .path("camera.lens", &camera->lens)
       .number("camera.vignetting", &camera->light.vignetting, 0.0, 0.9)
       .number("camera.lens_gain_ev", &camera->light.lens_gain_ev, -5.0, 5.0)
@@ -108,7 +108,7 @@ void require_valid(const RigConfig& config, const std::string& source) {
       refuse(fmt::format("'{}' is {}; use a multiple of 4", key, width_px));
     }
   }
-  const bool lenses_matter = config.camera.layout == "dual-fisheye";
+  const bool lenses_matter = config.camera.layout == FrameKind::kDualFisheye;
   if (!lenses_matter &&
       (!config.camera.lens.empty() || config.camera.light != LensLightSettings{})) {
     refuse(

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/camera/camera_config.h"
 #include "capture/simulated/rig/link_faults.h"
 #include "capture/simulated/rig/rail.h"
 #include "capture/simulated/rig/rig_faults.h"
@@ -19,11 +20,11 @@
 namespace raywalk::capture {
 
 struct RigCameraSettings {
-  int port = 0;                     // 0: any free port
-  std::string layout = "panorama";  // or "dual-fisheye"
-  std::filesystem::path lens{};     // of dual-fisheye frames; empty: simple_dual_fisheye
-  LensLightSettings light{};        // likewise
-  int width_px = 1024;              // of a frame, a multiple of 4; it is half as high
+  int port = 0;  // 0: any free port
+  FrameKind layout = FrameKind::kPanorama;
+  std::filesystem::path lens{};  // of dual-fisheye frames; empty: simple_dual_fisheye
+  LensLightSettings light{};     // likewise
+  int width_px = 1024;           // of a frame, a multiple of 4; it is half as high
   int jpeg_quality = 95;
   double render_ahead_within_mm = 0.0;  // see RenderAhead; 0: never
   double exposure_ms = 200.0;

@@ -73,7 +73,7 @@ TEST(RigConfigTest, EveryGroupIsRead) {
   EXPECT_EQ(config.rail.sag_mm, 3.0);
   EXPECT_EQ(config.rail.jitter_mm, 0.7);
   EXPECT_EQ(config.link.late, 0.02);
-  EXPECT_EQ(config.camera.layout, "dual-fisheye");
+  EXPECT_EQ(config.camera.layout, FrameKind::kDualFisheye);
   EXPECT_THAT(config.camera.lens.string(), ::testing::EndsWith("/lenses/mine.yaml"));
   EXPECT_TRUE(config.camera.lens.has_parent_path());
   EXPECT_EQ(config.camera.light.vignetting, 0.3);

@@ -38,7 +38,7 @@ std::unique_ptr<const PixelRays> rays_of(const std::optional<DualFisheyeLayout>&
 RigOptics::RigOptics(const RigCameraSettings& camera, PanoramaSize frame,
                      const DollySettings& dolly, double floor_m, int seed)
     : camera_(camera), frame_(frame), seed_(seed) {
-  if (camera.layout == "dual-fisheye") lenses_ = lenses_of(camera.lens, frame);
+  if (camera.layout == FrameKind::kDualFisheye) lenses_ = lenses_of(camera.lens, frame);
   if (lenses_ && camera.light != LensLightSettings{}) {
     light_ = lens_light(*lenses_, frame, camera.light);
   }

@@ -33,7 +33,7 @@ const VirtualRoom& empty_room() {
 
 RigCameraSettings dual_fisheye() {
   RigCameraSettings camera;
-  camera.layout = "dual-fisheye";
+  camera.layout = FrameKind::kDualFisheye;
   return camera;
 }
 
@@ -110,13 +110,13 @@ TEST(RigOpticsTest, LensesHaveVignettingAndDifferentGain) {
 }
 
 TEST(RigOpticsTest, DollyHidesTheFloorInBothLayouts) {
-  for (const char* layout : {"panorama", "dual-fisheye"}) {
+  for (const FrameKind layout : kFrameKinds) {
     RigCameraSettings camera;
     camera.layout = layout;
     cv::Mat difference;
     cv::absdiff(picture_of(camera), picture_of(camera, {true, 20.0}), difference);
-    EXPECT_GT(mean_of(difference.rowRange(68, 78)), 3.0) << layout;
-    EXPECT_EQ(mean_of(difference.rowRange(0, 48)), 0.0) << layout;
+    EXPECT_GT(mean_of(difference.rowRange(68, 78)), 3.0) << name_of(layout);
+    EXPECT_EQ(mean_of(difference.rowRange(0, 48)), 0.0) << name_of(layout);
   }
 }
 

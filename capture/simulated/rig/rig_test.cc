@@ -131,7 +131,7 @@ TEST_F(RigTest, PicturesRenderedAheadAreThoseOfTheRecordedPose) {
 }
 
 TEST_F(RigTest, DualFisheyeFramesAreDarkOutsideTheirCircles) {
-  config_.camera.layout = "dual-fisheye";
+  config_.camera.layout = FrameKind::kDualFisheye;
   const auto rig = this->rig();
   const cv::Mat frame = cv::imread((directory_ / ("rig/card/" + shoot(rig.get()))).string());
   ASSERT_EQ(frame.size(), cv::Size(64, 32));

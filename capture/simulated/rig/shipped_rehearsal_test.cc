@@ -78,7 +78,7 @@ TEST(ShippedRehearsalTest, RigAndCaptureConfigurationsMatch) {
   const RigConfig rig = read_rig_config(kConfigs / "rehearsal-rig.yaml");
   const CaptureConfig capture = read_capture_config(kConfigs / "rehearsal-capture.yaml");
   EXPECT_TRUE(fs::equivalent(rig.capture_config, kConfigs / "rehearsal-capture.yaml"));
-  EXPECT_EQ(name_of(capture.camera.frames), rig.camera.layout);
+  EXPECT_EQ(capture.camera.frames, rig.camera.layout);
   EXPECT_EQ(capture.camera.width_px, rig.camera.width_px);
   EXPECT_EQ(capture.camera.height_px, rig.camera.width_px / 2);
   const PanoramaSize frame{capture.camera.width_px, capture.camera.height_px};
