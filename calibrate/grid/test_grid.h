@@ -65,9 +65,8 @@ class TestGridMaker {
   void add_line(LineAxis axis, int number, TestGrid* grid) {
     const int lines = axis == LineAxis::kX ? settings_.lines_x : settings_.lines_z;
     const double across_m = settings_.cell_m * (number - 0.5 * (lines - 1));
-    CaptureLine line{.id = fmt::format("{}{}", name_of(axis), number),
-                     .axis = axis,
-                     .across_m = across_m};
+    CaptureLine line{
+        .id = fmt::format("{}{}", name_of(axis), number), .axis = axis, .across_m = across_m};
     const int index = static_cast<int>(grid->set.lines.size());
     for (int i = 0; i < settings_.stations; ++i) {
       const double rail_m =
