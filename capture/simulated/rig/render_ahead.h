@@ -12,10 +12,11 @@
 
 namespace raywalk::capture {
 
-// What the camera sees, and from where exactly.
+// What the camera sees, and from where exactly (world frame, metres). Views of one pose share the
+// image: do not write to it.
 struct SceneView {
   CameraPose pose{};
-  cv::Mat image{};
+  cv::Mat image{};  // as rendered: size and type are those of Render's result
 };
 
 // Thread-safe. One thread of its own renders the latest expected pose.
@@ -23,8 +24,9 @@ class RenderAhead {
  public:
   using Render = std::function<cv::Mat(const CameraPose&)>;
 
-  // An expected pose is as good as the true one if it is at most `tolerance_mm` away (0: never).
-  // `render` is called from two threads.
+  // An expected pose is as good as the true one if its position is at most `tolerance_mm` away (0:
+  // never) and its attitude the same. `render` is called from two threads, possibly at once; what it
+  // throws while rendering ahead is dropped, as view() then calls it again.
   RenderAhead(Render render, double tolerance_mm);
   // Waits for a picture in progress.
   ~RenderAhead();
