@@ -25,8 +25,8 @@ class RenderAhead {
   using Render = std::function<cv::Mat(const CameraPose&)>;
 
   // An expected pose is as good as the true one if its position is at most `tolerance_mm` away (0:
-  // never) and its attitude the same. `render` is called from two threads, possibly at once; what it
-  // throws while rendering ahead is dropped, as view() then calls it again.
+  // never) and its attitude the same. `render` is called from two threads, possibly at once; what
+  // it throws while rendering ahead is dropped, as view() then calls it again.
   RenderAhead(Render render, double tolerance_mm);
   // Waits for a picture in progress.
   ~RenderAhead();
