@@ -19,6 +19,7 @@
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
 #include "core/files/sha256.h"
 
 namespace raywalk::capture {
@@ -26,10 +27,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Picture read_picture(const fs::path& file, PanoramaSize size) {
+Picture read_checked_picture(const fs::path& file, PanoramaSize size) {
   Picture picture;
   picture.bytes = read_file(file);
   const CheckedPicture checked = check_picture(picture.bytes, size, file.string());
+  require_intact_image(picture.bytes, file.string());
   picture.extension = checked.extension;
   picture.size = checked.size;
   picture.camera_name = file.filename().string();
@@ -50,7 +52,7 @@ class PictureCopier {
     std::vector<StoredFrame> frames;
     for (std::size_t exposure = 0; exposure < shots.size(); ++exposure) {
       for (const CardFile& file : card_->shots[shots[exposure]].files) {
-        const Picture picture = read_picture(file.file, size_);
+        const Picture picture = read_checked_picture(file.file, size_);
         size_ = picture.size;  // the first sets it for all
         frames.push_back(store(attempt, static_cast<int>(exposure), picture, file.lens));
       }

@@ -1,33 +1,16 @@
 #include "capture/simulated/jpeg_encoder.h"
 
-#include <array>
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
 #include <span>
 #include <string>
 
-// jpeglib.h needs size_t and FILE declared before it.
-#include <jpeglib.h>
-
 #include "core/base/error.h"
+#include "core/files/jpeg_errors.h"
 
 namespace raywalk::capture {
 namespace {
-
-// libjpeg reports errors by calling error_exit, which must not return. Exceptions cannot pass its C
-// frames, so longjmp is used as described in libjpeg.txt ("Error handling").
-struct ErrorTrap {
-  jpeg_error_mgr manager;  // first: libjpeg hands back a pointer to it
-  std::jmp_buf start;
-  std::array<char, JMSG_LENGTH_MAX> message;
-};
-
-[[noreturn]] void leave(j_common_ptr info) {
-  auto* trap = reinterpret_cast<ErrorTrap*>(info->err);
-  info->err->format_message(info, trap->message.data());
-  std::longjmp(trap->start, 1);
-}
 
 // A growing stream in memory. (libjpeg's jpeg_mem_dest leaves a dangling pointer behind when memory
 // runs out.)
@@ -68,10 +51,9 @@ void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, st
 
 // Returns whether encoding succeeded; all output is then flushed. No object here may have a
 // destructor, as longjmp would skip it.
-bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, std::FILE* out) {
+bool run_encoder(const cv::Mat& image, int quality, JpegErrorTrap* trap, std::FILE* out) {
   jpeg_compress_struct encoder{};
-  encoder.err = jpeg_std_error(&trap->manager);
-  trap->manager.error_exit = leave;
+  encoder.err = prepare(trap);
   if (setjmp(trap->start) != 0) {
     jpeg_destroy_compress(&encoder);
     return false;
@@ -93,7 +75,7 @@ bool run_encoder(const cv::Mat& image, int quality, ErrorTrap* trap, std::FILE* 
 
 std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality) {
   if (image.type() != CV_8UC3) throw Error("a JPEG picture must have three 8-bit channels");
-  ErrorTrap trap{};
+  JpegErrorTrap trap{};
   const MemoryStream stream;
   if (!run_encoder(image, quality, &trap, stream.file())) {
     throw Error("cannot encode JPEG: " + std::string(trap.message.data()));

@@ -7,11 +7,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_header.h"
+#include "core/files/jpeg_decoder.h"
 
 namespace raywalk {
 namespace {
@@ -77,9 +79,9 @@ struct EncodedImage {
 
 // Checks for the end of the image first: OpenCV decodes a truncated file without an error and
 // leaves the rest grey or black.
-EncodedImage read_encoded(const fs::path& file) {
+EncodedImage encoded_image(std::string bytes, const fs::path& file) {
   EncodedImage image;
-  image.bytes = read_file(file);
+  image.bytes = std::move(bytes);
   const auto header = header_of(image.bytes, file);
   if (!header || !is_complete_image(std::as_bytes(std::span(image.bytes)), header->format)) {
     throw_truncated(file);
@@ -88,14 +90,23 @@ EncodedImage read_encoded(const fs::path& file) {
   return image;
 }
 
-cv::Mat decode(EncodedImage& image, int flags, int type, const fs::path& file) {
-  cv::Mat picture;
+EncodedImage read_encoded(const fs::path& file) { return encoded_image(read_file(file), file); }
+
+cv::Mat decode_png(std::string& encoded, int flags, const fs::path& file) {
   try {
-    const cv::Mat bytes(1, static_cast<int>(image.bytes.size()), CV_8UC1, image.bytes.data());
-    picture = cv::imdecode(bytes, flags);
+    const cv::Mat bytes(1, static_cast<int>(encoded.size()), CV_8UC1, encoded.data());
+    return cv::imdecode(bytes, flags);
   } catch (const cv::Exception& e) {
     throw Error(file.string() + ": cannot be decoded (" + one_line(e.err) + ")");
   }
+}
+
+cv::Mat decode(EncodedImage& image, int flags, int type, const fs::path& file) {
+  const cv::Mat picture =
+      image.header.format == ImageFormat::kPng
+          ? decode_png(image.bytes, flags, file)
+          : decode_jpeg(std::as_bytes(std::span(image.bytes)),
+                        type == CV_8UC1 ? JpegColours::kGrey : JpegColours::kBgr, file.string());
   if (picture.cols != image.header.width || picture.rows != image.header.height ||
       picture.type() != type) {
     throw Error(file.string() + ": cannot be decoded; the file is damaged");
@@ -180,6 +191,15 @@ PanoramaSize picture_size_of(const fs::path& file) {
   const ImageHeader header = read_header(file);
   require_picture(header, file);
   return size_of(header);
+}
+
+void require_intact_image(std::string bytes, const std::string& source) {
+  EncodedImage image = encoded_image(std::move(bytes), source);
+  if (image.header.format == ImageFormat::kJpeg) {
+    require_intact_jpeg(std::as_bytes(std::span(image.bytes)), source);
+  } else if (decode_png(image.bytes, cv::IMREAD_UNCHANGED, source).empty()) {
+    throw Error(source + ": cannot be decoded; the file is damaged");
+  }
 }
 
 void write_image(const fs::path& file, const cv::Mat& image) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <string>
 
 #include "core/geometry/sphere.h"
 
@@ -10,7 +11,7 @@ namespace raywalk {
 
 // An 8-bit colour panorama, CV_8UC3 in OpenCV's BGR order, width = 2 * height. EXIF orientation is
 // ignored. Throws Error naming the file: missing, empty, not an image, truncated (JPEG without its
-// end marker, PNG that stops early), not 2:1.
+// end marker, PNG that stops early), damaged as far as its decoder can tell, not 2:1.
 cv::Mat read_panorama(const std::filesystem::path& file);
 
 // An 8-bit colour image of any aspect ratio, such as a fisheye frame; otherwise as read_panorama.
@@ -31,6 +32,10 @@ void require_mask(const std::filesystem::path& file, PanoramaSize size);
 PanoramaSize panorama_size_of(const std::filesystem::path& file);
 // The same for an image of any aspect ratio.
 PanoramaSize picture_size_of(const std::filesystem::path& file);
+
+// Decodes a whole image file held in memory, to see whether it is intact. Throws Error naming
+// `source` if it is truncated, damaged or neither JPEG nor PNG.
+void require_intact_image(std::string bytes, const std::string& source);
 
 // Writes an image atomically (see atomic_output.h); the format follows the extension (.png, .jpg).
 // Throws Error naming the file.
