@@ -31,7 +31,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   pack->add_option(
           "--frames", arguments->pack.frames,
           "Frame list: file,x,y,z[,yaw,pitch,roll][,mask] in metres and degrees; files relative to "
-          "the list")
+          "the list; - is standard input")
       ->required();
   pack->add_option("--out", arguments->pack.out, "Room directory to create")->required();
   pack->add_option(

@@ -1,10 +1,9 @@
 #include "build_lf/pack_plan.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
-#include <fstream>
 #include <map>
 #include <set>
 #include <span>
@@ -12,12 +11,15 @@
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/image_header.h"
 #include "core/files/sha256.h"
+#include "core/files/turned_pictures.h"
+#include "core/geometry/plausible_size.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -30,23 +32,47 @@ constexpr std::size_t kPngHeaderBytes = 64;
 
 // Bytes of one distance and its confidence.
 constexpr std::uint64_t kBytesPerDistance = sizeof(float) + 1;
+// Bytes of the first valid row of a column and the row after its last.
+constexpr std::uint64_t kBytesPerRowRun = 2 * sizeof(std::int32_t);
+
+std::uint64_t pixels(PanoramaSize size) {
+  return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
+}
+
+// Without opening them, which takes longer.
+void require_frames_and_masks(const std::vector<Frame>& frames) {
+  std::error_code error;
+  for (const Frame& frame : frames) {
+    throw_if_interrupted();
+    if (!fs::exists(frame.path, error)) {
+      throw Error(fmt::format("{}: {}: no such file", frame.where, frame.path.string()));
+    }
+    if (frame.mask && !fs::exists(*frame.mask, error)) {
+      throw Error(fmt::format("{}: the mask {} does not exist; make it or leave the column empty",
+                              frame.where, frame.mask->string()));
+    }
+  }
+}
 
 // The common size of all panoramas, from their headers.
 PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
   PanoramaSize common;
+  TurnedPictures turned;
+  Progress progress("checking", static_cast<std::int64_t>(frames.size()), "frames");
   for (const Frame& frame : frames) {
     throw_if_interrupted();
-    std::error_code error;
-    if (!fs::exists(frame.path, error)) {
-      throw Error(fmt::format("{}: {}: no such file", frame.where, frame.path.string()));
-    }
-    const PanoramaSize size = panorama_size_of(frame.path);
+    const PictureHeader header = panorama_header_of(frame.path);
+    const PanoramaSize size = header.size;
     if (common == PanoramaSize{}) common = size;
-    if (size == common) continue;
-    throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all frames must have one size",
-                            frame.path.string(), size.width, size.height,
-                            frames.front().path.string(), common.width, common.height));
+    if (size != common) {
+      throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all frames must have one size",
+                              frame.path.string(), size.width, size.height,
+                              frames.front().path.string(), common.width, common.height));
+    }
+    turned.add(frame.path, header.orientation);
+    progress.advance();
   }
+  turned.warn();
   return common;
 }
 
@@ -55,11 +81,6 @@ void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
   for (const Frame& frame : frames) {
     throw_if_interrupted();
     if (!frame.mask || !checked.insert(*frame.mask).second) continue;
-    std::error_code error;
-    if (!fs::exists(*frame.mask, error)) {
-      throw Error(fmt::format("{}: the mask {} does not exist; make it or leave the column empty",
-                              frame.where, frame.mask->string()));
-    }
     try {
       require_mask(*frame.mask, panorama);
     } catch (const Error& unusable) {
@@ -70,11 +91,9 @@ void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
 
 // Size of a distance map from its header, without decoding it. A PNG's header is its first chunk.
 PanoramaSize distance_map_size_of(const fs::path& file) {
-  std::array<char, kPngHeaderBytes> start{};
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(start.data(), start.size());
-  const std::span read(start.data(), static_cast<std::size_t>(stream.gcount()));
-  const std::optional<ImageHeader> header = parse_image_header(std::as_bytes(read), file.string());
+  const std::string start = read_file_prefix(file, kPngHeaderBytes);
+  const std::optional<ImageHeader> header =
+      parse_image_header(std::as_bytes(std::span(start)), file.string());
   if (!header || header->format != ImageFormat::kPng || header->bits_per_channel != 16 ||
       !header->is_grey) {
     throw Error(file.string() +
@@ -139,10 +158,11 @@ std::string stamp_lines(const fs::path& file) {
   return file.string() + "\n" + stamp_of(file).text() + "\n";
 }
 
-std::string fingerprint_of(const PackOptions& options, const PackPlan& plan) {
+std::string fingerprint_of(const PackOptions& options, const std::string& list,
+                           const PackPlan& plan) {
   std::string text = fmt::format("room format {}\n", kRoomFormatVersion);
   text += options.off_line_m ? fmt::format("tolerance {}\n", *options.off_line_m) : "";
-  text += read_file(options.frames);
+  text += list;
   for (const std::vector<StationSource>& line : plan.sources) {
     for (const StationSource& source : line) {
       text += stamp_lines(source.panorama);
@@ -157,7 +177,11 @@ Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
   std::vector<StationPose> poses;
   poses.reserve(frames.size());
   for (const Frame& frame : frames) poses.push_back({frame.file, frame.position_m, frame.where});
-  return find_grid(poses, {options.off_line_m});
+  Grid grid = find_grid(poses, {options.off_line_m});
+  if (const auto doubt = doubt_of_unit(grid)) {
+    spdlog::warn("{}: {}", input_name(options.frames), *doubt);
+  }
+  return grid;
 }
 
 }  // namespace
@@ -167,31 +191,39 @@ bool PackPlan::has_maps(std::size_t line) const {
                      [](const StationSource& source) { return source.distance_map.has_value(); });
 }
 
+std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
+  const bool masked = std::any_of(sources[line].begin(), sources[line].end(),
+                                  [](const StationSource& source) { return source.mask.has_value(); });
+  const std::uint64_t rows = masked ? kBytesPerRowRun * static_cast<std::uint64_t>(panorama.width) : 0;
+  return sources[line].size() * (3 * pixels(panorama) + rows);
+}
+
+std::uint64_t PackPlan::bytes_of_maps(std::size_t line) const {
+  const auto maps = std::count_if(
+      sources[line].begin(), sources[line].end(),
+      [](const StationSource& source) { return source.distance_map.has_value(); });
+  return static_cast<std::uint64_t>(maps) * kBytesPerDistance * pixels(distance_map);
+}
+
 std::uint64_t PackPlan::bytes() const {
-  const auto pixels = [](PanoramaSize size) {
-    return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
-  };
   std::uint64_t sum = 0;
-  for (const std::vector<StationSource>& line : sources) {
-    for (const StationSource& source : line) {
-      sum += 3 * pixels(panorama);
-      if (source.distance_map) sum += kBytesPerDistance * pixels(distance_map);
-    }
+  for (std::size_t line = 0; line < sources.size(); ++line) {
+    sum += bytes_of_rays(line) + bytes_of_maps(line);
   }
   return sum;
 }
 
 PackPlan plan_pack(const PackOptions& options) {
-  const std::vector<Frame> frames = read_frame_list(options.frames);
+  const std::string list = read_file_or_stdin(options.frames);
+  const std::vector<Frame> frames = parse_frame_list(list, options.frames);
+  require_frames_and_masks(frames);
+  std::map<std::string, fs::path> maps;
+  if (options.distances) maps = find_distance_maps(frames, *options.distances);
   PackPlan plan;
   plan.grid = grid_of(frames, options);
   plan.panorama = common_panorama_size(frames);
   check_masks(frames, plan.panorama);
-  std::map<std::string, fs::path> maps;
-  if (options.distances) {
-    maps = find_distance_maps(frames, *options.distances);
-    plan.distance_map = common_map_size(maps, plan.panorama);
-  }
+  if (options.distances) plan.distance_map = common_map_size(maps, plan.panorama);
   std::map<std::string, const Frame*> frame_of;
   for (const Frame& frame : frames) frame_of[frame.file] = &frame;
   for (const Line& line : plan.grid.lines) {
@@ -204,7 +236,7 @@ PackPlan plan_pack(const PackOptions& options) {
       sources.push_back(std::move(source));
     }
   }
-  plan.fingerprint = fingerprint_of(options, plan);
+  plan.fingerprint = fingerprint_of(options, list, plan);
   return plan;
 }
 

@@ -2,7 +2,9 @@
 // distance map exists with the right size, and every station belongs to a line.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,10 +15,12 @@
 namespace raywalk::build_lf {
 
 struct PackOptions {
-  std::filesystem::path frames;                    // the frame list, poses.csv
+  std::filesystem::path frames;                    // the frame list, poses.csv; "-": standard input
   std::filesystem::path out;                       // the room directory to create
   std::optional<std::filesystem::path> distances;  // directory of distance maps
   std::optional<double> off_line_m;                // GridTolerance::off_line_m
+  // Free bytes of the disk that holds a directory, for tests; none: as the system says.
+  std::function<std::optional<std::uint64_t>(const std::filesystem::path&)> free_bytes{};
 };
 
 // The input files of a station.
@@ -38,11 +42,14 @@ struct PackPlan {
   std::string fingerprint;
 
   bool has_maps(std::size_t line) const;
-  // Bytes of all volumes, without headers.
+  // Bytes of a line's volumes and of all volumes, without headers.
+  std::uint64_t bytes_of_rays(std::size_t line) const;
+  std::uint64_t bytes_of_maps(std::size_t line) const;
   std::uint64_t bytes() const;
 };
 
-// Throws Error as read_frame_list and find_grid do, and for: a frame that is missing or not an
+// Warns of positions that look like millimetres and of EXIF orientations. Throws Error as
+// read_frame_list and find_grid do, and for: a frame that is missing or not an
 // image, frames of different sizes, a mask that is missing, of another size or not grey, a distance
 // directory without a map of any frame, a map whose size differs from the others' or exceeds the
 // panorama's.

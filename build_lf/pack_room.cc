@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <system_error>
 
+#include "build_lf/free_space.h"
 #include "build_lf/partial_room.h"
 #include "build_lf/station_data.h"
 #include "build_lf/volume_writer.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/output_path.h"
 #include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
@@ -44,15 +45,12 @@ std::vector<Job> open_jobs(const PackPlan& plan, const fs::path& room) {
   return jobs;
 }
 
-// Fails before the work instead of after an hour. Files of an earlier run are not subtracted, as
-// file systems account for them differently.
-void check_free_space(const PackPlan& plan, const fs::path& room, bool fresh) {
-  std::error_code error;
-  const fs::space_info space = fs::space(room, error);
-  if (error || !fresh || space.available >= plan.bytes()) return;
-  throw Error(fmt::format("{}: the room needs {:.1f} GB, {:.1f} GB are free", room.string(),
-                          static_cast<double>(plan.bytes()) * 1e-9,
-                          static_cast<double>(space.available) * 1e-9));
+std::uint64_t bytes_of(const std::vector<Job>& jobs, const PackPlan& plan) {
+  std::uint64_t sum = 0;
+  for (const Job& job : jobs) {
+    sum += job.distances ? plan.bytes_of_maps(job.line) : plan.bytes_of_rays(job.line);
+  }
+  return sum;
 }
 
 DistanceMaps given_maps(const std::vector<StationSource>& sources, PanoramaSize size) {
@@ -94,11 +92,14 @@ std::string checksum_of_line(const fs::path& volume) {
 }
 
 void pack_room(const PackOptions& options) {
+  require_absent(without_trailing_slash(options.out), "--out");
   const PackPlan plan = plan_pack(options);
   PartialRoom partial(options.out, plan.fingerprint);
   const fs::path& room = partial.directory();
   const std::vector<Job> jobs = open_jobs(plan, room);
-  check_free_space(plan, room, jobs.size() >= plan.grid.lines.size());
+  const std::uint64_t needed = bytes_of(jobs, plan);
+  require_space(room, {.needed = needed, .there = plan.bytes() - needed},
+                options.free_bytes ? options.free_bytes(room) : free_bytes(room));
   std::int64_t stations = 0;
   for (const Job& job : jobs) stations += job.stations;
   try {

@@ -33,6 +33,15 @@ bool is_finished_volume(const fs::path& file) {
   return file.extension() == ".h5" && file.filename().string().front() != '.';
 }
 
+// For the holder of the lock, who knows that no other run writes them.
+void remove_unfinished_volumes(const fs::path& room) {
+  for (const char* name : kVolumeDirectories) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(room / name)) {
+      if (!is_finished_volume(entry.path())) fs::remove(entry.path());
+    }
+  }
+}
+
 }  // namespace
 
 PartialRoom::PartialRoom(const fs::path& out)
@@ -45,6 +54,7 @@ PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint) : 
   std::error_code error;
   const fs::path inputs = directory_ / kFingerprintFile;
   for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
+  remove_unfinished_volumes(directory_);
   if (!has_finished_volume()) {
     write_file_atomically(inputs, fingerprint);
     return;
@@ -69,11 +79,7 @@ void PartialRoom::discard() {
 void PartialRoom::complete() {
   require_absent(out_, "--out");
   for (const char* file : {kLockFile, kFingerprintFile}) fs::remove(directory_ / file);
-  for (const char* name : kVolumeDirectories) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name)) {
-      if (!is_finished_volume(entry.path())) fs::remove(entry.path());
-    }
-  }
+  remove_unfinished_volumes(directory_);
   if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
   std::error_code error;
   fs::rename(directory_, out_, error);

@@ -11,7 +11,8 @@ namespace raywalk::build_lf {
 
 class PartialRoom {
  public:
-  // Creates or reuses the directory and locks it. Throws Error if `out` exists, another run holds
+  // Creates or reuses the directory, locks it and removes the volumes that a killed run left
+  // unfinished. Throws Error if `out` exists, another run holds
   // the lock, the directory holds volumes of other inputs (another fingerprint), or it cannot be
   // written.
   PartialRoom(const std::filesystem::path& out, const std::string& fingerprint);

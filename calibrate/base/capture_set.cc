@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/files/image_file.h"
+#include "core/files/turned_pictures.h"
 #include "core/geometry/line_search.h"
 
 namespace raywalk::calibrate {
@@ -46,15 +47,18 @@ void number_frames(CaptureSet* set) {
   set->lines = std::move(lines);
 }
 
-PanoramaSize size_of(const fs::path& file, FrameLayout layout) {
-  return layout == FrameLayout::kPanorama ? panorama_size_of(file) : picture_size_of(file);
+PictureHeader header_of(const fs::path& file, FrameLayout layout) {
+  return layout == FrameLayout::kPanorama ? panorama_header_of(file) : picture_header_of(file);
 }
 
 void require_one_size(CaptureSet* set) {
   const fs::path& first = set->frames.front().file;
-  set->frame = size_of(first, set->layout);
+  set->frame = header_of(first, set->layout).size;
+  TurnedPictures turned;
   const auto require_same = [&](const fs::path& file) {
-    const PanoramaSize size = size_of(file, set->layout);
+    const PictureHeader header = header_of(file, set->layout);
+    const PanoramaSize size = header.size;
+    turned.add(file, header.orientation);
     if (size == set->frame) return;
     throw Error(
         fmt::format("{}: {}x{}, but {} is {}x{}; all frames must be of one camera and one "
@@ -66,6 +70,7 @@ void require_one_size(CaptureSet* set) {
     require_same(frame.file);
     if (frame.back) require_same(*frame.back);
   }
+  turned.warn();
 }
 
 // The nominal line through its stations, and their spacing.

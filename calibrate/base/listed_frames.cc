@@ -1,6 +1,7 @@
 #include "calibrate/base/listed_frames.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <map>
@@ -8,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/frame_list.h"
+#include "core/geometry/plausible_size.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -71,6 +73,7 @@ CaptureSet read_listed_frames(const CaptureInput& input) {
   GridTolerance tolerance;
   if (input.line_tolerance_mm) tolerance.off_line_m = *input.line_tolerance_mm / 1000.0;
   const Grid grid = find_grid(stations_of(listed), tolerance);
+  if (const auto doubt = doubt_of_unit(grid)) spdlog::warn("{}: {}", list.string(), *doubt);
   std::vector<std::string> files;
   std::map<std::string, std::size_t> row_of;
   for (std::size_t row = 0; row < listed.size(); ++row) {

@@ -20,6 +20,7 @@
 #include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
 #include "core/files/image_file.h"
+#include "core/files/turned_pictures.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -192,11 +193,15 @@ LensPictures pictures_at(const LensOptions& options, bool two_files, std::size_t
 
 PanoramaSize size_of_all(const std::vector<std::filesystem::path>& pictures) {
   const PanoramaSize size = picture_size_of(pictures.front());
+  TurnedPictures turned;
   for (const std::filesystem::path& file : pictures) {
-    if (picture_size_of(file) == size) continue;
+    const PictureHeader header = picture_header_of(file);
+    turned.add(file, header.orientation);
+    if (header.size == size) continue;
     throw Error(file.string() + ": not of the size of " + pictures.front().string() +
                 "; the pictures of the board must be of one camera and setting");
   }
+  turned.warn();
   return size;
 }
 

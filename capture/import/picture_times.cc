@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
 
 namespace raywalk::capture {
 namespace {
@@ -154,6 +155,7 @@ std::string name_of(PictureTimeSource source) {
 
 std::optional<PictureTime> exif_time(const std::filesystem::path& picture) {
   silence_exiv2();
+  require_regular_file(picture);
   try {
     const auto image = Exiv2::ImageFactory::open(picture.string());
     image->readMetadata();

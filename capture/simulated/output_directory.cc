@@ -1,12 +1,12 @@
 #include "capture/simulated/output_directory.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <system_error>
 
 #include "core/base/error.h"
 #include "core/files/output_path.h"
+#include "core/files/temporary_names.h"
 
 namespace raywalk::capture {
 namespace {
@@ -22,16 +22,12 @@ void require_new(const fs::path& target) {
   require_absent(target, "--out");
 }
 
-// A new directory beside the target. Counts up if a killed run of the same process id left one.
 fs::path create_beside(const fs::path& target) {
-  for (int number = 0;; ++number) {
-    fs::path partial =
-        target.parent_path() /
-        fmt::format(".{}.{}.{}.partial", target.filename().string(), getpid(), number);
-    std::error_code error;
-    if (fs::create_directory(partial, error)) return partial;
-    if (error && error != std::errc::file_exists) throw_cannot_create(target, error);
-  }
+  fs::path partial = temporary_beside(target);
+  std::error_code error;
+  fs::create_directory(partial, error);
+  if (error) throw_cannot_create(target, error);
+  return partial;
 }
 
 }  // namespace

@@ -21,7 +21,9 @@ struct sigaction install(int signal, int flags) {
   sigemptyset(&action.sa_mask);
   action.sa_flags = flags;
   struct sigaction before = {};
-  sigaction(signal, &action, &before);
+  sigaction(signal, nullptr, &before);
+  const bool survives_logout = signal == SIGHUP && before.sa_handler == SIG_IGN;
+  if (!survives_logout) sigaction(signal, &action, nullptr);
   return before;
 }
 
@@ -32,6 +34,7 @@ void install_interrupt_handlers() {
   // by SIGINT, which shells report as 130.
   install(SIGINT, SA_RESTART | SA_RESETHAND);
   install(SIGTERM, SA_RESTART);
+  install(SIGHUP, SA_RESTART);
 }
 
 DeferStopSignals::DeferStopSignals() {

@@ -39,6 +39,26 @@ TEST_F(InterruptDeathTest, SigtermIsThrownAsInterrupted) {
   EXPECT_EXIT(stop_in_good_order_after(SIGTERM), testing::ExitedWithCode(42), "");
 }
 
+TEST_F(InterruptDeathTest, SighupIsThrownAsInterrupted) {
+  EXPECT_EXIT(stop_in_good_order_after(SIGHUP), testing::ExitedWithCode(42), "");
+}
+
+TEST_F(InterruptDeathTest, SighupIgnoredByNohupStaysIgnored) {
+  EXPECT_EXIT(
+      {
+        std::signal(SIGHUP, SIG_IGN);
+        install_interrupt_handlers();
+        std::raise(SIGHUP);
+        {
+          const DeferStopSignals protection;
+          std::raise(SIGHUP);
+        }
+        std::raise(SIGHUP);
+        std::exit(interrupt_requested() ? 1 : 42);
+      },
+      testing::ExitedWithCode(42), "");
+}
+
 TEST_F(InterruptDeathTest, SecondSigintEndsTheProcessAtOnce) {
   EXPECT_EXIT(
       {

@@ -1,27 +1,25 @@
 #include "core/files/atomic_output.h"
 
 #include <fcntl.h>
-#include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/files/temporary_names.h"
 
 namespace raywalk {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Linux limits a name to 255 bytes; a temporary name adds far less than 100 to the stem.
-constexpr std::size_t kMaxStemBytes = 100;
 constexpr std::size_t kReadBlockBytes = std::size_t{1} << 20;
+constexpr const char* kStandardInput = "-";
 
 // The message of an errno value.
 std::string reason(int error_number) { return std::generic_category().message(error_number); }
@@ -34,6 +32,8 @@ std::string reason(int error_number) { return std::generic_category().message(er
 class Descriptor {
  public:
   Descriptor(const fs::path& file, int flags) : fd_(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
+  // Takes over an open descriptor.
+  explicit Descriptor(int fd) : fd_(fd) {}
   ~Descriptor() {
     if (fd_ >= 0) ::close(fd_);
   }
@@ -77,17 +77,56 @@ void check_target(const fs::path& target) {
   if (access(directory.c_str(), W_OK | X_OK) != 0) throw_write_error(target, errno);
 }
 
-// ".<stem>.<pid>.<n>.partial<extension>": the process id and the counter make it unique between and
-// within processes, the dot hides it from listings.
-fs::path temporary_beside(const fs::path& target) {
-  static std::atomic<unsigned> counter{0};
-  fs::path temporary;
-  do {
-    temporary = directory_of(target) /
-                fmt::format(".{}.{}.{}.partial{}", target.stem().string().substr(0, kMaxStemBytes),
-                            getpid(), counter.fetch_add(1), target.extension().string());
-  } while (fs::exists(fs::symlink_status(temporary)));
-  return temporary;
+// Why something that exists cannot be read.
+std::string what_is(fs::file_type type) {
+  constexpr const char* kAdvice = "; give a regular file";
+  switch (type) {
+    case fs::file_type::not_found:
+      return reason(ENOENT);
+    case fs::file_type::directory:
+      return reason(EISDIR) + kAdvice;
+    case fs::file_type::fifo:
+      return std::string("Is a named pipe") + kAdvice;
+    case fs::file_type::socket:
+      return std::string("Is a socket") + kAdvice;
+    default:
+      return std::string("Is a device") + kAdvice;
+  }
+}
+
+std::string read_up_to(const Descriptor& descriptor, const std::string& name,
+                       std::size_t max_bytes) {
+  if (!descriptor.valid()) throw Error("cannot read " + name + ": " + reason(errno));
+  // The size is only used to reserve memory: pipes have none, and a file may be growing.
+  struct stat status = {};
+  const bool sized = fstat(descriptor.get(), &status) == 0 && status.st_size > 0;
+  const std::size_t expected = sized ? static_cast<std::size_t>(status.st_size) : kReadBlockBytes;
+
+  std::string bytes;
+  std::size_t block = std::min(expected, max_bytes);
+  while (bytes.size() < max_bytes) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + std::min(block, max_bytes - before));
+    const ssize_t count = read(descriptor.get(), bytes.data() + before, bytes.size() - before);
+    const int error = errno;
+    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    if (count < 0 && error == EINTR) continue;
+    if (count < 0) throw Error("cannot read " + name + ": " + reason(error));
+    if (count == 0) break;
+    block = kReadBlockBytes;
+  }
+  return bytes;
+}
+
+std::string read_limited(const Descriptor& descriptor, const std::string& name,
+                         std::size_t max_bytes) {
+  // Reads one byte more than allowed to detect a file that is too large.
+  std::string bytes = read_up_to(descriptor, name, std::max(max_bytes, max_bytes + 1));
+  if (bytes.size() > max_bytes) {
+    throw Error(name + ": larger than " + std::to_string(max_bytes) +
+                " bytes; is it the right file?");
+  }
+  return bytes;
 }
 
 // fsync of a file or directory; 0 or an errno value. Some file systems cannot sync a directory and
@@ -151,38 +190,31 @@ void make_directories(const fs::path& directory) {
   if (error) throw Error("cannot make " + directory.string() + ": " + error.message());
 }
 
+void require_regular_file(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (fs::is_regular_file(status)) return;
+  throw Error("cannot read " + file.string() + ": " +
+              (error ? error.message() : what_is(status.type())));
+}
+
 std::string read_file(const fs::path& file, std::size_t max_bytes) {
-  // Reads one byte more than allowed to detect a file that is too large.
-  std::string bytes = read_file_prefix(file, std::max(max_bytes, max_bytes + 1));
-  if (bytes.size() > max_bytes) {
-    throw Error(file.string() + ": larger than " + std::to_string(max_bytes) +
-                " bytes; is it the right file?");
-  }
-  return bytes;
+  require_regular_file(file);
+  return read_limited(Descriptor(file, O_RDONLY), file.string(), max_bytes);
+}
+
+std::string read_file_or_stdin(const fs::path& file, std::size_t max_bytes) {
+  if (file != kStandardInput) return read_file(file, max_bytes);
+  return read_limited(Descriptor(::dup(STDIN_FILENO)), input_name(file), max_bytes);
+}
+
+std::string input_name(const fs::path& file) {
+  return file == kStandardInput ? "standard input" : file.string();
 }
 
 std::string read_file_prefix(const fs::path& file, std::size_t max_bytes) {
-  const Descriptor descriptor(file, O_RDONLY);
-  if (!descriptor.valid()) throw Error("cannot read " + file.string() + ": " + reason(errno));
-  // The size is only used to reserve memory: pipes have none, and a file may be growing.
-  struct stat status = {};
-  const bool sized = fstat(descriptor.get(), &status) == 0 && status.st_size > 0;
-  const std::size_t expected = sized ? static_cast<std::size_t>(status.st_size) : kReadBlockBytes;
-
-  std::string bytes;
-  std::size_t block = std::min(expected, max_bytes);
-  while (bytes.size() < max_bytes) {
-    const std::size_t before = bytes.size();
-    bytes.resize(before + std::min(block, max_bytes - before));
-    const ssize_t count = read(descriptor.get(), bytes.data() + before, bytes.size() - before);
-    const int error = errno;
-    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-    if (count < 0 && error == EINTR) continue;
-    if (count < 0) throw Error("cannot read " + file.string() + ": " + reason(error));
-    if (count == 0) break;
-    block = kReadBlockBytes;
-  }
-  return bytes;
+  require_regular_file(file);
+  return read_up_to(Descriptor(file, O_RDONLY), file.string(), max_bytes);
 }
 
 }  // namespace raywalk

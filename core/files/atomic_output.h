@@ -10,7 +10,8 @@
 namespace raywalk {
 
 // Write the file at temporary_path(); commit() flushes it to disk and renames it to the target.
-// Without commit() the destructor removes it, so a failure leaves nothing behind.
+// Without commit() the destructor removes it, so a failure leaves nothing behind; what a killed
+// process leaves, the next one that writes to the directory removes (temporary_names.h).
 class AtomicFile {
  public:
   // Throws Error if the target's directory does not exist or is not writable, or the target exists
@@ -42,10 +43,20 @@ std::filesystem::path directory_of(const std::filesystem::path& file);
 // Creates a directory and its missing parents. Throws Error naming it.
 void make_directories(const std::filesystem::path& directory);
 
-// Reads a whole file. Throws Error naming it when missing, unreadable, a directory, or larger than
-// max_bytes.
+// Throws Error naming the file unless it is, or links to, a regular file: opening a named pipe would
+// wait for a writer, reading a device may never end.
+void require_regular_file(const std::filesystem::path& file);
+
+// Reads a whole file. Throws Error naming it when missing, unreadable, not a regular file, or larger
+// than max_bytes.
 std::string read_file(const std::filesystem::path& file,
                       std::size_t max_bytes = std::size_t{1} << 30);
+
+// The same, or standard input up to its end for "-".
+std::string read_file_or_stdin(const std::filesystem::path& file,
+                               std::size_t max_bytes = std::size_t{1} << 30);
+// What messages call it: the file's name or "standard input".
+std::string input_name(const std::filesystem::path& file);
 
 // The first max_bytes bytes of a file, or all of it if it is shorter. Throws Error as read_file.
 std::string read_file_prefix(const std::filesystem::path& file, std::size_t max_bytes);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
@@ -161,7 +162,39 @@ TEST(ReadFile, SizeLimitIsInclusive) {
   write_file_atomically(directory / "a", "12345");
   EXPECT_EQ(read_file(directory / "a", 5), "12345");
   EXPECT_THAT(error_of([&] { read_file(directory / "a", 4); }), HasSubstr("larger than 4 bytes"));
-  EXPECT_THAT(error_of([] { read_file("/dev/zero", 1000); }), HasSubstr("larger than 1000 bytes"));
+}
+
+TEST(ReadFile, OnlyRegularFilesAreRead) {
+  const TestDirectory directory;
+  const fs::path pipe = directory / "pipe", link = directory / "link", socket = directory / "socket";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0666), 0);
+  ASSERT_EQ(mknod(socket.c_str(), S_IFSOCK | 0666, 0), 0);
+  fs::create_symlink("pipe", link);
+  for (const fs::path& file : {pipe, link}) {
+    EXPECT_THAT(error_of([&] { read_file(file); }),
+                AllOf(HasSubstr(file.string()), HasSubstr("named pipe; give a regular file")));
+    EXPECT_THAT(error_of([&] { read_file_prefix(file, 10); }), HasSubstr("named pipe"));
+  }
+  EXPECT_THAT(error_of([&] { read_file(socket); }), HasSubstr("socket: Is a socket"));
+  EXPECT_THAT(error_of([] { read_file("/dev/zero"); }), HasSubstr("/dev/zero: Is a device"));
+  EXPECT_THAT(error_of([&] { require_regular_file(directory / "none"); }),
+              HasSubstr("none: No such file"));
+  write_file_atomically(directory / "a", "text");
+  fs::create_symlink("a", directory / "linked");
+  EXPECT_EQ(read_file(directory / "linked"), "text");
+}
+
+TEST(ReadFileDeathTest, DashIsStandardInput) {
+  EXPECT_EXIT(
+      {
+        int ends[2];
+        if (pipe(ends) != 0 || write(ends[1], "list", 4) != 4) std::_Exit(1);
+        dup2(ends[0], STDIN_FILENO);
+        close(ends[1]);
+        const bool same = read_file_or_stdin("-") == "list" && input_name("-") == "standard input";
+        std::_Exit(same ? 42 : 2);
+      },
+      testing::ExitedWithCode(42), "");
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ class CsvTable {
   static CsvTable parse(std::string_view text, const std::string& source,
                         const std::vector<std::string>& required,
                         const std::vector<std::string>& optional);
+  // The same of a file, "-" for standard input.
   static CsvTable read(const std::filesystem::path& file, const std::vector<std::string>& required,
                        const std::vector<std::string>& optional);
 

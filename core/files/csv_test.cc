@@ -85,7 +85,31 @@ TEST(CsvTable, RowsOfAnotherLengthAreErrors) {
   EXPECT_EQ(table_error("file,x,y,z\na.jpg,1,2,3\nb.jpg,1,2\n"),
             "poses.csv:3: 3 fields where the header has 4 (file,x,y,z)");
   EXPECT_THAT(table_error("file,x,y,z\nb.jpg,1,2,3,\n"), StartsWith("poses.csv:2: 5 fields"));
-  EXPECT_THAT(table_error("file,x,y,z\na.jpg;1;2;3\n"), StartsWith("poses.csv:2: 1 fields"));
+}
+
+TEST(CsvTable, OtherSeparatorsAreNamedWithWhatToDo) {
+  const std::string advice =
+      "; separate them by commas and write decimals with a point (0.5, not 0,5)";
+  const std::string semicolons = "its fields are separated by semicolons" + advice;
+  EXPECT_EQ(table_error("file;x;y;z\na.jpg;1;2;3\n"), "poses.csv:1: " + semicolons);
+  EXPECT_EQ(table_error("file,x,y,z\na.jpg;1;2;3\n"), "poses.csv:2: " + semicolons);
+  EXPECT_EQ(table_error("file;x;y;z\na.jpg;0,5;2;3\n"), "poses.csv:1: " + semicolons);
+  EXPECT_EQ(table_error("file\tx\ty\tz\na.jpg\t1\t2\t3\n"),
+            "poses.csv:1: its fields are separated by tabs" + advice);
+  // As many commas as the header has.
+  EXPECT_EQ(table_error("file,x,y,z\na.jpg;0,5;2,5;1,5\n"),
+            "poses.csv:2: column 'x': '5;2' is not a finite number; " + semicolons);
+}
+
+TEST(CsvTable, DecimalCommasAreNamedWithWhatToDo) {
+  EXPECT_EQ(table_error("file,x,y,z\na.jpg,1.5,0,0\nb.jpg,1,5,0,0\n"),
+            "poses.csv:3: 5 fields where the header has 4 (file,x,y,z); write decimals with a point "
+            "(0.5, not 0,5), and put a field that holds a comma in quotes");
+  for (const std::string decimal : {"0,5", "-1,25", "1.000,5"}) {
+    EXPECT_EQ(table_error("file,x,y,z\na.jpg,\"" + decimal + "\",0,0\n"),
+              "poses.csv:2: column 'x': '" + decimal +
+                  "' is not a finite number; write decimals with a point (0.5, not 0,5)");
+  }
 }
 
 TEST(CsvTable, MalformedQuotesAreErrorsWithTheirLine) {

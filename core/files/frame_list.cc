@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 
 namespace raywalk {
@@ -30,9 +31,14 @@ double radians(const CsvTable& table, std::size_t row, const std::string& column
 }  // namespace
 
 std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
-  const CsvTable table =
-      CsvTable::read(list, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask"});
-  if (table.rows() == 0) throw Error(list.string() + ": lists no frames");
+  return parse_frame_list(read_file_or_stdin(list), list);
+}
+
+std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list) {
+  const std::string source = input_name(list);
+  const CsvTable table = CsvTable::parse(text, source, {"file", "x", "y", "z"},
+                                         {"yaw", "pitch", "roll", "mask"});
+  if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
   std::map<std::string, std::string> listed;  // file -> where
   for (std::size_t row = 0; row < table.rows(); ++row) {

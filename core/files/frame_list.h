@@ -20,10 +20,13 @@ struct Frame {
   std::string where;                          // "poses.csv:12", for errors
 };
 
-// Reads columns file,x,y,z (metres) and, if present, yaw,pitch,roll (degrees; a missing column is
+// Reads columns file,x,y,z (metres) of a file, or of standard input for "-" with names relative to
+// the current directory, and, if present, yaw,pitch,roll (degrees; a missing column is
 // 0) and mask (relative to the list; may be empty): an 8-bit grey image of the frame's size in the
 // frame's own axes, 0 = invalid. Throws Error naming list and line: no frames, a field that is not
 // a number or is out of range, a file listed twice.
 std::vector<Frame> read_frame_list(const std::filesystem::path& list);
+// The same of text read from `list`.
+std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list);
 
 }  // namespace raywalk

@@ -147,8 +147,8 @@ ImageHeader read_header(const fs::path& file) {
   return *header;
 }
 
-PanoramaSize size_of(const ImageHeader& header) {
-  return {static_cast<int>(header.width), static_cast<int>(header.height)};
+PictureHeader picture_header(const ImageHeader& header) {
+  return {{static_cast<int>(header.width), static_cast<int>(header.height)}, header.orientation};
 }
 
 }  // namespace
@@ -181,17 +181,21 @@ void require_mask(const fs::path& file, PanoramaSize size) {
   require_mask(read_header(file), file, size);
 }
 
-PanoramaSize panorama_size_of(const fs::path& file) {
+PictureHeader panorama_header_of(const fs::path& file) {
   const ImageHeader header = read_header(file);
   require_panorama(header, file);
-  return size_of(header);
+  return picture_header(header);
 }
 
-PanoramaSize picture_size_of(const fs::path& file) {
+PanoramaSize panorama_size_of(const fs::path& file) { return panorama_header_of(file).size; }
+
+PictureHeader picture_header_of(const fs::path& file) {
   const ImageHeader header = read_header(file);
   require_picture(header, file);
-  return size_of(header);
+  return picture_header(header);
 }
+
+PanoramaSize picture_size_of(const fs::path& file) { return picture_header_of(file).size; }
 
 void require_intact_image(std::string bytes, const std::string& source) {
   EncodedImage image = encoded_image(std::move(bytes), source);

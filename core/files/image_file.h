@@ -27,10 +27,18 @@ cv::Mat read_mask(const std::filesystem::path& file, PanoramaSize size);
 // Throws the errors of read_mask that the header reveals, without decoding the image.
 void require_mask(const std::filesystem::path& file, PanoramaSize size);
 
-// Size from the image's header, without decoding it. Throws the errors of read_panorama that the
+// What an image's header tells.
+struct PictureHeader {
+  PanoramaSize size{};
+  int orientation = 1;  // EXIF's, 1 to 8, for TurnedPictures (turned_pictures.h)
+};
+
+// From the image's header, without decoding it. Throws the errors of read_panorama that the
 // header reveals.
+PictureHeader panorama_header_of(const std::filesystem::path& file);
 PanoramaSize panorama_size_of(const std::filesystem::path& file);
 // The same for an image of any aspect ratio.
+PictureHeader picture_header_of(const std::filesystem::path& file);
 PanoramaSize picture_size_of(const std::filesystem::path& file);
 
 // Decodes a whole image file held in memory, to see whether it is intact. Throws Error naming

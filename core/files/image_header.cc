@@ -36,6 +36,55 @@ bool starts_like(Bytes bytes, const std::array<std::uint8_t, N>& signature) {
   return true;
 }
 
+// --- EXIF ---------------------------------------------------------------------------------------
+
+constexpr std::uint32_t kOrientationTag = 0x0112;
+constexpr std::uint32_t kShortType = 3;
+constexpr int kUpright = 1;
+constexpr std::uint32_t kLargestOrientation = 8;
+constexpr std::size_t kTiffHeaderBytes = 8;
+constexpr std::size_t kEntryBytes = 12;
+
+// Numbers of a TIFF block, which gives its own byte order.
+class TiffReader {
+ public:
+  explicit TiffReader(Bytes tiff) : tiff_(tiff), little_(byte_at(tiff, 0) == 'I') {}
+
+  bool holds(std::size_t index, std::size_t count) const {
+    return index <= tiff_.size() && count <= tiff_.size() - index;
+  }
+  std::uint32_t uint16(std::size_t index) const {
+    const std::uint32_t value = uint16_at(tiff_, index);
+    return little_ ? (value & 0xFF) << 8 | value >> 8 : value;
+  }
+  std::uint32_t uint32(std::size_t index) const {
+    return little_ ? uint16(index + 2) << 16 | uint16(index) : uint32_at(tiff_, index);
+  }
+
+ private:
+  Bytes tiff_;
+  bool little_;
+};
+
+// The orientation in the first directory of a TIFF block; upright if it has none or is damaged. The
+// header is byte order, 2 bytes; 42, 2; offset of the directory, 4. A directory is its number of
+// entries, 2 bytes, and entries: tag, 2; type, 2; count, 4; value, 4.
+int orientation_in(Bytes bytes) {
+  if (bytes.size() < kTiffHeaderBytes) return kUpright;
+  const TiffReader tiff(bytes);
+  const std::size_t directory = tiff.uint32(4);
+  if (!tiff.holds(directory, 2)) return kUpright;
+  const std::size_t entries = tiff.uint16(directory);
+  for (std::size_t i = 0; i < entries; ++i) {
+    const std::size_t entry = directory + 2 + i * kEntryBytes;
+    if (!tiff.holds(entry, kEntryBytes)) return kUpright;
+    if (tiff.uint16(entry) != kOrientationTag || tiff.uint16(entry + 2) != kShortType) continue;
+    const std::uint32_t value = tiff.uint16(entry + 8);
+    return value >= 1 && value <= kLargestOrientation ? static_cast<int>(value) : kUpright;
+  }
+  return kUpright;
+}
+
 // --- JPEG ---------------------------------------------------------------------------------------
 
 constexpr std::uint8_t kEndOfImage = 0xD9;
@@ -96,6 +145,15 @@ class JpegWalker {
   std::size_t position_ = kJpegSignature.size() - 1;  // at the first segment's 0xFF
 };
 
+// The TIFF block of an EXIF segment: APP1 that begins with "Exif", 0, 0.
+std::optional<Bytes> exif_of(const JpegSegment& segment) {
+  constexpr std::uint8_t kApp1 = 0xE1;
+  constexpr std::array<std::uint8_t, 6> kExif = {'E', 'x', 'i', 'f', 0, 0};
+  if (segment.marker != kApp1 || segment.payload.size() < kExif.size()) return std::nullopt;
+  if (!starts_like(segment.payload, kExif)) return std::nullopt;
+  return segment.payload.subspan(kExif.size());
+}
+
 // Frame header (B.2.2): precision, 1 byte; lines, 2; samples per line, 2; components, 1.
 ImageHeader jpeg_header_from_frame(Bytes payload, const std::string& source) {
   if (payload.size() < 6) throw Error(source + ": damaged JPEG (its frame header is too short)");
@@ -110,8 +168,14 @@ ImageHeader jpeg_header_from_frame(Bytes payload, const std::string& source) {
 
 std::optional<ImageHeader> parse_jpeg_header(Bytes bytes, const std::string& source) {
   JpegWalker walker(bytes);
+  int orientation = 1;
   while (const auto segment = walker.next()) {
-    if (is_start_of_frame(segment->marker)) return jpeg_header_from_frame(segment->payload, source);
+    if (const auto tiff = exif_of(*segment)) orientation = orientation_in(*tiff);
+    if (is_start_of_frame(segment->marker)) {
+      ImageHeader header = jpeg_header_from_frame(segment->payload, source);
+      header.orientation = orientation;
+      return header;
+    }
     if (segment->marker == kStartOfScan || segment->marker == kEndOfImage) {
       throw Error(source + ": damaged JPEG (no frame header before its data)");
     }
@@ -135,6 +199,18 @@ constexpr std::uint32_t kIhdr = 0x49484452;
 constexpr std::uint32_t kIend = 0x49454E44;
 constexpr std::size_t kIhdrDataBytes = 13;
 
+// From the eXIf chunk, if it comes before the pixels and is held whole by `chunks`.
+int png_orientation(Bytes chunks) {
+  constexpr std::uint32_t kExif = 0x65584966, kIdat = 0x49444154;
+  while (chunks.size() >= kChunkOverhead) {
+    const std::size_t data_bytes = uint32_at(chunks, 0);
+    if (chunks.size() - kChunkOverhead < data_bytes || uint32_at(chunks, 4) == kIdat) break;
+    if (uint32_at(chunks, 4) == kExif) return orientation_in(chunks.subspan(8, data_bytes));
+    chunks = chunks.subspan(kChunkOverhead + data_bytes);
+  }
+  return kUpright;
+}
+
 // IHDR's data (section 11.2.2): width, 4 bytes; height, 4; bit depth, 1; colour type, 1 (0 = grey).
 std::optional<ImageHeader> parse_png_header(Bytes bytes, const std::string& source) {
   if (bytes.size() < kPngSignature.size() + kChunkOverhead + kIhdrDataBytes) return std::nullopt;
@@ -148,6 +224,7 @@ std::optional<ImageHeader> parse_png_header(Bytes bytes, const std::string& sour
   header.height = uint32_at(chunk, 12);
   header.bits_per_channel = byte_at(chunk, 16);
   header.is_grey = byte_at(chunk, 17) == 0;
+  header.orientation = png_orientation(chunk);
   return header;
 }
 

@@ -1,7 +1,7 @@
 // The header of a JPEG or PNG file, read without decoding the image.
 //
 // JPEG: ITU-T T.81 (the marker structure is annex B). PNG: W3C Portable Network Graphics, second
-// edition (chunks: section 5).
+// edition (chunks: section 5; its eXIf chunk is an extension). Exif 2.32: TIFF 6.0, section 2.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +20,7 @@ struct ImageHeader {
   std::int64_t height = 0;  // pixels, at least 1
   int bits_per_channel = 8;
   bool is_grey = false;  // one channel without alpha
+  int orientation = 1;   // EXIF's, 1 to 8: how viewers turn the picture; 1 (as stored) if not given
 };
 
 // The header of the image that starts with `bytes`; none if they end before the header does. Throws

@@ -49,6 +49,59 @@ TEST(ImageHeader, ReadsWhatTheEncoderWrote) {
   EXPECT_FALSE(header_of(encoded(".png", 4, 2, CV_8UC3))->is_grey);
 }
 
+// A TIFF block whose first directory has the orientation as second entry.
+Buffer tiff_with(unsigned char orientation, bool little_endian) {
+  if (little_endian) {
+    return {'I', 'I', 42, 0,    8,    0, 0, 0, 2, 0, 0x0F, 1, 2,           0, 1, 0, 0, 0, 0,
+            0,   0,   0,  0x12, 1,    3, 0, 1, 0, 0, 0,    orientation, 0, 0, 0, 0, 0, 0, 0};
+  }
+  return {'M', 'M', 0, 42, 0, 0,    0, 8, 0, 2, 1, 0x0F, 0, 2,           0, 0, 0, 1, 0,
+          0,   0,   0, 1,  0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0};
+}
+
+Buffer jpeg_with(const Buffer& tiff) {
+  Buffer bytes = encoded(".jpg", 64, 32, CV_8UC3);
+  Buffer segment = {0xFF, 0xE1, 0, static_cast<unsigned char>(8 + tiff.size()),
+                    'E',  'x',  'i', 'f', 0, 0};
+  segment.insert(segment.end(), tiff.begin(), tiff.end());
+  bytes.insert(bytes.begin() + 2, segment.begin(), segment.end());
+  return bytes;
+}
+
+Buffer png_with(const Buffer& tiff) {
+  Buffer bytes = encoded(".png", 64, 32, CV_8UC3);
+  Buffer chunk = {0, 0, 0, static_cast<unsigned char>(tiff.size()), 'e', 'X', 'I', 'f'};
+  chunk.insert(chunk.end(), tiff.begin(), tiff.end());
+  chunk.insert(chunk.end(), 4, 0);  // the checksum, which the header's reader does not need
+  bytes.insert(bytes.begin() + 33, chunk.begin(), chunk.end());  // after IHDR
+  return bytes;
+}
+
+TEST(ImageHeader, OrientationIsReadFromExif) {
+  EXPECT_EQ(header_of(encoded(".jpg", 64, 32, CV_8UC3))->orientation, 1);
+  for (const bool little_endian : {false, true}) {
+    for (unsigned char orientation = 1; orientation <= 8; ++orientation) {
+      const Buffer tiff = tiff_with(orientation, little_endian);
+      EXPECT_EQ(header_of(jpeg_with(tiff))->orientation, orientation);
+      EXPECT_EQ(header_of(png_with(tiff))->orientation, orientation);
+    }
+  }
+}
+
+TEST(ImageHeader, DamagedExifIsUpright) {
+  const Buffer whole = tiff_with(6, true);
+  for (std::size_t length = 0; length + 8 < whole.size(); ++length) {
+    const Buffer cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
+    EXPECT_EQ(header_of(jpeg_with(cut))->orientation, 1) << length;
+  }
+  for (const unsigned char bad : {0, 9, 255}) {
+    EXPECT_EQ(header_of(jpeg_with(tiff_with(bad, true)))->orientation, 1);
+  }
+  Buffer beyond = whole;
+  beyond[4] = beyond[7] = 0xFF;  // the directory's offset
+  EXPECT_EQ(header_of(jpeg_with(beyond))->orientation, 1);
+}
+
 TEST(ImageHeader, ProgressiveJpegIsReadAndFollowedToItsEnd) {
   const Buffer bytes = encoded(".jpg", 64, 32, CV_8UC3,
                                {cv::IMWRITE_JPEG_PROGRESSIVE, 1, cv::IMWRITE_JPEG_RST_INTERVAL, 1});

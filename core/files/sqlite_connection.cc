@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/files/atomic_output.h"
 
 namespace raywalk {
 namespace {
@@ -23,6 +24,12 @@ std::string uri_of(const std::filesystem::path& file, std::string_view query) {
     }
   }
   return uri.append("?").append(query);
+}
+
+// SQLite would wait for data of a named pipe.
+void require_no_special_file(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::exists(file, error)) require_regular_file(file);
 }
 
 sqlite3* open_handle(const std::filesystem::path& file, SqliteAccess access, int* result) {
@@ -105,6 +112,7 @@ bool can_be_read(SqliteConnection* connection) {
 
 SqliteConnection::SqliteConnection(const std::filesystem::path& file, SqliteAccess access)
     : file_(file) {
+  require_no_special_file(file);
   int result = SQLITE_OK;
   handle_.reset(open_handle(file, access, &result));
   if (result != SQLITE_OK) fail();

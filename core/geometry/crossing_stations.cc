@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "core/base/error.h"
@@ -19,7 +22,7 @@ class CrossingAssignment {
  public:
   CrossingAssignment(std::span<const StationPose> stations, double tolerance_m,
                      std::vector<StationGroup>* groups)
-      : stations_(stations), tolerance_m_(tolerance_m), groups_(*groups) {
+      : stations_(stations), tolerance_m_(tolerance_m), tree_(tree_of(stations)), groups_(*groups) {
     owner_.resize(stations.size(), kUndecided);
     for (size_t group = 0; group < groups_.size(); ++group) {
       for (int station : groups_[group].stations) owner(station) = static_cast<int>(group);
@@ -39,6 +42,7 @@ class CrossingAssignment {
         split_pair(crossing.x_line, crossing.z_line, crossing.stations, settled);
       }
     }
+    sort_members();
     for (const Crossing& crossing : crossings) {
       if (crossing.stations.size() == 1) {
         give_single(crossing.x_line, crossing.z_line, crossing.stations[0]);
@@ -48,19 +52,34 @@ class CrossingAssignment {
   }
 
  private:
+  using Member = std::pair<double, int>;  // a station's position along its line, and its index
+
   struct Crossing {
     int x_line, z_line;
     std::vector<int> stations;
   };
 
+  // In the order of their lines; stations ascend.
   std::vector<Crossing> find_crossings() const {
-    std::vector<Crossing> crossings;
-    for (int x_line = 0; x_line < line_count(); ++x_line) {
-      for (int z_line = 0; z_line < line_count(); ++z_line) {
-        if (line(x_line).axis != LineAxis::kX || line(z_line).axis != LineAxis::kZ) continue;
-        std::vector<int> shared = stations_on_both(x_line, z_line);
-        if (!shared.empty()) crossings.push_back({x_line, z_line, std::move(shared)});
+    std::vector<std::array<std::vector<int>, 2>> lines_at(stations_.size());  // along x and z
+    for (int index = 0; index < line_count(); ++index) {
+      const auto any = [](int) { return true; };
+      for (const int station : stations_near(tree_, line(index), tolerance_m_, any)) {
+        lines_at[static_cast<size_t>(station)][line(index).axis == LineAxis::kX ? 0 : 1].push_back(
+            index);
       }
+    }
+    std::map<std::pair<int, int>, std::vector<int>> stations_at;
+    for (int station = 0; station < tree_.size(); ++station) {
+      const auto& [x_lines, z_lines] = lines_at[static_cast<size_t>(station)];
+      for (const int x_line : x_lines) {
+        for (const int z_line : z_lines) stations_at[{x_line, z_line}].push_back(station);
+      }
+    }
+    std::vector<Crossing> crossings;
+    for (auto& [lines, shared] : stations_at) {
+      require_two_at_most(shared);
+      crossings.push_back({lines.first, lines.second, std::move(shared)});
     }
     return crossings;
   }
@@ -77,30 +96,22 @@ class CrossingAssignment {
       std::copy_if(group.stations.begin(), group.stations.end(), std::back_inserter(own),
                    [&](int station) { return !shared[static_cast<size_t>(station)]; });
       if (own.size() >= 2) continue;
+      const int alone = own.empty() ? group.stations.front() : own.front();
+      require_own_position(stations_, tree_, alone, tolerance_m_);
       throw Error(
           fmt::format("{} is on no line: it lines up only with stations of lines that cross "
                       "there; a line needs at least two stations of its own",
-                      name(own.empty() ? group.stations.front() : own.front())));
+                      name(alone)));
     }
   }
 
-  std::vector<int> stations_on_both(int x_line, int z_line) const {
-    std::vector<int> shared;
-    for (int station = 0; station < static_cast<int>(stations_.size()); ++station) {
-      const Eigen::Vector2d point = plan_of(stations_[static_cast<size_t>(station)]);
-      if (line(x_line).distance_to(point) <= tolerance_m_ &&
-          line(z_line).distance_to(point) <= tolerance_m_) {
-        shared.push_back(station);
-      }
-    }
-    if (shared.size() > 2) {
-      throw Error(
-          fmt::format("{}, {} and {} all lie within {:.3g} mm of the crossing of two lines, where "
-                      "each line has one station; remove the repeated one or lower the line "
-                      "tolerance",
-                      name(shared[0]), name(shared[1]), name(shared[2]), tolerance_m_ * 1e3));
-    }
-    return shared;
+  void require_two_at_most(const std::vector<int>& shared) const {
+    if (shared.size() <= 2) return;
+    throw Error(
+        fmt::format("{}, {} and {} all lie within {:.3g} mm of the crossing of two lines, where "
+                    "each line has one station; remove the repeated one or lower the line "
+                    "tolerance",
+                    name(shared[0]), name(shared[1]), name(shared[2]), tolerance_m_ * 1e3));
   }
 
   // The order of the list, or of the file names if that better keeps the settled stations of each
@@ -153,8 +164,10 @@ class CrossingAssignment {
     const int wanted =
         hole_without(z_line, station).worse_than(hole_without(x_line, station)) ? z_line : x_line;
     const int current = owner(station);
-    const auto members = std::count(owner_.begin(), owner_.end(), current);
-    if (current != wanted && members > 2) owner(station) = wanted;
+    if (current == wanted || members(current).size() <= 2) return;
+    members(current).erase({along(current, station), station});
+    members(wanted).insert({along(wanted, station), station});
+    owner(station) = wanted;
   }
 
   // The loss to a line without the station: whether it would lose its end, which cannot be
@@ -166,34 +179,39 @@ class CrossingAssignment {
       return std::pair(is_end, spacings) > std::pair(other.is_end, other.spacings);
     }
   };
-  Hole hole_without(int line_index, int station) const {
+  Hole hole_without(int line_index, int station) {
     const double at = along(line_index, station);
+    std::set<Member>& others = members(line_index);
+    const bool is_member = others.erase({at, station}) > 0;
     double before = -1.0, after = -1.0, first = at, last = at;
-    int members = 1;
-    for (int other = 0; other < static_cast<int>(stations_.size()); ++other) {
-      if (other == station || owner_[static_cast<size_t>(other)] != line_index) continue;
-      const double apart = along(line_index, other) - at;
-      double& nearest = apart < 0.0 ? before : after;
-      if (nearest < 0.0 || std::abs(apart) < nearest) nearest = std::abs(apart);
-      first = std::min(first, at + apart);
-      last = std::max(last, at + apart);
-      ++members;
+    const auto next = others.lower_bound({at, -1});
+    if (next != others.begin()) before = std::abs(std::prev(next)->first - at);
+    if (next != others.end()) after = std::abs(next->first - at);
+    if (!others.empty()) {
+      first = std::min(first, at + (others.begin()->first - at));
+      last = std::max(last, at + (others.rbegin()->first - at));
     }
-    const double mean_spacing = (last - first) / std::max(1, members - 1);
+    const double mean_spacing =
+        (last - first) / static_cast<double>(std::max<size_t>(1, others.size()));
+    if (is_member) others.insert({at, station});
     const double hole = std::max(before, 0.0) + std::max(after, 0.0);
     const bool is_end = before < 0.0 || after < 0.0;
     return {is_end, mean_spacing > 0.0 ? hole / mean_spacing : 0.0};
   }
 
+  void sort_members() {
+    members_.resize(groups_.size());
+    for (int station = 0; station < static_cast<int>(stations_.size()); ++station) {
+      const int index = owner(station);
+      if (index != kUndecided) members(index).insert({along(index, station), station});
+    }
+  }
+
   void collect() {
     for (int index = 0; index < line_count(); ++index) {
-      std::vector<int>& members = groups_[static_cast<size_t>(index)].stations;
-      members.clear();
-      for (int station = 0; station < static_cast<int>(stations_.size()); ++station) {
-        if (owner_[static_cast<size_t>(station)] == index) members.push_back(station);
-      }
-      std::stable_sort(members.begin(), members.end(),
-                       [&](int a, int b) { return along(index, a) < along(index, b); });
+      std::vector<int>& stations = groups_[static_cast<size_t>(index)].stations;
+      stations.clear();
+      for (const auto& [along_m, station] : members(index)) stations.push_back(station);
     }
   }
 
@@ -201,14 +219,17 @@ class CrossingAssignment {
     return line(line_index).along(plan_of(stations_[static_cast<size_t>(station)]));
   }
   std::string name(int station) const { return name_of(stations_[static_cast<size_t>(station)]); }
+  std::set<Member>& members(int line_index) { return members_[static_cast<size_t>(line_index)]; }
   int& owner(int station) { return owner_[static_cast<size_t>(station)]; }
   const PlanLine& line(int index) const { return groups_[static_cast<size_t>(index)].line; }
   int line_count() const { return static_cast<int>(groups_.size()); }
 
   std::span<const StationPose> stations_;
   double tolerance_m_;
+  StationTree tree_;
   std::vector<StationGroup>& groups_;
   std::vector<int> owner_;  // group of each station
+  std::vector<std::set<Member>> members_;  // of each group, in order along it
   std::vector<int> order_;  // stations in the order they were captured
   std::vector<int> rank_;   // place of each station in order_
 };

@@ -107,65 +107,102 @@ void sort_and_name(std::vector<Line>* lines) {
   }
 }
 
-// Whether the line's stations cover the segment without a large gap. A line may end up to one
+// Whether a line's stations cover a segment without a large gap. A line may end up to one
 // spacing before a corner.
-bool covers(const Line& line, PlanPoint from, PlanPoint to) {
-  const double spacing = median_spacing_m(line);
-  const double begin = along_line(line, from), end = along_line(line, to);
-  if (line.first_m() > begin + spacing || line.last_m() < end - spacing) return false;
-  for (size_t i = 1; i < line.stations.size(); ++i) {
-    const double a = line.stations[i - 1].along_m, b = line.stations[i].along_m;
-    if (b > begin && a < end && b - a > kLargestGapInSpacings * spacing) return false;
+class Coverage {
+ public:
+  explicit Coverage(const Line& line) : line_(line), spacing_m_(median_spacing_m(line)) {
+    for (size_t i = 1; i < line.stations.size(); ++i) {
+      const double a = line.stations[i - 1].along_m, b = line.stations[i].along_m;
+      if (b - a > kLargestGapInSpacings * spacing_m_) gaps_m_.emplace_back(a, b);
+    }
   }
-  return true;
-}
 
-// The cell between two lines along x (back, front) and two along z (left, right), if captured.
-std::optional<Cell> cell_between(const std::vector<Line>& lines, int back, int front, int left,
-                                 int right) {
-  const auto at = [&](int index) -> const Line& { return lines[static_cast<size_t>(index)]; };
-  const PlanPoint back_left = crossing_of(at(back), at(left));
-  const PlanPoint back_right = crossing_of(at(back), at(right));
-  const PlanPoint front_left = crossing_of(at(front), at(left));
-  const PlanPoint front_right = crossing_of(at(front), at(right));
-  if (!covers(at(back), back_left, back_right) || !covers(at(front), front_left, front_right) ||
-      !covers(at(left), back_left, front_left) || !covers(at(right), back_right, front_right)) {
-    return std::nullopt;
+  const Line& line() const { return line_; }
+  bool begins_at(PlanPoint from) const {
+    return line_.first_m() <= along_line(line_, from) + spacing_m_;
   }
-  Cell cell;
-  cell.x_min_m = 0.5 * (back_left.x_m + front_left.x_m);
-  cell.x_max_m = 0.5 * (back_right.x_m + front_right.x_m);
-  cell.z_min_m = 0.5 * (back_left.z_m + back_right.z_m);
-  cell.z_max_m = 0.5 * (front_left.z_m + front_right.z_m);
-  cell.line = {front, right, back, left};
-  return cell;
-}
+  bool covers(PlanPoint from, PlanPoint to) const {
+    const double begin = along_line(line_, from), end = along_line(line_, to);
+    if (line_.first_m() > begin + spacing_m_ || line_.last_m() < end - spacing_m_) return false;
+    return std::none_of(gaps_m_.begin(), gaps_m_.end(), [&](const std::pair<double, double>& gap) {
+      return gap.second > begin && gap.first < end;
+    });
+  }
 
-// From each back left corner, the smallest closed rectangle. A line that ends inside a rectangle
-// does not split it.
-std::vector<Cell> find_cells(const std::vector<Line>& lines) {
-  const auto first_z = std::find_if(lines.begin(), lines.end(),
-                                    [](const Line& line) { return line.axis == LineAxis::kZ; });
-  const int x_lines = static_cast<int>(first_z - lines.begin());
-  const int all = static_cast<int>(lines.size());
-  const auto smallest_from = [&](int back, int left) -> std::optional<Cell> {
-    for (int right = left + 1; right < all; ++right) {
-      for (int front = back + 1; front < x_lines; ++front) {
-        const std::optional<Cell> cell = cell_between(lines, back, front, left, right);
+ private:
+  const Line& line_;
+  double spacing_m_;
+  std::vector<std::pair<double, double>> gaps_m_;  // the large ones
+};
+
+// The lines of a grid, those along x first.
+class CellSearch {
+ public:
+  explicit CellSearch(const std::vector<Line>& lines) {
+    for (const Line& line : lines) lines_.emplace_back(line);
+    const auto first_z = std::find_if(lines.begin(), lines.end(),
+                                      [](const Line& line) { return line.axis == LineAxis::kZ; });
+    x_lines_ = static_cast<int>(first_z - lines.begin());
+  }
+
+  // From each back left corner, the smallest closed rectangle. A line that ends inside a rectangle
+  // does not split it.
+  std::vector<Cell> run() const {
+    std::vector<Cell> cells;
+    for (int back = 0; back < x_lines_; ++back) {
+      for (int left = x_lines_; left < static_cast<int>(lines_.size()); ++left) {
+        if (const std::optional<Cell> cell = smallest_from(back, left)) cells.push_back(*cell);
+      }
+    }
+    return cells;
+  }
+
+ private:
+  std::optional<Cell> smallest_from(int back, int left) const {
+    const PlanPoint corner = crossing(back, left);
+    if (!at(back).begins_at(corner) || !at(left).begins_at(corner)) return std::nullopt;
+    std::vector<int> fronts;
+    for (int front = back + 1; front < x_lines_; ++front) {
+      if (at(left).covers(corner, crossing(front, left))) fronts.push_back(front);
+    }
+    for (int right = left + 1; !fronts.empty() && right < static_cast<int>(lines_.size()); ++right) {
+      if (!at(back).covers(corner, crossing(back, right))) continue;
+      for (const int front : fronts) {
+        const std::optional<Cell> cell = cell_between(back, front, left, right);
         if (cell && cell->x_min_m < cell->x_max_m && cell->z_min_m < cell->z_max_m) return cell;
       }
     }
     return std::nullopt;
-  };
-  std::vector<Cell> cells;
-  for (int back = 0; back < x_lines; ++back) {
-    for (int left = x_lines; left < all; ++left) {
-      if (const std::optional<Cell> cell = smallest_from(back, left)) cells.push_back(*cell);
-    }
   }
-  return cells;
-}
 
+  // The cell between two lines along x (back, front) and two along z (left, right), if front and
+  // right are captured.
+  std::optional<Cell> cell_between(int back, int front, int left, int right) const {
+    const PlanPoint back_left = crossing(back, left);
+    const PlanPoint back_right = crossing(back, right);
+    const PlanPoint front_left = crossing(front, left);
+    const PlanPoint front_right = crossing(front, right);
+    if (!at(front).covers(front_left, front_right) || !at(right).covers(back_right, front_right)) {
+      return std::nullopt;
+    }
+    Cell cell;
+    cell.x_min_m = 0.5 * (back_left.x_m + front_left.x_m);
+    cell.x_max_m = 0.5 * (back_right.x_m + front_right.x_m);
+    cell.z_min_m = 0.5 * (back_left.z_m + back_right.z_m);
+    cell.z_max_m = 0.5 * (front_left.z_m + front_right.z_m);
+    cell.line = {front, right, back, left};
+    return cell;
+  }
+
+  const Coverage& at(int index) const { return lines_[static_cast<size_t>(index)]; }
+  PlanPoint crossing(int x_line, int z_line) const {
+    return crossing_of(at(x_line).line(), at(z_line).line());
+  }
+
+  std::vector<Coverage> lines_;
+  int x_lines_ = 0;
+};
 }  // namespace
 
 double along_line(const Line& line, PlanPoint point) {
@@ -199,7 +236,7 @@ Grid find_grid(std::span<const StationPose> stations, const GridTolerance& toler
     grid.lines.push_back(line_from_group(group, stations, tolerance_m));
   }
   sort_and_name(&grid.lines);
-  grid.cells = find_cells(grid.lines);
+  grid.cells = CellSearch(grid.lines).run();
   return grid;
 }
 

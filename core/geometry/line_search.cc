@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
@@ -22,13 +22,55 @@ constexpr int kMaxRefits = 20;
 // Coordinates of plan vectors, (x, z).
 int along_index(LineAxis axis) { return axis == LineAxis::kX ? 0 : 1; }
 
+// For each of `points` an upper bound, which is rarely too large, of how many of them lie within
+// `limit_m` of the line through it and the seed. Point p lies within that of a line of direction t
+// if t is within asin(limit / |p - seed|) of the direction of p, modulo pi; the intervals that hold a
+// direction are counted with their sorted ends, in n log n.
+std::vector<int> most_near_lines(const Eigen::Vector2d& seed,
+                                 const std::vector<Eigen::Vector2d>& points, int along,
+                                 double limit_m) {
+  constexpr double kRounding = 1e-12, kAngleRounding = 1e-9;
+  std::vector<double> angles, begins, ends;
+  int everywhere = 0;
+  for (const Eigen::Vector2d& point : points) {
+    const Eigen::Vector2d from_seed = point - seed;
+    const double u = from_seed[along], v = from_seed[1 - along];
+    const double angle = std::atan2(std::copysign(1.0, u) * v, std::abs(u));
+    angles.push_back(angle);
+    const double reach_m = limit_m + kRounding * (point.norm() + seed.norm());
+    if (reach_m >= from_seed.norm()) {
+      ++everywhere;
+      continue;
+    }
+    const double half = std::asin(reach_m / from_seed.norm()) + kAngleRounding;
+    const auto add = [&](double turn) {
+      begins.push_back(angle - half + turn);
+      ends.push_back(angle + half + turn);
+    };
+    add(0.0);
+    if (angle + half > kHalfPi) add(-kPi);
+    if (angle - half < -kHalfPi) add(kPi);
+  }
+  std::sort(begins.begin(), begins.end());
+  std::sort(ends.begin(), ends.end());
+  std::vector<int> bounds;
+  bounds.reserve(angles.size());
+  for (const double angle : angles) {
+    const auto begun = std::upper_bound(begins.begin(), begins.end(), angle) - begins.begin();
+    const auto ended = std::lower_bound(ends.begin(), ends.end(), angle) - ends.begin();
+    bounds.push_back(everywhere + static_cast<int>(begun - ended));
+  }
+  return bounds;
+}
+
 // Greedy search: an unclaimed station proposes a line, the line claims its stations.
 class LineSearch {
  public:
   LineSearch(std::span<const StationPose> stations, double tolerance_m)
-      : stations_(stations), tolerance_m_(tolerance_m), claimed_(stations.size(), false) {
-    for (const StationPose& station : stations) points_.push_back(plan_of(station));
-  }
+      : stations_(stations),
+        tolerance_m_(tolerance_m),
+        tree_(tree_of(stations)),
+        claimed_(stations.size(), false) {}
 
   std::vector<StationGroup> run() {
     for (int seed : seeds_by_nearness()) {
@@ -41,8 +83,8 @@ class LineSearch {
   // Stations with near neighbours first, so that a stray station cannot take stations from a line.
   std::vector<int> seeds_by_nearness() const {
     std::vector<std::pair<double, int>> seeds;
-    seeds.reserve(points_.size());
-    for (int seed = 0; seed < static_cast<int>(points_.size()); ++seed) {
+    seeds.reserve(stations_.size());
+    for (int seed = 0; seed < tree_.size(); ++seed) {
       seeds.emplace_back(
           std::min(nearest_in_wedge(seed, LineAxis::kX), nearest_in_wedge(seed, LineAxis::kZ)),
           seed);
@@ -87,11 +129,25 @@ class LineSearch {
   }
 
   double nearest_in_wedge(int seed, LineAxis axis) const {
-    double distance = std::numeric_limits<double>::infinity();
-    for (int other : stations_in_wedge(seed, axis)) {
-      distance = std::min(distance, (point(other) - point(seed)).norm());
-    }
-    return distance;
+    return tree_.nearest(
+        point(seed),
+        [&](const PlanBox& box) {
+          return in_wedge(box.most_apart(point(seed)), box.least_apart(point(seed)), axis);
+        },
+        [&](int other) { return is_candidate(seed, other, axis); });
+  }
+
+  // Whether a line through a seed, no more oblique than allowed, could pass a point this far along
+  // the axis and this far across.
+  bool in_wedge(const Eigen::Vector2d& along, const Eigen::Vector2d& across, LineAxis axis) const {
+    const int u = along_index(axis);
+    return along[u] > tolerance_m_ &&
+           across[1 - u] <= 2.0 * tolerance_m_ + kMaxObliqueness * along[u];
+  }
+
+  bool is_candidate(int seed, int other, LineAxis axis) const {
+    const Eigen::Vector2d apart = (point(other) - point(seed)).cwiseAbs();
+    return !claimed_[static_cast<size_t>(other)] && in_wedge(apart, apart, axis);
   }
 
   bool on_claimed_line(int station, LineAxis axis) const {
@@ -102,30 +158,43 @@ class LineSearch {
 
   // Unclaimed stations that a line through the seed, no more oblique than allowed, could hold.
   std::vector<int> stations_in_wedge(int seed, LineAxis axis) const {
-    const int u = along_index(axis);
-    std::vector<int> inside;
-    for (int other = 0; other < static_cast<int>(points_.size()); ++other) {
-      const Eigen::Vector2d apart = (point(other) - point(seed)).cwiseAbs();
-      if (claimed_[static_cast<size_t>(other)] || apart[u] <= tolerance_m_) continue;
-      if (apart[1 - u] <= 2.0 * tolerance_m_ + kMaxObliqueness * apart[u]) inside.push_back(other);
-    }
-    return inside;
+    return tree_.find(
+        [&](const PlanBox& box) {
+          return in_wedge(box.most_apart(point(seed)), box.least_apart(point(seed)), axis);
+        },
+        [&](int other) { return is_candidate(seed, other, axis); });
   }
 
-  // Of the lines through the seed and one other station, the one with the most stations nearby.
+  // Of the lines through the seed and one other station, the one with the most stations nearby; of
+  // equal ones the first. Most are told by the bound alone: the first one counted usually has as
+  // many as its bound.
   PlanLine best_line_through(int seed, LineAxis axis, const std::vector<int>& candidates) const {
+    std::vector<Eigen::Vector2d> points;
+    points.reserve(candidates.size());
+    for (int candidate : candidates) points.push_back(point(candidate));
+    const std::vector<int> bounds =
+        most_near_lines(point(seed), points, along_index(axis), 2.0 * tolerance_m_);
+    std::vector<int> order(candidates.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      return bounds[static_cast<size_t>(a)] > bounds[static_cast<size_t>(b)];
+    });
     PlanLine best;
+    int best_place = static_cast<int>(candidates.size());
     std::ptrdiff_t best_count = -1;
-    for (int other : candidates) {
-      const std::array<Eigen::Vector2d, 2> ends{point(seed), point(other)};
+    for (int place : order) {
+      const std::ptrdiff_t bound = bounds[static_cast<size_t>(place)];
+      if (bound < best_count) break;
+      if (bound == best_count && place > best_place) continue;
+      const std::array<Eigen::Vector2d, 2> ends{point(seed), points[static_cast<size_t>(place)]};
       const PlanLine line = fit_line(ends, axis);
-      const auto count = std::count_if(candidates.begin(), candidates.end(), [&](int station) {
-        return line.distance_to(point(station)) <= 2.0 * tolerance_m_;
+      const auto count = std::count_if(points.begin(), points.end(), [&](const auto& at) {
+        return line.distance_to(at) <= 2.0 * tolerance_m_;
       });
-      if (count > best_count) {
-        best = line;
-        best_count = count;
-      }
+      if (count < best_count || (count == best_count && place > best_place)) continue;
+      best = line;
+      best_count = count;
+      best_place = place;
     }
     return best;
   }
@@ -150,12 +219,8 @@ class LineSearch {
   // Unclaimed stations within `limit_m` of the line, in order along it; of several at one position
   // only the first, as the others belong to the line that crosses here.
   std::vector<int> stations_within(const PlanLine& line, double limit_m) const {
-    std::vector<int> members;
-    for (int station = 0; station < static_cast<int>(points_.size()); ++station) {
-      if (claimed_[static_cast<size_t>(station)] || line.distance_to(point(station)) > limit_m)
-        continue;
-      members.push_back(station);
-    }
+    std::vector<int> members = stations_near(
+        tree_, line, limit_m, [&](int station) { return !claimed_[static_cast<size_t>(station)]; });
     std::stable_sort(members.begin(), members.end(),
                      [&](int a, int b) { return line.along(point(a)) < line.along(point(b)); });
     const auto repeated = [&](int a, int b) {
@@ -167,27 +232,18 @@ class LineSearch {
 
   [[noreturn]] void throw_no_line(int seed) const {
     const StationPose& station = stations_[static_cast<size_t>(seed)];
-    for (const StationGroup& group : groups_) {
-      for (int other : group.stations) {
-        if ((point(other) - point(seed)).norm() > tolerance_m_) continue;
-        throw Error(
-            fmt::format("{} and {} have the same position (x = {:.6g}, z = {:.6g}; closer than "
-                        "{:.3g} mm), and no other line crosses there; remove one of them",
-                        name_of(stations_[static_cast<size_t>(other)]), name_of(station),
-                        point(seed).x(), point(seed).y(), tolerance_m_ * 1e3));
-      }
-    }
+    require_own_position(stations_, tree_, seed, tolerance_m_);
     throw Error(
         fmt::format("{} at x = {:.6g}, z = {:.6g} is on no line: no other station lies within "
                     "{:.3g} mm of a line along x or z through it; a line needs at least two",
                     name_of(station), point(seed).x(), point(seed).y(), tolerance_m_ * 1e3));
   }
 
-  const Eigen::Vector2d& point(int station) const { return points_[static_cast<size_t>(station)]; }
+  const Eigen::Vector2d& point(int station) const { return tree_.point(station); }
 
   std::span<const StationPose> stations_;
   double tolerance_m_;
-  std::vector<Eigen::Vector2d> points_;
+  StationTree tree_;
   std::vector<bool> claimed_;
   std::vector<StationGroup> groups_;
 };
@@ -199,6 +255,17 @@ double PlanLine::distance_to(const Eigen::Vector2d& point) const {
   return std::abs(direction.x() * from.y() - direction.y() * from.x());
 }
 
+// The signed distance is linear, so within a box it differs from that of the centre by no more than
+// at a corner.
+bool PlanLine::may_come_near(const PlanBox& box, double limit_m) const {
+  constexpr double kRounding = 1e-12;
+  const Eigen::Vector2d half = 0.5 * (box.high - box.low);
+  const Eigen::Vector2d centre = box.low + half;
+  const double spread = std::abs(direction.x()) * half.y() + std::abs(direction.y()) * half.x();
+  const double rounding = kRounding * ((centre - origin).norm() + half.norm());
+  return distance_to(centre) <= limit_m + spread + rounding;
+}
+
 double PlanLine::obliqueness() const {
   const int u = along_index(axis);
   return std::abs(direction[1 - u]) / direction[u];
@@ -208,8 +275,31 @@ Eigen::Vector2d plan_of(const StationPose& station) {
   return {station.position_m.x(), station.position_m.z()};
 }
 
+StationTree tree_of(std::span<const StationPose> stations) {
+  std::vector<Eigen::Vector2d> points;
+  points.reserve(stations.size());
+  for (const StationPose& station : stations) points.push_back(plan_of(station));
+  return StationTree(std::move(points));
+}
+
 std::string name_of(const StationPose& station) {
   return station.where.empty() ? station.file : fmt::format("{} ({})", station.file, station.where);
+}
+
+void require_own_position(std::span<const StationPose> stations, const StationTree& tree,
+                          int station, double tolerance_m) {
+  const Eigen::Vector2d& point = tree.point(station);
+  const std::vector<int> here = tree.find(
+      [&](const PlanBox& box) { return box.least_apart(point).norm() <= tolerance_m; },
+      [&](int other) { return (tree.point(other) - point).norm() <= tolerance_m; });
+  if (here.size() < 2) return;
+  const std::string closer =
+      tolerance_m > 0.0 ? fmt::format("; closer than {:.3g} mm", tolerance_m * 1e3) : "";
+  throw Error(fmt::format(
+      "{} and {} have the same position (x = {:.6g}, z = {:.6g}{}), and no other line crosses "
+      "there; remove one of them or correct its position",
+      name_of(stations[static_cast<size_t>(here[0])]),
+      name_of(stations[static_cast<size_t>(here[1])]), point.x(), point.y(), closer));
 }
 
 // The direction (cos t, sin t) that leaves the least squares perpendicular to it is the major axis
@@ -234,14 +324,14 @@ PlanLine fit_line(std::span<const Eigen::Vector2d> points, LineAxis axis) {
 }
 
 double median_nearest_distance(std::span<const StationPose> stations) {
+  const StationTree tree = tree_of(stations);
   std::vector<double> nearest;
-  for (const StationPose& station : stations) {
-    double squared = std::numeric_limits<double>::infinity();
-    for (const StationPose& other : stations) {
-      const double apart = (plan_of(other) - plan_of(station)).squaredNorm();
-      if (apart > 0.0) squared = std::min(squared, apart);
-    }
-    if (std::isfinite(squared)) nearest.push_back(std::sqrt(squared));
+  for (int station = 0; station < tree.size(); ++station) {
+    const Eigen::Vector2d& point = tree.point(station);
+    const double distance = tree.nearest(
+        point, [&](const PlanBox& box) { return box.most_apart(point).squaredNorm() > 0.0; },
+        [&](int other) { return (tree.point(other) - point).squaredNorm() > 0.0; });
+    if (std::isfinite(distance)) nearest.push_back(distance);
   }
   if (nearest.empty()) return 0.0;
   return median(std::move(nearest));

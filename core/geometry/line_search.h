@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/geometry/grid.h"
+#include "core/geometry/station_tree.h"
 
 namespace raywalk {
 
@@ -21,6 +22,8 @@ struct PlanLine {
   double along(const Eigen::Vector2d& point) const { return (point - origin).dot(direction); }
   // Unsigned distance of a point from the line, metres.
   double distance_to(const Eigen::Vector2d& point) const;
+  // Whether the box may hold a point within `limit_m` of the line, as distance_to computes it.
+  bool may_come_near(const PlanBox& box, double limit_m) const;
   // Tangent of the angle to the axis; infinite at a right angle.
   double obliqueness() const;
 };
@@ -37,8 +40,26 @@ inline constexpr double kMaxObliquenessDeg = 3.0;
 // The plan position of a station.
 Eigen::Vector2d plan_of(const StationPose& station);
 
+// The plan positions of stations, by index.
+StationTree tree_of(std::span<const StationPose> stations);
+
+// The stations that `accept(index)` takes and that lie within `limit_m` of a line, in ascending
+// order.
+template <typename Accept>
+std::vector<int> stations_near(const StationTree& tree, const PlanLine& line, double limit_m,
+                               const Accept& accept) {
+  return tree.find([&](const PlanBox& box) { return line.may_come_near(box, limit_m); },
+                   [&](int station) {
+                     return accept(station) && line.distance_to(tree.point(station)) <= limit_m;
+                   });
+}
+
 // "front_000.jpg (poses.csv:2)", for errors.
 std::string name_of(const StationPose& station);
+
+// Throws Error if a station that is on no line has the position of another, within the tolerance.
+void require_own_position(std::span<const StationPose> stations, const StationTree& tree,
+                          int station, double tolerance_m);
 
 // Least-squares line (orthogonal residuals) through at least two points; the origin is their
 // centroid.

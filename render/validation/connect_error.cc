@@ -71,7 +71,14 @@ class CellMeasurement {
  public:
   CellMeasurement(const Room& room, const Cell& cell, Generation generation,
                   const ConnectErrorOptions& options)
-      : room_(room), cell_(cell), generation_(generation), options_(options) {}
+      : room_(room),
+        cell_(cell),
+        generation_(generation),
+        options_(options),
+        output_(size_as_captured(room)) {}
+
+  // Size of the views.
+  PanoramaSize output() const { return output_; }
 
   // The centre of a sub-cell.
   PlanPoint viewpoint(int index) const {
@@ -86,7 +93,7 @@ class CellMeasurement {
   // All columns that any k of the list compares at a viewpoint.
   std::vector<OverlapColumn> overlap_columns(const ViewPlan& plan) const {
     std::vector<OverlapColumn> columns;
-    const int width = room_.panorama().width;
+    const int width = output_.width;
     const double step_rad = kTwoPi / width;
     for (int corner = 0; corner < kCorners; ++corner) {
       const std::vector<double> cuts_rad = cuts(plan.viewpoint(), corner);
@@ -154,7 +161,7 @@ class CellMeasurement {
   // Fills in the sources; false unless both lines captured the column.
   bool find_sources(const ViewPlan& plan, OverlapColumn* column) const {
     const double theta_rad =
-        angles_from_pixel({static_cast<double>(column->u), 0.0}, room_.panorama()).theta_rad;
+        angles_from_pixel({static_cast<double>(column->u), 0.0}, output_).theta_rad;
     for (int which = 0; which < 2; ++which) {
       const auto source = source_on(column->corner + which, plan.viewpoint(), theta_rad);
       if (!source) return false;
@@ -173,6 +180,7 @@ class CellMeasurement {
   const Cell& cell_;
   const Generation generation_;
   const ConnectErrorOptions& options_;
+  const PanoramaSize output_;
 };
 
 double mean_squared_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
@@ -229,8 +237,8 @@ void measure_initial(const Room& room, const CellMeasurement& cell, int count, P
       std::vector<OverlapColumn> columns = cell.overlap_columns(plan);
       const ViewInputs inputs{.room = room,
                               .plan = plan,
-                              .output = room.panorama(),
-                              .rows = {0, room.panorama().height},
+                              .output = cell.output(),
+                              .rows = {0, cell.output().height},
                               .distances = nullptr,
                               .layers = std::nullopt,
                               .fill_maps = {}};

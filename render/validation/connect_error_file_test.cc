@@ -85,6 +85,21 @@ TEST_F(ConnectErrorFileTest, MeasurementsAreStoredAndPrinted) {
   EXPECT_EQ(read_connect_error(path).size(), 2U);
 }
 
+// 130 is no width of a view.
+TEST_F(ConnectErrorFileTest, PanoramasOfAnyEvenWidthAreMeasured) {
+  const auto initial_error = [&](int width) {
+    const std::filesystem::path path = directory_ / std::to_string(width);
+    write_synthetic_room({.overhang_m = 0.25, .width = width}, path);
+    const Room room = Room::open(path);
+    std::ostringstream table;
+    write_connect_error(room, std::array{Generation::kInitial, Generation::kHlfVd},
+                        {.viewpoints = 2}, table);
+    return read_connect_error(path)[0].rows.back().e_connect;
+  };
+  const double exact = initial_error(128);
+  EXPECT_NEAR(initial_error(130), exact, 0.2 * exact);
+}
+
 TEST_F(ConnectErrorFileTest, RoomThatCannotBeWrittenIsRefused) {
   const std::filesystem::path path = directory_ / "room.lf";
   write_synthetic_room({.overhang_m = 0.25, .width = 64, .distances = false}, path);

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
+#include "core/files/turned_pictures.h"
 #include "render/view/view_plan.h"
 
 namespace raywalk::render {
@@ -34,7 +35,7 @@ double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
 }
 
 TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
-                   const Room& room) {
+                   const Room& room, TurnedPictures* turned) {
   TruthView truth;
   truth.file = list.parent_path() / table.text(row, "file");
   truth.name = truth.file.stem().string();
@@ -42,7 +43,9 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
   // Which lines serve a viewpoint does not depend on how they are connected.
   const ViewPlan plan(room.grid(), truth.viewpoint, {kHalfPi, 0.0});
   truth.line_distance_m = nearest_line_m(room.grid(), plan);
-  truth.width = panorama_size_of(truth.file).width;
+  const PictureHeader header = panorama_header_of(truth.file);
+  truth.width = header.size.width;
+  turned->add(truth.file, header.orientation);
   if (truth.width % 4 != 0 || truth.width < kMinWidth_px) {
     throw Error(
         fmt::format("{} is {} pixels wide; a truth's width must be a multiple of 4, at "
@@ -69,10 +72,11 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room) {
   const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"mask"});
   std::vector<TruthView> truths;
+  TurnedPictures turned;
   std::set<std::string> names;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     try {
-      truths.push_back(truth_at(table, row, list, room));
+      truths.push_back(truth_at(table, row, list, room, &turned));
     } catch (const Error& e) {
       const std::string what = e.what();
       // Errors of the table already name the row.
@@ -83,6 +87,7 @@ std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room&
                   " appears twice; file stems must be unique");
     }
   }
+  turned.warn();
   if (truths.empty()) {
     throw Error(list.string() + ": no views; give at least one line file,x,y,z");
   }

@@ -54,11 +54,17 @@ std::optional<Room> part_of(const Room& room, int stride) {
 
 }  // namespace
 
+PanoramaSize size_as_captured(const Room& room) {
+  constexpr int kWidthStep = 4;
+  const int width = room.panorama().width / kWidthStep * kWidthStep;
+  return {width, width / 2};
+}
+
 Renderer::Renderer(const Room& room, const ViewOptions& options)
     : part_of_room_(part_of(room, options.station_stride)),
       room_(part_of_room_ ? *part_of_room_ : room),
       options_(options) {
-  if (options_.width == 0) options_.width = room.panorama().width;
+  if (options_.width == 0) options_.width = size_as_captured(room).width;
   require_view_options(options_);
   if (options.generation != Generation::kInitial && !room_.has_distances()) {
     throw Error(fmt::format(

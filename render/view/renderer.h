@@ -57,6 +57,10 @@ class PreparedView {
   int layers_ = 0;
 };
 
+// Size of the views of a room unless another is asked for: that of its panoramas, or of the next
+// smaller width that views can have, a multiple of 4.
+PanoramaSize size_as_captured(const Room& room);
+
 // Renders views of one room, one at a time (each view uses all threads). Memory use does not depend
 // on the size of the volumes.
 class Renderer {

@@ -41,9 +41,9 @@ struct ViewOptions {
   // Range of inverse distances for automatic layers; none = that of the maps around the view.
   std::optional<OmegaRange> scene{};
   double tolerance_px = 0.5;  // largest shift of a pixel caused by automatic layers, output pixels
-  // Output width in pixels, a multiple of 4 up to 32768; 0 = as captured. The number of samples
-  // grows with its square; much smaller pictures cost as much as captured ones, since they are
-  // rendered larger and averaged down.
+  // Output width in pixels, a multiple of 4 up to 32768; 0 = size_as_captured (renderer.h). The
+  // number of samples grows with its square; much smaller pictures cost as much as captured ones,
+  // since they are rendered larger and averaged down.
   int width = 0;
   Interpolation interpolation = Interpolation::kLinear;
   Arithmetic arithmetic = Arithmetic::kFloat;
