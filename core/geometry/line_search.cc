@@ -295,11 +295,15 @@ void require_own_position(std::span<const StationPose> stations, const StationTr
   if (here.size() < 2) return;
   const std::string closer =
       tolerance_m > 0.0 ? fmt::format("; closer than {:.3g} mm", tolerance_m * 1e3) : "";
-  throw Error(fmt::format(
-      "{} and {} have the same position (x = {:.6g}, z = {:.6g}{}), and no other line crosses "
-      "there; remove one of them or correct its position",
-      name_of(stations[static_cast<size_t>(here[0])]),
-      name_of(stations[static_cast<size_t>(here[1])]), point.x(), point.y(), closer));
+  constexpr std::size_t kMostNamed = 3;
+  std::string names = name_of(stations[static_cast<size_t>(here.front())]);
+  for (std::size_t i = 1; i < std::min(here.size(), kMostNamed); ++i) {
+    names += " and " + name_of(stations[static_cast<size_t>(here[i])]);
+  }
+  throw Error(
+      fmt::format("{} have the same position (x = {:.6g}, z = {:.6g}{}), and no other line crosses "
+                  "there; remove one of them or correct its position",
+                  names, point.x(), point.y(), closer));
 }
 
 // The direction (cos t, sin t) that leaves the least squares perpendicular to it is the major axis
