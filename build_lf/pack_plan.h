@@ -17,6 +17,7 @@ struct PackOptions {
   std::filesystem::path out;                       // the room directory to create
   std::optional<std::filesystem::path> distances;  // directory of distance maps
   std::optional<double> off_line_m;                // GridTolerance::off_line_m
+  bool replace = false;                            // a room at `out` is replaced
 };
 
 // The input files of a station.
@@ -41,6 +42,10 @@ struct PackPlan {
   // Bytes of all volumes, without headers.
   std::uint64_t bytes() const;
 };
+
+// The room that `pack` makes of a frame list unless told otherwise: hall.lf, in the working
+// directory, for hall/poses.csv and for hall/calibration/poses.csv.
+std::filesystem::path default_room_name(const std::filesystem::path& frames);
 
 // Throws Error as read_frame_list and find_grid do, and for: a frame that is missing or not an
 // image, frames of different sizes, a mask that is missing, of another size or not grey, a distance

@@ -95,7 +95,7 @@ std::string checksum_of_line(const fs::path& volume) {
 
 void pack_room(const PackOptions& options) {
   const PackPlan plan = plan_pack(options);
-  PartialRoom partial(options.out, plan.fingerprint);
+  PartialRoom partial(options.out, plan.fingerprint, options.replace);
   const fs::path& room = partial.directory();
   const std::vector<Job> jobs = open_jobs(plan, room);
   check_free_space(plan, room, jobs.size() >= plan.grid.lines.size());
