@@ -49,10 +49,11 @@ tbody th { white-space: normal; min-width: 9rem; }
 a { color: var(--accent); }
 .best { background: var(--best); font-weight: 700; }
 .figures { display: grid; gap: 1.4rem; margin: 1.2rem 0; grid-template-columns: minmax(0, 1fr); }
-@media (min-width: 900px) {
+@media (min-width: 1060px) {
 .two { grid-template-columns: repeat(2, minmax(0, 1fr)); }
-.three { grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .9rem; }
 .two > figure:last-child:nth-child(odd) { grid-column: 1 / -1; } }
+@media (min-width: 900px) {
+.three { grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .9rem; } }
 figure { margin: 0; --under: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
   padding: .8rem; break-inside: avoid; overflow-x: auto; }
 /* Small pictures fill their card; one that has the page to itself keeps its size or is enlarged a

@@ -18,6 +18,7 @@ constexpr int kXTicks = 6;
 constexpr int kYTicks = 5;
 constexpr double kNoteGapPx = 6.0;
 constexpr double kReferenceRowPx = 16.0;
+constexpr double kLeastScale = 0.7;  // smaller, its texts could not be read; a page scrolls it
 constexpr double kLegendKeyPx = 26.0;
 constexpr double kLegendGapPx = 18.0;
 constexpr double kLegendRowPx = 18.0;
@@ -207,7 +208,8 @@ class SvgPlot {
     svg_ +=
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"raywalk-plot\" role=\"img\" width=\"" +
         width + "\" height=\"" + height + "\" viewBox=\"0 0 " + width + " " + height +
-        "\" style=\"max-width: 100%; height: auto\">\n";
+        "\" style=\"max-width: 100%; min-width: " + px(kLeastScale * plot_.width_px) +
+        "px; height: auto\">\n";
     const std::string& name = plot_.title.empty() ? plot_.y_label : plot_.title;
     svg_ += "<title>" + escape_markup(name) + "</title>\n";
     svg_ += kPlotStyle;
