@@ -10,7 +10,8 @@
 #include "build_lf/room_info.h"
 #include "build_lf/room_verify.h"
 #include "core/base/parallel.h"
-#include "core/base/program.h"
+#include "core/command_line/command_options.h"
+#include "core/command_line/program.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -33,10 +34,14 @@ void add_pack(CLI::App* app, Arguments* arguments) {
           "Frame list: file,x,y,z[,yaw,pitch,roll][,mask] in metres and degrees; files relative to "
           "the list; - is standard input")
       ->required();
-  pack->add_option("--out", arguments->pack.out, "Room directory to create")->required();
+  pack->add_option("-o,--out", arguments->pack.out,
+                   "Room directory to create (default: named after the folder of the frame list, "
+                   "<folder>.lf)");
   pack->add_option(
       "--distance", arguments->pack.distances,
       "Directory of distance maps: <frame's stem>.png, 16-bit millimetres, 0 = no surface");
+  add_force_flag(pack, &arguments->pack.replace,
+                 "Replace the room in --out once the new one is complete");
   CLI::Option* tolerance =
       pack->add_option(
               "--line-tolerance-mm", arguments->line_tolerance_mm,
@@ -49,6 +54,9 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   pack->callback([arguments, tolerance] {
     if (*tolerance) arguments->pack.off_line_m = arguments->line_tolerance_mm * 1e-3;
     set_thread_count(arguments->threads);
+    if (arguments->pack.out.empty()) {
+      arguments->pack.out = default_room_name(arguments->pack.frames);
+    }
     pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
     fmt::print("{}\n", summary_of(info_of(Room::open(out)), out));
@@ -121,7 +129,8 @@ void add_require(CLI::App* app, Arguments* arguments) {
       ->capture_default_str();
   command->add_option("--thin", options->thin,
                       "Write a room with only the needed stations, and measure the loss");
-  command->add_option("--report", options->report,
+  add_force_flag(command, &options->replace_thin, "Replace the room in --thin");
+  command->add_option("-o,--report,--out", options->report,
                       "Directory for index.html and require.json, created if missing");
   add_threads_option(command, &arguments->threads);
   command->footer(

@@ -213,6 +213,13 @@ std::uint64_t PackPlan::bytes() const {
   return sum;
 }
 
+fs::path default_room_name(const fs::path& frames) {
+  fs::path folder = fs::absolute(frames).lexically_normal().parent_path();
+  if (folder.filename() == "calibration") folder = folder.parent_path();
+  const std::string name = folder.filename().string();
+  return (name.empty() ? "room" : name) + ".lf";
+}
+
 PackPlan plan_pack(const PackOptions& options) {
   const std::string list = read_file_or_stdin(options.frames);
   const std::vector<Frame> frames = parse_frame_list(list, options.frames);

@@ -21,6 +21,7 @@ struct PackOptions {
   std::optional<double> off_line_m;                // GridTolerance::off_line_m
   // Free bytes of the disk that holds a directory, for tests; none: as the system says.
   std::function<std::optional<std::uint64_t>(const std::filesystem::path&)> free_bytes{};
+  bool replace = false;                            // a room at `out` is replaced
 };
 
 // The input files of a station.
@@ -47,6 +48,10 @@ struct PackPlan {
   std::uint64_t bytes_of_maps(std::size_t line) const;
   std::uint64_t bytes() const;
 };
+
+// The room that `pack` makes of a frame list unless told otherwise: hall.lf, in the working
+// directory, for hall/poses.csv and for hall/calibration/poses.csv.
+std::filesystem::path default_room_name(const std::filesystem::path& frames);
 
 // Warns of positions that look like millimetres and of EXIF orientations. Throws Error as
 // read_frame_list and find_grid do, and for: a frame that is missing or not an

@@ -94,7 +94,7 @@ std::string checksum_of_line(const fs::path& volume) {
 void pack_room(const PackOptions& options) {
   require_absent(without_trailing_slash(options.out), "--out");
   const PackPlan plan = plan_pack(options);
-  PartialRoom partial(options.out, plan.fingerprint);
+  PartialRoom partial(options.out, plan.fingerprint, options.replace);
   const fs::path& room = partial.directory();
   const std::vector<Job> jobs = open_jobs(plan, room);
   const std::uint64_t needed = bytes_of(jobs, plan);

@@ -28,6 +28,17 @@ fs::path made_directory(const fs::path& directory) {
 
 fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
 
+// Everything that Raywalk writes into a room: volumes and what was measured on it.
+bool is_part_of_room(const fs::path& relative, bool is_directory) {
+  const std::string name = relative.filename().string();
+  if (is_directory) {
+    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out";
+  }
+  const std::string extension = relative.extension().string();
+  return name.front() == '.' || name == "lock" || extension == ".h5" || extension == ".json" ||
+         extension == ".html" || extension == ".log" || extension == ".sha256";
+}
+
 // Temporary files of a killed run start with a dot.
 bool is_finished_volume(const fs::path& file) {
   return file.extension() == ".h5" && file.filename().string().front() != '.';
@@ -42,15 +53,29 @@ void remove_unfinished_volumes(const fs::path& room) {
   }
 }
 
+void require_free(const fs::path& out, bool replace) {
+  if (replace) {
+    require_replaceable_room(out);
+  } else {
+    require_absent(out, "--out");
+  }
+}
+
 }  // namespace
 
-PartialRoom::PartialRoom(const fs::path& out)
+void require_replaceable_room(const fs::path& out) {
+  require_replaceable(out, {"a room", "manifest.json", "\"raywalk-room\"", is_part_of_room});
+}
+
+PartialRoom::PartialRoom(bool replace, const fs::path& out)
     : out_(without_trailing_slash(out)),
-      directory_((require_absent(out_, "--out"), made_directory(partial_path(out_)))),
+      directory_((require_free(out_, replace), made_directory(partial_path(out_)))),
+      replace_(replace),
       lock_(directory_ / kLockFile,
             "another raywalk-build-lf is packing this room; wait for it to finish") {}
 
-PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint) : PartialRoom(out) {
+PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint, bool replace)
+    : PartialRoom(replace, out) {
   std::error_code error;
   const fs::path inputs = directory_ / kFingerprintFile;
   for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
@@ -60,9 +85,14 @@ PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint) : 
     return;
   }
   if (!fs::exists(inputs, error) || read_file(inputs) != fingerprint) {
+    if (replace_ && fs::exists(inputs, error)) {
+      remove_volumes();
+      write_file_atomically(inputs, fingerprint);
+      return;
+    }
     throw Error(
         fmt::format("{}: holds an unfinished room of other frames, distances or options; "
-                    "remove it to start afresh",
+                    "remove it, or start afresh with --force",
                     directory_.string()));
   }
 }
@@ -76,17 +106,20 @@ void PartialRoom::discard() {
   fs::remove_all(directory_, ignored);
 }
 
+void PartialRoom::remove_volumes() {
+  for (const char* name : kVolumeDirectories) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(directory_ / name)) {
+      fs::remove(entry.path());
+    }
+  }
+}
+
 void PartialRoom::complete() {
-  require_absent(out_, "--out");
+  require_free(out_, replace_);
   for (const char* file : {kLockFile, kFingerprintFile}) fs::remove(directory_ / file);
   remove_unfinished_volumes(directory_);
   if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
-  std::error_code error;
-  fs::rename(directory_, out_, error);
-  if (error) {
-    throw Error(fmt::format("cannot rename {} to {}: {}", directory_.string(), out_.string(),
-                            error.message()));
-  }
+  move_into_place(directory_, out_);
   completed_ = true;
 }
 

@@ -9,13 +9,19 @@
 
 namespace raywalk::build_lf {
 
+// Throws Error, with the reason, unless --force may replace `out`: it is absent, empty, or a room
+// with nothing else in it.
+void require_replaceable_room(const std::filesystem::path& out);
+
 class PartialRoom {
  public:
   // Creates or reuses the directory, locks it and removes the volumes that a killed run left
   // unfinished. Throws Error if `out` exists, another run holds
   // the lock, the directory holds volumes of other inputs (another fingerprint), or it cannot be
-  // written.
-  PartialRoom(const std::filesystem::path& out, const std::string& fingerprint);
+  // written. With `replace`, a room at `out` is replaced by complete() (Error if anything else is
+  // there), and volumes of other inputs are removed.
+  PartialRoom(const std::filesystem::path& out, const std::string& fingerprint,
+              bool replace = false);
   // Removes the directory unless it holds a finished volume or was completed.
   ~PartialRoom();
   PartialRoom(const PartialRoom&) = delete;
@@ -24,17 +30,20 @@ class PartialRoom {
   const std::filesystem::path& directory() const { return directory_; }
   // Removes everything, including finished volumes.
   void discard();
-  // Renames the directory to `out`. Throws Error on failure.
+  // Renames the directory to `out`, in place of what complete() may replace. Throws Error on
+  // failure.
   void complete();
 
  private:
   // Acquires the directory and the lock. A delegated constructor, so that the destructor releases
   // them if the rest of the construction throws.
-  explicit PartialRoom(const std::filesystem::path& out);
+  PartialRoom(bool replace, const std::filesystem::path& out);
   bool has_finished_volume() const;
+  void remove_volumes();
 
   std::filesystem::path out_;
   std::filesystem::path directory_;
+  bool replace_;
   FileLock lock_;
   bool completed_ = false;
 };

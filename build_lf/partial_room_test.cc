@@ -69,6 +69,32 @@ TEST_F(PartialRoomTest, CompletingRenamesAndCleansUp) {
   EXPECT_THAT(error_of("a"), HasSubstr("exists already"));
 }
 
+TEST_F(PartialRoomTest, ReplacingStartsAfreshAndKeepsTheRoomUntilItIsComplete) {
+  fs::create_directories(out_ / "lines");
+  write_file_atomically(out_ / "manifest.json", "{\"format\": \"raywalk-room\"}");
+  write_file_atomically(out_ / "lines" / "old.h5", "volume");
+  {
+    const PartialRoom stopped(out_, "a", true);
+    finish_volume();
+  }
+  EXPECT_TRUE(fs::exists(out_ / "lines" / "old.h5"));
+  PartialRoom room(out_, "b", true);
+  EXPECT_FALSE(fs::exists(partial_ / "lines" / "x0.h5")) << "of other inputs";
+  write_file_atomically(partial_ / "lines" / "x1.h5", "volume");
+  room.complete();
+  EXPECT_TRUE(fs::exists(out_ / "lines" / "x1.h5"));
+  EXPECT_FALSE(fs::exists(out_ / "lines" / "old.h5"));
+  EXPECT_EQ(directory_.entries(), 1U);
+}
+
+TEST_F(PartialRoomTest, OnlyARoomIsReplaced) {
+  fs::create_directory(out_);
+  write_file_atomically(out_ / "thesis.txt", "mine");
+  EXPECT_THROW(PartialRoom(out_, "a", true), Error);
+  EXPECT_EQ(read_file(out_ / "thesis.txt"), "mine");
+  EXPECT_FALSE(fs::exists(partial_));
+}
+
 TEST_F(PartialRoomTest, RoomCreatedMeanwhileIsNotReplaced) {
   PartialRoom room(out_, "a");
   fs::create_directory(out_);

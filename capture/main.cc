@@ -4,7 +4,7 @@
 #include <string>
 
 #include "capture/commands/commands.h"
-#include "core/base/program.h"
+#include "core/command_line/program.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Captures grids of 360-degree panoramas", "raywalk-capture");

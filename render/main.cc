@@ -2,12 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "core/base/parallel.h"
-#include "core/base/program.h"
+#include "core/command_line/command_options.h"
+#include "core/command_line/point_argument.h"
+#include "core/command_line/program.h"
+#include "core/files/output_path.h"
 #include "render/measured_choice.h"
 #include "render/presets.h"
 #include "render/trade/trade.h"
@@ -27,6 +31,7 @@ struct Arguments {
   std::string out{};
   ViewFrame frame{};
   std::string path{};
+  bool force = false;
   ViewFlags flags{};
   Demand demand{};
   ValidateOptions validate{};
@@ -61,19 +66,38 @@ ViewSettings chosen_settings(const ViewFlags& flags, const Demand& demand, const
   return preset.settings;
 }
 
+// The groups of the long helps, behind the common flags.
+constexpr const char* kConnectionGroup = "Connection and layers";
+constexpr const char* kTradeGroup = "Speed against accuracy";
+constexpr const char* kDirectionGroup = "Direction and flat pictures";
+
 void add_room(CLI::App* command, Arguments* arguments) {
   command->add_option("room", arguments->room, "Room directory, made by raywalk-build-lf pack")
       ->required();
-  add_threads_option(command, &arguments->threads);
+}
+
+// The result of a command that writes a report: -o names it as that of other commands.
+CLI::Option* add_report(CLI::App* command, std::filesystem::path* report,
+                        const std::string& description) {
+  return command->add_option("-o,--report,--out", *report, description);
+}
+
+// `given`, or where it is empty a directory named after the room: hall.lf becomes hall-validate.
+std::filesystem::path report_of(const std::filesystem::path& given, const std::string& room,
+                                const std::string& command) {
+  if (!given.empty()) return given;
+  return without_trailing_slash(room).stem().string() + "-" + command;
 }
 
 void add_trade_flags(CLI::App* command, ViewFlags* flags) {
+  command->option_defaults()->group(kTradeGroup);
   command
       ->add_option(
           "--preset", flags->preset,
           "Defaults for the other flags, derived from the room's distances, spacing and width: "
           "fast, balanced or accurate")
-      ->check(CLI::IsMember(kPresets));
+      ->check(CLI::IsMember(kPresets))
+      ->group("Options");
   command
       ->add_option("--interpolation", flags->interpolation,
                    "How a pixel is read from a panorama: nearest, linear (default) or cubic")
@@ -117,6 +141,7 @@ void add_trade_flags(CLI::App* command, ViewFlags* flags) {
 void add_connection_flags(CLI::App* command, ViewFlags* flags) {
   command->add_option("--settings", flags->settings,
                       "YAML file of settings; flags override it (see configs/view.yaml)");
+  command->option_defaults()->group(kConnectionGroup);
   command
       ->add_option("--connection", flags->connection,
                    "Where lines connect: hybrid (default), lfu (k = 45) or rayspace360 (k = 90)")
@@ -142,6 +167,7 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
 
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand) {
+  command->option_defaults()->group(kTradeGroup);
   command
       ->add_option(
           "--budget-ms", demand->budget_ms,
@@ -160,14 +186,15 @@ void add_view_flags(CLI::App* command, ViewFlags* flags) {
                    "initial (vertical cut), hlf-vd (default; corrected by distance) or two-sided "
                    "(corrected, from both sides)")
       ->check(CLI::IsMember(kGenerations));
-  add_connection_flags(command, flags);
   command
       ->add_option("--width", flags->width_px,
                    "Width of the picture in pixels, a multiple of 4 (default: as captured)")
       ->check(CLI::Range(4, 32768));
+  add_connection_flags(command, flags);
 }
 
 void add_flat_flags(CLI::App* command, ViewFrame* frame) {
+  command->option_defaults()->group(kDirectionGroup);
   command
       ->add_option(
           "--fov-deg", frame->fov_deg,
@@ -181,17 +208,21 @@ void add_flat_flags(CLI::App* command, ViewFrame* frame) {
 void add_view(CLI::App* app, Arguments* arguments) {
   CLI::App* view = app->add_subcommand("view", "Render one view as a picture");
   add_room(view, arguments);
-  view->add_option("--at", arguments->at, "Viewpoint X,Z in metres, in the frame of poses.csv")
+  add_point_option(view, "--at", &arguments->at,
+                   "Viewpoint X,Z in metres, in the frame of poses.csv")
       ->required();
-  view->add_option("--out", arguments->out, "Picture to write, .png or .jpg")->required();
+  view->add_option("-o,--out", arguments->out,
+                   "Picture to write, .png or .jpg (default: view.png)");
   add_view_flags(view, &arguments->flags);
   add_demand_flags(view, &arguments->demand);
+  add_threads_option(view, &arguments->threads);
+  view->option_defaults()->group(kDirectionGroup);
   view->add_option("--yaw-deg", arguments->frame.yaw_deg, "Turn to the right, degrees");
   view->add_option("--pitch-deg", arguments->frame.pitch_deg, "Look up, degrees");
   view->add_option("--roll-deg", arguments->frame.roll_deg, "Tilt the camera clockwise, degrees");
   add_flat_flags(view, &arguments->frame);
   view->footer(
-      "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png\n"
+      "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 -o view.png\n"
       "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
       "--size 1440x1600 --out eye.png");
   view->callback([arguments] {
@@ -199,6 +230,7 @@ void add_view(CLI::App* app, Arguments* arguments) {
     const PlanPoint viewpoint = viewpoint_from_text(arguments->at);
     view_settings(arguments->flags);  // reports contradictions before any work
     viewport_of(arguments->frame);
+    if (arguments->out.empty()) arguments->out = "view.png";
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
     const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
@@ -214,11 +246,15 @@ void add_path(CLI::App* app, Arguments* arguments) {
           "path", arguments->path,
           "CSV table of views: columns name,x,z (metres) and optionally yaw,pitch,roll (degrees)")
       ->required();
-  path->add_option("--out", arguments->out, "Directory for <name>.png, created if it is missing")
-      ->required();
-  add_flat_flags(path, &arguments->frame);
+  path->add_option("-o,--out", arguments->out,
+                   "Directory for <name>.png, created if it is missing (default: the table's name "
+                   "without .csv)");
+  add_force_flag(path, &arguments->force,
+                 "Replace the views in --out, which were rendered with other settings");
   add_view_flags(path, &arguments->flags);
   add_demand_flags(path, &arguments->demand);
+  add_flat_flags(path, &arguments->frame);
+  add_threads_option(path, &arguments->threads);
   path->footer(
       "Example:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
       "An interrupted run is resumed by the same command.");
@@ -226,10 +262,13 @@ void add_path(CLI::App* app, Arguments* arguments) {
     set_thread_count(arguments->threads);
     viewport_of(arguments->frame);
     view_settings(arguments->flags);
+    if (arguments->out.empty()) {
+      arguments->out = std::filesystem::path(arguments->path).stem().string();
+    }
     const Room room = Room::open(arguments->room);
     const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
     fmt::print("{}\n", write_path(room, view_mode(settings, room), arguments->frame,
-                                  arguments->path, arguments->out));
+                                  arguments->path, arguments->out, arguments->force));
   });
 }
 
@@ -243,10 +282,9 @@ void add_validate(CLI::App* app, Arguments* arguments) {
           "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
           "0 = not compared)")
       ->required();
-  command
-      ->add_option("--report", arguments->validate.report,
-                   "Directory for index.html and metrics.json, created if it is missing")
-      ->required();
+  add_report(command, &arguments->validate.report,
+             "Directory for index.html and metrics.json, created if it is missing (default: "
+             "<room>-validate)");
   command
       ->add_option("--generation", arguments->generations,
                    "Generations to render (default: all that the room supports)")
@@ -257,6 +295,7 @@ void add_validate(CLI::App* app, Arguments* arguments) {
                    "Viewpoints per side of a cell for the connection error")
       ->check(CLI::Range(1, 250))
       ->capture_default_str();
+  add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
   command->footer("Example:\n  raywalk-render validate room.lf --truth gt.csv --report report");
   command->callback([arguments] {
@@ -265,6 +304,7 @@ void add_validate(CLI::App* app, Arguments* arguments) {
     const Room room = Room::open(arguments->room);
     const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
     arguments->validate.connect.overlap_deg = settings.overlap_deg;
+    arguments->validate.report = report_of(arguments->validate.report, arguments->room, "validate");
     arguments->validate.modes = view_modes(settings, arguments->generations, room);
     fmt::print("{}\n", validate(room, arguments->validate));
   });
@@ -288,6 +328,7 @@ void add_connect_error(CLI::App* app, Arguments* arguments) {
   command->add_option("--k-list", options->k_list_deg, "Angles k to measure, degrees in 45..90")
       ->delimiter(',')
       ->capture_default_str();
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
       "view, path and validate with --k auto then use the k of the least measured error.");
@@ -306,10 +347,8 @@ void add_error_model(CLI::App* app, Arguments* arguments) {
   ErrorModelOptions* options = &arguments->error_model;
   CLI::App* command =
       app->add_subcommand("error-model", "Compute the paper's Fig. 11: errors over the angle k");
-  command
-      ->add_option("--report", options->report_dir,
-                   "Directory for the page, created if it is missing")
-      ->required();
+  add_report(command, &options->report_dir, "Directory for the page, created if it is missing")
+      ->default_val("error-model");
   command->add_option("--side-m", options->side_m, "Side N of the cell, metres")
       ->capture_default_str();
   command->add_option("--step-m", options->step_m, "Spacing of the stations, metres")
@@ -340,10 +379,9 @@ void add_trade(CLI::App* app, Arguments* arguments) {
           "Leave out every n-th station and use it as a true view, in addition to --truth or "
           "instead of it")
       ->check(CLI::Range(2, 1'000'000));
-  command
-      ->add_option("--report", options->report,
-                   "Directory for index.html, trade.json and trade.csv, created if it is missing")
-      ->required();
+  add_report(command, &options->report,
+             "Directory for index.html, trade.json and trade.csv, created if it is missing "
+             "(default: <room>-trade)");
   command->add_option(
       "--also", options->also,
       "Another room of the same place, packed at another width or with other distances; may "
@@ -355,6 +393,7 @@ void add_trade(CLI::App* app, Arguments* arguments) {
   command->add_option("--repetitions", options->repetitions, "How often every view is timed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  add_threads_option(command, &arguments->threads);
   command->footer(
       "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"
       "  raywalk-render trade room.lf --held-out 8 --report trade\n"
@@ -363,6 +402,7 @@ void add_trade(CLI::App* app, Arguments* arguments) {
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     const Room room = Room::open(arguments->room);
+    options->report = report_of(options->report, arguments->room, "trade");
     options->centres = view_modes(view_settings({}), {}, room);
     options->presets = preset_modes(room);
     fmt::print("{}\n", trade(room, *options));

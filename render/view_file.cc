@@ -6,9 +6,9 @@
 #include <cctype>
 
 #include "core/base/error.h"
+#include "core/command_line/point_argument.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
-#include "core/files/number.h"
 
 namespace raywalk::render {
 namespace {
@@ -30,12 +30,7 @@ std::string skipped_work(const WorkCounts& work, std::int64_t pixels) {
 }  // namespace
 
 PlanPoint viewpoint_from_text(const std::string& text) {
-  const std::size_t comma = text.find(',');
-  if (comma != std::string::npos) {
-    const auto x_m = parse_finite_number(std::string_view(text).substr(0, comma));
-    const auto z_m = parse_finite_number(std::string_view(text).substr(comma + 1));
-    if (x_m && z_m) return {*x_m, *z_m};
-  }
+  if (const auto pair = parse_coordinate_pair(text)) return {pair->first, pair->second};
   throw UsageError("--at is " + excerpt(text) + "; give X,Z in metres, for example 0.1,-0.25");
 }
 

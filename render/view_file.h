@@ -10,7 +10,8 @@
 
 namespace raywalk::render {
 
-// The viewpoint of --at: "X,Z" in metres. Throws UsageError for anything else.
+// The viewpoint of --at: "X,Z" in metres, with a comma, spaces or both between. Throws UsageError
+// for anything else.
 PlanPoint viewpoint_from_text(const std::string& text);
 
 // Throws UsageError unless the name ends in .png, .jpg or .jpeg, Error unless the file can be

@@ -11,6 +11,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
+#include "core/files/output_path.h"
 #include "core/files/row_names.h"
 #include "core/room/room_fingerprint.h"
 
@@ -64,8 +65,9 @@ void require_same_work(json earlier, json now, const fs::path& record) {
   for (const json& view : now.at("views")) {
     const auto found = earlier_views.find(view.at("name").get<std::string>());
     if (found != earlier_views.end() && found->second != view) {
-      throw Error(fmt::format("{}: '{}' was rendered at another viewpoint; use another --out",
-                              record.string(), found->first));
+      throw Error(
+          fmt::format("{}: '{}' was rendered at another viewpoint; use another --out, or --force",
+                      record.string(), found->first));
     }
   }
   earlier.erase("views");
@@ -75,9 +77,9 @@ void require_same_work(json earlier, json now, const fs::path& record) {
   for (const auto& [key, value] : earlier.items()) keys.insert(key);
   for (const std::string& key : keys) {
     if (earlier.value(key, json()) != now.value(key, json())) {
-      throw Error(
-          fmt::format("{}: the views there were rendered with another {}; use another --out",
-                      record.string(), key == "room_sha256" ? "room" : key));
+      throw Error(fmt::format(
+          "{}: the views there were rendered with another {}; use another --out, or --force",
+          record.string(), key == "room_sha256" ? "room" : key));
     }
   }
 }
@@ -135,30 +137,49 @@ void require_inside(const Room& room, const ViewMode& mode, const fs::path& path
   }
 }
 
-}  // namespace
-
-std::vector<PathView> read_path(const fs::path& file) {
-  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"yaw", "pitch", "roll"});
-  const std::vector<std::string> names = file_names_of_rows(table, "name");
-  const auto degrees = [&](std::size_t row, const char* column) {
-    return table.has_column(column) ? table.number(row, column) : 0.0;
-  };
-  std::vector<PathView> views;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    views.push_back({.name = names[row],
-                     .viewpoint = {table.number(row, "x"), table.number(row, "z")},
-                     .yaw_deg = degrees(row, "yaw"),
-                     .pitch_deg = degrees(row, "pitch"),
-                     .roll_deg = degrees(row, "roll")});
+// Whether --force may replace a directory of views.
+void require_views_only(const fs::path& out) {
+  const fs::path record = out / "views.json";
+  std::set<std::string> pictures;
+  if (fs::exists(record)) {
+    try {
+      for (const auto& [name, view] : by_name(json::parse(read_file(record)).at("views"))) {
+        pictures.insert(name + ".png");
+      }
+    } catch (const json::exception&) {
+      // Unreadable: then no picture is known to be a view, and require_replaceable names the first.
+    }
   }
-  if (views.empty()) throw Error(file.string() + ": no views; give at least one line name,x,z");
-  return views;
+  require_replaceable(
+      out, {"a directory of views", "views.json", "\"room_sha256\"",
+            [&](const fs::path& relative, bool is_directory) {
+              const std::string name = relative.string();
+              return !is_directory &&
+                     (name == "views.json" || name.front() == '.' || pictures.count(name) > 0);
+            }});
 }
 
-std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                       const fs::path& path, const fs::path& out) {
-  const std::vector<PathView> views = read_path(path);
-  require_inside(room, mode, path, views);
+// The directory in which a replacement of `out` is rendered. What a stopped run left there is kept
+// where it has the same settings.
+fs::path prepared_replacement(const fs::path& out, const Room& room, const ViewMode& mode,
+                              const ViewFrame& frame, std::span<const PathView> views) {
+  require_views_only(out);
+  const fs::path partial = out.string() + ".partial";
+  require_views_only(partial);
+  const fs::path record = partial / "views.json";
+  json wanted = settings_of(room, mode, frame);
+  wanted["views"] = json_of(views);
+  try {
+    if (fs::exists(record)) require_same_work(json::parse(read_file(record)), wanted, record);
+  } catch (const std::exception&) {  // other settings, or damaged
+    fs::remove_all(partial);
+  }
+  return partial;
+}
+
+// Renders the missing views to `out`; "24 views, 3 of them rendered now".
+std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                        std::span<const PathView> views, const fs::path& out) {
   Renderer renderer(room, mode.options);
   make_directories(out);
   require_no_strangers(out, views);
@@ -184,9 +205,42 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
     throw Interrupted(fmt::format("interrupted after {} of {} views; the same command resumes",
                                   done, views.size()));
   }
-  return fmt::format("{}: {} views, {} of them rendered now; {}, {} at k = {:g} degrees ({})",
-                     out.string(), views.size(), rendered, generation_name(mode.options.generation),
-                     mode.connection, mode.options.k_deg, mode.k_source);
+  return fmt::format("{} views, {} of them rendered now", views.size(), rendered);
+}
+
+}  // namespace
+
+std::vector<PathView> read_path(const fs::path& file) {
+  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"yaw", "pitch", "roll"});
+  const std::vector<std::string> names = file_names_of_rows(table, "name");
+  const auto degrees = [&](std::size_t row, const char* column) {
+    return table.has_column(column) ? table.number(row, column) : 0.0;
+  };
+  std::vector<PathView> views;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    views.push_back({.name = names[row],
+                     .viewpoint = {table.number(row, "x"), table.number(row, "z")},
+                     .yaw_deg = degrees(row, "yaw"),
+                     .pitch_deg = degrees(row, "pitch"),
+                     .roll_deg = degrees(row, "roll")});
+  }
+  if (views.empty()) throw Error(file.string() + ": no views; give at least one line name,x,z");
+  return views;
+}
+
+std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                       const fs::path& path, const fs::path& out, bool replace) {
+  const std::vector<PathView> views = read_path(path);
+  require_inside(room, mode, path, views);
+  const fs::path target = without_trailing_slash(out);
+  const bool replaces = replace && fs::exists(fs::symlink_status(target));
+  const fs::path directory =
+      replaces ? prepared_replacement(target, room, mode, frame, views) : target;
+  const std::string rendered = render_path(room, mode, frame, views, directory);
+  if (replaces) move_into_place(directory, target);
+  return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({})", out.string(), rendered,
+                     generation_name(mode.options.generation), mode.connection, mode.options.k_deg,
+                     mode.k_source);
 }
 
 }  // namespace raywalk::render

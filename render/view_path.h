@@ -31,10 +31,13 @@ std::vector<PathView> read_path(const std::filesystem::path& file);
 // Flat pictures add "fov_deg" and "size_px" ("1280x720"), turned views their angles. `frame` holds
 // the field of view and the size of all views, the table their angles. A second run with the same
 // room and settings renders only the missing pictures; with others it is refused, so that a
-// directory never holds a mixture. Every viewpoint is checked before the first is rendered. Returns
+// directory never holds a mixture. With `replace`, views that are there are replaced: the new ones
+// are rendered to `out`.partial, which takes their place when it is complete; a directory with
+// anything else in it is refused. Every viewpoint is checked before the first is rendered. Returns
 // a one-line summary for the user. Throws Error; Interrupted on Ctrl-C, with all finished pictures
 // kept.
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                       const std::filesystem::path& path, const std::filesystem::path& out);
+                       const std::filesystem::path& path, const std::filesystem::path& out,
+                       bool replace = false);
 
 }  // namespace raywalk::render

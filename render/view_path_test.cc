@@ -116,6 +116,23 @@ TEST_F(ViewPathTest, NeverMixesSettings) {
   EXPECT_THAT(run_error(), HasSubstr("another room"));
 }
 
+TEST_F(ViewPathTest, ForceReplacesViewsOfOtherSettingsButNoOtherFiles) {
+  run();
+  const std::string before = read_file(out() / "b.png");
+  list("name,x,z\nb,0.1,0\n");
+  const auto forced = [&] {
+    return write_path(room_, {.options = {.k_deg = 76.0}}, {}, path(), out(), true);
+  };
+  EXPECT_THAT(forced(), HasSubstr("1 views, 1 of them rendered now"));
+  EXPECT_NE(read_file(out() / "b.png"), before);
+  EXPECT_FALSE(fs::exists(out() / "a.png")) << "not in the new table";
+  EXPECT_FALSE(fs::exists(out().string() + ".partial"));
+
+  std::ofstream(out() / "holiday.png") << "mine";
+  EXPECT_THAT(error_of(forced), HasSubstr("holiday.png"));
+  EXPECT_EQ(read_file(out() / "holiday.png"), "mine");
+}
+
 TEST_F(ViewPathTest, RejectsForeignFiles) {
   fs::create_directories(out());
   std::ofstream(out() / "b.png") << "mine";

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "build_lf/partial_room.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/needed_stations.h"
 #include "build_lf/require/require_page.h"
@@ -101,7 +102,16 @@ void prepare_outputs(const RequireOptions& options) {
   }
   if (!options.thin) return;
   const fs::path out = without_trailing_slash(*options.thin);
-  require_absent(out, "--thin");
+  if (!options.replace_thin) {
+    require_absent(out, "--thin");
+  } else if (fs::exists(out)) {
+    if (fs::equivalent(out, options.room)) {
+      throw UsageError(fmt::format("--thin is the room {} itself; choose another directory",
+                                   options.room.string()));
+    }
+    require_replaceable_room(out);
+    return;
+  }
   const AtomicFile thin_probe(out);
 }
 
@@ -187,7 +197,8 @@ std::string require_room(const RequireOptions& options) {
   std::string json = requirements_to_json(requirements);
   write_file_atomically(requirements_path(options.room), json);
   if (options.thin) {
-    write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin);
+    write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin,
+                       options.replace_thin);
     requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
     json = requirements_to_json(requirements);
     write_file_atomically(requirements_path(options.room), json);

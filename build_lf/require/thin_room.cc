@@ -134,8 +134,8 @@ std::uint64_t bytes_in(const fs::path& directory) {
 }  // namespace
 
 void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
-                        const fs::path& out) {
-  PartialRoom partial(out, fingerprint_of(room, kept, distance_width));
+                        const fs::path& out, bool replace) {
+  PartialRoom partial(out, fingerprint_of(room, kept, distance_width), replace);
   const Room part = room.subset(kept);
   RoomManifest manifest = part.manifest();
   manifest.rays_sha256.clear();

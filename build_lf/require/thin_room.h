@@ -11,9 +11,10 @@ namespace raywalk::build_lf {
 // Writes the room `out` with the stations `kept`: same lines and cells, unchanged rays, and the
 // distance maps of these stations, reduced to `distance_width` if wider. `out` appears only when
 // complete; the same call resumes a stopped run after its last finished volume. Each thread holds
-// one panorama at a time. Throws Error if `out` exists or cannot be written, and Interrupted.
+// one panorama at a time. With `replace`, a room that is `out` is replaced then.
+// Throws Error as PartialRoom does, and Interrupted.
 void write_thinned_room(const Room& room, const KeptStations& kept, int distance_width,
-                        const std::filesystem::path& out);
+                        const std::filesystem::path& out, bool replace = false);
 
 // Compares the thinned room with its source: re-creates dropped stations from it, at most 48 spread
 // over the room. 100 dB if none was dropped. `kept` must include a station with a distance map.

@@ -54,6 +54,7 @@ void add_all(CLI::App* app) {
   add_poses_options(command, steps);
   add_method_option(command, steps);
   add_rectify_options(command, steps);
+  command->option_defaults()->group("Options");
   command
       ->add_option("--redo", arguments->redo,
                    "Run this step again, and the steps that depend on it")

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/base/program.h"
+#include "core/command_line/command_options.h"
 #include "core/files/number.h"
 
 namespace raywalk::calibrate {
@@ -33,7 +33,7 @@ void add_input(CLI::App* command, StepArguments* arguments) {
       ->add_option("input", arguments->input,
                    "Capture session, or folder with poses.csv (file,x,y,z in metres)")
       ->required();
-  command->add_option("--out", arguments->out,
+  command->add_option("-o,--out", arguments->out,
                       "Directory of the calibration (default: INPUT/calibration)");
   command
       ->add_option("--exposure", arguments->options.input.exposure,
@@ -54,6 +54,7 @@ void add_input(CLI::App* command, StepArguments* arguments) {
 
 void add_lens_options(CLI::App* command, StepArguments* arguments) {
   LensOptions* lens = &arguments->options.lens;
+  command->option_defaults()->group("Lenses");
   command->add_option("--lens-start", arguments->lens_start,
                       "Lens file with starting values, as in configs/lenses");
   command
@@ -82,6 +83,7 @@ void add_lens_options(CLI::App* command, StepArguments* arguments) {
 
 void add_stitch_options(CLI::App* command, StepArguments* arguments) {
   StitchOptions* stitch = &arguments->options.stitch;
+  command->option_defaults()->group("Panoramas");
   command
       ->add_option("--width", stitch->width,
                    "Width of the panoramas in pixels (default: by the lenses' resolution)")
@@ -102,6 +104,7 @@ void add_stitch_options(CLI::App* command, StepArguments* arguments) {
 
 void add_mask_options(CLI::App* command, StepArguments* arguments) {
   MaskOptions* mask = &arguments->options.mask;
+  command->option_defaults()->group("Masks");
   command
       ->add_option("--cone-deg", mask->cone_deg,
                    "Half angle of a masked cone below the camera, degrees")
@@ -113,6 +116,7 @@ void add_mask_options(CLI::App* command, StepArguments* arguments) {
 
 void add_poses_options(CLI::App* command, StepArguments* arguments) {
   PosesOptions* poses = &arguments->options.poses;
+  command->option_defaults()->group("Poses");
   command
       ->add_option("--keyframes-mm", poses->keyframes_mm,
                    "Largest distance between solved stations; 0 solves every station")
@@ -126,6 +130,7 @@ void add_poses_options(CLI::App* command, StepArguments* arguments) {
 }
 
 void add_method_option(CLI::App* command, StepArguments* arguments) {
+  command->option_defaults()->group("Poses");
   command
       ->add_option("--method", arguments->method,
                    "poses: from solved poses, slider and crossings; rotation: from the crossings "
@@ -135,6 +140,7 @@ void add_method_option(CLI::App* command, StepArguments* arguments) {
 }
 
 void add_rectify_options(CLI::App* command, StepArguments* arguments) {
+  command->option_defaults()->group("Brightness and connection");
   command->add_flag("--no-gain", arguments->no_gain, "Do not equalise the frames' exposures");
   command->add_flag("--no-connection", arguments->no_connection,
                     "Do not measure the connection error before and after");

@@ -58,7 +58,7 @@ void add_plan(CLI::App* app) {
   auto arguments = std::make_shared<PlanArguments>();
   command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
       ->required();
-  command->add_option("--picture", arguments->picture,
+  command->add_option("-o,--picture,--out", arguments->picture,
                       "SVG file to draw the plan to (default: <config>-plan.svg)");
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer("Example:\n  raywalk-capture plan capture.yaml");

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -9,7 +10,7 @@
 #include "capture/simulated/rig/simulate_rig.h"
 #include "capture/simulated/write_capture.h"
 #include "core/base/parallel.h"
-#include "core/base/program.h"
+#include "core/command_line/command_options.h"
 
 namespace raywalk::capture {
 namespace {
@@ -45,9 +46,9 @@ void add_simulate(CLI::App* app) {
   command->add_option("config", arguments->config, "Settings, as in configs/simulated-rig.yaml")
       ->required();
   command
-      ->add_option("--out", arguments->out,
+      ->add_option("-o,--out", arguments->out,
                    "Directory for the link to the port, the camera's card and the ground truth")
-      ->required();
+      ->default_val("rig");
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture simulate configs/simulated-rig.yaml --out rig &\n"
@@ -65,7 +66,9 @@ void add_virtual_room(CLI::App* app) {
       "virtual-room", "Capture a virtual room with its ground truth: frames, views and distances");
   command->add_option("config", arguments->config, "Settings, as in configs/virtual-room.yaml")
       ->required();
-  command->add_option("--out", arguments->capture.out, "Directory to create")->required();
+  command->add_option("-o,--out", arguments->capture.out,
+                      "Directory to create (default: the settings' name without .yaml)");
+  add_force_flag(command, &arguments->capture.replace, "Replace an earlier capture in --out");
   command->add_option("--seed", arguments->seed, "Override the seed of the settings")
       ->check(CLI::NonNegativeNumber);
   command
@@ -90,6 +93,9 @@ void add_virtual_room(CLI::App* app) {
       "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");
   command->callback([arguments] {
     set_thread_count(arguments->threads);
+    if (arguments->capture.out.empty()) {
+      arguments->capture.out = std::filesystem::path(arguments->config).stem();
+    }
     const VirtualRoom room(settings_of(*arguments));
     fmt::print("{}\n", write_capture(room, arguments->capture));
   });

@@ -42,9 +42,10 @@ void wait_for_enter() {
 class OperatorPlacer final : public RailPlacer {
  public:
   void place(const CaptureLine& line, int number, int count) override {
-    fmt::print("{}\nThen press Enter (Ctrl-C stops here; the same command resumes later). ",
+    // A question belongs to the terminal, also where --quiet silences standard output.
+    fmt::print(stderr, "{}\nThen press Enter (Ctrl-C stops here; the same command resumes later). ",
                placement_text(line, number, count));
-    std::fflush(stdout);
+    std::fflush(stderr);
     wait_for_enter();
   }
 };

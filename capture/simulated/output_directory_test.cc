@@ -43,6 +43,29 @@ TEST(OutputDirectoryTest, ExistingTargetIsRefusedAndKept) {
   EXPECT_TRUE(fs::is_regular_file(parent / "late"));
 }
 
+TEST(OutputDirectoryTest, ReplacesOnlyAMarkedCapture) {
+  const TestDirectory parent;
+  {
+    OutputDirectory first(parent / "out");
+    std::ofstream(first.make("capture") / "old.jpg") << "text";
+    first.mark();
+    first.commit();
+  }
+  OutputDirectory second(parent / "out", true);
+  EXPECT_TRUE(fs::exists(parent / "out/capture/old.jpg")) << "until the new one is complete";
+  std::ofstream(second.make("capture") / "new.jpg") << "text";
+  second.mark();
+  second.commit();
+  EXPECT_FALSE(fs::exists(parent / "out/capture/old.jpg"));
+  EXPECT_TRUE(fs::exists(parent / "out/capture/new.jpg"));
+  EXPECT_EQ(parent.entries(), 1U);
+
+  // Photographs of one's own in folders of the same names.
+  fs::remove(parent / "out/virtual-room.json");
+  EXPECT_THROW(OutputDirectory(parent / "out", true), Error);
+  EXPECT_TRUE(fs::exists(parent / "out/capture/new.jpg"));
+}
+
 // As left by a killed run of the same process id.
 TEST(OutputDirectoryTest, LeftoversAreNotReused) {
   const TestDirectory parent;

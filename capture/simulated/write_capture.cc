@@ -40,7 +40,7 @@ class CaptureWriter {
         stations_(room_stations(room.plan(), room.settings())),
         truths_(options.views ? read_truth_viewpoints(*options.views)
                               : truth_viewpoints(room.plan(), options.truth_views)),
-        out_(options.out),
+        out_(options.out, options.replace),
         distances_(out_.make("dist")) {}
 
   std::string write() {
@@ -49,6 +49,7 @@ class CaptureWriter {
     write_truths(&progress);
     write_stations(&progress);
     throw_if_interrupted();
+    out_.mark();
     out_.commit();
     const PanoramaSize size = size_of(room_.settings());
     return fmt::format("{}: {} panoramas of {} x {} on {} lines, {} true views, {} distance maps",

@@ -16,6 +16,7 @@ struct CaptureOptions {
   std::optional<std::filesystem::path> views{};
   int truth_views = 12;
   int distance_every = 8;  // distance map at every n-th station of a line; 0: none
+  bool replace = false;    // an earlier capture at `out` is replaced
 };
 
 // Writes into the directory, which appears when complete:
@@ -25,6 +26,7 @@ struct CaptureOptions {
 //   gt/<name>.png, gt.csv         noise-free true views from inside the cells
 //   dist/<line>_<iii>.png         distance maps: 16-bit grey, millimetres along the ray, 0 = sky,
 //   dist/gt_<name>.png            at least 1 and at most 65535; from the true poses
+//   virtual-room.json             marks the directory as the capture of a virtual room
 // Shows progress. Returns a one-line summary. Throws Error if the table of viewpoints or the
 // directory cannot be used, a camera is inside furniture or a file cannot be written; Interrupted.
 std::string write_capture(const VirtualRoom& room, const CaptureOptions& options);

@@ -7,6 +7,8 @@
 #include <iostream>
 #include <utility>
 
+#include "core/base/quiet.h"
+
 namespace raywalk {
 namespace {
 
@@ -43,6 +45,7 @@ Progress::~Progress() {
 }
 
 void Progress::advance(std::int64_t units) {
+  if (is_quiet()) return;
   const std::lock_guard lock(mutex_);
   const bool was_complete = complete(done_, total_);
   done_ += units;

@@ -10,7 +10,7 @@ namespace raywalk {
 
 // Counts finished units of a task; thread-safe. Prints to stderr: on a terminal one line, rewritten
 // at most ten times a second; elsewhere one line per tenth of the work, at most one a second. The
-// destructor ends the live line.
+// destructor ends the live line. Prints nothing under --quiet (quiet.h).
 class Progress {
  public:
   Progress(std::string what, std::int64_t total, std::string unit);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {
@@ -23,9 +25,79 @@ TEST(OutputPathTest, ExistingPathIsAnErrorNamingPathAndOption) {
   for (const char* name : {"taken", "link"}) {
     EXPECT_THAT([&] { require_absent(directory / name, "--thin"); },
                 ::testing::ThrowsMessage<Error>((directory / name).string() +
-                                                ": exists already; remove it or choose another "
-                                                "--thin"));
+                                                ": exists already; choose another --thin, or "
+                                                "replace it with --force"));
   }
+}
+
+const OwnOutput kAlbum{"an album", "album.json", "raywalk-album",
+                       [](const std::filesystem::path& relative, bool is_directory) {
+                         return is_directory || relative.extension() == ".json" ||
+                                relative.extension() == ".h5";
+                       }};
+
+class ReplacingTest : public ::testing::Test {
+ protected:
+  // An album with one volume.
+  std::filesystem::path make_album(const std::string& name, const std::string& volume) const {
+    std::filesystem::create_directories(directory_ / name / "lines");
+    write_file_atomically(directory_ / name / "album.json", "{\"format\": \"raywalk-album\"}");
+    write_file_atomically(directory_ / name / "lines" / "x0.h5", volume);
+    return directory_ / name;
+  }
+  std::string refusal(const std::filesystem::path& path) const {
+    return error_of([&] { require_replaceable(path, kAlbum); });
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(ReplacingTest, OwnOutputAndNothingMayBeReplaced) {
+  EXPECT_EQ(refusal(make_album("album", "old")), "no error");
+  EXPECT_EQ(refusal(directory_ / "absent"), "no error");
+  std::filesystem::create_directory(directory_ / "empty");
+  EXPECT_EQ(refusal(directory_ / "empty"), "no error");
+}
+
+TEST_F(ReplacingTest, WhatIsNotRaywalksOwnMayNot) {
+  using ::testing::HasSubstr;
+  std::filesystem::create_directory(directory_ / "photos");
+  write_file_atomically(directory_ / "photos" / "a.jpg", "picture");
+  EXPECT_THAT(refusal(directory_ / "photos"), HasSubstr("holds no album.json"));
+  write_file_atomically(directory_ / "photos" / "album.json", "{\"name\": \"my web page\"}");
+  EXPECT_THAT(refusal(directory_ / "photos"), HasSubstr("holds no album.json that Raywalk wrote"));
+
+  const auto album = make_album("album", "old");
+  write_file_atomically(album / "lines" / "notes.txt", "mine");
+  EXPECT_THAT(refusal(album), HasSubstr("lines/notes.txt, which is not part of an album"));
+  std::filesystem::remove(album / "lines" / "notes.txt");
+  std::filesystem::create_symlink("/etc", album / "etc.json");
+  EXPECT_THAT(refusal(album), HasSubstr("etc.json"));
+  std::filesystem::create_directory_symlink(album, directory_ / "link");
+  EXPECT_THAT(refusal(directory_ / "link"), HasSubstr("it is a symbolic link"));
+  write_file_atomically(directory_ / "file", "text");
+  EXPECT_THAT(refusal(directory_ / "file"), HasSubstr("it is a file"));
+}
+
+TEST_F(ReplacingTest, AReplacedDirectoryIsGoneAndTheNewOneWhole) {
+  const auto album = make_album("album", "old");
+  write_file_atomically(album / "lines" / "x1.h5", "only in the old one");
+  move_into_place(make_album("new", "new"), album);
+  EXPECT_EQ(read_file(album / "lines" / "x0.h5"), "new");
+  EXPECT_FALSE(std::filesystem::exists(album / "lines" / "x1.h5"));
+  EXPECT_EQ(directory_.entries(), 1U);
+}
+
+TEST_F(ReplacingTest, AFreeNameIsTaken) {
+  move_into_place(make_album("new", "new"), directory_ / "album");
+  EXPECT_EQ(read_file(directory_ / "album" / "lines" / "x0.h5"), "new");
+  EXPECT_EQ(directory_.entries(), 1U);
+}
+
+TEST_F(ReplacingTest, WhatCannotBeReplacedIsKept) {
+  const auto album = make_album("album", "old");
+  EXPECT_NE(error_of([&] { move_into_place(directory_ / "absent", album); }), "no error");
+  EXPECT_EQ(read_file(album / "lines" / "x0.h5"), "old");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "core/report/html_page.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/error.h"
@@ -19,6 +20,7 @@ body { margin: 0; background: var(--paper); color: var(--ink);
 main { max-width: 1240px; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; }
 header { border-bottom: 2px solid var(--accent); margin-bottom: 1.5rem; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .4rem; }
+h1, h2, p, li, dd, figcaption { overflow-wrap: anywhere; }
 h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; }
 p { max-width: 75ch; margin: .6rem 0; }
 .subtitle { color: var(--soft); margin: 0 0 1rem; }
@@ -27,23 +29,40 @@ p { max-width: 75ch; margin: .6rem 0; }
   padding: .6rem 1.1rem; }
 .facts dt { color: var(--soft); font-size: .85rem; }
 .facts dd { margin: 0; font-size: 1.35rem; font-weight: 600; font-variant-numeric: tabular-nums; }
-.scroll { overflow-x: auto; margin: 1.2rem 0; }
+.table { margin: 1.2rem 0; }
+.table p { color: var(--soft); font-size: .93rem; margin: 0 0 .4rem; }
+/* A wide table scrolls by itself, a drawing in its card; a shadow at an edge shows that there is
+   more. */
+.scroll { overflow-x: auto; --under: var(--paper); }
+.scroll, figure { background:
+  linear-gradient(to right, var(--under) 40%, transparent) left / 2.5rem 100% no-repeat local,
+  linear-gradient(to left, var(--under) 40%, transparent) right / 2.5rem 100% no-repeat local,
+  linear-gradient(to right, #0004, transparent) left / .8rem 100% no-repeat,
+  linear-gradient(to left, #0004, transparent) right / .8rem 100% no-repeat var(--under); }
 table { border-collapse: collapse; font-size: .93rem; font-variant-numeric: tabular-nums; }
-caption { text-align: left; color: var(--soft); padding-bottom: .4rem; }
-th, td { padding: .35rem .9rem; text-align: right; border-bottom: 1px solid var(--rule);
+th, td { padding: .35rem .7rem; text-align: right; border-bottom: 1px solid var(--rule);
   white-space: nowrap; }
 th { font-weight: 600; }
-thead th { border-bottom: 2px solid var(--rule); }
+thead th { border-bottom: 2px solid var(--rule); vertical-align: bottom; white-space: normal; }
 th:first-child { text-align: left; }
 tbody th { white-space: normal; min-width: 9rem; }
 a { color: var(--accent); }
 .best { background: var(--best); font-weight: 700; }
-.figures { display: grid; gap: 1.4rem; margin: 1.2rem 0;
-  grid-template-columns: repeat(auto-fit, minmax(min(100%, 480px), 1fr)); }
-figure { margin: 0; background: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
-  padding: .8rem; break-inside: avoid; }
-figure img { display: block; max-width: 100%; height: auto; margin: 0 auto; border-radius: 4px; }
-figure svg { display: block; margin: 0 auto; }
+.figures { display: grid; gap: 1.4rem; margin: 1.2rem 0; grid-template-columns: minmax(0, 1fr); }
+@media (min-width: 1060px) {
+.two { grid-template-columns: repeat(2, minmax(0, 1fr)); }
+.two > figure:last-child:nth-child(odd) { grid-column: 1 / -1; } }
+@media (min-width: 900px) {
+.three { grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .9rem; } }
+figure { margin: 0; --under: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
+  padding: .8rem; break-inside: avoid; overflow-x: auto; }
+/* Small pictures fill their card; one that has the page to itself keeps its size or is enlarged a
+   little. */
+figure img { display: block; width: 100%; height: auto; margin: 0 auto; border-radius: 4px; }
+.one > figure img, .two > figure:last-child:nth-child(odd) img { width: auto; max-width: 100%;
+  min-width: min(100%, 720px); }
+/* Smaller, the text of a drawing could not be read: it scrolls in its card. */
+figure > svg { display: block; margin: 0 auto; max-width: 100%; min-width: 480px; height: auto; }
 .cards { display: grid; gap: 1.4rem; margin: 1.2rem 0; align-items: start;
   grid-template-columns: repeat(auto-fill, minmax(min(100%, 480px), 1fr)); }
 .card { background: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
@@ -111,6 +130,16 @@ std::string table_head(const std::vector<std::string>& header) {
   return markup + "</tr></thead>\n";
 }
 
+// As many columns as leave no gap; drawings need the width of half a page. Where the last figure of
+// two columns is alone, the style gives it the whole width.
+std::string_view columns_of(std::span<const HtmlFigure> figures) {
+  const bool pictures = std::all_of(figures.begin(), figures.end(), [](const HtmlFigure& figure) {
+    return figure.markup.starts_with("<img");
+  });
+  if (figures.size() == 1) return "one";
+  return pictures && figures.size() % 2 == 1 && figures.size() % 3 == 0 ? "three" : "two";
+}
+
 }  // namespace
 
 HtmlFigure svg_figure(std::string svg, std::string caption) {
@@ -158,9 +187,13 @@ void HtmlPage::add_table(const HtmlTable& table) {
     }
     rows += table_row(row);
   }
-  body_ += "<div class=\"scroll\">\n<table>\n";
-  if (!table.caption.empty()) body_ += element("caption", table.caption);
-  body_ += table_head(table.header) + "<tbody>\n" + rows + "</tbody>\n</table>\n</div>\n";
+  // The caption stands beside what scrolls, so that it is as wide as the page and not as the table.
+  body_ += "<div class=\"table\">\n";
+  if (!table.caption.empty()) body_ += element("p", table.caption);
+  const std::string label = table.caption.empty() ? "table" : escape_markup(table.caption);
+  body_ += "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"" + label +
+           "\">\n<table>\n" + table_head(table.header) + "<tbody>\n" + rows +
+           "</tbody>\n</table>\n</div>\n</div>\n";
 }
 
 void HtmlPage::add_links(std::span<const HtmlLink> links) {
@@ -174,7 +207,7 @@ void HtmlPage::add_links(std::span<const HtmlLink> links) {
 }
 
 void HtmlPage::add_figures(std::span<const HtmlFigure> figures) {
-  body_ += "<div class=\"figures\">\n";
+  body_ += "<div class=\"figures " + std::string(columns_of(figures)) + "\">\n";
   for (const HtmlFigure& figure : figures) {
     body_ += "<figure>\n" + figure.markup;
     if (!figure.caption.empty()) body_ += element("figcaption", figure.caption);

@@ -29,8 +29,8 @@ struct HtmlFigure {
 // A figure of an <svg> element, e.g. from svg_from_plot.
 HtmlFigure svg_figure(std::string svg, std::string caption);
 
-// A figure of a picture, shown at up to its own width. `alt` is its alternative text. Throws Error
-// as data_uri does.
+// A figure of a picture, enlarged to its card's width where it is smaller. `alt` is its alternative
+// text. Throws Error as data_uri does.
 HtmlFigure picture_figure(const cv::Mat& image, EmbeddedFormat format, std::string_view alt,
                           std::string caption);
 
@@ -79,11 +79,13 @@ class HtmlPage {
   void add_paragraph(std::string_view text);
   void add_facts(std::span<const HtmlFact> facts);
   void add_facts(std::initializer_list<HtmlFact> facts);
-  // Throws Error if a row is not as long as the header.
+  // A table wider than the window scrolls by itself. Throws Error if a row is not as long as the
+  // header.
   void add_table(const HtmlTable& table);
   // One below the other.
   void add_links(std::span<const HtmlLink> links);
-  // Side by side as far as the window has room, else one below the other.
+  // Side by side where the window has room, in as many columns as leave no gap, else one below the
+  // other.
   void add_figures(std::span<const HtmlFigure> figures);
   void add_figures(std::initializer_list<HtmlFigure> figures);
 

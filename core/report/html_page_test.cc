@@ -146,6 +146,58 @@ TEST(HtmlPage, RejectsARowOfAnotherLength) {
   EXPECT_THAT(page.html(), Not(HasSubstr("<table>")));
 }
 
+// What lies within the innermost <div class="scroll"> of a page with one table.
+std::string scrolling_part(const std::string& html) {
+  const std::size_t begin = html.find("<div class=\"scroll\"");
+  return html.substr(begin, html.find("</div>", begin) - begin);
+}
+
+TEST(HtmlPage, AWideTableScrollsByItselfAndItsCaptionDoesNot) {
+  HtmlPage page("A title");
+  HtmlTable table{.caption = "A caption that is longer than a phone is wide"};
+  for (int column = 0; column < 40; ++column) table.header.push_back("a long heading");
+  table.rows.emplace_back(40, HtmlCell{"0.123456"});
+  page.add_table(table);
+  const std::string html = page.html();
+  EXPECT_EQ(markup_fault(html), "");
+  EXPECT_THAT(html, HasSubstr(".scroll { overflow-x: auto;"));
+  EXPECT_THAT(scrolling_part(html), HasSubstr("<td>0.123456</td>"));
+  EXPECT_THAT(scrolling_part(html), Not(HasSubstr(">A caption")));
+  EXPECT_THAT(html, HasSubstr("<p>A caption that is longer"));
+  EXPECT_THAT(html, Not(HasSubstr("<caption>")));
+}
+
+TEST(HtmlPage, LongWordsBreakInsteadOfWideningThePage) {
+  EXPECT_THAT(HtmlPage("/a/path/without/a/place/to/break").html(),
+              HasSubstr("h1, h2, p, li, dd, figcaption { overflow-wrap: anywhere; }"));
+}
+
+std::string page_of(std::size_t pictures, std::size_t drawings) {
+  std::vector<HtmlFigure> figures(
+      pictures, picture_figure(gradient(), EmbeddedFormat::kPng, "A gradient", "A picture"));
+  figures.insert(figures.end(), drawings, svg_figure("<svg/>", "A drawing"));
+  HtmlPage page("A title");
+  page.add_figures(figures);
+  return page.html();
+}
+
+TEST(HtmlPage, FiguresStandInColumnsThatLeaveNoGap) {
+  EXPECT_THAT(page_of(3, 0), HasSubstr("<div class=\"figures three\">"));
+  EXPECT_THAT(page_of(9, 0), HasSubstr("<div class=\"figures three\">"));
+  for (const auto& [pictures, drawings] :
+       {std::pair{2U, 0U}, {4U, 0U}, {6U, 0U}, {5U, 0U}, {0U, 3U}, {2U, 1U}}) {
+    EXPECT_THAT(page_of(pictures, drawings), HasSubstr("<div class=\"figures two\">"));
+  }
+  EXPECT_THAT(page_of(1, 0), HasSubstr("<div class=\"figures one\">"));
+  // An odd one out takes the whole row.
+  EXPECT_THAT(page_of(5, 0),
+              HasSubstr(".two > figure:last-child:nth-child(odd) { grid-column: 1 / -1; }"));
+}
+
+TEST(HtmlPage, SmallPicturesFillTheirCards) {
+  EXPECT_THAT(page_of(2, 0), HasSubstr("figure img { display: block; width: 100%; height: auto;"));
+}
+
 TEST(HtmlPage, LinksToOtherReports) {
   HtmlPage page("A title");
   page.add_links(std::vector<HtmlLink>{{"grid.html", "Grid", "what the rail did"},

@@ -5,18 +5,20 @@
 #include <functional>
 #include <limits>
 #include <string_view>
+#include <utility>
 
+#include "core/report/label_places.h"
 #include "core/report/markup.h"
+#include "core/report/text_box.h"
 
 namespace raywalk {
 namespace {
 
 constexpr int kXTicks = 6;
 constexpr int kYTicks = 5;
-constexpr double kFontPx = 12.0;
-// Mean advance of a sans-serif glyph in units of the font size, to lay out legend and notes.
-constexpr double kGlyphWidth = 0.56;
 constexpr double kNoteGapPx = 6.0;
+constexpr double kReferenceRowPx = 16.0;
+constexpr double kLeastScale = 0.7;  // smaller, its texts could not be read; a page scrolls it
 constexpr double kLegendKeyPx = 26.0;
 constexpr double kLegendGapPx = 18.0;
 constexpr double kLegendRowPx = 18.0;
@@ -65,11 +67,6 @@ std::string line_element(double x1, double y1, double x2, double y2, std::string
          "\" x2=\"" + px(x2) + "\" y2=\"" + px(y2) + "\"/>\n";
 }
 
-// Approximate printed width of a text.
-double text_px(std::string_view text) {
-  return kGlyphWidth * kFontPx * static_cast<double>(text.size());
-}
-
 // Consecutive classes repeat after kColours.
 std::string colour_class(std::size_t colour) {
   return std::string(1, 'c').append(std::to_string(colour % kColours));
@@ -93,18 +90,6 @@ std::string marked(const std::string& marker, const PlotMark& mark) {
   if (mark.link.empty()) return "<g>\n" + title + marker + "</g>\n";
   return "<a href=\"" + escape_markup(mark.link) + "\">\n" + title + marker + "</a>\n";
 }
-
-// The bounding box of a text, pixels.
-struct TextBox {
-  double left = 0.0;
-  double right = 0.0;
-  double baseline = 0.0;
-
-  bool overlaps(const TextBox& other) const {
-    return left < other.right && other.left < right &&
-           std::abs(baseline - other.baseline) < kFontPx;
-  }
-};
 
 AxisRange data_range(const LinePlot& plot,
                      const std::function<double(const PlotPoint&)>& coordinate) {
@@ -155,7 +140,13 @@ struct Frame {
 class SvgPlot {
  public:
   explicit SvgPlot(const LinePlot& plot)
-      : plot_(plot), frame_(frame_of(plot)), x_(x_axis(plot, frame_)), y_(y_axis(plot, frame_)) {}
+      : plot_(plot),
+        frame_(frame_of(plot)),
+        x_(x_axis(plot, frame_)),
+        y_(y_axis(plot, frame_)),
+        labels_({frame_.left, frame_.top}, {frame_.right, frame_.bottom}) {
+    take_places();
+  }
 
   std::string draw() {
     open();
@@ -178,7 +169,24 @@ class SvgPlot {
     const std::vector<LegendPlace> places = legend_places(plot.series, frame.right - frame.left);
     const double legend_px = places.empty() ? 0.0 : places.back().y + kLegendRowPx;
     frame.top = legend_top(plot) + legend_px + 8.0;
+    int rows = 0;
+    for (const ReferenceLabel& label : labels_of(plot, frame)) rows = std::max(rows, label.row + 1);
+    frame.top += rows * kReferenceRowPx;
     return frame;
+  }
+
+  // The labels of the references within the plot; they depend on its sides only.
+  static std::vector<ReferenceLabel> labels_of(const LinePlot& plot, const Frame& frame) {
+    if (plot.references.empty()) return {};
+    const PlotAxis axis = x_axis(plot, frame);
+    std::vector<std::pair<double, std::string>> lines;
+    for (const PlotReference& reference : plot.references) {
+      if (!has_place(reference.x, plot.x_scale)) continue;
+      const double x = axis.pixel(reference.x);
+      if (x >= frame.left && x <= frame.right) lines.emplace_back(x, reference.label);
+    }
+    std::ranges::sort(lines);
+    return reference_labels(lines, frame.left, frame.right);
   }
 
   static PlotAxis x_axis(const LinePlot& plot, const Frame& frame) {
@@ -200,7 +208,8 @@ class SvgPlot {
     svg_ +=
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"raywalk-plot\" role=\"img\" width=\"" +
         width + "\" height=\"" + height + "\" viewBox=\"0 0 " + width + " " + height +
-        "\" style=\"max-width: 100%; height: auto\">\n";
+        "\" style=\"max-width: 100%; min-width: " + px(kLeastScale * plot_.width_px) +
+        "px; height: auto\">\n";
     const std::string& name = plot_.title.empty() ? plot_.y_label : plot_.title;
     svg_ += "<title>" + escape_markup(name) + "</title>\n";
     svg_ += kPlotStyle;
@@ -221,29 +230,15 @@ class SvgPlot {
     }
   }
 
-  // The rightmost line has its label on the right, the others on the left if there is room, so that
-  // no label crosses a neighbouring line; each label is below the previous one.
+  // Above the plot, where no data can lie under them.
   void draw_references() {
-    std::vector<PlotReference> references = plot_.references;
-    std::ranges::sort(references, {}, &PlotReference::x);
-    std::erase_if(references, [&](const PlotReference& reference) {
-      if (!has_place(reference.x, plot_.x_scale)) return true;
-      const double x = x_.pixel(reference.x);
-      return !(x >= frame_.left && x <= frame_.right);
-    });
-    double label_y = frame_.top + 14.0;
-    for (std::size_t i = 0; i < references.size(); ++i) {
-      const double x = x_.pixel(references[i].x);
-      const double label_px = text_px(references[i].label) + kNoteGapPx;
-      const bool fits_left = x - label_px >= frame_.left;
-      const bool fits_right = x + label_px <= frame_.right;
-      const bool right = fits_right && (i + 1 == references.size() || !fits_left);
-      svg_ += line_element(x, frame_.top, x, frame_.bottom, "reference");
-      svg_ += text_element(
-          x + (right ? kNoteGapPx : -kNoteGapPx), label_y,
-          right ? "class=\"note\" text-anchor=\"start\"" : "class=\"note\" text-anchor=\"end\"",
-          references[i].label);
-      label_y += 16.0;
+    for (const ReferenceLabel& label : labels_of(plot_, frame_)) {
+      const double baseline = frame_.top - 4.0 - label.row * kReferenceRowPx;
+      svg_ += line_element(label.x, baseline - kFontPx, label.x, frame_.bottom, "reference");
+      svg_ += text_element(label.x + (label.right ? kNoteGapPx : -kNoteGapPx), baseline,
+                           label.right ? "class=\"note\" text-anchor=\"start\""
+                                       : "class=\"note\" text-anchor=\"end\"",
+                           label.text);
     }
   }
 
@@ -282,21 +277,29 @@ class SvgPlot {
     }
   }
 
-  // Above left of the point, or below right if another label is there. A label that fits in neither
-  // place is omitted, as overlapping labels are unreadable.
+  // A label without a free place is omitted, as overlapping labels are unreadable.
   void draw_label(double x, double y, const std::string& label) {
     if (label.empty()) return;
-    const double width = text_px(label);
-    const TextBox before{x - kNoteGapPx - width, x - kNoteGapPx, y - kNoteGapPx};
-    const TextBox after{x + kNoteGapPx, x + kNoteGapPx + width, y + kNoteGapPx + kFontPx};
-    for (const TextBox& place : {before, after}) {
-      const bool free = std::ranges::none_of(
-          labels_, [&](const TextBox& other) { return place.overlaps(other); });
-      if (!free) continue;
-      labels_.push_back(place);
-      svg_ +=
-          text_element(place.left, place.baseline, "class=\"note\" text-anchor=\"start\"", label);
-      return;
+    const auto place = labels_.place({x, y}, label);
+    if (!place) return;
+    svg_ +=
+        text_element(place->left, place->baseline, "class=\"note\" text-anchor=\"start\"", label);
+  }
+
+  // What labels must keep clear of, before the first is placed.
+  void take_places() {
+    for (const PlotSeries& series : plot_.series) {
+      std::vector<PixelPoint> run;
+      for (const PlotPoint& point : series.points) {
+        if (!has_place(point, plot_)) {
+          if (has_line(series.style)) labels_.add_line(run);
+          run.clear();
+          continue;
+        }
+        run.push_back({x_.pixel(point.x), y_.pixel(point.y)});
+        if (has_points(series.style)) labels_.add_point(run.back());
+      }
+      if (has_line(series.style)) labels_.add_line(run);
     }
   }
 
@@ -351,7 +354,7 @@ class SvgPlot {
   Frame frame_;
   PlotAxis x_;
   PlotAxis y_;
-  std::vector<TextBox> labels_;  // point labels drawn so far
+  LabelPlaces labels_;
   std::string svg_;
 };
 

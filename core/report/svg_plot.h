@@ -36,7 +36,7 @@ struct PlotSeries {
   std::optional<std::size_t> colour{};
 };
 
-// A dashed line across the plot at x = value, labelled at its top.
+// A dashed line across the plot at x = value, labelled above the plot.
 struct PlotReference {
   double x = 0.0;
   std::string label{};

@@ -1,6 +1,7 @@
 #include "render/trade/held_out_views.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstring>
@@ -65,7 +66,7 @@ void estimate(const fs::path& room, const DepthRun& run) {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "raywalk-build-lf";
   make_directories(held_out_directory(room));
   const fs::path log = held_out_directory(room) / "depth.log";
-  fmt::print(stderr, "estimating distances without the held-out stations; see {}\n", log.string());
+  spdlog::info("estimating distances without the held-out stations; see {}", log.string());
   ChildProcess depth(program, arguments, log);
   const int status = depth.wait();
   if (succeeded(status)) return;

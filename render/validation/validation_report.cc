@@ -116,51 +116,27 @@ void add_means(const Validation& validation, HtmlPage& page) {
   page.add_table(table);
 }
 
-// The modes a sample is shown in: initial and the best with all pictures, another one with its
-// error only.
-struct ShownModes {
-  std::vector<std::size_t> in_full{};
-  std::vector<std::size_t> by_error{};
-};
-
-ShownModes shown_modes(const Validation& validation) {
-  const std::size_t best = best_mode(validation);
-  const auto initial = initial_mode(validation);
-  ShownModes shown;
-  if (initial && *initial != best) shown.in_full.push_back(*initial);
-  shown.in_full.push_back(best);
-  for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
-    if (mode != best && mode != initial) shown.by_error.push_back(mode);
-  }
-  return shown;
-}
-
 HtmlFigure jpeg_figure(const cv::Mat& image, const std::string& of, const std::string& caption) {
   return picture_figure(image, EmbeddedFormat::kJpeg, of + ": " + caption, caption);
 }
 
+// The truth, then a row of three pictures for every mode.
 void add_sample(const Validation& validation, const PictureSample& sample, HtmlPage& page) {
   const TruthView& truth = validation.truths[sample.truth];
-  const auto error_figure = [&](std::size_t mode) {
-    return jpeg_figure(
-        sample.by_mode[mode].error, truth.name,
-        fmt::format("{} view: error, times {:g}", mode_name(validation.modes[mode]), kErrorGain));
-  };
   page.add_section(place_of(truth));
-  std::vector<HtmlFigure> figures{jpeg_figure(sample.truth_picture, truth.name, "Ground truth")};
-  const ShownModes shown = shown_modes(validation);
-  for (const std::size_t mode : shown.in_full) {
+  page.add_figures({jpeg_figure(sample.truth_picture, truth.name, "Ground truth")});
+  for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
     const std::string name = mode_name(validation.modes[mode]);
     const ViewScores& scores = view_at(validation, sample.truth, mode).scores;
-    figures.push_back(jpeg_figure(
-        sample.by_mode[mode].view, truth.name,
-        fmt::format("{} view: PSNR {:.2f} dB, SSIM {:.3f}", name, scores.psnr_db, scores.ssim)));
-    figures.push_back(jpeg_figure(sample.by_mode[mode].overlay, truth.name,
-                                  name + " view and ground truth, half and half"));
-    figures.push_back(error_figure(mode));
+    const ViewComparison& pictures = sample.by_mode[mode];
+    page.add_figures(
+        {jpeg_figure(pictures.view, truth.name,
+                     fmt::format("{} view: PSNR {:.2f} dB, SSIM {:.3f}", name, scores.psnr_db,
+                                 scores.ssim)),
+         jpeg_figure(pictures.overlay, truth.name, name + " view and ground truth, half and half"),
+         jpeg_figure(pictures.error, truth.name,
+                     fmt::format("{} view: error, times {:g}", name, kErrorGain))});
   }
-  for (const std::size_t mode : shown.by_error) figures.push_back(error_figure(mode));
-  page.add_figures(figures);
 }
 
 void add_gains(const Validation& validation, HtmlPage& page) {

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/program.h"
+#include "core/command_line/program.h"
 #include "tests/bench/check_ratios.h"
 #include "tests/bench/error_plots.h"
 

@@ -99,7 +99,7 @@ TEST_F(BuildLfTest, HelpAndVersionSucceedAndExamplesAreGiven) {
 
 TEST_F(BuildLfTest, WrongUsageIsExitCodeTwo) {
   expect_error(build_lf(""), 2, "subcommand");
-  expect_error(build_lf("pack --frames poses.csv"), 2, "--out");
+  expect_error(build_lf("pack --out room.lf"), 2, "--frames");
   expect_error(build_lf(pack_arguments() + " --line-tolerance-mm -1"), 2, "--line-tolerance-mm");
   expect_error(build_lf("info --yaml room.lf"), 2, "--yaml");
 }

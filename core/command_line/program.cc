@@ -1,4 +1,4 @@
-#include "core/base/program.h"
+#include "core/command_line/program.h"
 
 #include <poll.h>
 #include <spdlog/sinks/stdout_sinks.h>
@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -13,9 +14,15 @@
 #include <iostream>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/interrupt.h"
+#include "core/base/quiet.h"
+#include "core/command_line/command_options.h"
+#include "core/command_line/point_argument.h"
+#include "core/command_line/wrong_usage.h"
 
 namespace raywalk {
 namespace {
@@ -61,10 +68,23 @@ void flush_stdout() {
   }
 }
 
-int parse_and_run(CLI::App& app, int argc, char** argv) {
+// The arguments as CLI11 parses them: without the program's name, last first.
+std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv,
+                                      const std::string& program) {
+  const std::vector<std::string> given(argv + std::min(argc, 1), argv + argc);
+  require_double_dashes(app, given, program);
+  std::vector<std::string> arguments = joined_points(app, given);
+  std::reverse(arguments.begin(), arguments.end());
+  return arguments;
+}
+
+int parse_and_run(CLI::App& app, int argc, char** argv, const std::string& program) {
+  std::optional<Quiet> quiet;
+  add_quiet_flag(&app, [&quiet](bool results) { quiet.emplace(results); });
   try {
-    app.parse(argc, argv);
+    app.parse(arguments_of(app, argc, argv, program));
   } catch (const CLI::Success& request) {  // --help, --version
+    quiet.reset();
     app.exit(request);
   }
   flush_stdout();
@@ -78,10 +98,9 @@ int run_program(CLI::App& app, int argc, char** argv) {
   try {
     set_up_logging(program);
     set_up_signals();
-    return parse_and_run(app, argc, argv);
+    return parse_and_run(app, argc, argv, program);
   } catch (const CLI::ParseError& e) {
-    return fail(program, std::string(e.what()) + "; see " + program + " --help",
-                ExitCode::kWrongUsage);
+    return fail(program, wrong_usage(app, e, program), ExitCode::kWrongUsage);
   } catch (const UsageError& e) {
     return fail(program, e.what(), ExitCode::kWrongUsage);
   } catch (const Paused& e) {
@@ -98,11 +117,6 @@ int run_program(CLI::App& app, int argc, char** argv) {
   } catch (...) {
     return fail(program, "an exception of unknown type; please report it", ExitCode::kFailed);
   }
-}
-
-void add_threads_option(CLI::App* command, int* threads) {
-  command->add_option("--threads", *threads, "Threads to use; 0 = all cores")
-      ->check(CLI::Range(0, 1024));
 }
 
 }  // namespace raywalk

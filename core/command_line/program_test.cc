@@ -1,4 +1,4 @@
-#include "core/base/program.h"
+#include "core/command_line/program.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/interrupt.h"
+#include "core/base/progress.h"
 
 namespace raywalk {
 namespace {
@@ -82,8 +83,8 @@ TEST(RunProgram, WrongCommandLinesAreOneLineAndExitCode2) {
            {}, {"wrok"}, {"work", "--l", "1"}, {"work", "--k", "many"}, {"work", "extra"}}) {
     const Outcome outcome = run(arguments, [] { FAIL() << "must not run"; });
     EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_THAT(outcome.err, testing::MatchesRegex("raywalk-test: error: [^\n]+; see raywalk-test "
-                                                   "--help\n"));
+    EXPECT_THAT(outcome.err, testing::MatchesRegex("raywalk-test: error: [^\n]+; see raywalk-test( "
+                                                   "work)? --help\n"));
     EXPECT_EQ(outcome.out, "");
   }
 }
@@ -122,6 +123,29 @@ TEST(RunProgram, MessagesOfSeveralLinesAreFolded) {
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("first > second"));
+}
+
+TEST(RunProgram, QuietPrintsOnlyWarningsAndErrors) {
+  const auto work = [] {
+    std::cout << "a line of results\n";
+    Progress progress("working", 3, "steps");
+    progress.advance(3);
+    spdlog::info("a step is done");
+    spdlog::warn("station 7 has no distances");
+  };
+  const Outcome loud = run({"work"}, work);
+  EXPECT_EQ(loud.out, "a line of results\n");
+  EXPECT_THAT(loud.err, HasSubstr("3 of 3 steps"));
+  EXPECT_THAT(loud.err, HasSubstr("a step is done"));
+  for (const char* flag : {"-q", "--quiet"}) {
+    const Outcome quiet = run({"work", flag}, work);
+    EXPECT_EQ(quiet.exit_code, 0);
+    EXPECT_EQ(quiet.out, "");
+    EXPECT_EQ(quiet.err, "raywalk-test: warning: station 7 has no distances\n");
+  }
+  EXPECT_EQ(run({"work", "-q"}, [] { throw Error("a.jpg: empty"); }).err,
+            "raywalk-test: error: a.jpg: empty\n");
+  EXPECT_EQ(run({"work"}, work).out, loud.out) << "one quiet run does not silence the next";
 }
 
 TEST(RunProgram, LogGoesToStderr) {
@@ -171,18 +195,6 @@ int exit_code_after_ctrl_c() {
 TEST(RunProgramDeathTest, CtrlCGives130) {
   EXPECT_EXIT(std::_Exit(exit_code_after_ctrl_c()), testing::ExitedWithCode(130),
               "raywalk-test: error: interrupted");
-}
-
-TEST(ThreadsOption, TakesANumberOfThreads) {
-  int threads = -1;
-  CLI::App app("", "raywalk-test");
-  add_threads_option(&app, &threads);
-  app.parse("--threads 0");
-  EXPECT_EQ(threads, 0);
-  app.parse("--threads 7");
-  EXPECT_EQ(threads, 7);
-  EXPECT_THROW(app.parse("--threads -1"), CLI::ValidationError);
-  EXPECT_THROW(app.parse("--threads many"), CLI::ParseError);
 }
 
 }  // namespace

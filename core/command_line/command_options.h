@@ -1,0 +1,26 @@
+// Options that several commands have, under the same names and with the same meaning everywhere.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace raywalk {
+
+// All variables that the functions below are given have to outlive the command.
+
+// Adds the option --threads, 0 to 1024, for set_thread_count (parallel.h); 0 means all cores.
+void add_threads_option(CLI::App* command, int* threads);
+
+// Adds the flag -f, --force; `description` says what it replaces.
+void add_force_flag(CLI::App* command, bool* force, const std::string& description);
+
+// Adds the flag -q, --quiet to the program and to all of its commands; `silence` is called, before
+// any work, where it is given. Its argument tells whether standard output is silenced too: not
+// where --json asks for it.
+void add_quiet_flag(CLI::App* app, const std::function<void(bool)>& silence);
+
+}  // namespace raywalk

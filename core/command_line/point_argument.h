@@ -1,0 +1,34 @@
+// A point of the plan on a command line, written as people write it: --at 0,0, --at 0 0, --at "0,
+// 0".
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace raywalk {
+
+// Two coordinates in the order they were written, in the unit that the flag's text states.
+struct CoordinatePair {
+  double first = 0.0;
+  double second = 0.0;
+};
+
+// Two finite numbers with a comma, spaces or both between them; none for anything else.
+std::optional<CoordinatePair> parse_coordinate_pair(std::string_view text);
+
+// Adds an option whose value `text` is written as above, as one word or as several.
+CLI::Option* add_point_option(CLI::App* command, const std::string& flag, std::string* text,
+                              const std::string& description);
+
+// The arguments of a command line (without the program's name), with the words that make up the
+// value of a point option joined to one. Words that do not make a point stay as they are.
+std::vector<std::string> joined_points(const CLI::App& app, std::vector<std::string> arguments);
+
+}  // namespace raywalk

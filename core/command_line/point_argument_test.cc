@@ -1,0 +1,64 @@
+#include "core/command_line/point_argument.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+
+namespace raywalk {
+namespace {
+
+using testing::ElementsAre;
+using Words = std::vector<std::string>;
+
+TEST(CoordinatePairTest, CommaSpacesOrBoth) {
+  for (const char* text :
+       {"-0.1,0.25", "-0.1, 0.25", "-0.1 0.25", " -0.1  ,  0.25 ", "-.1\t+.25"}) {
+    const auto pair = parse_coordinate_pair(text);
+    ASSERT_TRUE(pair) << text;
+    EXPECT_EQ(pair->first, -0.1) << text;
+    EXPECT_EQ(pair->second, 0.25) << text;
+  }
+}
+
+TEST(CoordinatePairTest, NothingElse) {
+  for (const char* text : {"", " ", "1", "1,", ",1", "1,2,3", "1 2 3", "1;2", "x,1", "1,nan",
+                           "inf 0", "0,1 0,2", "1e999,0"}) {
+    EXPECT_FALSE(parse_coordinate_pair(text)) << text;
+  }
+}
+
+class JoinedPointsTest : public testing::Test {
+ protected:
+  JoinedPointsTest() {
+    CLI::App* view = app_.add_subcommand("view");
+    add_point_option(view, "--at", &at_, "where");
+    view->add_option("--yaw-deg", yaw_deg_);
+  }
+  Words joined(Words words) const { return joined_points(app_, std::move(words)); }
+
+  CLI::App app_{"", "raywalk-test"};
+  std::string at_;
+  double yaw_deg_ = 0.0;
+};
+
+TEST_F(JoinedPointsTest, WordsOfOnePointBecomeOne) {
+  EXPECT_THAT(joined({"view", "--at", "0", "0", "room.lf"}),
+              ElementsAre("view", "--at", "0 0", "room.lf"));
+  EXPECT_THAT(joined({"view", "--at", "-0.1", "-0.2"}), ElementsAre("view", "--at", "-0.1 -0.2"));
+  EXPECT_THAT(joined({"view", "--at", "0,", "0"}), ElementsAre("view", "--at", "0, 0"));
+  EXPECT_THAT(joined({"view", "--at", "0", ",0"}), ElementsAre("view", "--at", "0 ,0"));
+  EXPECT_THAT(joined({"view", "--at", "0", ",", "0"}), ElementsAre("view", "--at", "0 , 0"));
+  EXPECT_THAT(joined({"view", "--at=0", "-1", "x"}), ElementsAre("view", "--at=0 -1", "x"));
+}
+
+TEST_F(JoinedPointsTest, OtherWordsStayAsTheyAre) {
+  for (const Words& words : {Words{"view", "--at", "0,0", "7"}, Words{"view", "--at=-0.1,0.2", "7"},
+                             Words{"view", "--at", "0", "--yaw-deg", "3"}, Words{"view", "--at"},
+                             Words{"view", "--at", "0"}, Words{"view", "--yaw-deg", "3", "4"}}) {
+    EXPECT_EQ(joined(words), words);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

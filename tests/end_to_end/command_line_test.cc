@@ -1,0 +1,233 @@
+// What holds for the command line of every command of every program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/files/test_directory.h"
+#include "tests/end_to_end/run_command.h"
+
+namespace raywalk {
+namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+struct Command {
+  std::string program;  // its path
+  std::string name;
+  std::string help;
+
+  std::string shown() const { return fs::path(program).filename().string() + " " + name; }
+  CommandResult run(const std::string& arguments) const {
+    return run_command(program + " " + name + " " + arguments);
+  }
+};
+
+// "  pack      Pack captured panoramas into a room" below "Subcommands:".
+std::vector<std::string> commands_in(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream lines(help.substr(help.find("Subcommands:")));
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line) && line.rfind("  ", 0) == 0) {
+    std::string name;
+    std::istringstream(line) >> name;
+    if (line[2] != ' ') names.push_back(name);
+  }
+  return names;
+}
+
+const std::vector<Command>& all_commands() {
+  static const std::vector<Command> commands = [] {
+    std::vector<Command> found;
+    for (const char* program :
+         {RAYWALK_CAPTURE, RAYWALK_CALIBRATE, RAYWALK_BUILD_LF, RAYWALK_RENDER}) {
+      for (const std::string& name :
+           commands_in(run_command(std::string(program) + " --help").output)) {
+        Command command{program, name, ""};
+        command.help = command.run("--help").output;
+        found.push_back(command);
+      }
+    }
+    return found;
+  }();
+  return commands;
+}
+
+// Long flags of a help text, without dashes: those in front of a description.
+std::set<std::string> flags_in(const std::string& help) {
+  std::set<std::string> flags;
+  std::istringstream lines(help);
+  const std::regex flag("--([a-z][a-z-]*)");
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("  -", 0) != 0) continue;
+    const std::string names = line.substr(0, line.find(' ', 2));
+    for (std::sregex_iterator it(names.begin(), names.end(), flag), end; it != end; ++it) {
+      flags.insert((*it)[1]);
+    }
+  }
+  return flags;
+}
+
+TEST(EveryCommandTest, AreAllFound) { EXPECT_GE(all_commands().size(), 30U); }
+
+TEST(EveryCommandTest, NamesAnUnknownFlagAndItsOwnHelp) {
+  for (const Command& command : all_commands()) {
+    const CommandResult result = command.run("--zzyzx 1");
+    EXPECT_EQ(result.exit_code, 2) << command.shown();
+    EXPECT_THAT(result.errors, AllOf(HasSubstr("unknown flag '--zzyzx'"),
+                                     EndsWith("; see " + command.shown() + " --help\n")));
+    EXPECT_EQ(result.output, "") << command.shown();
+  }
+}
+
+TEST(EveryCommandTest, SuggestsItsOwnFlagForANearMiss) {
+  for (const Command& command : all_commands()) {
+    const std::set<std::string> flags = flags_in(command.help);
+    EXPECT_EQ(flags.count("help"), 1U) << command.shown();
+    EXPECT_EQ(flags.count("quiet"), 1U) << command.shown();
+    // One of its own, and one that all have.
+    const auto own = std::find_if(flags.begin(), flags.end(), [](const std::string& flag) {
+      return flag != "help" && flag != "quiet";
+    });
+    for (const std::string& flag : {own == flags.end() ? "quiet" : *own, std::string("quiet")}) {
+      const std::string miss = "--" + flag + flag.back();
+      const CommandResult result = command.run(miss);
+      EXPECT_EQ(result.exit_code, 2) << command.shown();
+      EXPECT_THAT(result.errors, AllOf(HasSubstr("unknown flag '" + miss + "'"),
+                                       HasSubstr("did you mean '--" + flag + "'?"),
+                                       HasSubstr("see " + command.shown() + " --help")));
+    }
+  }
+}
+
+TEST(EveryCommandTest, HasTheShortFormsOfHabit) {
+  for (const Command& command : all_commands()) {
+    EXPECT_THAT(command.help, HasSubstr("-q,--quiet"));
+    if (flags_in(command.help).count("out") > 0) {
+      EXPECT_THAT(command.help, HasSubstr("-o,--"));
+    }
+    if (flags_in(command.help).count("force") > 0) {
+      EXPECT_THAT(command.help, HasSubstr("-f,--force"));
+    }
+  }
+}
+
+TEST(EveryCommandTest, CommonFlagsComeFirstInALongHelp) {
+  for (const Command& command : all_commands()) {
+    const std::set<std::string> flags = flags_in(command.help);
+    if (flags.size() < 14) continue;
+    const std::size_t options = command.help.find("\nOptions:\n");
+    ASSERT_NE(options, std::string::npos) << command.shown();
+    const std::size_t next_group = command.help.find("\n\n", options);
+    for (const char* common : {"--out", "--quiet", "--threads"}) {
+      if (flags.count(common + 2) == 0) continue;
+      EXPECT_LT(command.help.find(common, options), next_group) << command.shown() << common;
+    }
+    EXPECT_NE(command.help.find("--", next_group), std::string::npos)
+        << command.shown() << " is long but has one group";
+  }
+}
+
+TEST(EveryProgramTest, NamesAnUnknownCommandAndItsHelp) {
+  std::set<std::string> programs;
+  for (const Command& command : all_commands()) {
+    if (!programs.insert(command.program).second) continue;
+    const std::string program = fs::path(command.program).filename().string();
+    const std::string miss = command.name + command.name.back();
+    const CommandResult result = run_command(command.program + " " + miss + " --threads 1");
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.errors, program + ": error: unknown command '" + miss + "'; did you mean '" +
+                                 command.name + "'?; see " + program + " --help\n");
+  }
+}
+
+class WhiteRoomTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    directory_ = new TestDirectory();
+    const CommandResult packed =
+        in_directory(RAYWALK_BUILD_LF " pack -q --frames " RAYWALK_TEST_ROOM
+                                      "/poses.csv --distance " RAYWALK_TEST_ROOM "/dist");
+    EXPECT_EQ(packed.exit_code, 0) << packed.errors;
+    EXPECT_EQ(packed.output + packed.errors, "") << "quiet";
+  }
+  static void TearDownTestSuite() { delete directory_; }
+  static CommandResult in_directory(const std::string& command) {
+    return run_command("cd " + directory_->path().string() + " && " + command);
+  }
+  static std::string picture_at(const std::string& at) {
+    const CommandResult result =
+        in_directory(RAYWALK_RENDER " view white-room.lf --width 64 --generation initial " + at);
+    EXPECT_EQ(result.exit_code, 0) << at << ": " << result.errors;
+    return read_file(*directory_ / "view.png");
+  }
+
+  static TestDirectory* directory_;
+};
+TestDirectory* WhiteRoomTest::directory_ = nullptr;
+
+TEST_F(WhiteRoomTest, RoomIsNamedAfterTheFolderOfItsFrames) {
+  EXPECT_TRUE(fs::exists(*directory_ / "white-room.lf" / "manifest.json"));
+}
+
+TEST_F(WhiteRoomTest, ViewpointIsWrittenInAnyHabit) {
+  const std::string centre = picture_at("--at 0,0");
+  for (const char* at : {"--at 0 0", "--at '0, 0'", "--at '0 0'", "--at=0,0", "--at 0, 0",
+                         "--at=0 0", "--at '-0 ,0'"}) {
+    EXPECT_EQ(picture_at(at), centre) << at;
+  }
+  const std::string aside = picture_at("--at=-0.1,-0.2");
+  EXPECT_NE(aside, centre);
+  EXPECT_EQ(picture_at("--at -0.1 -0.2"), aside);
+  const CommandResult wrong = in_directory(RAYWALK_RENDER " view white-room.lf --at 0");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.errors, HasSubstr("--at is '0'"));
+}
+
+TEST_F(WhiteRoomTest, ForceReplacesARoomOnlyByACompleteOneAndNothingElse) {
+  const std::string pack = RAYWALK_BUILD_LF " pack --frames " RAYWALK_TEST_ROOM "/poses.csv ";
+  const fs::path room = *directory_ / "white-room.lf";
+  EXPECT_TRUE(fs::exists(room / "distances"));
+  const CommandResult refused = in_directory(pack);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, AllOf(HasSubstr("exists already"), HasSubstr("--force")));
+
+  EXPECT_EQ(in_directory(pack + "-f --distance /no/such/place").exit_code, 1);
+  EXPECT_TRUE(fs::exists(room / "distances")) << "kept, as the new room was not made";
+
+  EXPECT_EQ(in_directory(pack + "-f").exit_code, 0);
+  EXPECT_FALSE(fs::exists(room / "distances")) << "replaced by a room without distances";
+
+  write_file_atomically(room / "notes.txt", "mine");
+  const CommandResult notes = in_directory(pack + "-f");
+  EXPECT_EQ(notes.exit_code, 1);
+  EXPECT_THAT(notes.errors, HasSubstr("notes.txt"));
+  EXPECT_EQ(read_file(room / "notes.txt"), "mine");
+  fs::remove(room / "notes.txt");
+
+  fs::create_directory(*directory_ / "photos");
+  write_file_atomically(*directory_ / "photos" / "manifest.json", "{\"name\": \"my web page\"}");
+  const CommandResult photos = in_directory(pack + "-f -o photos");
+  EXPECT_EQ(photos.exit_code, 1);
+  EXPECT_THAT(photos.errors, HasSubstr("is not a room made by Raywalk"));
+  EXPECT_TRUE(fs::exists(*directory_ / "photos" / "manifest.json"));
+}
+
+TEST_F(WhiteRoomTest, QuietInfoPrintsOnlyTheJsonThatIsAskedFor) {
+  EXPECT_EQ(in_directory(RAYWALK_BUILD_LF " info -q white-room.lf").output, "");
+  EXPECT_THAT(in_directory(RAYWALK_BUILD_LF " info -q --json white-room.lf").output,
+              testing::StartsWith("{"));
+}
+
+}  // namespace
+}  // namespace raywalk
