@@ -269,12 +269,15 @@ class PairTotals {
     ++pairs_;
     const bool common =
         std::ranges::all_of(pair, [](const OverlapSum& sum) { return sum.columns > 0; });
+    if (common) ++common_pairs_;
     for (size_t k = 0; k < pair.size(); ++k) {
       totals_[k].all.add(pair[k]);
       if (common) totals_[k].common.add(pair[k]);
       if (pair[k].columns > 0) ++totals_[k].pairs;
     }
   }
+
+  double common_share() const { return static_cast<double>(common_pairs_) / pairs_; }
 
   ConnectErrorRow row(size_t k, double k_deg, Generation generation) const {
     const Total& total = totals_[k];
@@ -294,6 +297,7 @@ class PairTotals {
   };
   std::vector<Total> totals_;
   int pairs_ = 0;
+  int common_pairs_ = 0;
 };
 
 std::string cell_text(double error) {
@@ -332,7 +336,8 @@ ConnectError measure_connect_error(const Room& room, Generation generation,
     }
     for (size_t pair = 0; pair < table.pairs(); ++pair) totals.add(table.pair(pair));
   }
-  ConnectError result{.generation = generation, .options = options};
+  ConnectError result{
+      .generation = generation, .options = options, .common_share = totals.common_share()};
   for (size_t k = 0; k < k_count; ++k) {
     result.rows.push_back(totals.row(k, options.k_list_deg[k], generation));
   }
@@ -352,7 +357,8 @@ std::string connect_error_table(std::span<const ConnectError> measurements) {
                           cell_text(row.e_connect), cell_text(row.e_connect_common),
                           100.0 * row.coverage);
     }
-    text += '\n';
+    text += fmt::format("{:.1f}% of the corners are readable at every k\n\n",
+                        100.0 * measurement.common_share);
   }
   return text;
 }

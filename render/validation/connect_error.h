@@ -21,6 +21,7 @@
 //              way to the other. The plan is that of k = 90, so that it serves every k.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ struct ConnectErrorRow {
 struct ConnectError {
   Generation generation = Generation::kInitial;
   ConnectErrorOptions options{};
+  // Share of the (viewpoint, corner) pairs that are readable at every k; NaN: not known.
+  double common_share = std::numeric_limits<double>::quiet_NaN();
   std::vector<ConnectErrorRow> rows{};  // in the order of options.k_list_deg
 };
 

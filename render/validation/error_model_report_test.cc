@@ -182,6 +182,10 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
   const double nan = std::nan("");
   refuses([&](ErrorModelOptions& o) { o.side_m = 0.0; });
   refuses([&](ErrorModelOptions& o) { o.side_m = nan; });
+  refuses([&](ErrorModelOptions& o) { o.side_m = 1e300; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = 0.0; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = nan; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = 1.01 * o.side_m; });
   refuses([&](ErrorModelOptions& o) { o.step_m = -0.01; });
   refuses([&](ErrorModelOptions& o) { o.step_m = std::numeric_limits<double>::infinity(); });
   refuses([&](ErrorModelOptions& o) { o.viewpoints = 0; });
@@ -189,6 +193,21 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
   refuses([&](ErrorModelOptions& o) { o.distances_over_side.clear(); });
   refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, 0.0}; });
   refuses([&](ErrorModelOptions& o) { o.distances_over_side = {nan}; });
+  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1e-300}; });
+  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, 1e300}; });
+}
+
+TEST_F(ErrorModelReportTest, RefusalsNameTheValueAndTheRange) {
+  ErrorModelOptions changed = options();
+  changed.step_m = 0.0;
+  try {
+    write(changed);
+    ADD_FAILURE();
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(),
+                 "error-model: the station step is 0 m; it must be above 0 and at most the cell's "
+                 "side, 1 m");
+  }
 }
 
 TEST_F(ErrorModelReportTest, NamesAnUnwritableDirectory) {
