@@ -149,12 +149,10 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
 
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand) {
-  command
-      ->add_option(
-          "--budget-ms", demand->budget_ms,
-          "Use the most accurate setting that renders a panorama within this many milliseconds, "
-          "as measured on the room by raywalk-render trade")
-      ->check(CLI::PositiveNumber);
+  command->add_option(
+      "--budget-ms", demand->budget_ms,
+      "Use the most accurate setting that renders a panorama within this many milliseconds, "
+      "as measured on the room by raywalk-render trade");
   command
       ->add_option("--min-psnr-db", demand->min_psnr_db,
                    "Use the fastest setting that reached this PSNR in that measurement")

@@ -64,14 +64,16 @@ void settle_disturbed(const TradeInput& input, const ViewTimer& timer, TradePart
   std::vector<ViewTime> times;
   for (const MeasuredSetting& setting : *settings) times.push_back(setting.measured.time);
   std::optional<Progress> progress;
+  const auto begin_round = [&](std::ptrdiff_t count) {
+    progress.emplace("disturbed, timed again", count, "settings");
+  };
   const auto measure = [&](std::size_t i) {
-    if (!progress) progress.emplace("disturbed, timed again", 0, "settings");
     const TradeSetting& setting = (*settings)[i].setting;
     const ViewTime time = measure_time(setting, input.rooms[setting.room].views, timer);
     progress->advance();
     return time;
   };
-  repeat_disturbed(&times, measure, [&](std::size_t i) {
+  repeat_disturbed(&times, begin_round, measure, [&](std::size_t i) {
     (*settings)[i].measured.time = times[i];
     partial->add((*settings)[i].setting, (*settings)[i].measured);
   });

@@ -57,10 +57,14 @@ std::vector<bool> disturbed(std::span<const ViewTime> times) {
 }
 
 void repeat_disturbed(std::vector<ViewTime>* times,
+                      const std::function<void(std::ptrdiff_t)>& begin_round,
                       const std::function<ViewTime(std::size_t)>& measure,
                       const std::function<void(std::size_t)>& kept) {
   for (int round = 0; round < kDisturbedRounds; ++round) {
     const std::vector<bool> again = disturbed(*times);
+    const std::ptrdiff_t count = std::ranges::count(again, true);
+    if (count == 0) return;
+    begin_round(count);
     for (std::size_t i = 0; i < times->size(); ++i) {
       if (!again[i]) continue;
       const ViewTime time = measure(i);

@@ -50,10 +50,11 @@ double disturbance(const ViewTime& time, double least_remap_ms);
 std::vector<bool> disturbed(std::span<const ViewTime> times);
 
 // Measures the disturbed ones again, up to kDisturbedRounds times, and keeps of each the least
-// disturbed one. `measure(i)` measures the i-th again; kept(i) is called after times[i] was
-// replaced.
+// disturbed one. begin_round(n) is called where n of them follow, at least one; measure(i) measures
+// the i-th again; kept(i) is called after times[i] was replaced.
 inline constexpr int kDisturbedRounds = 2;
 void repeat_disturbed(std::vector<ViewTime>* times,
+                      const std::function<void(std::ptrdiff_t)>& begin_round,
                       const std::function<ViewTime(std::size_t)>& measure,
                       const std::function<void(std::size_t)>& kept);
 

@@ -54,13 +54,15 @@ TEST(ViewTime, OneOfManySettingsIsFound) {
 TEST(RepeatDisturbed, MeasuresTheseAgainAndKeepsTheBetterOnes) {
   std::vector times{time_with(0, 1.0), time_with(6, 3.0), time_with(0, 1.0, 0.9)};
   std::map<std::size_t, int> measured, kept;
+  std::vector<std::ptrdiff_t> rounds;
   repeat_disturbed(
-      &times,
+      &times, [&](std::ptrdiff_t count) { rounds.push_back(count); },
       [&](std::size_t i) {
         ++measured[i];
         return i == 1 ? time_with(0, 1.0) : time_with(0, 1.0, measured[i] == 1 ? 0.95 : 0.5);
       },
       [&](std::size_t i) { ++kept[i]; });
+  EXPECT_EQ(rounds, (std::vector<std::ptrdiff_t>{2, 1}));
   EXPECT_EQ(measured, (std::map<std::size_t, int>{{1, 1}, {2, kDisturbedRounds}}));
   EXPECT_EQ(kept, (std::map<std::size_t, int>{{1, 1}, {2, 1}}));
   EXPECT_EQ(disturbed(times), (std::vector{false, false, true}));
@@ -73,7 +75,8 @@ TEST(RepeatDisturbed, FindsWhatLaterTimesReveal) {
   EXPECT_EQ(disturbed(times), (std::vector{false, false}));
   times.push_back(time_with(0, 1.0));
   repeat_disturbed(
-      &times, [](std::size_t) { return time_with(0, 1.0); }, [](std::size_t) {});
+      &times, [](std::ptrdiff_t) {}, [](std::size_t) { return time_with(0, 1.0); },
+      [](std::size_t) {});
   EXPECT_EQ(disturbed(times), (std::vector{false, false, false}));
   EXPECT_DOUBLE_EQ(times[0].remap_ms, 10.0);
 }

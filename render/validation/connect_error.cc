@@ -32,24 +32,6 @@ struct OverlapColumn {
   double squared_difference = 0.0;  // mean over the column's samples
 };
 
-void require_options(const ConnectErrorOptions& options) {
-  if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
-    throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
-                                 options.viewpoints, kMaxConnectViewpoints));
-  }
-  if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
-    throw UsageError(
-        fmt::format("connect-error: overlap is {} degrees; it must be above 0 and at most 45",
-                    options.overlap_deg));
-  }
-  if (options.k_list_deg.empty()) throw UsageError("connect-error: the list of k is empty");
-  for (const double k_deg : options.k_list_deg) {
-    if (!(k_deg >= 45.0 && k_deg <= 90.0)) {
-      throw UsageError(fmt::format("connect-error: k is {} degrees; it must be in 45..90", k_deg));
-    }
-  }
-}
-
 // Sums over the columns of one or more overlaps.
 struct OverlapSum {
   double squared_difference = 0.0;
@@ -313,9 +295,27 @@ std::vector<double> default_k_list_deg() {
   return list;
 }
 
+void require_connect_error_options(const ConnectErrorOptions& options) {
+  if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
+    throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
+                                 options.viewpoints, kMaxConnectViewpoints));
+  }
+  if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
+    throw UsageError(
+        fmt::format("connect-error: overlap is {} degrees; it must be above 0 and at most 45",
+                    options.overlap_deg));
+  }
+  if (options.k_list_deg.empty()) throw UsageError("connect-error: the list of k is empty");
+  for (const double k_deg : options.k_list_deg) {
+    if (!(k_deg >= 45.0 && k_deg <= 90.0)) {
+      throw UsageError(fmt::format("connect-error: k is {} degrees; it must be in 45..90", k_deg));
+    }
+  }
+}
+
 ConnectError measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options) {
-  require_options(options);
+  require_connect_error_options(options);
   if (room.grid().cells.empty()) {
     throw Error(room.directory().string() +
                 ": no four lines of the room close a cell, so there is no connection to measure");

@@ -59,6 +59,9 @@ struct ConnectError {
   std::vector<ConnectErrorRow> rows{};  // in the order of options.k_list_deg
 };
 
+// Throws UsageError for an option out of range.
+void require_connect_error_options(const ConnectErrorOptions& options);
+
 // Measures all cells of a room at the size of its panoramas; prints progress. The result does not
 // depend on the number of threads. Throws UsageError for an option out of range; Error if the room
 // has no cell or lacks the distances that the generation needs; Interrupted.

@@ -26,6 +26,7 @@ constexpr int kMaxModelViewpoints = 1000;
 // Cells and distances that somebody may mean: from a model on a table to a stadium.
 constexpr double kLeastSide_m = 0.01;
 constexpr double kMostSide_m = 1000.0;
+constexpr double kLeastStep = 1e-5;     // in multiples of the side
 constexpr double kLeastDistance = 0.1;  // in multiples of the side
 constexpr double kMostDistance = 10000.0;
 // Steps of 0.1 N over the paper's range 1.2 N to 2.5 N.
@@ -54,12 +55,8 @@ void require_range(const std::string& what, double value, double least, double m
 
 void check_options(const ErrorModelOptions& options) {
   require_range("the cell's side (m)", options.side_m, kLeastSide_m, kMostSide_m);
-  if (!(options.step_m > 0.0 && options.step_m <= options.side_m)) {
-    throw UsageError(
-        fmt::format("error-model: the station step is {:g} m; it must be above 0 and at most the "
-                    "cell's side, {:g} m",
-                    options.step_m, options.side_m));
-  }
+  require_range("the station step (m)", options.step_m, kLeastStep * options.side_m,
+                options.side_m);
   require_range("the number of viewpoints per side", options.viewpoints, 1, kMaxModelViewpoints);
   if (options.distances_over_side.empty()) {
     throw UsageError("error-model: give at least one source distance");

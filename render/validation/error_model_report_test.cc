@@ -184,6 +184,7 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
   refuses([&](ErrorModelOptions& o) { o.side_m = nan; });
   refuses([&](ErrorModelOptions& o) { o.side_m = 1e300; });
   refuses([&](ErrorModelOptions& o) { o.step_m = 0.0; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = 1e-320; });
   refuses([&](ErrorModelOptions& o) { o.step_m = nan; });
   refuses([&](ErrorModelOptions& o) { o.step_m = 1.01 * o.side_m; });
   refuses([&](ErrorModelOptions& o) { o.step_m = -0.01; });
@@ -204,9 +205,7 @@ TEST_F(ErrorModelReportTest, RefusalsNameTheValueAndTheRange) {
     write(changed);
     ADD_FAILURE();
   } catch (const UsageError& error) {
-    EXPECT_STREQ(error.what(),
-                 "error-model: the station step is 0 m; it must be above 0 and at most the cell's "
-                 "side, 1 m");
+    EXPECT_STREQ(error.what(), "error-model: the station step (m) is 0; it must be 1e-05 to 1");
   }
 }
 

@@ -252,6 +252,7 @@ std::string validate(const Room& room, const ValidateOptions& options) {
   std::vector<TruthView> truths = read_truth(options.truth, room);
   renderers_of(room, options.modes,
                truths.front().width);  // throws for modes that cannot be rendered
+  if (!room.grid().cells.empty()) require_connect_error_options(options.connect);
   prepare_report(options.report);
   ValidationPartial partial(options.report, room);
   const Validation validation = measured_validation(room, std::move(truths), options, partial);

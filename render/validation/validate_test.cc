@@ -409,6 +409,14 @@ TEST_F(ValidateTest, RefusesCorrectedViewsOfARoomWithoutDistances) {
   EXPECT_FALSE(fs::exists(options_.report));
 }
 
+TEST_F(ValidateTest, RefusesAnOverlapThatCannotBeMeasuredBeforeAnyWork) {
+  make_room({.width = 64});
+  make_two_truths();
+  options_.connect.overlap_deg = 0.0;
+  EXPECT_THAT(run_error(), HasSubstr("overlap is 0 degrees"));
+  EXPECT_FALSE(fs::exists(options_.report));
+}
+
 TEST_F(ValidateTest, RefusesAReportThatCannotBeWritten) {
   make_room({.width = 64});
   make_two_truths();
