@@ -135,7 +135,7 @@ void add_require(CLI::App* app, Arguments* arguments) {
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-build-lf require room.lf --report report\n"
-      "The result is kept in the room; raywalk-render --layers auto --k auto uses it.");
+      "The result is kept in the room; raywalk-render --layers auto uses it.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     fmt::print("{}\n", require_room(*options));

@@ -58,12 +58,19 @@ std::vector<NamedMode> preset_modes(const Room& room) {
 }
 
 // The settings for a room; prints the reason where a preset or a measurement chose them.
-ViewSettings chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
+Preset chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
   const bool demanded = demand.budget_ms || demand.min_psnr_db;
-  const Preset preset =
-      demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
+  Preset preset = demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
   if (!preset.reason.empty()) fmt::print("{}\n", preset.reason);
-  return preset.settings;
+  return preset;
+}
+
+// The mode for a room of views that these flags ask for.
+ViewMode chosen_mode(const Arguments& arguments, const Room& room) {
+  const Preset chosen = chosen_settings(arguments.flags, arguments.demand, room);
+  ViewMode mode = view_mode(chosen.settings, room);
+  if (!chosen.k_source.empty()) mode.k_source = chosen.k_source;
+  return mode;
 }
 
 // The groups of the long helps, behind the common flags.
@@ -148,8 +155,8 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
       ->check(CLI::IsMember(kConnections));
   command->add_option("--k", flags->k_deg,
                       "Largest incidence angle of the hybrid connection in degrees, 45 to 90; auto "
-                      "(default): the room's stored connect-error, else its require.json, else the "
-                      "error model");
+                      "(default): the one that connect-error measured to be best on the room, "
+                      "else 90");
   command->add_option(
       "--layers", flags->layers,
       "Depth layers; auto (default): as many as --tolerance-px needs, for the scene "
@@ -168,12 +175,10 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand) {
   command->option_defaults()->group(kTradeGroup);
-  command
-      ->add_option(
-          "--budget-ms", demand->budget_ms,
-          "Use the most accurate setting that renders a panorama within this many milliseconds, "
-          "as measured on the room by raywalk-render trade")
-      ->check(CLI::PositiveNumber);
+  command->add_option(
+      "--budget-ms", demand->budget_ms,
+      "Use the most accurate setting that renders a panorama within this many milliseconds, "
+      "as measured on the room by raywalk-render trade");
   command
       ->add_option("--min-psnr-db", demand->min_psnr_db,
                    "Use the fastest setting that reached this PSNR in that measurement")
@@ -229,12 +234,12 @@ void add_view(CLI::App* app, Arguments* arguments) {
     set_thread_count(arguments->threads);
     const PlanPoint viewpoint = viewpoint_from_text(arguments->at);
     view_settings(arguments->flags);  // reports contradictions before any work
+    require_demand(arguments->demand);
     viewport_of(arguments->frame);
     if (arguments->out.empty()) arguments->out = "view.png";
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
-    const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
-    fmt::print("{}\n", write_view(room, view_mode(settings, room), viewpoint, arguments->frame,
+    fmt::print("{}\n", write_view(room, chosen_mode(*arguments, room), viewpoint, arguments->frame,
                                   arguments->out));
   });
 }
@@ -262,12 +267,12 @@ void add_path(CLI::App* app, Arguments* arguments) {
     set_thread_count(arguments->threads);
     viewport_of(arguments->frame);
     view_settings(arguments->flags);
+    require_demand(arguments->demand);
     if (arguments->out.empty()) {
       arguments->out = std::filesystem::path(arguments->path).stem().string();
     }
     const Room room = Room::open(arguments->room);
-    const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
-    fmt::print("{}\n", write_path(room, view_mode(settings, room), arguments->frame,
+    fmt::print("{}\n", write_path(room, chosen_mode(*arguments, room), arguments->frame,
                                   arguments->path, arguments->out, arguments->force));
   });
 }
@@ -297,12 +302,15 @@ void add_validate(CLI::App* app, Arguments* arguments) {
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
-  command->footer("Example:\n  raywalk-render validate room.lf --truth gt.csv --report report");
+  command->footer(
+      "Example:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
+      "An interrupted run is resumed by the same command.");
   command->callback([arguments] {
     set_thread_count(arguments->threads);
     view_settings(arguments->flags);
     const Room room = Room::open(arguments->room);
-    const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
+    const ViewSettings settings =
+        chosen_settings(arguments->flags, arguments->demand, room).settings;
     arguments->validate.connect.overlap_deg = settings.overlap_deg;
     arguments->validate.report = report_of(arguments->validate.report, arguments->room, "validate");
     arguments->validate.modes = view_modes(settings, arguments->generations, room);
@@ -331,7 +339,8 @@ void add_connect_error(CLI::App* app, Arguments* arguments) {
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
-      "view, path and validate with --k auto then use the k of the least measured error.");
+      "view, path, validate and trade with --k auto then use the k of the least error over the "
+      "corners that are readable at every k.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     std::vector<Generation> generations;

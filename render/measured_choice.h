@@ -9,6 +9,7 @@
 
 #include "core/room/room.h"
 #include "render/presets.h"
+#include "render/trade/view_time.h"
 
 namespace raywalk::render {
 
@@ -18,6 +19,7 @@ struct MeasuredChoice {
   ViewSettings settings{};
   double ratio = 0.0;  // its time per view divided by that of one cv::remap of the same size
   double psnr_db = 0.0;
+  bool disturbed = false;  // its time is not to be relied on
 };
 
 // The part of a trade that settings are chosen from: those of the room itself, on all threads.
@@ -37,14 +39,19 @@ struct Demand {
   std::optional<double> min_psnr_db{};  // against the truth of the trade
 };
 
+// Throws UsageError for numbers that nobody can mean: NaN, infinite or out of range.
+void require_demand(const Demand& demand);
+
 // The setting that meets a demand, of which at least one member is set: with a minimum PSNR the
 // fastest setting that reaches it, else the most accurate one within the budget. The time of a
-// setting is its measured ratio times `remap_ms`, the time of cv::remap on this machine. Throws
-// Error where no setting meets the demand; the message names the nearest one.
+// setting is its measured ratio times `remap_ms`, the time of cv::remap on this machine. Settings
+// with disturbed times are never chosen. Throws Error where no setting meets the demand; the
+// message names the nearest one.
 Preset choose_setting(const MeasuredTrade& trade, const Demand& demand, double remap_ms);
 
 // view_settings() on top of the choice from the room's own trade.json. Throws Error where the room
 // has no trade.json or one measured with other distances, and as choose_setting() does.
-Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room);
+Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room,
+                         const TimeSource& source = {});
 
 }  // namespace raywalk::render

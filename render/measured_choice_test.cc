@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include "core/base/error.h"
@@ -19,10 +21,11 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 MeasuredTrade some_trade() {
   const auto choice = [](const char* name, double ratio, double psnr_db) {
-    MeasuredChoice made{name, {}, ratio, psnr_db};
+    MeasuredChoice made{.name = name, .ratio = ratio, .psnr_db = psnr_db};
     made.settings.generation = name;
     return made;
   };
@@ -64,13 +67,43 @@ TEST(MeasuredChoiceTest, UnmetDemandsNameTheNearestSetting) {
               AllOf(HasSubstr("19 ms with 35 dB"), HasSubstr("20 ms (hlf-vd)")));
 }
 
+TEST(MeasuredChoiceTest, DisturbedTimesAreNeverChosenBy) {
+  MeasuredTrade trade = some_trade();
+  trade.choices[2].disturbed = true;  // hlf-vd
+  Preset chosen = choose_setting(trade, {.budget_ms = 25.0}, 10.0);
+  EXPECT_EQ(chosen.settings.generation, "initial");
+  EXPECT_THAT(chosen.reason, HasSubstr("1 settings with disturbed times are left out"));
+  EXPECT_EQ(choose_setting(trade, {.min_psnr_db = 35.5}, 10.0).settings.generation, "two-sided");
+  EXPECT_THAT(
+      error_of([&] { choose_setting(trade, {.budget_ms = 25.0, .min_psnr_db = 30.0}, 10.0); }),
+      AllOf(HasSubstr("40 ms (two-sided)"), HasSubstr("are left out")));
+  for (MeasuredChoice& choice : trade.choices) choice.disturbed = true;
+  for (const Demand& demand : {Demand{.budget_ms = 1e6}, Demand{.min_psnr_db = 1.0}}) {
+    EXPECT_THAT(
+        error_of([&] { choose_setting(trade, demand, 10.0); }),
+        AllOf(HasSubstr("disturbed the times of all 4"), HasSubstr("run raywalk-render trade "
+                                                                   "again")));
+  }
+}
+
+TEST(MeasuredChoiceTest, DemandsThatNobodyCanMeanAreRefused) {
+  EXPECT_NO_THROW(require_demand({.budget_ms = 1e-3, .min_psnr_db = 100.0}));
+  for (const double value : {std::nan(""), std::numeric_limits<double>::infinity(), -1.0, 1e300}) {
+    EXPECT_THROW(require_demand({.budget_ms = value}), UsageError) << value;
+    EXPECT_THROW(require_demand({.min_psnr_db = value}), UsageError) << value;
+  }
+  EXPECT_THROW(require_demand({.budget_ms = 0.0}), UsageError);
+}
+
 TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> log_ratio(-3.0, 3.0), psnr_db(10.0, 50.0);
   for (int trial = 0; trial < 500; ++trial) {
     MeasuredTrade trade;
     for (int i = 0; i < 1 + trial % 9; ++i) {
-      MeasuredChoice choice{std::to_string(i), {}, std::exp(log_ratio(random)), psnr_db(random)};
+      MeasuredChoice choice{.name = std::to_string(i),
+                            .ratio = std::exp(log_ratio(random)),
+                            .psnr_db = psnr_db(random)};
       choice.settings.layers = choice.name;
       trade.choices.push_back(choice);
     }
@@ -102,14 +135,14 @@ TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
 
 // A trade of one room in the format of trade.json.
 std::string trade_json(const std::string& distances, const std::string& threads = "2") {
-  return R"({"format_version": 1, "distances_sha256": ")" + distances + R"(", "width_px": 32,
+  return R"({"format_version": 2, "distances_sha256": ")" + distances + R"(", "width_px": 32,
     "machine": {"threads": 2}, "rooms": [{"stored_width_px": 32, "depth": "given, 32 px"}],
     "settings": [{"name": "quick", "generation": "hlf-vd", "k_deg": 76.5, "overlap_deg": 5,
       "layers": "auto", "width_px": 32, "interpolation": "nearest", "arithmetic": "float",
       "stations_mixed": 1, "station_stride": 2, "distance_maps": 3, "fill_stations": 8,
       "second_side": "blend", "skip_px": 0.25, "threads": )" +
          threads + R"(, "stored_width_px": 32, "depth": "given, 32 px", "ratio": 1.5,
-      "psnr_db": 30}]})";
+      "psnr_db": 30, "disturbed": false}]})";
 }
 
 class DemandedSettingsTest : public ::testing::Test {
@@ -141,7 +174,74 @@ TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
   expected.fill_stations = 8;
   expected.skip_px = 1.0;
   EXPECT_TRUE(chosen.settings == expected);
+  EXPECT_EQ(chosen.k_source, "of the setting that trade measured");
   EXPECT_THAT(chosen.reason, HasSubstr("quick: 30.00 dB"));
+}
+
+TEST_F(DemandedSettingsTest, AKThatIsAskedForIsNotTheTrades) {
+  write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)));
+  ViewFlags flags;
+  flags.k_deg = "76.5";
+  EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
+  flags.k_deg = "80";
+  EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
+  flags.k_deg.reset();
+  flags.connection = "lfu";
+  EXPECT_EQ(demanded_settings(flags, {.min_psnr_db = 25.0}, room_).k_source, "");
+}
+
+// Without work, the remap takes as long as the clock says.
+TEST_F(DemandedSettingsTest, ABusyMachineIsMeasuredAgainAndThenNamed) {
+  write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)));
+  int runs = 0;
+  double others_s = 0.0;
+  TimeSource source;
+  source.times = [&](const std::function<void()>&) {
+    ++runs;
+    return Times{0.01, 0.01};
+  };
+  source.processor_use = [&, at = 0]() mutable {
+    ++at;
+    return ProcessorUse{.all_s = 10.0 * at, .busy_s = others_s * at, .own_s = 0.0};
+  };
+  Preset chosen = demanded_settings({}, {.budget_ms = 20.0}, room_, source);
+  EXPECT_EQ(runs, 6);
+  EXPECT_THAT(chosen.reason, AllOf(HasSubstr("30.00 dB at 15 ms"), Not(HasSubstr("now"))));
+  runs = 0;
+  others_s = 5.0;
+  chosen = demanded_settings({}, {.budget_ms = 20.0}, room_, source);
+  EXPECT_EQ(runs, 18);
+  EXPECT_THAT(chosen.reason, HasSubstr("other programs use this machine now"));
+}
+
+TEST_F(DemandedSettingsTest, ValuesOutOfRangeAreNamed) {
+  const std::string whole = trade_json(distances_sha256(room_));
+  const auto with = [&](const std::string& key, const std::string& value) {
+    std::string text = whole;
+    const std::size_t at = text.rfind("\"" + key + "\": ") + key.size() + 4;
+    text.replace(at, text.find_first_of(",}", at) - at, value);
+    write_file_atomically(trade_path(path_), text);
+    return message({.min_psnr_db = 25.0});
+  };
+  EXPECT_THAT(
+      with("width_px", "99999999999"),
+      HasSubstr("trade.json: settings[0]: width_px: 99999999999 is not between 4 and 32768; "
+                "measure again with raywalk-render trade"));
+  EXPECT_THAT(with("width_px", "33"), HasSubstr("width_px: 33 is not a multiple of 4"));
+  EXPECT_THAT(with("width_px", "32.5"), HasSubstr("width_px: 32.5 is not an integer"));
+  EXPECT_THAT(with("station_stride", "4294967297"), HasSubstr("station_stride: 4294967297 is not"));
+  EXPECT_THAT(with("stations_mixed", "0"), HasSubstr("stations_mixed: 0 is not between 1 and 2"));
+  EXPECT_THAT(with("distance_maps", "-1"), HasSubstr("distance_maps: -1 is not between 1 and 4"));
+  EXPECT_THAT(with("fill_stations", "\"8\""), HasSubstr("fill_stations: \"8\" is not an integer"));
+  EXPECT_THAT(with("skip_px", "null"), HasSubstr("skip_px: null is not a number"));
+  EXPECT_THAT(with("k_deg", "1e300"), HasSubstr("k_deg: 1e+300 is not between 45 and 90"));
+  EXPECT_THAT(with("overlap_deg", "-0.1"), HasSubstr("overlap_deg: -0.1 is not between 0 and 45"));
+  EXPECT_THAT(with("layers", "0"), HasSubstr("layers: 0 is not between 1 and 65536"));
+  EXPECT_THAT(with("layers", "\"many\""), HasSubstr("layers: is neither auto nor a number"));
+  EXPECT_THAT(with("interpolation", "\"best\""), HasSubstr("interpolation: unknown"));
+  EXPECT_THAT(with("ratio", "-1"), HasSubstr("ratio: -1 is not between"));
+  EXPECT_THAT(with("psnr_db", "101"), HasSubstr("psnr_db: 101 is not between 0 and 100"));
+  EXPECT_THAT(with("disturbed", "0"), HasSubstr("disturbed: 0 is not a boolean"));
 }
 
 TEST_F(DemandedSettingsTest, NeedATradeOfTheCurrentDistances) {
@@ -150,8 +250,8 @@ TEST_F(DemandedSettingsTest, NeedATradeOfTheCurrentDistances) {
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("other distances"));
   write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_), "1"));
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("no setting of its own room"));
-  write_file_atomically(trade_path(path_), "{\"format_version\": 2}");
-  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("newer than 1"));
+  write_file_atomically(trade_path(path_), "{\"format_version\": 3}");
+  EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("newer than 2"));
   write_file_atomically(trade_path(path_), trade_json(distances_sha256(room_)).substr(0, 200));
   EXPECT_THAT(message({.budget_ms = 1e6}), HasSubstr("damaged ("));
 }

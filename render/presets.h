@@ -28,6 +28,7 @@ SceneNumbers scene_numbers(const Room& room);
 struct Preset {
   ViewSettings settings{};
   std::string reason{};
+  std::string k_source{};  // how settings.k_deg was chosen, where it was neither given nor auto
 };
 
 // The rules compare angles with a pixel: the vertical parallax that a view at the reach has to

@@ -75,9 +75,12 @@ std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoi
   Renderer renderer(room, mode.options);
   const RenderedView view = render_framed(&renderer, viewpoint, frame);
   write_image(file, view.image);
-  return fmt::format("{}: {}x{} at {:g},{:g} m, {}", file.string(), view.image.cols,
-                     view.image.rows, viewpoint.x_m, viewpoint.z_m,
-                     view_summary(mode, view.report));
+  const int captured_px = room.panorama().width;
+  const std::string enlarged =
+      enlargement_text(enlargement_of(frame, view.image.cols, captured_px), captured_px);
+  return fmt::format("{}: {}x{}{} at {:g},{:g} m, {}", file.string(), view.image.cols,
+                     view.image.rows, enlarged.empty() ? "" : ", " + enlarged + ",", viewpoint.x_m,
+                     viewpoint.z_m, view_summary(mode, view.report));
 }
 
 }  // namespace raywalk::render

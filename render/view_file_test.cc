@@ -44,6 +44,18 @@ TEST(ViewFrame, RejectsMalformedSizes) {
   EXPECT_THROW(viewport_of({.yaw_deg = std::nan("")}), UsageError);
 }
 
+TEST(ViewFrame, EnlargementIsThatOfTheMiddle) {
+  // 720 pixels per tangent of one, against 512 pixels per turn.
+  EXPECT_NEAR(enlargement_of({.fov_deg = 90.0, .size = "1440x1600"}, 1440, 512),
+              720.0 / (512.0 / kTwoPi), 1e-9);
+  EXPECT_EQ(enlargement_of({}, 1024, 512), 2.0);
+  EXPECT_EQ(enlargement_of({.yaw_deg = 30.0}, 512, 512), 1.0);
+  EXPECT_EQ(enlargement_text(8.836, 512), "enlarged 8.8 times from panoramas 512 pixels wide");
+  EXPECT_EQ(enlargement_text(17.67, 512), "enlarged 18 times from panoramas 512 pixels wide");
+  EXPECT_EQ(enlargement_text(1.0, 512), "");
+  EXPECT_EQ(enlargement_text(0.3, 4096), "");
+}
+
 class WriteView : public testing::Test {
  protected:
   WriteView() {
@@ -95,7 +107,9 @@ TEST_F(WriteView, WritesAFlatPictureInItsDirection) {
   const cv::Mat straight = written({});
   const cv::Mat picture = written({.yaw_deg = -90.0, .fov_deg = 40.0, .size = "65x33"});
   EXPECT_EQ(picture.size(), cv::Size(65, 33));
-  EXPECT_THAT(told_, HasSubstr("65x33"));
+  EXPECT_THAT(told_, HasSubstr("65x33, enlarged 4.4 times from panoramas 128 pixels wide, at 0.1"));
+  written({.fov_deg = 120.0, .size = "32x32"});
+  EXPECT_THAT(told_, Not(HasSubstr("enlarged")));
   const cv::Vec3b middle = picture.at<cv::Vec3b>(16, 32);
   const cv::Vec3b left = straight.at<cv::Vec3b>(32, 32);
   EXPECT_LE(cv::norm(cv::Vec3d(middle) - cv::Vec3d(left)), 12.0);

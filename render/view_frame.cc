@@ -1,5 +1,7 @@
 #include "render/view_frame.h"
 
+#include <fmt/format.h>
+
 #include "core/base/error.h"
 #include "core/files/number.h"
 #include "core/panorama/panorama_rotation.h"
@@ -40,6 +42,19 @@ std::optional<Viewport> viewport_of(const ViewFrame& frame) {
   }
   require_viewport(viewport);
   return viewport;
+}
+
+double enlargement_of(const ViewFrame& frame, int output_width_px, int captured_width_px) {
+  const std::optional<Viewport> viewport = viewport_of(frame);
+  const double px_per_rad = viewport ? focal_length_px(*viewport) : output_width_px / kTwoPi;
+  return px_per_rad * kTwoPi / captured_width_px;
+}
+
+std::string enlargement_text(double enlargement, int captured_width_px) {
+  constexpr double kVisible = 1.01;
+  if (enlargement < kVisible) return "";
+  return fmt::format("enlarged {:.{}f} times from panoramas {} pixels wide", enlargement,
+                     enlargement < 10.0 ? 1 : 0, captured_width_px);
 }
 
 RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFrame& frame) {

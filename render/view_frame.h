@@ -20,6 +20,14 @@ struct ViewFrame {
 // require_viewport does, for a malformed size, and for a size without a field of view.
 std::optional<Viewport> viewport_of(const ViewFrame& frame);
 
+// How many times wider than captured a pixel's detail is shown, in the middle of a flat picture or
+// everywhere in a panorama `output_width_px` wide. Above 1 the picture shows less detail than its
+// size suggests; a flat picture is enlarged more towards its borders.
+double enlargement_of(const ViewFrame& frame, int output_width_px, int captured_width_px);
+
+// "enlarged 8.8 times from panoramas 512 pixels wide"; empty where the enlargement is not above 1.
+std::string enlargement_text(double enlargement, int captured_width_px);
+
 // Renders a frame: a flat picture, or a panorama turned by resampling it. Throws UsageError as
 // viewport_of() does, Error as the renderer does.
 RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFrame& frame);

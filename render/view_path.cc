@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
+constexpr const char* kEnlargement = "enlargement";
 
 json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
   json settings{{"format_version", kFormatVersion},
@@ -71,6 +72,7 @@ void require_same_work(json earlier, json now, const fs::path& record) {
     }
   }
   earlier.erase("views");
+  earlier.erase(kEnlargement);  // follows from the others
   now.erase("views");
   std::set<std::string> keys;
   for (const auto& [key, value] : now.items()) keys.insert(key);
@@ -85,7 +87,7 @@ void require_same_work(json earlier, json now, const fs::path& record) {
 }
 
 // Compares with the views.json of an earlier run and writes it with the views of both.
-void write_record(const fs::path& out, json now) {
+void write_record(const fs::path& out, json now, double enlargement) {
   const fs::path record = out / "views.json";
   if (fs::exists(record)) {
     try {
@@ -99,6 +101,7 @@ void write_record(const fs::path& out, json now) {
       throw Error(record.string() + ": not as raywalk-render path writes it; use another --out");
     }
   }
+  now[kEnlargement] = enlargement;
   write_file_atomically(record, now.dump(2) + "\n");
 }
 
@@ -185,7 +188,10 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
   require_no_strangers(out, views);
   json record = settings_of(room, mode, frame);
   record["views"] = json_of(views);
-  write_record(out, std::move(record));
+  const int captured_px = room.panorama().width;
+  const int output_px = mode.options.width > 0 ? mode.options.width : captured_px;
+  const double enlargement = enlargement_of(frame, output_px, captured_px);
+  write_record(out, std::move(record), enlargement);
 
   Progress progress("rendering", static_cast<std::int64_t>(views.size()), "views");
   std::size_t done = 0;
@@ -205,7 +211,9 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
     throw Interrupted(fmt::format("interrupted after {} of {} views; the same command resumes",
                                   done, views.size()));
   }
-  return fmt::format("{} views, {} of them rendered now", views.size(), rendered);
+  const std::string enlarged = enlargement_text(enlargement, captured_px);
+  return fmt::format("{} views, {} of them rendered now{}", views.size(), rendered,
+                     enlarged.empty() ? "" : ", " + enlarged);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "render/view_path.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -70,7 +71,20 @@ TEST_F(ViewPathTest, WritesEveryViewAndItsSettings) {
   const auto record = nlohmann::json::parse(read_file(out() / "views.json"));
   EXPECT_EQ(record["generation"], "hlf-vd");
   EXPECT_EQ(record["k_deg"], 80.0);
+  EXPECT_EQ(record["enlargement"], 1.0);
   EXPECT_EQ(record["views"].size(), 2U);
+}
+
+TEST_F(ViewPathTest, EnlargedViewsSayByHowMuch) {
+  const ViewFrame flat{.fov_deg = 90.0, .size = "1440x1600"};
+  const std::string enlarged = fmt::format("{:.0f} times", 720.0 * kTwoPi / room_.panorama().width);
+  EXPECT_THAT(run(80.0, flat), AllOf(HasSubstr("rendered now, enlarged"), HasSubstr(enlarged)));
+  auto record = nlohmann::json::parse(read_file(out() / "views.json"));
+  EXPECT_DOUBLE_EQ(record["enlargement"], 720.0 * kTwoPi / room_.panorama().width);
+  // A record of an earlier version, without it, is still that of the same settings.
+  record.erase("enlargement");
+  write_file_atomically(out() / "views.json", record.dump());
+  EXPECT_THAT(run(80.0, flat), HasSubstr("0 of them rendered now"));
 }
 
 TEST_F(ViewPathTest, TurnsViewsAsTheTableSays) {

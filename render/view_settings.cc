@@ -8,16 +8,14 @@
 #include "core/base/error.h"
 #include "core/files/number.h"
 #include "core/files/settings.h"
+#include "core/room/choose_k.h"
 #include "core/room/requirements.h"
-#include "render/validation/choose_k.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr double kLfuKDeg = 45.0;
-constexpr double kRayspace360KDeg = 90.0;
-constexpr int kMaxLayers = 65536;
-constexpr int kMaxStride = 1'000'000;
+constexpr double kLfuKDeg = kMinK_deg;
+constexpr double kRayspace360KDeg = kMaxK_deg;
 
 SettingsSchema schema_of(ViewSettings* settings) {
   SettingsSchema schema;
@@ -26,17 +24,17 @@ SettingsSchema schema_of(ViewSettings* settings) {
       .choice("connection", &settings->connection, {"hybrid", "lfu", "rayspace360"})
       .text("k_deg", &settings->k_deg)
       .text("layers", &settings->layers)
-      .number("tolerance_px", &settings->tolerance_px, 0.01, 100.0)
-      .number("overlap_deg", &settings->overlap_deg, 0.0, 45.0)
-      .integer("width_px", &settings->width_px, 0, 32768)
+      .number("tolerance_px", &settings->tolerance_px, kMinTolerance_px, kMaxTolerance_px)
+      .number("overlap_deg", &settings->overlap_deg, 0.0, kMaxOverlap_deg)
+      .integer("width_px", &settings->width_px, 0, kMaxViewWidth_px)
       .choice("interpolation", &settings->interpolation, {"nearest", "linear", "cubic"})
       .choice("arithmetic", &settings->arithmetic, {"float", "double"})
       .choice("second_side", &settings->second_side, {"blend", "where-hidden"})
-      .integer("stations_mixed", &settings->stations_mixed, 1, 2)
-      .integer("station_stride", &settings->station_stride, 1, kMaxStride)
-      .integer("distance_maps", &settings->distance_maps, 1, 4)
-      .integer("fill_stations", &settings->fill_stations, 0, 32)
-      .number("skip_px", &settings->skip_px, 0.0, 4.0);
+      .integer("stations_mixed", &settings->stations_mixed, 1, kMaxStationsMixed)
+      .integer("station_stride", &settings->station_stride, 1, kMaxStationStride)
+      .integer("distance_maps", &settings->distance_maps, 1, kMaxDistanceMaps)
+      .integer("fill_stations", &settings->fill_stations, 0, kMaxFillStations)
+      .number("skip_px", &settings->skip_px, 0.0, kMaxSkip_px);
   return schema;
 }
 
@@ -75,15 +73,23 @@ int fixed_layers(const ViewSettings& settings) {
   return *layers;
 }
 
+// The command line's own checks let NaN pass.
+void require_range(const char* name, double value, double min, double max) {
+  if (value >= min && value <= max) return;
+  throw UsageError(fmt::format("{} is {}; it must be between {} and {}", name, value, min, max));
+}
+
 void require_consistent(const ViewSettings& settings) {
+  require_range("tolerance_px", settings.tolerance_px, kMinTolerance_px, kMaxTolerance_px);
+  require_range("overlap_deg", settings.overlap_deg, 0.0, kMaxOverlap_deg);
+  require_range("skip_px", settings.skip_px, 0.0, kMaxSkip_px);
   fixed_k_deg(settings);
   fixed_layers(settings);
 }
 
-// The room's stored requirements, if any setting is chosen by them.
+// The room's stored requirements, if automatic layers are chosen by them.
 std::optional<RoomRequirements> requirements_for(const ViewSettings& settings, const Room& room) {
-  const bool choose = !fixed_k_deg(settings) || fixed_layers(settings) == 0;
-  return choose ? current_requirements(room) : std::nullopt;
+  return fixed_layers(settings) == 0 ? current_requirements(room) : std::nullopt;
 }
 
 ViewMode mode_for(const ViewSettings& settings, const Room& room,
@@ -108,7 +114,7 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
     mode.options.k_deg = *k_deg;
     mode.k_source = settings.connection == "hybrid" ? "given" : "fixed by the connection";
   } else {
-    const AutoK chosen = auto_k_deg(room, mode.options.generation, required);
+    const ChosenK chosen = choose_k(room, settings.generation);
     mode.options.k_deg = chosen.k_deg;
     mode.k_source = chosen.source;
   }

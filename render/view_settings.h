@@ -12,6 +12,20 @@
 
 namespace raywalk::render {
 
+// Ranges of the settings below, wherever they come from; the least value is 1 unless stated.
+inline constexpr double kMinK_deg = 45.0;
+inline constexpr double kMaxK_deg = 90.0;
+inline constexpr int kMaxLayers = 65536;
+inline constexpr double kMinTolerance_px = 0.01;
+inline constexpr double kMaxTolerance_px = 100.0;
+inline constexpr double kMaxOverlap_deg = 45.0;  // from 0
+inline constexpr int kMaxViewWidth_px = 32768;   // from 0
+inline constexpr int kMaxStationsMixed = 2;
+inline constexpr int kMaxStationStride = 1'000'000;
+inline constexpr int kMaxDistanceMaps = 4;
+inline constexpr int kMaxFillStations = 32;  // from 0
+inline constexpr double kMaxSkip_px = 4.0;   // from 0
+
 // Every member is a key of the YAML file (configs/view.yaml explains them one by one).
 struct ViewSettings {
   // none, fast, balanced or accurate (presets.h): defaults for the other keys and flags.
@@ -62,9 +76,9 @@ struct ViewFlags {
 // contradict each other: only the hybrid connection takes a k, the others fix it.
 ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base = {});
 
-// The settings resolved for a room: "auto" becomes a number, from the room's stored requirements
-// (core/room/requirements.h); for layers at each view's own distance from the line. Throws Error
-// where the stored requirements are damaged.
+// The settings resolved for a room: an automatic k becomes that of choose_k (core/room/choose_k.h),
+// automatic layers follow the room's stored requirements (core/room/requirements.h) at each view's
+// own distance from the line. Throws Error where what the room stores of these is damaged.
 ViewMode view_mode(const ViewSettings& settings, const Room& room);
 
 // The same for each of `generations`. An empty list means all generations that the room can be

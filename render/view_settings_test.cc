@@ -145,9 +145,16 @@ TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
   EXPECT_EQ(view_mode({.connection = "rayspace360"}, room).options.k_deg, 90.0);
   EXPECT_EQ(view_mode({.connection = "hybrid", .k_deg = "76"}, room).options.k_deg, 76.0);
   const ViewMode automatic = view_mode({}, room);
-  EXPECT_GE(automatic.options.k_deg, 45.0);
-  EXPECT_LE(automatic.options.k_deg, 90.0);
-  EXPECT_FALSE(automatic.k_source.empty());
+  EXPECT_EQ(automatic.options.k_deg, 90.0);
+  EXPECT_THAT(automatic.k_source, HasSubstr("not measured on this room"));
+}
+
+TEST(ViewSettingsRanges, NotANumberIsInNoRange) {
+  const double nan = std::nan("");
+  for (const ViewFlags& flags :
+       {ViewFlags{.tolerance_px = nan}, ViewFlags{.overlap_deg = nan}, ViewFlags{.skip_px = nan}}) {
+    EXPECT_THROW(view_settings(flags), UsageError);
+  }
 }
 
 TEST_F(ViewModeTest, AllGenerationsThatTheRoomSupports) {
@@ -165,7 +172,7 @@ TEST_F(ViewModeTest, AllGenerationsThatTheRoomSupports) {
 
 class RequiredModeTest : public ViewModeTest {
  protected:
-  // A room with stored requirements: k = 61 and surfaces from 0.5 to 4 m.
+  // A room with stored requirements: surfaces from 0.5 to 4 m.
   Room room_with_requirements() {
     Room room = room_of(true);
     RoomRequirements required;
@@ -180,7 +187,7 @@ class RequiredModeTest : public ViewModeTest {
 TEST_F(RequiredModeTest, AutoUsesTheRoomsRequirements) {
   const Room room = room_with_requirements();
   const ViewMode mode = view_mode({}, room);
-  EXPECT_EQ(mode.options.k_deg, 61.0);
+  EXPECT_EQ(mode.options.k_deg, 90.0) << "the k of least E_t there is a model's";
   ASSERT_TRUE(mode.options.scene);
   // The number of layers follows from the stored range and the view's own distance from the line:
   // 0.5 m across the middle of the cell, more towards the corners.
@@ -208,7 +215,6 @@ TEST_F(RequiredModeTest, RequirementsOfOtherDistancesAreIgnored) {
   write_file_atomically(requirements_path(path_), kept);
   const ViewMode mode = view_mode({}, Room::open(path_));
   EXPECT_FALSE(mode.options.scene);
-  EXPECT_EQ(mode.k_source, "model E_t over the room's distances");
 }
 
 TEST_F(RequiredModeTest, DamagedRequirementsMatterOnlyWhereTheyAreUsed) {

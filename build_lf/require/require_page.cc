@@ -11,6 +11,7 @@
 #include "build_lf/require/scene_plots.h"
 #include "core/report/html_page.h"
 #include "core/report/markup.h"
+#include "core/room/choose_k.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -42,15 +43,14 @@ int layers_at_reach(const RoomRequirements& r) {
   return layers;
 }
 
-std::string recommended_k(const RoomRequirements& r) {
-  if (!r.connection.measured.empty()) {
-    return fmt::format("{:g} degrees, measured", r.connection.measured.back().k_deg);
-  }
-  return r.connection.model_k_deg ? fmt::format("{:g} degrees, model", *r.connection.model_k_deg)
-                                  : "no cell";
+ChosenK chosen_k(const Room& room) { return choose_k(room, "hlf-vd"); }
+
+std::string recommended_k(const Room& room) {
+  if (room.grid().cells.empty()) return "no cell";
+  return fmt::format("{:g} degrees", chosen_k(room).k_deg);
 }
 
-void add_facts(const RoomRequirements& r, HtmlPage* page) {
+void add_facts(const Room& room, const RoomRequirements& r, HtmlPage* page) {
   page->add_facts(
       {{"surfaces", metres(r.distance.near_m) + " to " + metres(r.distance.far_m)},
        {"layers in the middle of a cell", std::to_string(layers_at_reach(r))},
@@ -59,7 +59,7 @@ void add_facts(const RoomRequirements& r, HtmlPage* page) {
        {"captured", spacing(r.spacing.captured_median_m)},
        {"stations needed",
         fmt::format("{} of {}", r.spacing.stations_needed_with_distances, r.spacing.stations)},
-       {"k", recommended_k(r)},
+       {"k", recommended_k(room)},
        {"width worth storing", pixels(r.storage.worth_width_px)}});
 }
 
@@ -187,13 +187,17 @@ void add_connection(const Room& room, const RoomRequirements& r, HtmlPage* page)
   }
   std::vector<HtmlFigure> figures{
       svg_figure(model_plot(room, r), "The model E_t over the room's distances.")};
+  const ChosenK chosen = chosen_k(room);
+  page->add_paragraph(fmt::format("--k auto takes {:g} degrees for hlf-vd views: {}.", chosen.k_deg,
+                                  chosen.source));
   if (r.connection.measured.empty()) {
     page->add_paragraph(fmt::format(
-        "E_connect is not measured yet: raywalk-render connect-error {} --generation "
-        "initial,hlf-vd,two-sided measures it; a measurement takes precedence over the model.",
+        "raywalk-render connect-error {} --generation initial,hlf-vd,two-sided measures E_connect; "
+        "the model E_t is shown for comparison and chooses nothing.",
         room.directory().string()));
   } else {
-    figures.push_back(svg_figure(measured_connection_plot(room), "Measured E_connect."));
+    figures.push_back(svg_figure(measured_connection_plot(room),
+                                 "Measured E_connect, over the corners readable at every k."));
   }
   page->add_figures(figures);
   HtmlTable table{
@@ -258,7 +262,7 @@ std::string requirements_page(const Room& room, const RoomRequirements& requirem
       fmt::format("{} lines, {} stations of {} x {} px, for a tolerance of {:g} px",
                   room.grid().lines.size(), requirements.spacing.stations, room.panorama().width,
                   room.panorama().height, requirements.tolerance_px));
-  add_facts(requirements, &page);
+  add_facts(room, requirements, &page);
   add_scene(room, requirements, needed, &page);
   add_layers(requirements, &page);
   add_spacing(requirements, &page);

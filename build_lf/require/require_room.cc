@@ -20,6 +20,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/output_path.h"
 #include "core/geometry/spacing.h"
+#include "core/room/choose_k.h"
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 
@@ -148,13 +149,12 @@ std::string summary_of(const RoomRequirements& r, const RequireOptions& options)
       cm(r.spacing.captured_median_m), r.spacing.stations_needed_with_distances,
       r.spacing.stations);
   if (r.connection.model_k_deg) {
-    text += fmt::format("  k         {:g} by the model", *r.connection.model_k_deg);
-    for (const MeasuredConnection& each : r.connection.measured) {
-      text += fmt::format(", {:g} measured ({})", each.k_deg, each.generation);
-    }
-    text += r.connection.measured.empty()
-                ? fmt::format("; raywalk-render connect-error {} measures it\n", name)
-                : "\n";
+    const ChosenK chosen = choose_k(read_connection_errors(options.room), "hlf-vd");
+    text += fmt::format("  k         {:g} for hlf-vd views ({}); the model E_t has {:g}{}\n",
+                        chosen.k_deg, chosen.source, *r.connection.model_k_deg,
+                        r.connection.measured.empty()
+                            ? fmt::format("; raywalk-render connect-error {} measures it", name)
+                            : "");
   }
   if (r.thinned) {
     text += fmt::format("  {}: {} stations, dropped ones re-created at {:.1f} dB\n",

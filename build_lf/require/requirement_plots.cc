@@ -102,8 +102,9 @@ std::string held_out_plot(const RoomRequirements& r) {
 
 std::string model_plot(const Room& room, const RoomRequirements& r) {
   LinePlot plot = plot_of("k / degrees", "E_t, equation (6)");
-  PlotSeries series{.name = "model E_t"};
-  const ConnectionErrorCurve curve = connection_model(room).curve;
+  const ConnectionModel model = connection_model(room);
+  PlotSeries series{.name = model.from_distances ? "model E_t" : "model E_t at 1.5 N"};
+  const ConnectionErrorCurve& curve = model.curve;
   for (size_t i = 0; i < curve.total.size(); ++i) {
     series.points.push_back(
         {ConnectionErrorCurve::kMinDeg + static_cast<double>(i), curve.total[i]});
@@ -117,9 +118,10 @@ std::string model_plot(const Room& room, const RoomRequirements& r) {
 std::string measured_connection_plot(const Room& room) {
   LinePlot plot = plot_of("k / degrees", "E_connect / squared 8-bit levels");
   for (const ConnectionErrorMeasurement& each : read_connection_errors(room.directory())) {
+    if (!least_error(each)) continue;
     PlotSeries series{.name = each.generation, .style = PlotStyle::kLineAndPoints};
     for (const ConnectionErrorAtK& row : each.rows) {
-      series.points.push_back({row.k_deg, row.e_connect});  // NaN leaves a gap
+      series.points.push_back({row.k_deg, row.e_connect_common});  // NaN leaves a gap
     }
     plot.series.push_back(std::move(series));
   }

@@ -94,7 +94,7 @@ TEST_F(FramePosesTest, DamagedFilesAreNamed) {
   EXPECT_THAT(replaced("\"a0\"", "\"a1\""), HasSubstr("twice"));
   EXPECT_THAT(replaced("\"nominal\"", "\"guessed\""), HasSubstr("'guessed'"));
   EXPECT_THAT(replaced("\"yaw_deg\": ", "\"yaw_deg\": null, \"y\": "),
-              HasSubstr("frames[0]: yaw_deg: is not a number; solve the poses again"));
+              HasSubstr("frames[0]: yaw_deg: null is not a number; solve the poses again"));
   EXPECT_THROW(read_frame_poses(folder_ / "none.json", set_), Error);
 }
 

@@ -5,6 +5,7 @@
 #include "calibrate/base/frame_poses_json.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -26,10 +27,8 @@ ordered_json read_json(const fs::path& file) {
 // The texts listed under a key of a step's JSON; empty if the step has no file.
 std::vector<std::string> listed_in(const fs::path& file, const char* key) {
   if (!fs::exists(file)) return {};
-  const ordered_json document = read_json(file);
-  const auto list = document.find(key);
-  if (list == document.end() || !list->is_array()) return {};
-  return list->get<std::vector<std::string>>();
+  const CheckedJson document = CheckedJson::read(file, "run the step again");
+  return document.has(key) ? document.at(key).texts() : std::vector<std::string>{};
 }
 
 fs::path report_of(const Calibration& calibration, CalibrationStep step) {

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "core/files/fingerprint.h"
 
 namespace raywalk::calibrate {
@@ -37,14 +38,15 @@ bool is_unchanged(const fs::path& file, const std::string& state) {
 
 std::map<std::string, StepRecord> read_records(const fs::path& file) {
   std::map<std::string, StepRecord> records;
-  const json document = json::parse(read_file(file));
-  if (document.at("format_version").get<int>() > kRecordsFormatVersion) {
-    throw Error("written by a newer version of this program");
-  }
-  for (const auto& [step, record] : document.at("steps").items()) {
-    records[step] = {.fingerprint = record.at("fingerprint").get<std::string>(),
-                     .seconds = record.at("seconds").get<double>(),
-                     .outputs = record.at("outputs").get<std::map<std::string, std::string>>()};
+  const CheckedJson document = CheckedJson::read(file);
+  document.require_version(kRecordsFormatVersion);
+  for (const auto& [step, record] : document.at("steps").members()) {
+    StepRecord& read = records[step];
+    read.fingerprint = record.at("fingerprint").text();
+    read.seconds = record.at("seconds").number(0.0);
+    for (const auto& [output, state] : record.at("outputs").members()) {
+      read.outputs[output] = state.text();
+    }
   }
   return records;
 }

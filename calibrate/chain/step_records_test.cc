@@ -59,6 +59,8 @@ TEST_F(StepRecordsTest, ForgottenStepIsNotDone) {
 TEST_F(StepRecordsTest, DamagedRecordsCountAsNone) {
   note();
   for (const char* bad : {"", "{", "[]", "{\"format_version\": 2, \"steps\": {}}",
+                          "{\"format_version\": 4294967297, \"steps\": {}}",
+                          "{\"format_version\": 1.5, \"steps\": {}}",
                           "{\"format_version\": 1, \"steps\": {\"mask\": 3}}"}) {
     write("steps.json", bad);
     EXPECT_FALSE(is_done()) << bad;

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -30,40 +30,41 @@ ordered_json balance_json(const BalanceReport& report) {
           {"motion_ratios", report.motion_ratios}};
 }
 
-BalanceReport balance_from(const ordered_json& json) {
+BalanceReport balance_from(const CheckedJson& json) {
   BalanceReport report;
   BalanceFit& fit = report.fit;
-  const ordered_json& balance = json.at("balance");
+  const CheckedJson balance = json.at("balance");
+  const std::vector<CheckedJson> back_gain = balance.at("back_gain").items(3);
   for (std::size_t colour = 0; colour < 3; ++colour) {
-    fit.balance.back_gain[colour] = balance.at("back_gain").at(2 - colour).get<double>();
+    fit.balance.back_gain[colour] = back_gain[2 - colour].number();
   }
-  fit.balance.falloff_2 = balance.at("falloff_2").get<double>();
-  fit.balance.falloff_4 = balance.at("falloff_4").get<double>();
-  fit.gain_sigma = balance.at("gain_sigma").get<double>();
-  fit.share_45_sigma = balance.at("share_45_sigma").get<double>();
-  fit.share_90_sigma = balance.at("share_90_sigma").get<double>();
-  fit.scatter = balance.at("scatter").get<double>();
-  report.frames = balance.at("frames").get<int>();
-  report.overlap_ratios = balance.at("overlap_ratios").get<int>();
-  report.motion_ratios = balance.at("motion_ratios").get<int>();
+  fit.balance.falloff_2 = balance.at("falloff_2").number();
+  fit.balance.falloff_4 = balance.at("falloff_4").number();
+  fit.gain_sigma = balance.at("gain_sigma").number();
+  fit.share_45_sigma = balance.at("share_45_sigma").number();
+  fit.share_90_sigma = balance.at("share_90_sigma").number();
+  fit.scatter = balance.at("scatter").number();
+  report.frames = balance.at("frames").integer(0);
+  report.overlap_ratios = balance.at("overlap_ratios").integer(0);
+  report.motion_ratios = balance.at("motion_ratios").integer(0);
   fit.ratios = report.overlap_ratios + report.motion_ratios;
-  report.step_before_levels = json.at("seam").at("step_before_levels").get<double>();
-  report.step_after_levels = json.at("seam").at("step_after_levels").get<double>();
-  report.correlation = json.at("seam").at("correlation").get<double>();
-  report.warnings = json.at("warnings").get<std::vector<std::string>>();
+  report.step_before_levels = json.at("seam").at("step_before_levels").number();
+  report.step_after_levels = json.at("seam").at("step_after_levels").number();
+  report.correlation = json.at("seam").at("correlation").number();
+  report.warnings = json.at("warnings").texts();
   return report;
 }
 
-StitchRecord record_from(const ordered_json& json) {
+StitchRecord record_from(const CheckedJson& json) {
   StitchRecord record;
-  record.fingerprint = json.at("fingerprint").get<std::string>();
-  record.complete = json.at("complete").get<bool>();
-  record.panorama = {json.at("width_px").get<int>(), json.at("height_px").get<int>()};
-  record.frames = json.at("frames").get<int>();
-  record.options.blend = blend_method_named(json.at("blend").get<std::string>());
-  record.options.blend_deg = json.at("blend_deg").get<double>();
-  const ordered_json& distance = json.at("seam_distance_m");
-  if (!distance.is_null()) record.options.seam_distance_m = distance.get<double>();
+  record.fingerprint = json.at("fingerprint").text();
+  record.complete = json.at("complete").boolean();
+  record.panorama = {json.at("width_px").integer(0), json.at("height_px").integer(0)};
+  record.frames = json.at("frames").integer(0);
+  record.options.blend = blend_method_named(json.at("blend").text());
+  record.options.blend_deg = json.at("blend_deg").number();
+  const CheckedJson distance = json.at("seam_distance_m");
+  if (!distance.is_null()) record.options.seam_distance_m = distance.number();
   record.balance = balance_from(json);
   return record;
 }
@@ -94,12 +95,10 @@ std::string to_json(const StitchRecord& record) {
 std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return std::nullopt;
   try {
-    const ordered_json json = ordered_json::parse(read_file(file));
-    if (json.at("format_version").get<int>() != kFormatVersion) return std::nullopt;
+    const CheckedJson json = CheckedJson::read(file);
+    if (json.at("format_version").integer() != kFormatVersion) return std::nullopt;
     return record_from(json);
-  } catch (const ordered_json::exception&) {
-    return std::nullopt;
-  } catch (const UsageError&) {
+  } catch (const Error&) {
     return std::nullopt;
   }
 }

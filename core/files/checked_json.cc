@@ -43,6 +43,13 @@ void CheckedJson::fail(const std::string& what) const {
       one_line(fmt::format("{}: {}{}{}", place_, what, advice.empty() ? "" : "; ", advice)));
 }
 
+void CheckedJson::fail_as_found(const std::string& what) const {
+  constexpr std::size_t kLongest = 40;
+  std::string found = value_->dump(-1, ' ', true, Json::error_handler_t::replace);
+  if (found.size() > kLongest) found = found.substr(0, kLongest) + "...";
+  fail(fmt::format("{} {}", found, what));
+}
+
 void CheckedJson::require_version(int newest) const {
   const int version = at("format_version").integer(1);
   if (version <= newest) return;
@@ -68,6 +75,15 @@ bool CheckedJson::is_null() const { return value_->is_null(); }
 
 bool CheckedJson::is_text() const { return value_->is_string(); }
 
+std::vector<std::pair<std::string, CheckedJson>> CheckedJson::members() const {
+  if (!value_->is_object()) fail("is not an object");
+  std::vector<std::pair<std::string, CheckedJson>> members;
+  for (const auto& [key, value] : value_->items()) {
+    members.emplace_back(key, CheckedJson(document_, &value, fmt::format("{}: {}", place_, key)));
+  }
+  return members;
+}
+
 std::vector<CheckedJson> CheckedJson::items() const {
   if (!value_->is_array()) fail("is not a list");
   std::vector<CheckedJson> items;
@@ -84,7 +100,7 @@ std::vector<CheckedJson> CheckedJson::items(std::size_t count) const {
 }
 
 std::string CheckedJson::text() const {
-  if (!value_->is_string()) fail("is not a string");
+  if (!value_->is_string()) fail_as_found("is not a string");
   return value_->get<std::string>();
 }
 
@@ -95,31 +111,33 @@ std::vector<std::string> CheckedJson::texts() const {
 }
 
 bool CheckedJson::boolean() const {
-  if (!value_->is_boolean()) fail("is not a boolean");
+  if (!value_->is_boolean()) fail_as_found("is not a boolean");
   return value_->get<bool>();
 }
 
 int CheckedJson::integer(int min, int max) const {
-  if (!value_->is_number_integer()) fail("is not an integer");
+  const std::string wanted = fmt::format("between {} and {}", min, max);
+  if (!value_->is_number_integer()) fail_as_found("is not an integer " + wanted);
+  // get<int>() would wrap what int cannot hold.
   const bool too_large =
       value_->is_number_unsigned() &&
       value_->get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<int>::max());
   const auto value = too_large ? 0 : value_->get<std::int64_t>();
-  if (too_large || value < min || value > max) {
-    fail(fmt::format("is not between {} and {}", min, max));
-  }
+  if (too_large || value < min || value > max) fail_as_found("is not " + wanted);
   return static_cast<int>(value);
 }
 
 std::uint64_t CheckedJson::unsigned_integer() const {
-  if (!value_->is_number_unsigned()) fail("is not an integer from 0 on");
+  if (!value_->is_number_unsigned()) fail_as_found("is not an integer from 0 on");
   return value_->get<std::uint64_t>();
 }
 
 double CheckedJson::number(double min, double max) const {
-  if (!value_->is_number()) fail("is not a number");
+  if (!value_->is_number()) fail_as_found("is not a number");
   const auto value = value_->get<double>();
-  if (!(value >= min && value <= max)) fail(fmt::format("is not between {:g} and {:g}", min, max));
+  if (!(value >= min && value <= max)) {
+    fail_as_found(fmt::format("is not between {:g} and {:g}", min, max));
+  }
   return value;
 }
 

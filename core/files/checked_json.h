@@ -15,7 +15,7 @@ namespace raywalk {
 
 // A value of a document, which it keeps alive. All functions but has(), is_null() and is_text()
 // throw Error "SOURCE: PLACE: WHAT; ADVICE" where the value is missing, of another type or out of
-// range, e.g. "poses.json: frames[2]: yaw_deg: is not a number; solve the poses again".
+// range, e.g. "poses.json: frames[2]: yaw_deg: null is not a number; solve the poses again".
 class CheckedJson {
  public:
   // The root of a document. `source` is what errors name, as a rule the file; `advice` how the file
@@ -36,12 +36,15 @@ class CheckedJson {
   bool is_null() const;
   bool is_text() const;
 
+  // Of an object, in the order of the document.
+  std::vector<std::pair<std::string, CheckedJson>> members() const;
   std::vector<CheckedJson> items() const;  // of a list
   std::vector<CheckedJson> items(std::size_t count) const;
 
   std::string text() const;
   std::vector<std::string> texts() const;  // of a list
   bool boolean() const;
+  // Never rounds or wraps: 2.5, 2.0 and what int cannot hold are refused.
   int integer(int min = std::numeric_limits<int>::min(),
               int max = std::numeric_limits<int>::max()) const;
   std::uint64_t unsigned_integer() const;
@@ -52,6 +55,9 @@ class CheckedJson {
 
  private:
   struct Document;
+
+  // fail() with the value itself before `what`, cut where it is long.
+  [[noreturn]] void fail_as_found(const std::string& what) const;
 
   CheckedJson(std::shared_ptr<const Document> document, const nlohmann::ordered_json* value,
               std::string place)

@@ -45,6 +45,10 @@ TEST(CheckedJson, GivesWhatIsThere) {
   EXPECT_EQ(root.at("far").number(), 1e300);
   EXPECT_TRUE(std::isnan(root.at("none").number_or(std::nan(""))));
   EXPECT_EQ(root.at("far").number_or(0.0), 1e300);
+  const auto members = root.at("lines").items()[0].members();
+  ASSERT_EQ(members.size(), 1U);
+  EXPECT_EQ(members[0].first, "id");
+  EXPECT_EQ(members[0].second.text(), "x0");
   EXPECT_TRUE(root.at("none").is_null());
   EXPECT_TRUE(root.at("name").is_text());
   EXPECT_FALSE(root.at("count").is_text());
@@ -62,7 +66,7 @@ TEST(CheckedJson, KeepsTheDocumentAlive) {
 TEST(CheckedJson, ErrorsNameTheFileThePlaceAndTheRemedy) {
   EXPECT_EQ(error_of_reading(
                 [](const CheckedJson& root) { root.at("lines").items()[1].at("id").text(); }),
-            "room.json: lines[1]: id: is not a string; make it again");
+            "room.json: lines[1]: id: 7 is not a string; make it again");
   EXPECT_EQ(
       error_of_reading([](const CheckedJson& root) { root.at("lines").items()[1].at("axis"); }),
       "room.json: lines[1]: has no 'axis'; make it again");
@@ -87,7 +91,7 @@ TEST(CheckedJson, OtherTypesAreRefused) {
   const auto items = [](const CheckedJson& json) { json.items(); };
   const auto at = [](const CheckedJson& json) { json.at("id"); };
   EXPECT_THAT(refused("count", text), HasSubstr("is not a string"));
-  EXPECT_THAT(refused("place", texts), HasSubstr("place[0]: is not a string"));
+  EXPECT_THAT(refused("place", texts), HasSubstr("place[0]: 1 is not a string"));
   EXPECT_THAT(refused("count", boolean), HasSubstr("is not a boolean"));
   EXPECT_THAT(refused("far", integer), HasSubstr("is not an integer"));
   EXPECT_THAT(refused("bytes", integer), HasSubstr("is not between"));
@@ -97,15 +101,38 @@ TEST(CheckedJson, OtherTypesAreRefused) {
   EXPECT_THAT(refused("name", number_or), HasSubstr("is not a number"));
   EXPECT_THAT(refused("name", items), HasSubstr("is not a list"));
   EXPECT_THAT(refused("names", at), HasSubstr("is not an object"));
+  EXPECT_THAT(refused("names", [](const CheckedJson& json) { json.members(); }),
+              HasSubstr("is not an object"));
 }
 
 TEST(CheckedJson, RangesAreChecked) {
   EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("count").integer(0, 6); }),
-              HasSubstr("count: is not between 0 and 6"));
+              HasSubstr("count: 7 is not between 0 and 6"));
   EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("count").number(7.5, 9); }),
-              HasSubstr("count: is not between 7.5 and 9"));
+              HasSubstr("count: 7 is not between 7.5 and 9"));
   EXPECT_THAT(error_of_reading([](const CheckedJson& root) { root.at("place").items(3); }),
               HasSubstr("place: does not have 3 elements"));
+}
+
+TEST(CheckedJson, IntegersNeverWrapOrRound) {
+  const auto refused = [](const std::string& value) {
+    return error_of_reading([&](const CheckedJson&) {
+      CheckedJson::parse("{\"width_px\": " + value + "}", "trade.json")
+          .at("width_px")
+          .integer(4, 9);
+    });
+  };
+  EXPECT_EQ(refused("99999999999"), "trade.json: width_px: 99999999999 is not between 4 and 9");
+  for (const char* value : {"-99999999999", "4294967300", "18446744073709551615", "3", "-5"}) {
+    EXPECT_EQ(refused(value),
+              "trade.json: width_px: " + std::string(value) + " is not between 4 and 9");
+  }
+  // 4294967300 and 18446744073709551620 are 4 modulo 2^32 and 2^64; the latter is read as a double.
+  for (const char* value :
+       {"4.5", "5.0", "1e3", "18446744073709551620", "null", "\"5\"", "true", "[5]", "-0.0"}) {
+    EXPECT_THAT(refused(value), HasSubstr("is not an integer between 4 and 9")) << value;
+  }
+  EXPECT_THAT(refused("\"" + std::string(1000, 'x') + "\""), HasSubstr("xxx... is not an integer"));
 }
 
 TEST(CheckedJson, TextThatIsNotJsonIsOneLineOfError) {

@@ -35,6 +35,7 @@ Json json_of(const ConnectionErrorMeasurement& measurement) {
   return {{"generation", measurement.generation},
           {"viewpoints", measurement.viewpoints},
           {"overlap_deg", measurement.overlap_deg},
+          {"common_share", json_of_error(measurement.common_share)},
           {"rows", std::move(rows)}};
 }
 
@@ -65,6 +66,9 @@ ConnectionErrorMeasurement measurement_of(const CheckedJson& json) {
   ConnectionErrorMeasurement measurement{.generation = generation_in(json.at("generation")),
                                          .viewpoints = json.at("viewpoints").integer(1, 1'000'000),
                                          .overlap_deg = json.at("overlap_deg").number(0.0, 45.0)};
+  if (json.has("common_share") && !json.at("common_share").is_null()) {
+    measurement.common_share = json.at("common_share").number(0.0, 1.0);
+  }
   for (const CheckedJson& row : json.at("rows").items()) measurement.rows.push_back(row_of(row));
   if (measurement.rows.empty()) json.at("rows").fail("is empty");
   return measurement;
@@ -127,10 +131,11 @@ void store_connection_errors(const std::filesystem::path& room,
 
 std::optional<ConnectionErrorAtK> least_error(const ConnectionErrorMeasurement& measurement) {
   std::optional<ConnectionErrorAtK> best;
+  if (!(measurement.common_share >= kLeastCommonShare) || measurement.rows.size() < 2) return best;
   for (const ConnectionErrorAtK& row : measurement.rows) {
-    if (std::isnan(row.e_connect)) continue;
-    const bool better = !best || row.e_connect < best->e_connect ||
-                        (row.e_connect == best->e_connect && row.k_deg > best->k_deg);
+    if (std::isnan(row.e_connect_common)) continue;
+    const bool better = !best || row.e_connect_common < best->e_connect_common ||
+                        (row.e_connect_common == best->e_connect_common && row.k_deg > best->k_deg);
     if (better) best = row;
   }
   return best;
@@ -140,7 +145,7 @@ std::vector<MeasuredConnection> least_errors(const std::filesystem::path& room) 
   std::vector<MeasuredConnection> least_errors;
   for (const ConnectionErrorMeasurement& each : read_connection_errors(room)) {
     if (const auto least = least_error(each)) {
-      least_errors.push_back({each.generation, least->k_deg, least->e_connect});
+      least_errors.push_back({each.generation, least->k_deg, least->e_connect_common});
     }
   }
   return least_errors;

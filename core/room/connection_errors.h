@@ -3,14 +3,16 @@
 // raywalk-render connect-error.
 //
 //   {"format_version": 1,
-//    "measurements": [{"generation", "viewpoints", "overlap_deg",
+//    "measurements": [{"generation", "viewpoints", "overlap_deg", "common_share",
 //                      "rows": [{"connection", "k_deg", "e_connect", "e_connect_common",
 //                                "coverage"}]}]}
 //
-// An error that could not be measured is null. Measure again after replacing distances.
+// An error that could not be measured is null; "common_share" is null or missing where it is not
+// known. Measure again after replacing distances.
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,14 +31,16 @@ struct ConnectionErrorMeasurement {
   std::string generation{};  // of the views measured: initial, hlf-vd or two-sided
   int viewpoints = 0;        // per side of every cell
   double overlap_deg = 0.0;  // width of the blend, [0, 45]
+  // Share of the (viewpoint, corner) pairs that e_connect_common is over, [0, 1]; NaN: not known.
+  double common_share = std::numeric_limits<double>::quiet_NaN();
   std::vector<ConnectionErrorAtK> rows{};
 };
 
 // The recommendation of a measurement.
 struct MeasuredConnection {
   std::string generation{};
-  double k_deg = 90.0;     // with the least e_connect
-  double e_connect = 0.0;  // at k_deg
+  double k_deg = 90.0;     // with the least e_connect_common
+  double e_connect = 0.0;  // e_connect_common at k_deg
 };
 
 // "lfu" at k = 45, "rayspace360" at 90, "hybrid" between.
@@ -53,8 +57,14 @@ std::vector<ConnectionErrorMeasurement> read_connection_errors(const std::filesy
 void store_connection_errors(const std::filesystem::path& room,
                              const ConnectionErrorMeasurement& measurement);
 
-// The row with the least e_connect; of equal ones the largest k, which connects physically more
-// often. None if no k could be measured.
+// The least share of pairs readable at every k whose errors speak for the room: with less, most of
+// its corners are not compared at all.
+inline constexpr double kLeastCommonShare = 0.5;
+
+// The row with the least e_connect_common; of equal ones the largest k, which connects physically
+// more often. e_connect is not compared: where the overhang is short, a small k is measured on
+// fewer and other corners than a large one. None where common_share is below kLeastCommonShare or
+// not known, and where only one k was measured.
 std::optional<ConnectionErrorAtK> least_error(const ConnectionErrorMeasurement& measurement);
 
 // least_error of each measured generation that has one. Throws Error as read_connection_errors.

@@ -19,6 +19,7 @@ ConnectionErrorMeasurement measurement(const std::string& generation, double e_c
   return {.generation = generation,
           .viewpoints = 7,
           .overlap_deg = 4.0,
+          .common_share = 0.75,
           .rows = {{45.0, std::nan(""), std::nan(""), 0.0},
                    {80.5, e_connect, std::nan(""), 1.0 / 3.0}}};
 }
@@ -48,6 +49,7 @@ TEST_F(ConnectionErrorsTest, IsReadAsItWasStored) {
   EXPECT_EQ(read[0].generation, "hlf-vd");
   EXPECT_EQ(read[0].viewpoints, 7);
   EXPECT_EQ(read[0].overlap_deg, 4.0);
+  EXPECT_EQ(read[0].common_share, 0.75);
   ASSERT_EQ(read[0].rows.size(), 2U);
   EXPECT_EQ(read[0].rows[0].k_deg, 45.0);
   EXPECT_TRUE(std::isnan(read[0].rows[0].e_connect));
@@ -59,9 +61,14 @@ TEST_F(ConnectionErrorsTest, LeastErrorPrefersThePhysicalConnectionOfEquals) {
   ConnectionErrorMeasurement measured = measurement("initial", 3.0);
   measured.rows.push_back({85.0, 2.0, 2.0, 1.0});
   measured.rows.push_back({88.0, 2.0, 2.0, 1.0});
-  measured.rows.push_back({90.0, 5.0, 2.0, 1.0});
+  measured.rows.push_back({90.0, 1.0, 5.0, 1.0});
   EXPECT_EQ(least_error(measured)->k_deg, 88.0);
-  measured.rows.resize(1);
+  measured.common_share = 0.49;
+  EXPECT_FALSE(least_error(measured)) << "too few corners are compared";
+  measured.common_share = std::nan("");
+  EXPECT_FALSE(least_error(measured)) << "how many corners are compared is not known";
+  measured.common_share = 1.0;
+  measured.rows.resize(2);
   EXPECT_FALSE(least_error(measured)) << "nothing could be measured";
 }
 
@@ -78,6 +85,15 @@ TEST_F(ConnectionErrorsTest, LeastErrorsSkipUnmeasuredGenerations) {
   EXPECT_EQ(least[0].generation, "two-sided");
   EXPECT_EQ(least[0].k_deg, 85.0);
   EXPECT_EQ(least[0].e_connect, 2.0);
+}
+
+TEST_F(ConnectionErrorsTest, AnEarlierFileWithoutTheCommonShareIsRead) {
+  store_connection_errors(directory_.path(), measurement("hlf-vd", 0.1));
+  std::string text = read_file(connection_errors_path(directory_.path()));
+  const std::string key = "\"common_share\": 0.75,";
+  text.erase(text.find(key), key.size());
+  write_file_atomically(connection_errors_path(directory_.path()), text);
+  EXPECT_TRUE(std::isnan(read_connection_errors(directory_.path()).at(0).common_share));
 }
 
 TEST_F(ConnectionErrorsTest, DamageIsReportedAndThenReplaced) {
@@ -105,6 +121,7 @@ TEST_F(ConnectionErrorsTest, DamageIsReportedAndThenReplaced) {
                                  with("1.5", "\"low\""),
                                  with("1.5", "null"),
                                  with("0.3333", "1.3333"),
+                                 with("\"common_share\": 0.75", "\"common_share\": 1.5"),
                                  with("\"viewpoints\": 7", "\"viewpoints\": 0"),
                                  with("\"rows\"", "\"lines\"")};
   for (const std::string& text : damaged) {

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "core/files/test_directory.h"
-#include "core/room/connection_model.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
@@ -65,11 +64,6 @@ TEST_F(DistanceSamplesTest, RoomWithoutDistancesHasNoSamples) {
   EXPECT_TRUE(none.samples.empty());
   EXPECT_EQ(none.known_share, 0.0);
   EXPECT_TRUE(std::isnan(distance_quantiles(none.samples, std::array{0.5})[0]));
-}
-
-TEST_F(DistanceSamplesTest, ModelReportsWhetherItUsedDistances) {
-  EXPECT_TRUE(connection_model(room_of({.width = 32})).from_distances);
-  EXPECT_FALSE(connection_model(room_of({.width = 32, .distances = false})).from_distances);
 }
 
 }  // namespace

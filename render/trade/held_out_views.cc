@@ -39,9 +39,9 @@ struct DepthRun {
 DepthRun read_depth_run(const fs::path& file) {
   const auto json = CheckedJson::read(file, "run raywalk-build-lf depth again");
   return {.method = json.at("method").text(),
-          .width = json.at("width").integer(),
-          .every = json.has("every") ? json.at("every").integer() : 0,
-          .hold_out = json.has("hold_out") ? json.at("hold_out").integer() : 0,
+          .width = json.at("width").integer(1),
+          .every = json.has("every") ? json.at("every").integer(0) : 0,
+          .hold_out = json.has("hold_out") ? json.at("hold_out").integer(0) : 0,
           .valid_mask = json.has("valid_mask") ? json.at("valid_mask").text() : ""};
 }
 

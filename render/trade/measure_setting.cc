@@ -1,20 +1,22 @@
 #include "render/trade/measure_setting.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/interrupt.h"
-#include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/resident_memory.h"
-#include "core/base/timing.h"
 
 namespace raywalk::render {
 namespace {
 
-constexpr double kClockStep_s = 1.0 / CLOCKS_PER_SEC;  // resolution of std::clock
+// The yardstick is run as often as it takes to last this long: waking the threads would make the
+// time of a single remap of a small picture uneven.
+constexpr double kLeastYardstick_s = 2e-3;
+constexpr int kMostYardstickRuns = 100;
 
 // Sets the number of threads in use during its lifetime.
 class ThreadsInUse {
@@ -61,34 +63,17 @@ void measure_memory(const TradeSetting& setting, const TradeView& view,
   measured->touched_mb = 1e-6 * static_cast<double>(counted.report.bytes_touched);
 }
 
-void measure_times(const TradeSetting& setting, std::span<const TradeView> views, int repetitions,
-                   PitchRemap* yardstick, TradeMeasurement* measured) {
-  Renderers renderers(setting);
-  RenderedView rendered;
-  const bool switches = setting.threads != thread_count();
-  const auto render = [&](const TradeView& view) {
-    const ThreadsInUse threads(setting.threads);
-    return times_of([&] { renderers.of(view).render(view.viewpoint, rendered); });
-  };
-  for (const TradeView& view : views) render(view);
-  yardstick->run();
-  std::vector<double> view_s, remap_s, ratios, cpu_ratios;
-  for (int i = 0; i < repetitions; ++i) {
-    for (const TradeView& view : views) {
-      throw_if_interrupted();
-      if (switches) yardstick->run();  // wakes the other threads again
-      const Times remap = times_of([&] { yardstick->run(); });
-      const Times rendering = render(view);
-      view_s.push_back(rendering.wall_s);
-      remap_s.push_back(remap.wall_s);
-      ratios.push_back(rendering.wall_s / remap.wall_s);
-      cpu_ratios.push_back(rendering.cpu_s / std::max(remap.cpu_s, kClockStep_s));
-    }
-  }
-  measured->ms = 1e3 * median(view_s);
-  measured->remap_ms = 1e3 * median(remap_s);
-  measured->ratio = median(ratios);
-  measured->cpu_ratio = median(cpu_ratios);
+int yardstick_runs(const ViewTimer& timer) {
+  const double once_s = timer.source.times([&] { timer.yardstick->run(); }).wall_s;
+  return std::clamp(static_cast<int>(std::ceil(kLeastYardstick_s / once_s)), 1, kMostYardstickRuns);
+}
+
+// The mean of `runs` runs.
+Times time_of_yardstick(const ViewTimer& timer, int runs) {
+  const Times all = timer.source.times([&] {
+    for (int run = 0; run < runs; ++run) timer.yardstick->run();
+  });
+  return {all.wall_s / runs, all.cpu_s / runs};
 }
 
 // Rendered for scoring: at the size of its truth.
@@ -103,12 +88,37 @@ cv::Mat picture(Renderer* renderer, const TradeView& view) {
 }  // namespace
 
 TradeMeasurement measure_setting(const TradeSetting& setting, std::span<const TradeView> views,
-                                 int repetitions, PitchRemap* yardstick) {
+                                 const ViewTimer& timer) {
   TradeMeasurement measured;
   measure_memory(setting, views.front(), &measured);
-  measure_times(setting, views, repetitions, yardstick, &measured);
+  measured.time = measure_time(setting, views, timer);
   measured.scores = score_setting(setting, views);
   return measured;
+}
+
+ViewTime measure_time(const TradeSetting& setting, std::span<const TradeView> views,
+                      const ViewTimer& timer) {
+  Renderers renderers(setting);
+  RenderedView rendered;
+  const bool switches = setting.threads != thread_count();
+  const auto time_of_view = [&](const TradeView& view) {
+    const ThreadsInUse threads(setting.threads);
+    return timer.source.times([&] { renderers.of(view).render(view.viewpoint, rendered); });
+  };
+  for (const TradeView& view : views) time_of_view(view);
+  timer.yardstick->run();
+  const int runs = yardstick_runs(timer);
+  const ProcessorUse before = timer.source.processor_use();
+  std::vector<TimedPair> pairs;
+  for (int i = 0; i < timer.repetitions; ++i) {
+    for (const TradeView& view : views) {
+      throw_if_interrupted();
+      if (switches) timer.yardstick->run();  // wakes the other threads again
+      const Times remap = time_of_yardstick(timer, runs);
+      pairs.push_back({remap, time_of_view(view)});
+    }
+  }
+  return view_time_of(pairs, share_of_others(before, timer.source.processor_use()));
 }
 
 ViewScores score_setting(const TradeSetting& setting, std::span<const TradeView> views) {

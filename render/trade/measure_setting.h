@@ -11,14 +11,25 @@
 
 namespace raywalk::render {
 
+// How views are timed.
+struct ViewTimer {
+  int repetitions = 1;              // of every view
+  PitchRemap* yardstick = nullptr;  // run beside every view
+  TimeSource source{};
+};
+
 // Measures everything but e_connect: first the memory of the first view in a newly opened room,
-// then times (every view `repetitions` times after a warm-up, each run paired with one run of
-// `yardstick`), and last, so that scoring does not disturb the times, the scores. A picture smaller
-// than its truth is enlarged before it is scored; its time does not include that. The number of
-// threads in use (core/base/parallel.h) is changed during the measurement and restored. Throws
+// then the time, and last, so that scoring does not disturb the times, the scores. A picture
+// smaller than its truth is enlarged before it is scored; its time does not include that. Throws
 // Error as Renderer does; Interrupted.
 TradeMeasurement measure_setting(const TradeSetting& setting, std::span<const TradeView> views,
-                                 int repetitions, PitchRemap* yardstick);
+                                 const ViewTimer& timer);
+
+// The time of every view, `repetitions` times after a warm-up, each run paired with the yardstick.
+// The number of threads in use (core/base/parallel.h) is changed during the measurement and
+// restored. Throws as measure_setting does.
+ViewTime measure_time(const TradeSetting& setting, std::span<const TradeView> views,
+                      const ViewTimer& timer);
 
 // Mean scores of the views rendered with a setting. Throws as measure_setting does.
 ViewScores score_setting(const TradeSetting& setting, std::span<const TradeView> views);

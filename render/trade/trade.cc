@@ -58,6 +58,29 @@ std::string fingerprint_of(const TradeInput& input) {
   return sha256_hex(text);
 }
 
+// Measures again what other programs disturbed, and marks what stays disturbed.
+void settle_disturbed(const TradeInput& input, const ViewTimer& timer, TradePartial* partial,
+                      std::vector<MeasuredSetting>* settings) {
+  std::vector<ViewTime> times;
+  for (const MeasuredSetting& setting : *settings) times.push_back(setting.measured.time);
+  std::optional<Progress> progress;
+  const auto begin_round = [&](std::ptrdiff_t count) {
+    progress.emplace("disturbed, timed again", count, "settings");
+  };
+  const auto measure = [&](std::size_t i) {
+    const TradeSetting& setting = (*settings)[i].setting;
+    const ViewTime time = measure_time(setting, input.rooms[setting.room].views, timer);
+    progress->advance();
+    return time;
+  };
+  repeat_disturbed(&times, begin_round, measure, [&](std::size_t i) {
+    (*settings)[i].measured.time = times[i];
+    partial->add((*settings)[i].setting, (*settings)[i].measured);
+  });
+  const std::vector<bool> marked = disturbed(times);
+  for (std::size_t i = 0; i < times.size(); ++i) (*settings)[i].measured.disturbed = marked[i];
+}
+
 std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs::path& file) {
   TradePartial partial(file, fingerprint_of(input));
   std::vector<MeasuredSetting> settings;
@@ -65,21 +88,24 @@ std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs:
   const auto left = std::ranges::count_if(
       input.settings, [&](const TradeSetting& setting) { return !partial.find(setting); });
   PitchRemap yardstick(input.rooms.front().views.front().truth.cols);
-  Progress progress("trade", left, "settings");
-  for (MeasuredSetting& measured : settings) {
-    const TradeSetting& setting = measured.setting;
-    if (const auto found = partial.find(setting)) {
-      measured.measured = *found;
-      continue;
+  const ViewTimer timer{input.repetitions, &yardstick, input.time_source};
+  {
+    Progress progress("trade", left, "settings");
+    for (MeasuredSetting& measured : settings) {
+      const TradeSetting& setting = measured.setting;
+      if (const auto found = partial.find(setting)) {
+        measured.measured = *found;
+        continue;
+      }
+      measured.measured = measure_setting(setting, input.rooms[setting.room].views, timer);
+      if (!input.held_out.empty()) {
+        measured.measured.held_out = score_setting(setting, input.held_out);
+      }
+      partial.add(setting, measured.measured);
+      progress.advance();
     }
-    measured.measured =
-        measure_setting(setting, input.rooms[setting.room].views, input.repetitions, &yardstick);
-    if (!input.held_out.empty()) {
-      measured.measured.held_out = score_setting(setting, input.held_out);
-    }
-    partial.add(setting, measured.measured);
-    progress.advance();
   }
+  settle_disturbed(input, timer, &partial, &settings);
   return settings;
 }
 
@@ -108,7 +134,7 @@ void give_connection_error(const ConnectErrorRow& row, std::size_t room,
   for (MeasuredSetting& measured : *settings) {
     const ViewOptions& options = measured.setting.mode.options;
     if (measured.setting.room != room || options.k_deg != row.k_deg) continue;
-    if (options.generation == row.generation) measured.measured.e_connect = row.e_connect;
+    if (options.generation == row.generation) measured.measured.e_connect = row.e_connect_common;
   }
 }
 
@@ -123,6 +149,8 @@ void measure_connections(const TradeInput& input, std::vector<MeasuredSetting>* 
         .k_list_deg = {wanted.k_list_deg.begin(), wanted.k_list_deg.end()}};
     for (const ConnectError& error :
          connection_errors(*input.rooms[room].room, wanted.modes, options)) {
+      // Settings of unlike k are only comparable over the corners that all of these k can read.
+      if (!(error.common_share >= kLeastCommonShare)) continue;
       for (const ConnectErrorRow& row : error.rows) give_connection_error(row, room, settings);
     }
   }
@@ -167,20 +195,34 @@ std::string agreement_text(const Trade& trade) {
       agreement.psnr_db, agreement.ws_psnr_db, agreement.ssim, agreement.fsim);
 }
 
+// What is said of times that are not to be relied on; empty where all are.
+std::string disturbed_note(const Trade& trade) {
+  const std::size_t count = disturbed_count(trade.settings);
+  if (count == 0) return "";
+  return fmt::format(
+      "other programs disturbed the times of {} of {} settings: these are not to be relied on, and "
+      "--budget-ms and --min-psnr-db choose none of them; run the same command again while nothing "
+      "else runs\n",
+      count, trade.settings.size());
+}
+
 std::string summary_of(const Trade& trade, const fs::path& report) {
   std::string text = fmt::format("{:>8}  {:>7}  {:>8}  {:>6}  {}\n", "ms", "x remap", "PSNR dB",
                                  "SSIM", "settings on the Pareto front");
   for (const std::size_t i : psnr_front(trade)) {
     const MeasuredSetting& setting = trade.settings[i];
     const TradeMeasurement& measured = setting.measured;
-    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  {}\n", measured.ms, measured.ratio,
-                        measured.scores.psnr_db, measured.scores.ssim, setting.setting.name);
+    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  {}\n", measured.time.ms,
+                        measured.time.ratio, measured.scores.psnr_db, measured.scores.ssim,
+                        marked_name(setting));
   }
   for (const TradedPreset& preset : trade.presets) {
     const TradeMeasurement& measured = trade.settings[preset.setting].measured;
-    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  preset {}\n", measured.ms,
-                        measured.ratio, measured.scores.psnr_db, measured.scores.ssim, preset.name);
+    text += fmt::format("{:8.2f}  {:7.2f}  {:8.2f}  {:6.4f}  preset {}{}\n", measured.time.ms,
+                        measured.time.ratio, measured.scores.psnr_db, measured.scores.ssim,
+                        preset.name, measured.disturbed ? " (time disturbed)" : "");
   }
+  text += disturbed_note(trade);
   if (!trade.held_out_views.empty()) text += agreement_text(trade);
   for (const TradedRoom& room : trade.rooms) {
     if (room.depth != kNoDepth) continue;
@@ -238,7 +280,7 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
   }
   std::vector<double> remap_ms;
   for (const MeasuredSetting& setting : trade.settings) {
-    remap_ms.push_back(setting.measured.remap_ms);
+    remap_ms.push_back(setting.measured.time.remap_ms);
   }
   trade.remap_ms = median(remap_ms);
   find_fronts(&trade.settings);
@@ -272,9 +314,11 @@ std::string trade(const Room& room, const TradeOptions& options) {
     const std::vector<TruthView> truths = read_truth(options.truth, room);
     views = captured_views(room, truths, options.full ? truths.size() : kQuickViews);
   }
+  prepare_report(options.report, room.directory());  // before minutes of waiting and estimating
+  // Estimating distances without the held-out stations would disturb others as well.
+  const TimingLock lock(options.timing_lock, "raywalk-render trade " + room.directory().string());
   HeldOutViews held_out;
   if (options.held_out > 0) {
-    prepare_report(options.report, room.directory());  // before minutes of estimating distances
     held_out =
         held_out_views(room, options.held_out, options.full ? kFullHeldOutViews : kQuickViews);
   }

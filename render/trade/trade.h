@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/room/room.h"
+#include "render/trade/timing_lock.h"
 #include "render/trade/trade_result.h"
 #include "render/trade/trade_setting.h"
 #include "render/trade/trade_view.h"
@@ -30,6 +31,7 @@ struct TradeOptions {
   std::vector<std::filesystem::path> also{};  // other rooms of the same place
   bool full = false;
   int repetitions = 3;
+  std::filesystem::path timing_lock = machine_timing_lock();
   // The central setting of every generation that the room can be rendered in.
   std::vector<ViewMode> centres{};
   std::vector<NamedMode> presets{};
@@ -45,12 +47,14 @@ struct TradeInput {
   std::vector<TradedPreset> presets{};  // among the settings
   int repetitions = 3;
   int connect_viewpoints = 5;  // per side of a cell, for e_connect
+  TimeSource time_source{};
 };
 
-// Measures every setting. Finished settings are stored in the file `partial`; those already there
-// for the same input are not measured again. The file is not removed (write_trade's caller does
-// that). Prints progress. Throws Error where `partial` is damaged or belongs to another input;
-// Interrupted.
+// Measures every setting; those that other programs disturb again (view_time.h), and marks them
+// where that does not help. Finished settings are stored in the
+// file `partial`; those already there for the same input are not measured again. The file is not
+// removed (write_trade's caller does that). Prints progress. Throws Error where `partial` is
+// damaged or belongs to another input; Interrupted.
 Trade measure_trade(const TradeInput& input, const std::filesystem::path& partial);
 
 // The room's copy of the trade.json that was last measured on it.
@@ -60,9 +64,9 @@ std::filesystem::path trade_path(const std::filesystem::path& room);
 // trade_path() of the first room. Returns a summary for the user.
 std::string write_trade(const TradeInput& input, const std::filesystem::path& report);
 
-// Reads the truths, opens the rooms, checks that the report can be written, then measures and
-// writes as above. Returns a summary for the user. Throws Error before any rendering where the
-// input is wrong or the report cannot be written.
+// Reads the truths, opens the rooms, checks that the report can be written, waits for the timing
+// lock (timing_lock.h), then measures and writes as above. Returns a summary for the user. Throws
+// Error before any rendering where the input is wrong or the report cannot be written.
 std::string trade(const Room& room, const TradeOptions& options);
 
 }  // namespace raywalk::render

@@ -10,8 +10,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kTradeFormatVersion = 1;
-
 ordered_json json_of(const TradeFronts& fronts) {
   return {{"psnr_db", fronts.psnr_db},
           {"ws_psnr_db", fronts.ws_psnr_db},
@@ -73,8 +71,28 @@ ordered_json flattened(const ordered_json& setting) {
   return flat;
 }
 
-double number_or_nan(const ordered_json& value) {
-  return value.is_null() ? std::nan("") : value.get<double>();
+// The fastest and slowest view that anyone measures, and the largest volume of data; both only keep
+// damaged files from being believed.
+constexpr double kMostMs = 1e9;
+constexpr double kMostMb = 1e9;
+
+ViewTime time_from(const CheckedJson& json) {
+  return {.ms = json.at("ms").number(0.0, kMostMs),
+          .ratio = json.at("ratio").number(0.0, kMostMs),
+          .cpu_ratio = json.at("cpu_ratio").number(0.0, kMostMs),
+          .remap_ms = json.at("remap_ms").number(0.0, kMostMs),
+          .remap_spread = json.at("remap_spread").number(0.0),
+          .others_share = json.at("others_share").number(0.0, 1.0)};
+}
+
+ViewScores scores_from(const CheckedJson& json, const std::string& prefix) {
+  const auto score = [&](const char* key, double most) {
+    return json.at(prefix + key).number(-1.0, most);
+  };
+  return {.psnr_db = score("psnr_db", kMaxPsnrDb),
+          .ws_psnr_db = score("ws_psnr_db", kMaxPsnrDb),
+          .ssim = score("ssim", 1.0),
+          .fsim = score("fsim", 1.0)};
 }
 
 }  // namespace
@@ -85,10 +103,13 @@ ordered_json json_of(const TradeMeasurement& measured) {
   };
   // nlohmann::json turns NaN into null only when the text is written.
   return {
-      {"ms", measured.ms},
-      {"ratio", measured.ratio},
-      {"cpu_ratio", measured.cpu_ratio},
-      {"remap_ms", measured.remap_ms},
+      {"ms", measured.time.ms},
+      {"ratio", measured.time.ratio},
+      {"cpu_ratio", measured.time.cpu_ratio},
+      {"remap_ms", measured.time.remap_ms},
+      {"remap_spread", measured.time.remap_spread},
+      {"others_share", measured.time.others_share},
+      {"disturbed", measured.disturbed},
       {"peak_mb", measured.peak_mb},
       {"mapped_mb", measured.mapped_mb},
       {"touched_mb", measured.touched_mb ? ordered_json(*measured.touched_mb) : nullptr},
@@ -103,25 +124,17 @@ ordered_json json_of(const TradeMeasurement& measured) {
       {"e_connect", std::isnan(measured.e_connect) ? nullptr : ordered_json(measured.e_connect)}};
 }
 
-TradeMeasurement measurement_from(const ordered_json& json) {
-  TradeMeasurement measured{.ms = json.at("ms").get<double>(),
-                            .ratio = json.at("ratio").get<double>(),
-                            .cpu_ratio = json.at("cpu_ratio").get<double>(),
-                            .remap_ms = json.at("remap_ms").get<double>(),
-                            .peak_mb = json.at("peak_mb").get<double>(),
-                            .mapped_mb = json.at("mapped_mb").get<double>(),
-                            .scores = {.psnr_db = json.at("psnr_db").get<double>(),
-                                       .ws_psnr_db = json.at("ws_psnr_db").get<double>(),
-                                       .ssim = json.at("ssim").get<double>(),
-                                       .fsim = json.at("fsim").get<double>()},
-                            .e_connect = number_or_nan(json.at("e_connect"))};
-  if (!json.at("touched_mb").is_null()) measured.touched_mb = json.at("touched_mb").get<double>();
-  if (!json.at("held_out_psnr_db").is_null()) {
-    measured.held_out = {.psnr_db = json.at("held_out_psnr_db").get<double>(),
-                         .ws_psnr_db = json.at("held_out_ws_psnr_db").get<double>(),
-                         .ssim = json.at("held_out_ssim").get<double>(),
-                         .fsim = json.at("held_out_fsim").get<double>()};
+TradeMeasurement measurement_from(const CheckedJson& json) {
+  TradeMeasurement measured{.time = time_from(json),
+                            .disturbed = json.at("disturbed").boolean(),
+                            .peak_mb = json.at("peak_mb").number(-kMostMb, kMostMb),
+                            .mapped_mb = json.at("mapped_mb").number(-kMostMb, kMostMb),
+                            .scores = scores_from(json, ""),
+                            .e_connect = json.at("e_connect").number_or(std::nan(""))};
+  if (!json.at("touched_mb").is_null()) {
+    measured.touched_mb = json.at("touched_mb").number(0.0, kMostMb);
   }
+  if (!json.at("held_out_psnr_db").is_null()) measured.held_out = scores_from(json, "held_out_");
   return measured;
 }
 
@@ -136,6 +149,7 @@ std::string trade_json(const Trade& trade) {
                     {"width_px", trade.width_px},
                     {"remap_ms", trade.remap_ms},
                     {"repetitions", trade.repetitions},
+                    {"disturbed_settings", disturbed_count(trade.settings)},
                     {"connect_viewpoints", trade.connect_viewpoints},
                     {"views", trade.views},
                     {"held_out_views", trade.held_out_views},

@@ -4,9 +4,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "core/files/checked_json.h"
 #include "render/trade/trade_result.h"
 
 namespace raywalk::render {
+
+inline constexpr int kTradeFormatVersion = 2;
 
 // trade.json; docs/file-formats.md lists its keys. A value that was not measured is null.
 std::string trade_json(const Trade& trade);
@@ -15,9 +18,8 @@ std::string trade_json(const Trade& trade);
 // are columns pareto_psnr_db, ... of 0 and 1. A value that is null in trade.json is empty here.
 std::string trade_csv(const Trade& trade);
 
-// A measurement with the keys of trade.json, and back; throws nlohmann::json::exception for
-// malformed JSON.
+// A measurement with the keys of trade.json, and back; throws Error as CheckedJson does.
 nlohmann::ordered_json json_of(const TradeMeasurement& measured);
-TradeMeasurement measurement_from(const nlohmann::ordered_json& json);
+TradeMeasurement measurement_from(const CheckedJson& json);
 
 }  // namespace raywalk::render

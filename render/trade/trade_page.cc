@@ -30,9 +30,13 @@ struct Column {
 };
 
 constexpr std::array kColumns{
-    Column{"time / ms", [](const TradeMeasurement& m) { return m.ms; }, 2, true},
-    Column{"time / remap", [](const TradeMeasurement& m) { return m.ratio; }, 2, true},
-    Column{"CPU time / remap", [](const TradeMeasurement& m) { return m.cpu_ratio; }, 2, false},
+    Column{"time / ms", [](const TradeMeasurement& m) { return m.time.ms; }, 2, true},
+    Column{"time / remap", [](const TradeMeasurement& m) { return m.time.ratio; }, 2, true},
+    Column{"CPU time / remap", [](const TradeMeasurement& m) { return m.time.cpu_ratio; }, 2,
+           false},
+    Column{"remap spread", [](const TradeMeasurement& m) { return m.time.remap_spread; }, 2, false},
+    Column{"share of others", [](const TradeMeasurement& m) { return m.time.others_share; }, 2,
+           false},
     Column{"PSNR / dB", [](const TradeMeasurement& m) { return m.scores.psnr_db; }, 2, true},
     Column{"WS-PSNR / dB", [](const TradeMeasurement& m) { return m.scores.ws_psnr_db; }, 2, true},
     Column{"SSIM", [](const TradeMeasurement& m) { return m.scores.ssim; }, 4, true},
@@ -44,21 +48,34 @@ constexpr std::array kColumns{
            [](const TradeMeasurement& m) { return m.touched_mb.value_or(std::nan("")); }, 1,
            false}};
 
+std::string title_of(const Trade& trade, std::size_t index) {
+  return fmt::format("{} · {}", index + 1, marked_name(trade.settings[index]));
+}
+
 HtmlCell name_cell(const Trade& trade, std::size_t index) {
-  return {.text = fmt::format("{} · {}", index + 1, trade.settings[index].setting.name),
-          .link = "#" + anchor_of(index)};
+  return {.text = title_of(trade, index), .link = "#" + anchor_of(index)};
 }
 
 void add_headline(const Trade& trade, const std::vector<std::size_t>& front, HtmlPage* page) {
   const auto merit = [&](const char* name, std::size_t index) {
     const TradeMeasurement& measured = trade.settings[index].measured;
-    return HtmlFact{fmt::format("{}: setting {}", name, index + 1),
-                    fmt::format("{:.2f} dB in {:.3g} ms", measured.scores.psnr_db, measured.ms)};
+    return HtmlFact{
+        fmt::format("{}: setting {}", name, index + 1),
+        fmt::format("{:.2f} dB in {:.3g} ms", measured.scores.psnr_db, measured.time.ms)};
   };
   page->add_facts({merit("fastest", front.front()),
                    merit("most accurate", front.back()),
                    {"on the front", fmt::format("{} of {}", front.size(), trade.settings.size())},
                    {"one cv::remap of that size", fmt::format("{:.2f} ms", trade.remap_ms)}});
+  if (const std::size_t count = disturbed_count(trade.settings); count > 0) {
+    page->add_paragraph(fmt::format(
+        "Other programs disturbed the times of {} of {} settings. These times, marked, are not to "
+        "be relied on: {}, and --budget-ms and --min-psnr-db choose none of these settings. Run "
+        "raywalk-render trade again while nothing else runs.",
+        count, trade.settings.size(),
+        count < trade.settings.size() ? "they are left out of the front"
+                                      : "the front below may change"));
+  }
   for (const TradedRoom& room : trade.rooms) {
     if (room.depth != kNoDepth) continue;
     page->add_paragraph(room.directory +
@@ -105,18 +122,18 @@ void add_presets(const Trade& trade, HtmlPage* page) {
   for (const TradedPreset& preset : trade.presets) {
     const TradeMeasurement& measured = trade.settings[preset.setting].measured;
     // The fastest setting of at least the same PSNR.
-    double least = measured.ratio;
+    double least = measured.time.ratio;
     for (const MeasuredSetting& other : trade.settings) {
       if (other.measured.scores.psnr_db < measured.scores.psnr_db) continue;
-      least = std::min(least, other.measured.ratio);
+      least = std::min(least, other.measured.time.ratio);
     }
     table.rows.push_back({{preset.name},
                           name_cell(trade, preset.setting),
-                          {number_or_dash(measured.ms, 2)},
-                          {number_or_dash(measured.ratio, 2)},
+                          {number_or_dash(measured.time.ms, 2)},
+                          {number_or_dash(measured.time.ratio, 2)},
                           {number_or_dash(measured.scores.psnr_db, 2)},
                           {number_or_dash(measured.scores.ssim, 4)},
-                          {percent_more(measured.ratio, least)}});
+                          {percent_more(measured.time.ratio, least)}});
   }
   page->add_table(table);
   for (const TradedPreset& preset : trade.presets) {
@@ -164,9 +181,9 @@ std::vector<HtmlCell> moved_row(const Trade& trade, std::size_t index, std::size
   const TradeMeasurement& measured = trade.settings[index].measured;
   const TradeMeasurement& central = trade.settings[centre].measured;
   std::vector<HtmlCell> row{name_cell(trade, index),
-                            {number_or_dash(measured.ms, 2)},
-                            {percent_more(measured.ratio, central.ratio)},
-                            {percent_more(measured.cpu_ratio, central.cpu_ratio)}};
+                            {number_or_dash(measured.time.ms, 2)},
+                            {percent_more(measured.time.ratio, central.time.ratio)},
+                            {percent_more(measured.time.cpu_ratio, central.time.cpu_ratio)}};
   for (const Column& column : kColumns) {
     if (!differs(column)) continue;
     row.push_back({difference(column.value(measured), column.value(central), column.decimals)});
@@ -211,7 +228,7 @@ void add_single_parameters(const Trade& trade, HtmlPage* page) {
 HtmlCard card_of(const Trade& trade, std::size_t index, const TradePictures& pictures) {
   const MeasuredSetting& setting = trade.settings[index];
   HtmlCard card{.anchor = anchor_of(index),
-                .heading = fmt::format("{} · {}", index + 1, setting.setting.name),
+                .heading = title_of(trade, index),
                 .back = {.file = std::string("#") + kFrontAnchor, .text = "front"}};
   if (!pictures.errors[index].empty()) {
     card.picture = picture_figure(pictures.errors[index], EmbeddedFormat::kJpeg,
@@ -259,10 +276,15 @@ void add_making(const Trade& trade, HtmlPage* page) {
       "Peak: growth of the resident set by one view of a newly opened room; mapped: the part of it "
       "that is pages of the room's files, which the system can reclaim. Touched: bytes of the "
       "volumes that one view reads. CPU time is that of all threads, which other programs disturb "
-      "less.");
+      "less. A time counts as disturbed where a quarter of the remaps beside it took a quarter "
+      "longer than the fastest (remap spread above 0.25), where they took a quarter longer than in "
+      "the rest of the trade, or where other programs used more than a twentieth of the processors "
+      "(share of others); such settings were timed again before they were marked.");
   page->add_paragraph(fmt::format(
       "E_connect is measured once for each generation and k, over {0} x {0} viewpoints of every "
-      "cell, in squared 8-bit levels.",
+      "cell, in squared 8-bit levels, over the corners that are readable at every k of the sweep; "
+      "a "
+      "dash where these are less than half of all.",
       trade.connect_viewpoints));
   for (const TradedRoom& room : trade.rooms) {
     page->add_paragraph(fmt::format("{}: stored {} pixels wide, distances: {}.", room.directory,

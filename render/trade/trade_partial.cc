@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/checked_json.h"
 #include "render/trade/trade_json.h"
 
 namespace raywalk::render {
@@ -13,7 +14,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "raywalk-trade-partial";
-constexpr int kPartialFormatVersion = 1;
+constexpr int kPartialFormatVersion = 2;
 
 std::string key_of(const TradeSetting& setting) { return parameters_of(setting).dump(); }
 
@@ -33,20 +34,18 @@ TradePartial::TradePartial(std::filesystem::path file, const std::string& input)
 TradePartial::~TradePartial() = default;
 
 void TradePartial::read() {
-  try {
-    ordered_json earlier = ordered_json::parse(read_file(file_));
-    for (const char* key : {"format", "format_version", "input"}) {
-      if (earlier.at(key) != content_->at(key)) {
-        throw Error(file_.string() +
-                    " belongs to another room, truth or sweep; remove it, or use another --report");
-      }
-    }
-    for (const ordered_json& setting : earlier.at("settings")) {
-      measured_[setting.at("dials").dump()] = measurement_from(setting.at("measured"));
-    }
-    *content_ = std::move(earlier);
-  } catch (const nlohmann::json::exception&) {
-    throw Error(file_.string() + ": not as raywalk-render trade writes it; remove it");
+  const CheckedJson earlier = CheckedJson::read(file_, "remove it, and everything is measured");
+  const auto is_other = [&] {
+    return earlier.at("format").text() != kFormat ||
+           earlier.at("format_version").integer() != kPartialFormatVersion ||
+           earlier.at("input").text() != content_->at("input");
+  };
+  if (is_other()) {
+    throw Error(file_.string() +
+                " belongs to another room, truth or sweep; remove it, or use another --report");
+  }
+  for (const CheckedJson& setting : earlier.at("settings").items()) {
+    measured_[setting.at("setting").text()] = measurement_from(setting.at("measured"));
   }
 }
 
@@ -58,8 +57,11 @@ std::optional<TradeMeasurement> TradePartial::find(const TradeSetting& setting) 
 
 void TradePartial::add(const TradeSetting& setting, const TradeMeasurement& measured) {
   measured_[key_of(setting)] = measured;
-  (*content_)["settings"].push_back(
-      {{"dials", parameters_of(setting)}, {"measured", json_of(measured)}});
+  ordered_json settings = ordered_json::array();
+  for (const auto& [parameters, kept] : measured_) {
+    settings.push_back({{"setting", parameters}, {"measured", json_of(kept)}});
+  }
+  (*content_)["settings"] = std::move(settings);
   write_file_atomically(file_, content_->dump() + "\n");
 }
 

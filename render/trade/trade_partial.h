@@ -23,7 +23,8 @@ class TradePartial {
 
   // The measurement of a setting; none where it is not measured yet.
   std::optional<TradeMeasurement> find(const TradeSetting& setting) const;
-  // Adds a measurement and writes the file. Throws Error where it cannot be written.
+  // Adds a measurement, or replaces that of the setting, and writes the file. Throws Error where it
+  // cannot be written.
   void add(const TradeSetting& setting, const TradeMeasurement& measured);
 
  private:

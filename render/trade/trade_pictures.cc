@@ -16,7 +16,7 @@ constexpr int kPictureWidth_px = 560;  // sharp at half the page's width
 double below_front_db(const Trade& trade, const MeasuredSetting& setting) {
   double gap_db = 0.0;
   for (const MeasuredSetting& other : trade.settings) {
-    if (other.measured.ratio > setting.measured.ratio) continue;
+    if (other.measured.time.ratio > setting.measured.time.ratio) continue;
     gap_db = std::max(gap_db, other.measured.scores.psnr_db - setting.measured.scores.psnr_db);
   }
   return gap_db;

@@ -16,14 +16,14 @@ constexpr double kRoom = 1.25;  // margin beside the fastest and the slowest set
 constexpr std::size_t kFrontColour = 3;  // beside those of the generations
 
 PlotPoint point_of(const MeasuredSetting& setting) {
-  return {setting.measured.ratio, setting.measured.scores.psnr_db};
+  return {setting.measured.time.ratio, setting.measured.scores.psnr_db};
 }
 
 PlotMark mark_of(const MeasuredSetting& setting, std::size_t index, bool numbered) {
   return {.link = "#" + anchor_of(index),
           .title = fmt::format("{}: {}\n{:.2f} ms, {:.2f} times a remap, {:.2f} dB", index + 1,
-                               setting.setting.name, setting.measured.ms, setting.measured.ratio,
-                               setting.measured.scores.psnr_db),
+                               marked_name(setting), setting.measured.time.ms,
+                               setting.measured.time.ratio, setting.measured.scores.psnr_db),
           .label = numbered ? std::to_string(index + 1) : ""};
 }
 
@@ -55,8 +55,9 @@ PlotSeries front_of(const Trade& trade, double end_ratio) {
 
 AxisRange ratios_of(const Trade& trade) {
   const auto [least, most] = std::ranges::minmax(
-      trade.settings, {}, [](const MeasuredSetting& setting) { return setting.measured.ratio; });
-  return {least.measured.ratio / kRoom, most.measured.ratio * kRoom};
+      trade.settings, {},
+      [](const MeasuredSetting& setting) { return setting.measured.time.ratio; });
+  return {least.measured.time.ratio / kRoom, most.measured.time.ratio * kRoom};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "render/trade/trade_result.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "render/trade/pareto_front.h"
@@ -11,10 +12,12 @@ namespace {
 
 void find_front(std::vector<MeasuredSetting>* settings, bool TradeFronts::*front,
                 const std::function<double(const TradeMeasurement&)>& gain) {
+  const bool all_disturbed = disturbed_count(*settings) == settings->size();
   std::vector<TradePoint> points;
   points.reserve(settings->size());
   for (const MeasuredSetting& setting : *settings) {
-    points.push_back({setting.measured.ratio, gain(setting.measured)});
+    const bool counts = all_disturbed || !setting.measured.disturbed;
+    points.push_back({counts ? setting.measured.time.ratio : std::nan(""), gain(setting.measured)});
   }
   const std::vector<bool> on_front = pareto_front(points);
   for (std::size_t i = 0; i < settings->size(); ++i) (*settings)[i].pareto.*front = on_front[i];
@@ -31,6 +34,15 @@ double agreement_of(const std::vector<MeasuredSetting>& settings, double ViewSco
 }
 
 }  // namespace
+
+std::string marked_name(const MeasuredSetting& setting) {
+  return setting.setting.name + (setting.measured.disturbed ? " (time disturbed)" : "");
+}
+
+std::size_t disturbed_count(const std::vector<MeasuredSetting>& settings) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      settings, [](const MeasuredSetting& setting) { return setting.measured.disturbed; }));
+}
 
 RankAgreement rank_agreement(const std::vector<MeasuredSetting>& settings) {
   return {.psnr_db = agreement_of(settings, &ViewScores::psnr_db),
@@ -57,7 +69,8 @@ std::vector<std::size_t> psnr_front(const Trade& trade) {
   for (std::size_t i = 0; i < trade.settings.size(); ++i) {
     if (trade.settings[i].pareto.psnr_db) front.push_back(i);
   }
-  std::ranges::sort(front, {}, [&](std::size_t i) { return trade.settings[i].measured.ratio; });
+  std::ranges::sort(front, {},
+                    [&](std::size_t i) { return trade.settings[i].measured.time.ratio; });
   return front;
 }
 

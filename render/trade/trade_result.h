@@ -7,23 +7,23 @@
 #include <vector>
 
 #include "render/trade/trade_setting.h"
+#include "render/trade/view_time.h"
 #include "render/validation/view_scores.h"
 
 namespace raywalk::render {
 
 // One setting measured; scores are means over the views.
 struct TradeMeasurement {
-  double ms = 0.0;     // per view, median over views and repetitions
-  double ratio = 0.0;  // to one cv::remap of the truths' size on all threads, median of pairs
-  // The same for the processor time of all threads, which other programs disturb less.
-  double cpu_ratio = 0.0;
-  double remap_ms = 0.0;   // time of that remap, median
+  // Over views and repetitions; cv::remap of a picture of the truths' size, on all threads.
+  ViewTime time{};
+  bool disturbed = false;  // other programs disturbed the time: it is not to be relied on
   double peak_mb = 0.0;    // growth of the resident set by one view, 1e6 bytes, room files included
   double mapped_mb = 0.0;  // the part that is pages of the room's files
   std::optional<double> touched_mb{};  // 1e6 bytes of the volumes read by a view; none: not counted
   ViewScores scores{};
   std::optional<ViewScores> held_out{};  // of held-out stations; none: not measured
-  // Equation (11) at the setting's generation and k, in squared 8-bit levels; NaN: not measurable.
+  // Equation (11) at the setting's generation and k, in squared 8-bit levels, over the corners that
+  // are readable at every k of the sweep; NaN: these are too few (kLeastCommonShare).
   double e_connect = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -86,7 +86,14 @@ struct Trade {
 // Over all settings; each must have held-out scores.
 RankAgreement rank_agreement(const std::vector<MeasuredSetting>& settings);
 
-// Fills in every setting's fronts.
+// The setting's name, marked where its time is not to be relied on.
+std::string marked_name(const MeasuredSetting& setting);
+
+// Number of settings whose times are not to be relied on.
+std::size_t disturbed_count(const std::vector<MeasuredSetting>& settings);
+
+// Fills in every setting's fronts: those of the settings whose times are to be relied on, if there
+// are any.
 void find_fronts(std::vector<MeasuredSetting>* settings);
 
 // Indices of the settings on the front of PSNR, the fastest first.

@@ -29,6 +29,32 @@ using ::testing::Not;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+// Time that passes as a test says: every work takes the next millisecond more, so that all times
+// differ and are steady, and other processes take `others_share` of the processors.
+class TestClock {
+ public:
+  TimeSource source() {
+    TimeSource source;
+    source.times = [this](const std::function<void()>& work) {
+      work();
+      taken_s_ += 1e-6;
+      return Times{taken_s_, taken_s_};
+    };
+    source.processor_use = [this] {
+      all_s_ += 10.0;
+      busy_s_ += 10.0 * others_share;
+      return ProcessorUse{.all_s = all_s_, .busy_s = busy_s_, .own_s = 0.0};
+    };
+    return source;
+  }
+  double others_share = 0.0;
+
+ private:
+  double taken_s_ = 1.0;
+  double all_s_ = 0.0;
+  double busy_s_ = 0.0;
+};
+
 class TradeTest : public ::testing::Test {
  protected:
   TradeTest() {
@@ -39,6 +65,7 @@ class TradeTest : public ::testing::Test {
     options_.truth = directory_ / "gt.csv";
     options_.report = directory_ / "report";
     options_.repetitions = 1;
+    options_.timing_lock = directory_ / "timing.lock";
     options_.centres = {mode(Generation::kInitial), mode(Generation::kHlfVd)};
   }
   void make_room(const SyntheticRoomSpec& spec) {
@@ -54,7 +81,10 @@ class TradeTest : public ::testing::Test {
   }
   // A few settings only, for speed.
   TradeInput input(const std::vector<ViewOptions>& parameters) const {
-    TradeInput input{.truth = options_.truth.string(), .repetitions = 1, .connect_viewpoints = 2};
+    TradeInput input{.truth = options_.truth.string(),
+                     .repetitions = 1,
+                     .connect_viewpoints = 2,
+                     .time_source = clock_.source()};
     input.rooms = {trade_room(room_, captured_views(room_, read_truth(options_.truth, room_), 2))};
     for (const ViewOptions& options : parameters) {
       TradeSetting setting{.name = "setting " + std::to_string(input.settings.size()),
@@ -86,6 +116,7 @@ class TradeTest : public ::testing::Test {
     return "no error";
   }
 
+  mutable TestClock clock_;
   TestDirectory directory_;
   SyntheticRoomSpec spec_;
   Room room_;
@@ -106,8 +137,10 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
     files.insert(entry.path().filename().string());
   }
   EXPECT_EQ(files, (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
+  EXPECT_THAT(read_file(options_.timing_lock),
+              HasSubstr("(raywalk-render trade " + room_.directory().string() + ")"));
   const json all = written();
-  EXPECT_EQ(all["format_version"], 1);
+  EXPECT_EQ(all["format_version"], 2);
   EXPECT_EQ(all["room"], room_.directory().string());
   EXPECT_EQ(all["views"].size(), 2U);
   EXPECT_EQ(all["width_px"], 64);
@@ -136,6 +169,9 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
                                                    "ratio",
                                                    "cpu_ratio",
                                                    "remap_ms",
+                                                   "remap_spread",
+                                                   "others_share",
+                                                   "disturbed",
                                                    "peak_mb",
                                                    "mapped_mb",
                                                    "touched_mb",
@@ -177,10 +213,21 @@ TEST_F(TradeTest, ConnectionErrorsAreThoseOfGenerationAndK) {
   const json settings = written()["settings"];
   const ConnectError measured = measure_connect_error(
       room_, Generation::kHlfVd, {.viewpoints = 2, .k_list_deg = {45.0, 90.0}});
-  EXPECT_EQ(settings[2]["e_connect"], measured.rows[0].e_connect);
-  EXPECT_EQ(settings[1]["e_connect"], measured.rows[1].e_connect);
+  ASSERT_GE(measured.common_share, 0.5);
+  EXPECT_EQ(settings[2]["e_connect"], measured.rows[0].e_connect_common);
+  EXPECT_EQ(settings[1]["e_connect"], measured.rows[1].e_connect_common);
   EXPECT_EQ(settings[3]["e_connect"], settings[1]["e_connect"]);
   EXPECT_NE(settings[0]["e_connect"], settings[1]["e_connect"]);
+}
+
+// Unlike k would be compared over unlike corners.
+TEST_F(TradeTest, ConnectionErrorsOverTooFewCommonCornersAreNotGiven) {
+  make_room({.overhang_m = 0.05, .width = 128});
+  write_trade(few(), options_.report);
+  for (const json& setting : written()["settings"]) {
+    EXPECT_TRUE(setting["e_connect"].is_null()) << setting["name"];
+    EXPECT_EQ(setting["pareto"]["e_connect"], false);
+  }
 }
 
 TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
@@ -228,8 +275,8 @@ TEST_F(TradeTest, EveryPointOfThePageLinksToItsSetting) {
 json timeless(json trade) {
   trade.erase("remap_ms");
   for (json& setting : trade["settings"]) {
-    for (const char* key :
-         {"ms", "ratio", "cpu_ratio", "remap_ms", "peak_mb", "mapped_mb", "pareto"}) {
+    for (const char* key : {"ms", "ratio", "cpu_ratio", "remap_ms", "remap_spread", "others_share",
+                            "peak_mb", "mapped_mb", "pareto"}) {
       setting.erase(key);
     }
   }
@@ -254,6 +301,78 @@ TEST_F(TradeTest, ResumesAnInterruptedRun) {
   }
   for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
   EXPECT_FALSE(fs::exists(partial()));
+}
+
+TEST_F(TradeTest, QuietTimesAreNotMarked) {
+  const std::string said = write_trade(few(), options_.report);
+  EXPECT_EQ(written()["disturbed_settings"], 0);
+  EXPECT_THAT(said, Not(HasSubstr("disturbed")));
+  EXPECT_THAT(page(), Not(HasSubstr("time disturbed")));
+}
+
+TEST_F(TradeTest, TimesOfABusyMachineAreMarkedEverywhere) {
+  clock_.others_share = 0.5;
+  const std::string said = write_trade(few(), options_.report);
+  const json all = written();
+  EXPECT_EQ(all["disturbed_settings"], 5);
+  for (const json& setting : all["settings"]) EXPECT_EQ(setting["disturbed"], true);
+  EXPECT_THAT(said, AllOf(HasSubstr("disturbed the times of 5 of 5 settings"),
+                          HasSubstr("(time disturbed)"), HasSubstr("while nothing else runs")));
+  EXPECT_THAT(page(), AllOf(HasSubstr("disturbed the times of 5 of 5 settings"),
+                            HasSubstr("setting 1 (time disturbed)")));
+  EXPECT_EQ(markup_fault(page()), "");
+}
+
+// One setting is timed while others take the processors, every time that it is tried.
+TEST_F(TradeTest, DisturbedSettingsAreTimedAgainAndLeftOutOfTheFront) {
+  TradeInput all = few();
+  const TimeSource quiet = clock_.source();
+  int measured = 0;
+  bool begins = true;
+  all.time_source.processor_use = [&] {
+    if (begins) ++measured;
+    clock_.others_share = begins || measured < 5 ? 0.0 : 0.5;  // the fifth, two-sided, and again
+    begins = !begins;
+    return quiet.processor_use();
+  };
+  write_trade(all, options_.report);
+  const json settings = written()["settings"];
+  EXPECT_EQ(measured, 5 + kDisturbedRounds);
+  EXPECT_EQ(written()["disturbed_settings"], 1);
+  EXPECT_EQ(settings[4]["disturbed"], true);
+  EXPECT_EQ(settings[4]["pareto"]["psnr_db"], false);
+  EXPECT_THAT(page(), HasSubstr("1 of 5 settings"));
+}
+
+TEST_F(TradeTest, ATimeThatSettlesIsNotMarked) {
+  TradeInput all = few();
+  const TimeSource quiet = clock_.source();
+  int measured = 0;
+  bool begins = true;
+  all.time_source.processor_use = [&] {
+    if (begins) ++measured;
+    clock_.others_share = !begins && measured == 2 ? 0.5 : 0.0;
+    begins = !begins;
+    return quiet.processor_use();
+  };
+  write_trade(all, options_.report);
+  EXPECT_EQ(measured, 6);
+  EXPECT_EQ(written()["disturbed_settings"], 0);
+}
+
+TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {
+  const TradeInput all = few();
+  fs::create_directories(options_.report);
+  measure_trade(all, partial());
+  json kept = json::parse(read_file(partial()));
+  kept["settings"][1]["measured"]["ratio"] = "fast";
+  write_file_atomically(partial(), kept.dump());
+  try {
+    measure_trade(all, partial());
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("settings[1]: measured: ratio: \"fast\" is not a number"));
+  }
 }
 
 TEST_F(TradeTest, NeverMixesInputs) {

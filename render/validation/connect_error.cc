@@ -32,24 +32,6 @@ struct OverlapColumn {
   double squared_difference = 0.0;  // mean over the column's samples
 };
 
-void require_options(const ConnectErrorOptions& options) {
-  if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
-    throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
-                                 options.viewpoints, kMaxConnectViewpoints));
-  }
-  if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
-    throw UsageError(
-        fmt::format("connect-error: overlap is {} degrees; it must be above 0 and at most 45",
-                    options.overlap_deg));
-  }
-  if (options.k_list_deg.empty()) throw UsageError("connect-error: the list of k is empty");
-  for (const double k_deg : options.k_list_deg) {
-    if (!(k_deg >= 45.0 && k_deg <= 90.0)) {
-      throw UsageError(fmt::format("connect-error: k is {} degrees; it must be in 45..90", k_deg));
-    }
-  }
-}
-
 // Sums over the columns of one or more overlaps.
 struct OverlapSum {
   double squared_difference = 0.0;
@@ -277,12 +259,15 @@ class PairTotals {
     ++pairs_;
     const bool common =
         std::ranges::all_of(pair, [](const OverlapSum& sum) { return sum.columns > 0; });
+    if (common) ++common_pairs_;
     for (size_t k = 0; k < pair.size(); ++k) {
       totals_[k].all.add(pair[k]);
       if (common) totals_[k].common.add(pair[k]);
       if (pair[k].columns > 0) ++totals_[k].pairs;
     }
   }
+
+  double common_share() const { return static_cast<double>(common_pairs_) / pairs_; }
 
   ConnectErrorRow row(size_t k, double k_deg, Generation generation) const {
     const Total& total = totals_[k];
@@ -302,6 +287,7 @@ class PairTotals {
   };
   std::vector<Total> totals_;
   int pairs_ = 0;
+  int common_pairs_ = 0;
 };
 
 std::string cell_text(double error) {
@@ -317,9 +303,27 @@ std::vector<double> default_k_list_deg() {
   return list;
 }
 
+void require_connect_error_options(const ConnectErrorOptions& options) {
+  if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
+    throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
+                                 options.viewpoints, kMaxConnectViewpoints));
+  }
+  if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
+    throw UsageError(
+        fmt::format("connect-error: overlap is {} degrees; it must be above 0 and at most 45",
+                    options.overlap_deg));
+  }
+  if (options.k_list_deg.empty()) throw UsageError("connect-error: the list of k is empty");
+  for (const double k_deg : options.k_list_deg) {
+    if (!(k_deg >= 45.0 && k_deg <= 90.0)) {
+      throw UsageError(fmt::format("connect-error: k is {} degrees; it must be in 45..90", k_deg));
+    }
+  }
+}
+
 ConnectError measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options) {
-  require_options(options);
+  require_connect_error_options(options);
   if (room.grid().cells.empty()) {
     throw Error(room.directory().string() +
                 ": no four lines of the room close a cell, so there is no connection to measure");
@@ -340,7 +344,8 @@ ConnectError measure_connect_error(const Room& room, Generation generation,
     }
     for (size_t pair = 0; pair < table.pairs(); ++pair) totals.add(table.pair(pair));
   }
-  ConnectError result{.generation = generation, .options = options};
+  ConnectError result{
+      .generation = generation, .options = options, .common_share = totals.common_share()};
   for (size_t k = 0; k < k_count; ++k) {
     result.rows.push_back(totals.row(k, options.k_list_deg[k], generation));
   }
@@ -360,7 +365,8 @@ std::string connect_error_table(std::span<const ConnectError> measurements) {
                           cell_text(row.e_connect), cell_text(row.e_connect_common),
                           100.0 * row.coverage);
     }
-    text += '\n';
+    text += fmt::format("{:.1f}% of the corners are readable at every k\n\n",
+                        100.0 * measurement.common_share);
   }
   return text;
 }

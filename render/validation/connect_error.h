@@ -21,6 +21,7 @@
 //              way to the other. The plan is that of k = 90, so that it serves every k.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,8 +54,13 @@ struct ConnectErrorRow {
 struct ConnectError {
   Generation generation = Generation::kInitial;
   ConnectErrorOptions options{};
+  // Share of the (viewpoint, corner) pairs that are readable at every k; NaN: not known.
+  double common_share = std::numeric_limits<double>::quiet_NaN();
   std::vector<ConnectErrorRow> rows{};  // in the order of options.k_list_deg
 };
+
+// Throws UsageError for an option out of range.
+void require_connect_error_options(const ConnectErrorOptions& options);
 
 // Measures all cells of a room at the size of its panoramas; prints progress. The result does not
 // depend on the number of threads. Throws UsageError for an option out of range; Error if the room

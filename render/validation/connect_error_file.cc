@@ -1,6 +1,9 @@
 #include "render/validation/connect_error_file.h"
 
+#include <fmt/format.h>
+
 #include "core/files/atomic_output.h"
+#include "core/room/choose_k.h"
 
 namespace raywalk::render {
 namespace {
@@ -8,7 +11,8 @@ namespace {
 ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
   ConnectionErrorMeasurement stored{.generation = generation_name(measurement.generation),
                                     .viewpoints = measurement.options.viewpoints,
-                                    .overlap_deg = measurement.options.overlap_deg};
+                                    .overlap_deg = measurement.options.overlap_deg,
+                                    .common_share = measurement.common_share};
   for (const ConnectErrorRow& row : measurement.rows) {
     stored.rows.push_back({row.k_deg, row.e_connect, row.e_connect_common, row.coverage});
   }
@@ -16,7 +20,8 @@ ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
 }
 
 ConnectError measured_form(const ConnectionErrorMeasurement& stored) {
-  ConnectError measurement{.generation = generation_from_name(stored.generation)};
+  ConnectError measurement{.generation = generation_from_name(stored.generation),
+                           .common_share = stored.common_share};
   measurement.options = {
       .viewpoints = stored.viewpoints, .overlap_deg = stored.overlap_deg, .k_list_deg = {}};
   for (const ConnectionErrorAtK& row : stored.rows) {
@@ -55,6 +60,11 @@ void write_connect_error(const Room& room, std::span<const Generation> generatio
     store_connect_error(room.directory(), measurements.back());
   }
   table << connect_error_table(measurements);
+  for (const Generation generation : generations) {
+    const ChosenK chosen = choose_k(room, generation_name(generation));
+    table << fmt::format("--k auto, {} views: {:g} degrees ({})\n", generation_name(generation),
+                         chosen.k_deg, chosen.source);
+  }
 }
 
 }  // namespace raywalk::render

@@ -21,7 +21,8 @@ using ::testing::HasSubstr;
 
 ConnectError measurement(Generation generation, double e_connect) {
   ConnectError result{.generation = generation,
-                      .options = {.viewpoints = 7, .overlap_deg = 4.0, .k_list_deg = {45.0, 80.5}}};
+                      .options = {.viewpoints = 7, .overlap_deg = 4.0, .k_list_deg = {45.0, 80.5}},
+                      .common_share = 0.25};
   result.rows = {{.connection = "lfu",
                   .k_deg = 45.0,
                   .generation = generation,
@@ -53,6 +54,7 @@ TEST_F(ConnectErrorFileTest, IsReadAsItWasStored) {
   EXPECT_EQ(read[0].generation, Generation::kHlfVd);
   EXPECT_EQ(read[0].options.viewpoints, 7);
   EXPECT_EQ(read[0].options.overlap_deg, 4.0);
+  EXPECT_EQ(read[0].common_share, 0.25);
   EXPECT_THAT(read[0].options.k_list_deg, ::testing::ElementsAre(45.0, 80.5));
   ASSERT_EQ(read[0].rows.size(), 2U);
   EXPECT_EQ(read[0].rows[0].connection, "lfu");
@@ -81,7 +83,8 @@ TEST_F(ConnectErrorFileTest, MeasurementsAreStoredAndPrinted) {
   std::ostringstream table;
   write_connect_error(room, std::array{Generation::kInitial, Generation::kHlfVd}, {.viewpoints = 2},
                       table);
-  EXPECT_THAT(table.str(), AllOf(HasSubstr("initial views"), HasSubstr("hlf-vd views")));
+  EXPECT_THAT(table.str(), AllOf(HasSubstr("initial views"), HasSubstr("hlf-vd views"),
+                                 HasSubstr("--k auto, initial views: ")));
   EXPECT_EQ(read_connect_error(path).size(), 2U);
 }
 

@@ -184,6 +184,7 @@ TEST_F(ConnectErrorTest, CommonErrorIsOverThePairsOfTheMostDemandingK) {
   // Every k can read what k = 45 can read.
   EXPECT_EQ(lfu.e_connect_common, lfu.e_connect);
   EXPECT_NE(rayspace360.e_connect_common, rayspace360.e_connect);
+  EXPECT_EQ(result.common_share, lfu.coverage);
 }
 
 // At a physical connection both lines are read at the corner, where they captured the same rays.
@@ -272,10 +273,12 @@ TEST(ConnectErrorTableTest, ShowsEveryRowAndADashForUnmeasuredErrors) {
   measurement.rows[1].e_connect = 438.96;
   measurement.rows[1].e_connect_common = 12.0;
   measurement.rows[1].coverage = 0.5;
+  measurement.common_share = 0.25;
   const std::string table = connect_error_table({&measurement, 1});
   EXPECT_THAT(table, HasSubstr("hlf-vd views, 49 x 49 viewpoints"));
   EXPECT_THAT(table, ::testing::ContainsRegex("45 +lfu +- +- +0.0%\n"));
   EXPECT_THAT(table, ::testing::ContainsRegex("76 +hybrid +439.0 +12.0 +50.0%\n"));
+  EXPECT_THAT(table, HasSubstr("25.0% of the corners are readable at every k\n"));
 }
 
 }  // namespace

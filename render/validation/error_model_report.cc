@@ -1,5 +1,7 @@
 #include "render/validation/error_model_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,6 +23,12 @@ namespace raywalk::render {
 namespace {
 
 constexpr int kMaxModelViewpoints = 1000;
+// Cells and distances that somebody may mean: from a model on a table to a stadium.
+constexpr double kLeastSide_m = 0.01;
+constexpr double kMostSide_m = 1000.0;
+constexpr double kLeastStep = 1e-5;     // in multiples of the side
+constexpr double kLeastDistance = 0.1;  // in multiples of the side
+constexpr double kMostDistance = 10000.0;
 // Steps of 0.1 N over the paper's range 1.2 N to 2.5 N.
 constexpr int kSweepSamples = 14;
 // Distances closer together than this (in N) count as one sample of the sweep.
@@ -38,22 +46,24 @@ struct DistanceCurve {
   ConnectionErrorCurve errors;
 };
 
-void require(bool valid, const std::string& what) {
-  if (!valid) throw UsageError("error-model: " + what);
+// Throws unless `value` is in [least, most]; NaN is in no range.
+void require_range(const std::string& what, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw UsageError(
+      fmt::format("error-model: {} is {:g}; it must be {:g} to {:g}", what, value, least, most));
 }
 
 void check_options(const ErrorModelOptions& options) {
-  require(std::isfinite(options.side_m) && options.side_m > 0.0,
-          "the cell's side must be a positive number of metres");
-  require(std::isfinite(options.step_m) && options.step_m >= 0.0,
-          "the station step must be a number of metres, at least 0");
-  require(options.viewpoints >= 1 && options.viewpoints <= kMaxModelViewpoints,
-          "the viewpoints per side must be 1 to " + std::to_string(kMaxModelViewpoints) + ", not " +
-              std::to_string(options.viewpoints));
-  require(!options.distances_over_side.empty(), "give at least one source distance");
+  require_range("the cell's side (m)", options.side_m, kLeastSide_m, kMostSide_m);
+  require_range("the station step (m)", options.step_m, kLeastStep * options.side_m,
+                options.side_m);
+  require_range("the number of viewpoints per side", options.viewpoints, 1, kMaxModelViewpoints);
+  if (options.distances_over_side.empty()) {
+    throw UsageError("error-model: give at least one source distance");
+  }
   for (const double distance : options.distances_over_side) {
-    require(std::isfinite(distance) && distance > 0.0,
-            "a source distance must be a positive multiple of the cell's side");
+    require_range("a source distance (in multiples of the cell's side)", distance, kLeastDistance,
+                  kMostDistance);
   }
 }
 

@@ -9,9 +9,9 @@
 namespace raywalk::render {
 
 struct ErrorModelOptions {
-  double side_m = 1.0;   // N, > 0
-  double step_m = 0.01;  // between stations, >= 0; not stated in the paper
-  // d_src in multiples of N, finite and > 0, in any order. Fig. 11 (a) is drawn at the middle one,
+  double side_m = 1.0;   // N, 0.01..1000
+  double step_m = 0.01;  // between stations, 1e-5 N..N; not stated in the paper
+  // d_src in multiples of N, 0.1..10000, in any order. Fig. 11 (a) is drawn at the middle one,
   // (b) at each, (c) over the range they span.
   std::vector<double> distances_over_side{1.2, 1.5, 2.5};
   int viewpoints = 49;                 // per side of the cell, 1..1000

@@ -182,6 +182,11 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
   const double nan = std::nan("");
   refuses([&](ErrorModelOptions& o) { o.side_m = 0.0; });
   refuses([&](ErrorModelOptions& o) { o.side_m = nan; });
+  refuses([&](ErrorModelOptions& o) { o.side_m = 1e300; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = 0.0; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = 1e-320; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = nan; });
+  refuses([&](ErrorModelOptions& o) { o.step_m = 1.01 * o.side_m; });
   refuses([&](ErrorModelOptions& o) { o.step_m = -0.01; });
   refuses([&](ErrorModelOptions& o) { o.step_m = std::numeric_limits<double>::infinity(); });
   refuses([&](ErrorModelOptions& o) { o.viewpoints = 0; });
@@ -189,6 +194,19 @@ TEST_F(ErrorModelReportTest, RefusesOptionsOutsideTheirRange) {
   refuses([&](ErrorModelOptions& o) { o.distances_over_side.clear(); });
   refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, 0.0}; });
   refuses([&](ErrorModelOptions& o) { o.distances_over_side = {nan}; });
+  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1e-300}; });
+  refuses([&](ErrorModelOptions& o) { o.distances_over_side = {1.5, 1e300}; });
+}
+
+TEST_F(ErrorModelReportTest, RefusalsNameTheValueAndTheRange) {
+  ErrorModelOptions changed = options();
+  changed.step_m = 0.0;
+  try {
+    write(changed);
+    ADD_FAILURE();
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(), "error-model: the station step (m) is 0; it must be 1e-05 to 1");
+  }
 }
 
 TEST_F(ErrorModelReportTest, NamesAnUnwritableDirectory) {

@@ -23,20 +23,22 @@ ordered_json json_of(const Validation& validation, const ValidatedView& view) {
                        {"generation", generation_name(mode.options.generation)},
                        {"connection", mode.connection},
                        {"k_deg", mode.options.k_deg},
-                       {"layers", view.report.layers}};
+                       {"layers", view.report.layers},
+                       {"enlargement", enlargement_at(validation, truth.width)}};
   json.update(json_of(view.scores));
   json["render_ms"] = view.report.render_ms;
   return json;
 }
 
 // NaN (not measurable) becomes null when the text is written.
-ordered_json json_of(const ConnectErrorRow& row) {
+ordered_json json_of(const ConnectErrorRow& row, double common_share) {
   return {{"connection", row.connection},
           {"k_deg", row.k_deg},
           {"generation", generation_name(row.generation)},
           {"e_connect", row.e_connect},
           {"e_connect_common", row.e_connect_common},
-          {"coverage", row.coverage}};
+          {"coverage", row.coverage},
+          {"common_share", common_share}};
 }
 
 }  // namespace
@@ -51,7 +53,7 @@ std::string metrics_json(const Validation& validation) {
   json["connection_error"] = ordered_json::array();
   for (const ConnectError& measured : validation.connection_error) {
     for (const ConnectErrorRow& row : measured.rows) {
-      json["connection_error"].push_back(json_of(row));
+      json["connection_error"].push_back(json_of(row, measured.common_share));
     }
   }
   json["means"] = ordered_json::object();

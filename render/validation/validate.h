@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "render/validation/connect_error.h"
 #include "render/validation/quarter_scores.h"
 #include "render/validation/truth_views.h"
+#include "render/validation/validation_partial.h"
 #include "render/validation/view_mode.h"
 #include "render/validation/view_scores.h"
 
@@ -34,7 +36,8 @@ struct PictureSample {
 };
 
 struct Validation {
-  std::string volume{};  // the room
+  std::string volume{};       // the room
+  int captured_width_px = 0;  // of its panoramas; wider views are enlarged
   bool has_distances = false;
   std::vector<TruthView> truths{};
   std::vector<ViewMode> modes{};
@@ -44,15 +47,21 @@ struct Validation {
 };
 
 // Renders and scores every truth in every mode at the truth's width (mode.options.width is
-// ignored). A few are kept as pictures, spread over the distance from the line. connection_error is
-// left empty. Throws Error as Renderer and read_panorama do.
+// ignored). A few are kept as pictures, spread over the distance from the line. Views found in
+// `partial` are not rendered again, the others are added to it. connection_error is left empty.
+// Throws Error as Renderer and read_panorama do; Interrupted.
 Validation validate_views(const Room& room, std::vector<TruthView> truths,
-                          std::vector<ViewMode> modes);
+                          std::vector<ViewMode> modes, const ValidationPartial& partial);
 
 // The connection error of every generation in `modes`: the room's stored one (connect_error_file.h)
-// if it was measured with these options, else measured now. Empty where the room has no cell.
-std::vector<ConnectError> connection_errors(const Room& room, std::span<const ViewMode> modes,
-                                            const ConnectErrorOptions& options);
+// if it was measured with these options, else that in the directory `kept_in`, else measured now
+// and stored there. Empty where the room has no cell.
+std::vector<ConnectError> connection_errors(
+    const Room& room, std::span<const ViewMode> modes, const ConnectErrorOptions& options,
+    const std::optional<std::filesystem::path>& kept_in = std::nullopt);
+
+// How many times wider than captured the detail of a view is shown; above 1 it is enlarged.
+double enlargement_at(const Validation& validation, int width_px);
 
 // Mean scores of the views of one mode.
 ViewScores mean_scores(const Validation& validation, std::size_t mode);
@@ -65,8 +74,10 @@ struct ValidateOptions {
 };
 
 // Reads the truth, checks that the report can be written, renders, measures, and writes
-// `report`/metrics.json and `report`/index.html, each atomically. Returns a summary for the user.
-// Throws Error before any rendering where the input is wrong or the report cannot be written.
+// `report`/metrics.json and `report`/index.html, each atomically. A stopped run leaves what it
+// measured in `report`/validation.partial, and the same call resumes it. Returns a summary for the
+// user. Throws Error before any rendering where the input is wrong or the report cannot be written;
+// Interrupted.
 std::string validate(const Room& room, const ValidateOptions& options);
 
 }  // namespace raywalk::render

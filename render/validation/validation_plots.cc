@@ -30,6 +30,11 @@ LinePlot distance_plot(const std::string& y_label) {
   return plot;
 }
 
+// Over the corners readable at every k where these are enough, so that the curve compares the k.
+double error_of(const ConnectError& measured, const ConnectErrorRow& row) {
+  return measured.common_share >= kLeastCommonShare ? row.e_connect_common : row.e_connect;
+}
+
 LinePlot plot_over_k(const Validation& validation) {
   LinePlot plot;
   plot.x_label = "k / degrees";
@@ -41,7 +46,7 @@ LinePlot plot_over_k(const Validation& validation) {
     PlotSeries series{.name = generation_name(measured.generation),
                       .style = PlotStyle::kLineAndPoints};
     for (const ConnectErrorRow& row : measured.rows) {
-      series.points.push_back({row.k_deg, row.e_connect});  // NaN leaves a gap
+      series.points.push_back({row.k_deg, error_of(measured, row)});  // NaN leaves a gap
     }
     plot.series.push_back(std::move(series));
   }
@@ -100,7 +105,9 @@ std::optional<std::string> corrected_connection_error_plot(const Validation& val
     if (measured.generation == Generation::kInitial) {
       has_initial = true;
     } else {
-      for (const ConnectErrorRow& row : measured.rows) largest = std::fmax(largest, row.e_connect);
+      for (const ConnectErrorRow& row : measured.rows) {
+        largest = std::fmax(largest, error_of(measured, row));
+      }
     }
   }
   if (!has_initial || !(largest > 0.0)) return std::nullopt;

@@ -157,10 +157,15 @@ void add_gains(const Validation& validation, HtmlPage& page) {
   page.add_figures(figures);
 }
 
-// The numbers of a column; the least is emphasised.
+// The numbers of a column; the least is emphasised where the rows are over the same corners and
+// these are enough to compare.
 std::vector<HtmlCell> column_over_k(const ConnectError& measured, double ConnectErrorRow::*member) {
   double least = std::nan("");
-  for (const ConnectErrorRow& row : measured.rows) least = std::fmin(least, row.*member);
+  const bool comparable =
+      member == &ConnectErrorRow::e_connect_common && measured.common_share >= kLeastCommonShare;
+  if (comparable) {
+    for (const ConnectErrorRow& row : measured.rows) least = std::fmin(least, row.*member);
+  }
   std::vector<HtmlCell> column;
   column.reserve(measured.rows.size());
   for (const ConnectErrorRow& row : measured.rows) {
@@ -198,14 +203,18 @@ HtmlTable connection_error_table(const Validation& validation) {
 void add_connection_error(const Validation& validation, HtmlPage& page) {
   if (validation.connection_error.empty()) return;
   const ConnectErrorOptions& options = validation.connection_error.front().options;
+  const double common_share = validation.connection_error.front().common_share;
   page.add_section("How well neighbouring lines connect");
   page.add_paragraph(fmt::format(
       "E_connect, equation (11) of the paper: the mean squared difference of 8-bit RGB between "
       "what the two lines of a corner show in an overlap of {1:g} degrees, over the centres of "
-      "{0} x {0} sub-cells of every cell. Smaller is better; the least of each column is "
-      "emphasised. A corner is readable where both lines captured part of its overlap; \"common\" "
-      "is over the corners that are readable at every k.",
-      options.viewpoints, options.overlap_deg));
+      "{0} x {0} sub-cells of every cell. Smaller is better. A corner is readable where both lines "
+      "captured part of its overlap; the first column of a generation is over other corners at "
+      "every k and compares none of them. \"common\" is over the {2:.0f} % of the corners that are "
+      "readable at every k; {3}.",
+      options.viewpoints, options.overlap_deg, 100.0 * common_share,
+      common_share >= kLeastCommonShare ? "its least is emphasised"
+                                        : "too few to compare the angles for the room"));
   page.add_table(connection_error_table(validation));
   std::vector<HtmlFigure> figures{
       svg_figure(connection_error_plot(validation), "E_connect over k")};
@@ -236,6 +245,13 @@ void add_view_table(const Validation& validation, const MetricColumn& column, Ht
 
 void add_making(const Validation& validation, HtmlPage& page) {
   page.add_section("How the views were rendered");
+  const int widest_px = std::ranges::max(validation.truths, {}, &TruthView::width).width;
+  if (widest_px > validation.captured_width_px) {
+    page.add_paragraph(fmt::format(
+        "Views up to {} pixels wide are enlarged {:.1f} times from panoramas of {}: they cannot "
+        "show the detail of a truth of that width.",
+        widest_px, enlargement_at(validation, widest_px), validation.captured_width_px));
+  }
   for (const ViewMode& mode : validation.modes) {
     page.add_paragraph(
         fmt::format("{}: connection {} at k = {:g} degrees ({}), blended over {:g} "

@@ -11,6 +11,9 @@
 namespace raywalk::render {
 namespace {
 
+// Angles of many turns lose their fractions of a degree.
+constexpr double kMaxTurns = 100.0;
+
 // Direction of a pixel position in the camera frame, not normalised; (0, 0) is the centre of the
 // top left pixel.
 Eigen::Vector3d camera_ray(const Viewport& viewport, double column, double row) {
@@ -96,8 +99,11 @@ void require_viewport(const Viewport& viewport) {
                                  viewport.width, viewport.height, kMaxViewport_px));
   }
   const Attitude& turn = viewport.attitude;
-  if (!std::isfinite(turn.yaw_rad + turn.pitch_rad + turn.roll_rad)) {
-    throw UsageError("yaw, pitch and roll must be finite numbers in degrees");
+  for (const double angle_rad : {turn.yaw_rad, turn.pitch_rad, turn.roll_rad}) {
+    if (std::abs(angle_rad) <= kMaxTurns * kTwoPi) continue;
+    throw UsageError(
+        fmt::format("yaw, pitch and roll must be numbers of degrees from {0:g} to {1:g}, not {2:g}",
+                    -360.0 * kMaxTurns, 360.0 * kMaxTurns, degrees_from_radians(angle_rad)));
   }
 }
 

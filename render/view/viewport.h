@@ -20,7 +20,7 @@ inline constexpr double kMaxFovDeg = 170.0;
 inline constexpr int kMaxViewport_px = 16384;
 
 // Throws UsageError unless the field of view is in (0, 170] degrees, the sides in 1..16384 pixels
-// and the angles finite.
+// and the angles within 100 turns.
 void require_viewport(const Viewport& viewport);
 
 // Pixels per radian in the picture's middle.
