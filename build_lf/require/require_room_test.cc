@@ -98,12 +98,15 @@ TEST_F(RequireRoomTest, UsesTheMeasuredConnection) {
   store_connection_errors(path_, {.generation = "initial",
                                   .viewpoints = 5,
                                   .overlap_deg = 5.0,
+                                  .common_share = 0.9,
                                   .rows = {{70.0, 30.0, 30.0, 1.0}, {80.0, 20.0, 20.0, 1.0}}});
   store_connection_errors(path_, {.generation = "hlf-vd",
                                   .viewpoints = 5,
                                   .overlap_deg = 5.0,
+                                  .common_share = 0.9,
                                   .rows = {{60.0, 2.0, 2.0, 1.0}, {80.0, 3.0, 3.0, 1.0}}});
   const std::string told = require_room({.room = path_, .report = report_});
+  EXPECT_THAT(told, HasSubstr("60 for hlf-vd views (measured E_connect of hlf-vd views)"));
   EXPECT_THAT(told, Not(HasSubstr("connect-error")));
   const RoomRequirements r = kept();
   ASSERT_EQ(r.connection.measured.size(), 2U);
