@@ -40,7 +40,7 @@ p { max-width: 75ch; margin: .6rem 0; }
   linear-gradient(to right, #0004, transparent) left / .8rem 100% no-repeat,
   linear-gradient(to left, #0004, transparent) right / .8rem 100% no-repeat var(--under); }
 table { border-collapse: collapse; font-size: .93rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .35rem .7rem; text-align: right; border-bottom: 1px solid var(--rule);
+th, td { padding: .35rem .55rem; text-align: right; border-bottom: 1px solid var(--rule);
   white-space: nowrap; }
 th { font-weight: 600; }
 thead th { border-bottom: 2px solid var(--rule); vertical-align: bottom; white-space: normal; }
