@@ -24,8 +24,8 @@ int along_index(LineAxis axis) { return axis == LineAxis::kX ? 0 : 1; }
 
 // For each of `points` an upper bound, which is rarely too large, of how many of them lie within
 // `limit_m` of the line through it and the seed. Point p lies within that of a line of direction t
-// if t is within asin(limit / |p - seed|) of the direction of p, modulo pi; the intervals that hold a
-// direction are counted with their sorted ends, in n log n.
+// if t is within asin(limit / |p - seed|) of the direction of p, modulo pi; the intervals that hold
+// a direction are counted with their sorted ends, in n log n.
 std::vector<int> most_near_lines(const Eigen::Vector2d& seed,
                                  const std::vector<Eigen::Vector2d>& points, int along,
                                  double limit_m) {
@@ -289,9 +289,9 @@ std::string name_of(const StationPose& station) {
 void require_own_position(std::span<const StationPose> stations, const StationTree& tree,
                           int station, double tolerance_m) {
   const Eigen::Vector2d& point = tree.point(station);
-  const std::vector<int> here = tree.find(
-      [&](const PlanBox& box) { return box.least_apart(point).norm() <= tolerance_m; },
-      [&](int other) { return (tree.point(other) - point).norm() <= tolerance_m; });
+  const std::vector<int> here =
+      tree.find([&](const PlanBox& box) { return box.least_apart(point).norm() <= tolerance_m; },
+                [&](int other) { return (tree.point(other) - point).norm() <= tolerance_m; });
   if (here.size() < 2) return;
   const std::string closer =
       tolerance_m > 0.0 ? fmt::format("; closer than {:.3g} mm", tolerance_m * 1e3) : "";
