@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/median.h"
 
 namespace raywalk {
@@ -99,6 +100,7 @@ class LineSearch {
   // Claims a line near the seed. The seed may not be on it (a stray station beside a line first
   // finds that line, then remains alone), but every call claims at least two stations or throws.
   void claim_line_from(int seed) {
+    throw_if_interrupted();
     for (LineAxis axis : axes_by_nearness(seed)) {
       const std::vector<int> candidates = stations_in_wedge(seed, axis);
       if (candidates.empty()) continue;
