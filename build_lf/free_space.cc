@@ -39,14 +39,13 @@ void require_space(const std::filesystem::path& directory, const NeededSpace& sp
   const Unit unit = unit_for(space.needed);
   // Rounded apart: what is needed is always shown as more than what is free.
   const std::uint64_t needed = (space.needed + unit.bytes - 1) / unit.bytes;
-  const std::string there =
-      space.there == 0
-          ? ""
-          : fmt::format(" besides the {} {} that are there", space.there / unit.bytes, unit.name);
-  throw Error(fmt::format("{}: the room needs {} {}{}, {} {} are free; free some space or choose "
-                          "another disk",
-                          directory.string(), needed, unit.name, there, *free / unit.bytes,
-                          unit.name));
+  const std::string there = space.there == 0 ? ""
+                                             : fmt::format(" besides the {} {} that are there",
+                                                           space.there / unit.bytes, unit.name);
+  throw Error(
+      fmt::format("{}: the room needs {} {}{}, {} {} are free; free some space or choose "
+                  "another disk",
+                  directory.string(), needed, unit.name, there, *free / unit.bytes, unit.name));
 }
 
 }  // namespace raywalk::build_lf

@@ -16,8 +16,8 @@ struct NeededSpace {
 // not say.
 std::optional<std::uint64_t> free_bytes(const std::filesystem::path& directory);
 
-// Throws Error naming the directory and both sizes if fewer bytes are free than needed. Never throws
-// if `free` is unknown.
+// Throws Error naming the directory and both sizes if fewer bytes are free than needed. Never
+// throws if `free` is unknown.
 void require_space(const std::filesystem::path& directory, const NeededSpace& space,
                    std::optional<std::uint64_t> free);
 

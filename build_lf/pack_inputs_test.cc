@@ -29,7 +29,8 @@ class PackInputsTest : public ::testing::Test {
     return error_of([&] { pack_room(options_); });
   }
 
-  // Leaves two of the four lines finished, as a stopped run does, and a volume that was being written.
+  // Leaves two of the four lines finished, as a stopped run does, and a volume that was being
+  // written.
   void stop_half_way() const {
     const std::string fingerprint = plan_pack(options_).fingerprint;
     pack_room(options_);

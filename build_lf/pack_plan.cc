@@ -192,16 +192,18 @@ bool PackPlan::has_maps(std::size_t line) const {
 }
 
 std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
-  const bool masked = std::any_of(sources[line].begin(), sources[line].end(),
-                                  [](const StationSource& source) { return source.mask.has_value(); });
-  const std::uint64_t rows = masked ? kBytesPerRowRun * static_cast<std::uint64_t>(panorama.width) : 0;
+  const bool masked =
+      std::any_of(sources[line].begin(), sources[line].end(),
+                  [](const StationSource& source) { return source.mask.has_value(); });
+  const std::uint64_t rows =
+      masked ? kBytesPerRowRun * static_cast<std::uint64_t>(panorama.width) : 0;
   return sources[line].size() * (3 * pixels(panorama) + rows);
 }
 
 std::uint64_t PackPlan::bytes_of_maps(std::size_t line) const {
-  const auto maps = std::count_if(
-      sources[line].begin(), sources[line].end(),
-      [](const StationSource& source) { return source.distance_map.has_value(); });
+  const auto maps =
+      std::count_if(sources[line].begin(), sources[line].end(),
+                    [](const StationSource& source) { return source.distance_map.has_value(); });
   return static_cast<std::uint64_t>(maps) * kBytesPerDistance * pixels(distance_map);
 }
 

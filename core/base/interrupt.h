@@ -6,12 +6,13 @@
 
 namespace raywalk {
 
-// Installs handlers for SIGINT, SIGTERM and SIGHUP that set a flag; a second SIGINT ends the process
-// at once. Where SIGHUP is ignored (nohup) it stays ignored.
+// Installs handlers for SIGINT, SIGTERM and SIGHUP that set a flag; a second SIGINT ends the
+// process at once. Where SIGHUP is ignored (nohup) it stays ignored.
 void install_interrupt_handlers();
 
 // While one exists, SIGINT, SIGTERM, SIGHUP (unless ignored) and SIGQUIT only set the flag, however
-// often they arrive: for work that must not be killed, such as moving a motor. Only one may exist at a time.
+// often they arrive: for work that must not be killed, such as moving a motor. Only one may exist
+// at a time.
 class DeferStopSignals {
  public:
   DeferStopSignals();

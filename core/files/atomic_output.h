@@ -43,12 +43,12 @@ std::filesystem::path directory_of(const std::filesystem::path& file);
 // Creates a directory and its missing parents. Throws Error naming it.
 void make_directories(const std::filesystem::path& directory);
 
-// Throws Error naming the file unless it is, or links to, a regular file: opening a named pipe would
-// wait for a writer, reading a device may never end.
+// Throws Error naming the file unless it is, or links to, a regular file: opening a named pipe
+// would wait for a writer, reading a device may never end.
 void require_regular_file(const std::filesystem::path& file);
 
-// Reads a whole file. Throws Error naming it when missing, unreadable, not a regular file, or larger
-// than max_bytes.
+// Reads a whole file. Throws Error naming it when missing, unreadable, not a regular file, or
+// larger than max_bytes.
 std::string read_file(const std::filesystem::path& file,
                       std::size_t max_bytes = std::size_t{1} << 30);
 

@@ -166,7 +166,8 @@ TEST(ReadFile, SizeLimitIsInclusive) {
 
 TEST(ReadFile, OnlyRegularFilesAreRead) {
   const TestDirectory directory;
-  const fs::path pipe = directory / "pipe", link = directory / "link", socket = directory / "socket";
+  const fs::path pipe = directory / "pipe", link = directory / "link",
+                 socket = directory / "socket";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0666), 0);
   ASSERT_EQ(mknod(socket.c_str(), S_IFSOCK | 0666, 0), 0);
   fs::create_symlink("pipe", link);

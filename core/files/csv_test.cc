@@ -102,9 +102,10 @@ TEST(CsvTable, OtherSeparatorsAreNamedWithWhatToDo) {
 }
 
 TEST(CsvTable, DecimalCommasAreNamedWithWhatToDo) {
-  EXPECT_EQ(table_error("file,x,y,z\na.jpg,1.5,0,0\nb.jpg,1,5,0,0\n"),
-            "poses.csv:3: 5 fields where the header has 4 (file,x,y,z); write decimals with a point "
-            "(0.5, not 0,5), and put a field that holds a comma in quotes");
+  EXPECT_EQ(
+      table_error("file,x,y,z\na.jpg,1.5,0,0\nb.jpg,1,5,0,0\n"),
+      "poses.csv:3: 5 fields where the header has 4 (file,x,y,z); write decimals with a point "
+      "(0.5, not 0,5), and put a field that holds a comma in quotes");
   for (const std::string decimal : {"0,5", "-1,25", "1.000,5"}) {
     EXPECT_EQ(table_error("file,x,y,z\na.jpg,\"" + decimal + "\",0,0\n"),
               "poses.csv:2: column 'x': '" + decimal +

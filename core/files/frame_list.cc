@@ -36,8 +36,8 @@ std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
 
 std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list) {
   const std::string source = input_name(list);
-  const CsvTable table = CsvTable::parse(text, source, {"file", "x", "y", "z"},
-                                         {"yaw", "pitch", "roll", "mask"});
+  const CsvTable table =
+      CsvTable::parse(text, source, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask"});
   if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
   std::map<std::string, std::string> listed;  // file -> where

@@ -52,17 +52,17 @@ TEST(ImageHeader, ReadsWhatTheEncoderWrote) {
 // A TIFF block whose first directory has the orientation as second entry.
 Buffer tiff_with(unsigned char orientation, bool little_endian) {
   if (little_endian) {
-    return {'I', 'I', 42, 0,    8,    0, 0, 0, 2, 0, 0x0F, 1, 2,           0, 1, 0, 0, 0, 0,
-            0,   0,   0,  0x12, 1,    3, 0, 1, 0, 0, 0,    orientation, 0, 0, 0, 0, 0, 0, 0};
+    return {'I', 'I', 42, 0,    8, 0, 0, 0, 2, 0, 0x0F, 1,           2, 0, 1, 0, 0, 0, 0,
+            0,   0,   0,  0x12, 1, 3, 0, 1, 0, 0, 0,    orientation, 0, 0, 0, 0, 0, 0, 0};
   }
-  return {'M', 'M', 0, 42, 0, 0,    0, 8, 0, 2, 1, 0x0F, 0, 2,           0, 0, 0, 1, 0,
-          0,   0,   0, 1,  0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0};
+  return {'M', 'M', 0, 42, 0,    0, 0, 8, 0, 2, 1, 0x0F, 0,           2, 0, 0, 0, 1, 0,
+          0,   0,   0, 1,  0x12, 0, 3, 0, 0, 0, 1, 0,    orientation, 0, 0, 0, 0, 0, 0};
 }
 
 Buffer jpeg_with(const Buffer& tiff) {
   Buffer bytes = encoded(".jpg", 64, 32, CV_8UC3);
-  Buffer segment = {0xFF, 0xE1, 0, static_cast<unsigned char>(8 + tiff.size()),
-                    'E',  'x',  'i', 'f', 0, 0};
+  Buffer segment = {0xFF, 0xE1, 0, static_cast<unsigned char>(8 + tiff.size()), 'E', 'x', 'i',
+                    'f',  0,    0};
   segment.insert(segment.end(), tiff.begin(), tiff.end());
   bytes.insert(bytes.begin() + 2, segment.begin(), segment.end());
   return bytes;

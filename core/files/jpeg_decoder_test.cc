@@ -92,8 +92,7 @@ TEST(DecodeJpeg, GivesThePixelsThatOpenCvGives) {
       {"grey", encoded(grey)},
       {"CMYK", encoded_cmyk(photograph(70, 35, 4))}};
   for (const auto& [kind, bytes] : files) {
-    const cv::Mat expected =
-        cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    const cv::Mat expected = cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
     ASSERT_FALSE(expected.empty()) << kind;
     EXPECT_EQ(cv::norm(decoded(bytes), expected, cv::NORM_INF), 0.0) << kind;
     EXPECT_NO_THROW(require_intact_jpeg(std::as_bytes(std::span(bytes)), "a.jpg")) << kind;

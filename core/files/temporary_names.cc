@@ -68,10 +68,10 @@ fs::path temporary_beside(const fs::path& target) {
   clean_once(directory_of(target));
   fs::path temporary;
   do {
-    temporary = directory_of(target) /
-                fmt::format(".{}.{}-{}.{}.partial{}",
-                            target.stem().string().substr(0, kMaxStemBytes), system_id(), getpid(),
-                            counter.fetch_add(1), target.extension().string());
+    temporary = directory_of(target) / fmt::format(".{}.{}-{}.{}.partial{}",
+                                                   target.stem().string().substr(0, kMaxStemBytes),
+                                                   system_id(), getpid(), counter.fetch_add(1),
+                                                   target.extension().string());
   } while (fs::exists(fs::symlink_status(temporary)));
   return temporary;
 }

@@ -11,10 +11,10 @@ namespace raywalk {
 // remove_abandoned_temporaries is called for it.
 std::filesystem::path temporary_beside(const std::filesystem::path& target);
 
-// Removes the unfinished outputs in a directory whose process was killed: those of processes of this
-// system that are no longer running, and those of another system (another computer or container on a
-// shared disk, or this one before it was restarted) once they are a day old. What cannot be removed
-// stays.
+// Removes the unfinished outputs in a directory whose process was killed: those of processes of
+// this system that are no longer running, and those of another system (another computer or
+// container on a shared disk, or this one before it was restarted) once they are a day old. What
+// cannot be removed stays.
 void remove_abandoned_temporaries(const std::filesystem::path& directory);
 
 }  // namespace raywalk

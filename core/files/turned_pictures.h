@@ -5,8 +5,9 @@
 
 namespace raywalk {
 
-// Collects the pictures of one run for one warning. Raywalk uses pixels as they are stored: those of
-// a lens have to stay where its calibration has them, and turning by 90 degrees makes no panorama.
+// Collects the pictures of one run for one warning. Raywalk uses pixels as they are stored: those
+// of a lens have to stay where its calibration has them, and turning by 90 degrees makes no
+// panorama.
 class TurnedPictures {
  public:
   // `orientation`: EXIF's, 1 to 8; 1 is upright.

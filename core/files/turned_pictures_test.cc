@@ -27,9 +27,9 @@ TEST(TurnedPictures, OneWarningNamesTheFirstAndCountsTheOthers) {
   turned.add("b.jpg", 6);
   for (int i = 0; i < 3; ++i) turned.add("c.jpg", 3);
   turned.warn();
-  EXPECT_THAT(log.text(), AllOf(HasSubstr("b.jpg"), HasSubstr("orientation 6"),
-                                HasSubstr("90 degrees"), HasSubstr("3 more"),
-                                HasSubstr("pixels are used as they are stored")));
+  EXPECT_THAT(log.text(),
+              AllOf(HasSubstr("b.jpg"), HasSubstr("orientation 6"), HasSubstr("90 degrees"),
+                    HasSubstr("3 more"), HasSubstr("pixels are used as they are stored")));
 }
 
 }  // namespace

@@ -228,10 +228,10 @@ class CrossingAssignment {
   double tolerance_m_;
   StationTree tree_;
   std::vector<StationGroup>& groups_;
-  std::vector<int> owner_;  // group of each station
+  std::vector<int> owner_;                 // group of each station
   std::vector<std::set<Member>> members_;  // of each group, in order along it
-  std::vector<int> order_;  // stations in the order they were captured
-  std::vector<int> rank_;   // place of each station in order_
+  std::vector<int> order_;                 // stations in the order they were captured
+  std::vector<int> rank_;                  // place of each station in order_
 };
 
 }  // namespace

@@ -166,7 +166,8 @@ class CellSearch {
     for (int front = back + 1; front < x_lines_; ++front) {
       if (at(left).covers(corner, crossing(front, left))) fronts.push_back(front);
     }
-    for (int right = left + 1; !fronts.empty() && right < static_cast<int>(lines_.size()); ++right) {
+    for (int right = left + 1; !fronts.empty() && right < static_cast<int>(lines_.size());
+         ++right) {
       if (!at(back).covers(corner, crossing(back, right))) continue;
       for (const int front : fronts) {
         const std::optional<Cell> cell = cell_between(back, front, left, right);

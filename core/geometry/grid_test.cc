@@ -280,9 +280,9 @@ TEST(FindGrid, DuplicateAmongParallelLinesIsNamedAsOne) {
   std::vector<StationPose> stations = captured(
       {{"a", 0.0, 0.0, 0.1, 0.0, 8}, {"b", 0.0, 0.5, 0.1, 0.0, 8}, {"c", 0.0, 1.0, 0.1, 0.0, 8}});
   stations.push_back({"again.jpg", stations[11].position_m, "poses.csv:26"});
-  EXPECT_THAT(error_of(stations), AllOf(HasSubstr("b_003.jpg (poses.csv:13)"),
-                                        HasSubstr("again.jpg (poses.csv:26)"),
-                                        HasSubstr("have the same position")));
+  EXPECT_THAT(error_of(stations),
+              AllOf(HasSubstr("b_003.jpg (poses.csv:13)"), HasSubstr("again.jpg (poses.csv:26)"),
+                    HasSubstr("have the same position")));
 }
 
 TEST(FindGrid, TwoStationsAtOnePlaceAreNamedAsThat) {
@@ -291,12 +291,13 @@ TEST(FindGrid, TwoStationsAtOnePlaceAreNamedAsThat) {
                     HasSubstr("have the same position (x = 0.2, z = 0.3)")));
 }
 
-// Every station in the middle of a long line has the same rank among its neighbours, so that a search
-// which compares all with all would take minutes.
+// Every station in the middle of a long line has the same rank among its neighbours, so that a
+// search which compares all with all would take minutes.
 TEST(FindGrid, ManyStationsAreFoundSoon) {
-  const std::vector<StationPose> stations =
-      captured({{"a", 0.0, 0.0, 0.01, 0.0, 20000}, {"b", 0.0, 199.99, 0.01, 0.0, 20000},
-                {"c", 0.0, 0.0, 0.0, 0.01, 20000}, {"d", 199.99, 0.0, 0.0, 0.01, 20000}});
+  const std::vector<StationPose> stations = captured({{"a", 0.0, 0.0, 0.01, 0.0, 20000},
+                                                      {"b", 0.0, 199.99, 0.01, 0.0, 20000},
+                                                      {"c", 0.0, 0.0, 0.0, 0.01, 20000},
+                                                      {"d", 199.99, 0.0, 0.0, 0.01, 20000}});
   const Grid grid = find_grid(stations, {});
   EXPECT_EQ(grid.lines.size(), 4U);
   EXPECT_EQ(grid.cells.size(), 1U);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/base/median.h"
 
 namespace raywalk {
@@ -24,8 +25,8 @@ int along_index(LineAxis axis) { return axis == LineAxis::kX ? 0 : 1; }
 
 // For each of `points` an upper bound, which is rarely too large, of how many of them lie within
 // `limit_m` of the line through it and the seed. Point p lies within that of a line of direction t
-// if t is within asin(limit / |p - seed|) of the direction of p, modulo pi; the intervals that hold a
-// direction are counted with their sorted ends, in n log n.
+// if t is within asin(limit / |p - seed|) of the direction of p, modulo pi; the intervals that hold
+// a direction are counted with their sorted ends, in n log n.
 std::vector<int> most_near_lines(const Eigen::Vector2d& seed,
                                  const std::vector<Eigen::Vector2d>& points, int along,
                                  double limit_m) {
@@ -99,6 +100,7 @@ class LineSearch {
   // Claims a line near the seed. The seed may not be on it (a stray station beside a line first
   // finds that line, then remains alone), but every call claims at least two stations or throws.
   void claim_line_from(int seed) {
+    throw_if_interrupted();
     for (LineAxis axis : axes_by_nearness(seed)) {
       const std::vector<int> candidates = stations_in_wedge(seed, axis);
       if (candidates.empty()) continue;
@@ -289,9 +291,9 @@ std::string name_of(const StationPose& station) {
 void require_own_position(std::span<const StationPose> stations, const StationTree& tree,
                           int station, double tolerance_m) {
   const Eigen::Vector2d& point = tree.point(station);
-  const std::vector<int> here = tree.find(
-      [&](const PlanBox& box) { return box.least_apart(point).norm() <= tolerance_m; },
-      [&](int other) { return (tree.point(other) - point).norm() <= tolerance_m; });
+  const std::vector<int> here =
+      tree.find([&](const PlanBox& box) { return box.least_apart(point).norm() <= tolerance_m; },
+                [&](int other) { return (tree.point(other) - point).norm() <= tolerance_m; });
   if (here.size() < 2) return;
   const std::string closer =
       tolerance_m > 0.0 ? fmt::format("; closer than {:.3g} mm", tolerance_m * 1e3) : "";

@@ -33,7 +33,8 @@ std::optional<std::string> doubt_of_unit(const Grid& grid) {
   const std::string cells =
       grid.cells.empty() ? "" : fmt::format(" and cells up to {:.4g} m wide", cell_m);
   return fmt::format(
-      "stations {:.4g} m apart{}: are the positions in another unit, such as millimetres? x, y and z "
+      "stations {:.4g} m apart{}: are the positions in another unit, such as millimetres? x, y and "
+      "z "
       "are read as metres; divide millimetres by 1000",
       spacing_m, cells);
 }

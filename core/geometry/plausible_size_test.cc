@@ -16,9 +16,8 @@ using ::testing::HasSubstr;
 Grid square(double unit, bool closed = true) {
   std::vector<StationPose> stations;
   const auto add = [&](int x, int z) {
-    stations.push_back({fmt::format("{}.jpg", stations.size()),
-                        {0.1 * unit * x, 0.0, 0.1 * unit * z},
-                        ""});
+    stations.push_back(
+        {fmt::format("{}.jpg", stations.size()), {0.1 * unit * x, 0.0, 0.1 * unit * z}, ""});
   };
   for (int i = 0; i <= 10; ++i) add(i, 0);
   for (int i = 0; i <= 10; ++i) add(i, 10);
