@@ -49,6 +49,10 @@ void require_writable_picture(const std::filesystem::path& file) {
   const AtomicFile probe(file);
 }
 
+std::string distances_used(const Room& room, const ViewMode& mode) {
+  return mode.options.generation == Generation::kInitial ? "none" : room.distances_origin();
+}
+
 std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   std::string text =
       fmt::format("{}, {} at k = {:g} degrees ({})", generation_name(mode.options.generation),
@@ -80,8 +84,8 @@ std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoi
   Renderer renderer(room, mode.options);
   const RenderedView view = render_framed(&renderer, viewpoint, frame);
   write_image(file, view.image);
-  return fmt::format("{}: {}x{} at {:g},{:g} m, {}", file.string(), view.image.cols,
-                     view.image.rows, viewpoint.x_m, viewpoint.z_m,
+  return fmt::format("{}: {}x{} at {:g},{:g} m, distances {}, {}", file.string(), view.image.cols,
+                     view.image.rows, viewpoint.x_m, viewpoint.z_m, distances_used(room, mode),
                      view_summary(mode, view.report));
 }
 

@@ -13,6 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/files/row_names.h"
 #include "core/room/room_fingerprint.h"
+#include "render/view_file.h"
 
 namespace raywalk::render {
 namespace {
@@ -21,10 +22,12 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
+constexpr const char* kDistances = "distances";
 
 json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
   json settings{{"format_version", kFormatVersion},
                 {"room_sha256", room_fingerprint(room)},
+                {kDistances, distances_used(room, mode)},
                 {"generation", generation_name(mode.options.generation)},
                 {"connection", mode.connection},
                 {"k_deg", mode.options.k_deg},
@@ -68,8 +71,10 @@ void require_same_work(json earlier, json now, const fs::path& record) {
                               record.string(), found->first));
     }
   }
-  earlier.erase("views");
-  now.erase("views");
+  for (json* record_json : {&earlier, &now}) {
+    record_json->erase("views");
+    record_json->erase(kDistances);  // room_sha256 stands for them
+  }
   std::set<std::string> keys;
   for (const auto& [key, value] : now.items()) keys.insert(key);
   for (const auto& [key, value] : earlier.items()) keys.insert(key);
@@ -184,9 +189,10 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
     throw Interrupted(fmt::format("interrupted after {} of {} views; the same command resumes",
                                   done, views.size()));
   }
-  return fmt::format("{}: {} views, {} of them rendered now; {}, {} at k = {:g} degrees ({})",
-                     out.string(), views.size(), rendered, generation_name(mode.options.generation),
-                     mode.connection, mode.options.k_deg, mode.k_source);
+  return fmt::format(
+      "{}: {} views, {} of them rendered now; {}, {} at k = {:g} degrees ({}), distances {}",
+      out.string(), views.size(), rendered, generation_name(mode.options.generation),
+      mode.connection, mode.options.k_deg, mode.k_source, distances_used(room, mode));
 }
 
 }  // namespace raywalk::render

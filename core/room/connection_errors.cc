@@ -32,10 +32,12 @@ Json json_of(const ConnectionErrorMeasurement& measurement) {
                     {"e_connect_common", json_of_error(row.e_connect_common)},
                     {"coverage", row.coverage}});
   }
-  return {{"generation", measurement.generation},
-          {"viewpoints", measurement.viewpoints},
-          {"overlap_deg", measurement.overlap_deg},
-          {"rows", std::move(rows)}};
+  Json json = {{"generation", measurement.generation},
+               {"viewpoints", measurement.viewpoints},
+               {"overlap_deg", measurement.overlap_deg}};
+  if (!measurement.distances.empty()) json["distances"] = measurement.distances;
+  json["rows"] = std::move(rows);
+  return json;
 }
 
 double error_in(const CheckedJson& json) {
@@ -67,6 +69,7 @@ ConnectionErrorMeasurement measurement_of(const CheckedJson& json) {
                                          .overlap_deg = json.at("overlap_deg").number(0.0, 45.0)};
   for (const CheckedJson& row : json.at("rows").items()) measurement.rows.push_back(row_of(row));
   if (measurement.rows.empty()) json.at("rows").fail("is empty");
+  if (json.has("distances")) measurement.distances = json.at("distances").text();
   return measurement;
 }
 

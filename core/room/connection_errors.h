@@ -3,11 +3,12 @@
 // raywalk-render connect-error.
 //
 //   {"format_version": 1,
-//    "measurements": [{"generation", "viewpoints", "overlap_deg",
+//    "measurements": [{"generation", "viewpoints", "overlap_deg", "distances",
 //                      "rows": [{"connection", "k_deg", "e_connect", "e_connect_common",
 //                                "coverage"}]}]}
 //
-// An error that could not be measured is null. Measure again after replacing distances.
+// An error that could not be measured is null. "distances" says where those in use came from; files
+// of older programs lack it. Measure again after replacing distances.
 #pragma once
 
 #include <filesystem>
@@ -30,6 +31,7 @@ struct ConnectionErrorMeasurement {
   int viewpoints = 0;        // per side of every cell
   double overlap_deg = 0.0;  // width of the blend, [0, 45]
   std::vector<ConnectionErrorAtK> rows{};
+  std::string distances{};  // in use when measured: Room::distances_origin(); empty: unknown
 };
 
 // The recommendation of a measurement.

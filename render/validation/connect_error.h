@@ -54,6 +54,7 @@ struct ConnectError {
   Generation generation = Generation::kInitial;
   ConnectErrorOptions options{};
   std::vector<ConnectErrorRow> rows{};  // in the order of options.k_list_deg
+  std::string distances{};              // in use when measured; empty: unknown
 };
 
 // Measures all cells of a room at the size of its panoramas; prints progress. The result does not

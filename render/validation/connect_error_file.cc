@@ -8,7 +8,8 @@ namespace {
 ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
   ConnectionErrorMeasurement stored{.generation = generation_name(measurement.generation),
                                     .viewpoints = measurement.options.viewpoints,
-                                    .overlap_deg = measurement.options.overlap_deg};
+                                    .overlap_deg = measurement.options.overlap_deg,
+                                    .distances = measurement.distances};
   for (const ConnectErrorRow& row : measurement.rows) {
     stored.rows.push_back({row.k_deg, row.e_connect, row.e_connect_common, row.coverage});
   }
@@ -16,7 +17,8 @@ ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
 }
 
 ConnectError measured_form(const ConnectionErrorMeasurement& stored) {
-  ConnectError measurement{.generation = generation_from_name(stored.generation)};
+  ConnectError measurement{.generation = generation_from_name(stored.generation),
+                           .distances = stored.distances};
   measurement.options = {
       .viewpoints = stored.viewpoints, .overlap_deg = stored.overlap_deg, .k_list_deg = {}};
   for (const ConnectionErrorAtK& row : stored.rows) {
@@ -52,9 +54,11 @@ void write_connect_error(const Room& room, std::span<const Generation> generatio
   std::vector<ConnectError> measurements;
   for (const Generation generation : generations) {
     measurements.push_back(measure_connect_error(room, generation, options));
+    measurements.back().distances = room.distances_origin();
     store_connect_error(room.directory(), measurements.back());
   }
-  table << connect_error_table(measurements);
+  table << connect_error_table(measurements) << "distances in use: " << room.distances_origin()
+        << '\n';
 }
 
 }  // namespace raywalk::render

@@ -59,7 +59,8 @@ std::string summary_of(const Validation& validation, const fs::path& report) {
                         generation_name(validation.modes[mode].options.generation), mean.psnr_db,
                         mean.ws_psnr_db, mean.ssim, mean.fsim);
   }
-  return text + (report / "index.html").string();
+  return text + "distances in use: " + validation.distances + "\n" +
+         (report / "index.html").string();
 }
 
 }  // namespace
@@ -68,6 +69,7 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
                           std::vector<ViewMode> modes) {
   Validation validation;
   validation.volume = room.directory().string();
+  validation.distances = room.distances_origin();
   validation.has_distances = room.has_distances();
   for (const std::size_t truth : spread_over_distance(truths, kMaxSamples)) {
     validation.samples.push_back({.truth = truth});

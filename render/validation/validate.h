@@ -34,7 +34,8 @@ struct PictureSample {
 };
 
 struct Validation {
-  std::string volume{};  // the room
+  std::string volume{};     // the room
+  std::string distances{};  // in use in the room: Room::distances_origin()
   bool has_distances = false;
   std::vector<TruthView> truths{};
   std::vector<ViewMode> modes{};
