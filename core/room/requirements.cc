@@ -246,7 +246,7 @@ std::string requirements_to_json(const RoomRequirements& requirements) {
   Json root = {{"format", kRequirementsFormat},
                {"format_version", kRequirementsVersion},
                {"written_by", "raywalk " RAYWALK_VERSION}};
-  root["distances"] = requirements.distances;
+  if (!requirements.distances.empty()) root["distances"] = requirements.distances;
   RoomRequirements copy = requirements;  // visit_members needs mutable members
   root.update(json_of(copy));
   // A directory's name may not be valid UTF-8.
