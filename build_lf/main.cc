@@ -5,6 +5,7 @@
 #include <string>
 
 #include "build_lf/depth/estimate_depth.h"
+#include "build_lf/distance_sets.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
@@ -25,6 +26,8 @@ struct Arguments {
   int threads = 0;
   std::string room;
   bool json = false;
+  std::string use;
+  bool record = false;
 };
 
 void add_pack(CLI::App* app, Arguments* arguments) {
@@ -83,14 +86,40 @@ void add_depth(CLI::App* app, Arguments* arguments) {
   add_threads_option(depth, &arguments->threads);
   depth->footer(
       "Example:\n  raywalk-build-lf depth room.lf\n"
-      "The same command resumes a stopped run. Distances packed with the room\n"
-      "are kept in room.lf/distances-given.");
+      "The same command resumes a stopped run. Views then use the estimated distances; those\n"
+      "packed with the room are kept, and `raywalk-build-lf distances` goes back to them.");
   depth->callback([arguments] {
     arguments->depth.method = depth_method_from_name(arguments->depth_method);
     set_thread_count(arguments->threads);
-    const DepthSummary summary = estimate_depth(arguments->depth);
-    fmt::print("{}: {} distance maps of {} x {}; see {}\n", summary.room, summary.maps.size(),
-               summary.size.width, summary.size.height, summary.page);
+    fmt::print("{}", text_of(estimate_depth(arguments->depth)));
+  });
+}
+
+void add_distances(CLI::App* app, Arguments* arguments) {
+  CLI::App* distances = app->add_subcommand(
+      "distances", "Show which distances views use, and switch between given and estimated ones");
+  distances->add_option("room", arguments->room, "Room directory")->required();
+  CLI::Option* use = distances->add_option(
+      "--use", arguments->use,
+      "Let views use these: given (packed with the room) or estimated (by depth)");
+  distances
+      ->add_flag("--record", arguments->record,
+                 "Record the files that are there in the manifest, after replacing them on purpose "
+                 "or for a room of an older Raywalk")
+      ->excludes(use);
+  add_threads_option(distances, &arguments->threads);
+  distances->footer(
+      "Examples:\n  raywalk-build-lf distances room.lf\n"
+      "  raywalk-build-lf distances room.lf --use given");
+  distances->callback([arguments, use] {
+    set_thread_count(arguments->threads);
+    if (*use) {
+      fmt::print("{}\n", use_distances(arguments->room, distance_kind_from_name(arguments->use)));
+    } else if (arguments->record) {
+      fmt::print("{}\n", record_distances(arguments->room));
+    } else {
+      fmt::print("{}", distances_text(arguments->room));
+    }
   });
 }
 
@@ -112,9 +141,8 @@ void add_verify(CLI::App* app, Arguments* arguments) {
   verify->footer("Example:\n  raywalk-build-lf verify room.lf");
   verify->callback([arguments] {
     set_thread_count(arguments->threads);
-    const VerifiedCounts counts = verify_room(Room::open(arguments->room));
-    fmt::print("{}: {} panoramas and {} distance maps match their checksums\n", arguments->room,
-               counts.panoramas, counts.distance_maps);
+    const Room room = Room::open(arguments->room);
+    fmt::print("{}\n", text_of(verify_room(room), room));
   });
 }
 
@@ -153,6 +181,7 @@ int main(int argc, char** argv) {
   raywalk::build_lf::Arguments arguments;
   raywalk::build_lf::add_pack(&app, &arguments);
   raywalk::build_lf::add_depth(&app, &arguments);
+  raywalk::build_lf::add_distances(&app, &arguments);
   raywalk::build_lf::add_info(&app, &arguments);
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);

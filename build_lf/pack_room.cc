@@ -75,15 +75,20 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
   }
 }
 
-std::string manifest_of(const PackPlan& plan, const fs::path& room) {
-  RoomManifest manifest{plan.panorama, plan.grid, {}};
-  for (const Line& line : plan.grid.lines) {
+}  // namespace
+
+RoomManifest manifest_of_volumes(const fs::path& room, PanoramaSize panorama, const Grid& grid) {
+  RoomManifest manifest{panorama, grid, {}, std::vector<DistanceSet>()};
+  for (const Line& line : grid.lines) {
     manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(room, line.id)));
   }
-  return manifest_to_json(manifest);
+  const fs::path directory = distances_directory(room);
+  if (auto distances = set_of(open_distance_volumes(directory, grid), grid)) {
+    add_file_checksums(directory, &*distances);
+    manifest.distances->push_back(std::move(*distances));
+  }
+  return manifest;
 }
-
-}  // namespace
 
 std::string checksum_of_line(const fs::path& volume) {
   std::string all;
@@ -109,7 +114,8 @@ void pack_room(const PackOptions& options) {
     partial.discard();
     throw;
   }
-  write_file_atomically(manifest_path(room), manifest_of(plan, room));
+  write_file_atomically(manifest_path(room),
+                        manifest_to_json(manifest_of_volumes(room, plan.panorama, plan.grid)));
   Room::open(room);  // checks that the result can be opened
   partial.complete();
 }

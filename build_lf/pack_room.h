@@ -2,6 +2,7 @@
 #pragma once
 
 #include "build_lf/pack_plan.h"
+#include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
@@ -10,6 +11,11 @@ namespace raywalk::build_lf {
 // Error as plan_pack and PartialRoom do, and for too little disk space, an image that cannot be
 // decoded (nothing is kept then) and output that cannot be written.
 void pack_room(const PackOptions& options);
+
+// The manifest of a room whose volumes are complete; reads the distances to record their checksums.
+// Throws Error if a volume cannot be read.
+RoomManifest manifest_of_volumes(const std::filesystem::path& room, PanoramaSize panorama,
+                                 const Grid& grid);
 
 // RoomManifest::rays_sha256 of a line, from the checksums stored in its volume.
 std::string checksum_of_line(const std::filesystem::path& volume);

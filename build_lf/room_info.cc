@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "build_lf/room_distances.h"
 #include "core/base/counted.h"
 
 namespace raywalk::build_lf {
@@ -99,6 +100,29 @@ LineInfo line_info(const Room& room, int index) {
   return info;
 }
 
+void set_distance_sets(const Room& room, RoomInfo* info) {
+  const RoomDistances distances = find_distances(room.directory(), room.manifest());
+  for (const DistanceKind kind : {DistanceKind::kGiven, DistanceKind::kEstimated}) {
+    if (const auto& found = distances.found(kind)) {
+      info->distance_sets.push_back(
+          {found->set.origin, found->directory.filename().string(), found->in_use});
+    }
+    if (!distances.fault(kind).empty()) info->distance_faults.push_back(distances.fault(kind));
+  }
+}
+
+// Which distances views use, and how to use others.
+std::string use_text(const RoomInfo& info, const std::string& name) {
+  std::string text = "distances in use: " + info.distances + "\n";
+  for (const DistancesInfo& set : info.distance_sets) {
+    if (set.in_use) continue;
+    text += fmt::format("not in use: {} (`raywalk-build-lf distances {} --use {}`)\n", set.origin,
+                        name, set.origin == kGivenOrigin ? "given" : "estimated");
+  }
+  for (const std::string& fault : info.distance_faults) text += "not usable: " + fault + "\n";
+  return text;
+}
+
 std::string distances_text(const LineInfo& line) {
   if (line.distance_maps == 0) return "none";
   return fmt::format("{} of {}, {} x {}", line.distance_maps, line.stations,
@@ -150,22 +174,25 @@ RoomInfo info_of(const Room& room) {
     info.bytes += info.lines.back().bytes;
   }
   info.masked_share /= info.stations;
+  info.distances = room.distances_origin();
+  set_distance_sets(room, &info);
   return info;
 }
 
 std::string summary_of(const RoomInfo& info, const std::string& name) {
   const std::string masked =
       info.masked_share > 0.0 ? fmt::format(", {:.2f} % masked", 100.0 * info.masked_share) : "";
-  return fmt::format("{}: {}, {}, {} of {} x {}{}, {}, {:.1f} MB", name,
+  const std::string origin = info.distance_maps > 0 ? " (" + info.distances + ")" : "";
+  return fmt::format("{}: {}, {}, {} of {} x {}{}, {}{}, {:.1f} MB", name,
                      counted(info.lines.size(), "line"), counted(info.cells.size(), "cell"),
                      counted(static_cast<std::size_t>(info.stations), "panorama"),
                      info.panorama.width, info.panorama.height, masked,
-                     counted(static_cast<std::size_t>(info.distance_maps), "distance map"),
+                     counted(static_cast<std::size_t>(info.distance_maps), "distance map"), origin,
                      static_cast<double>(info.bytes) * 1e-6);
 }
 
 std::string text_of(const RoomInfo& info, const std::string& name) {
-  std::string text = summary_of(info, name) + "\n\n";
+  std::string text = summary_of(info, name) + "\n" + use_text(info, name) + "\n";
   text += fmt::format("{:<5} {:>8} {:>9} {:>19} {:>8}  {:>23}  {:>15} {:>8}  {:<22} {:>9}\n",
                       "line", "stations", "at m", "from .. to m", "oblique",
                       "spacing min/med/max m", "overhang m", "masked", "distance maps", "MB");
@@ -208,11 +235,18 @@ std::string json_of(const RoomInfo& info) {
                      {"z_max_m", cell.z_max_m},
                      {"front_right_back_left", std::move(sides)}});
   }
+  Json sets = Json::array();
+  for (const DistancesInfo& set : info.distance_sets) {
+    sets.push_back({{"origin", set.origin}, {"directory", set.directory}, {"in_use", set.in_use}});
+  }
   const Json root = {
       {"panorama", {{"width", info.panorama.width}, {"height", info.panorama.height}}},
       {"stations", info.stations},
       {"masked_share", info.masked_share},
       {"distance_maps", info.distance_maps},
+      {"distances", info.distances},
+      {"distance_sets", std::move(sets)},
+      {"distance_faults", info.distance_faults},
       {"bytes", info.bytes},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};

@@ -28,14 +28,24 @@ struct LineInfo {
   std::uintmax_t bytes = 0;    // of the volume and the distances
 };
 
+// Distances that belong to the room.
+struct DistancesInfo {
+  std::string origin;     // as Room::distances_origin
+  std::string directory;  // within the room
+  bool in_use = false;
+};
+
 struct RoomInfo {
   PanoramaSize panorama;
   std::vector<LineInfo> lines;
   std::vector<Cell> cells;
   int stations = 0;
   double masked_share = 0.0;  // of the solid angle of all stations
-  int distance_maps = 0;
-  std::uintmax_t bytes = 0;  // of the whole room
+  int distance_maps = 0;      // in use
+  std::string distances;      // where those in use come from: Room::distances_origin
+  std::vector<DistancesInfo> distance_sets;
+  std::vector<std::string> distance_faults;  // why recorded ones that are not in use cannot be used
+  std::uintmax_t bytes = 0;  // of the manifest, the volumes and the distances in use
 };
 
 RoomInfo info_of(const Room& room);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "build_lf/pack_room.h"
+#include "build_lf/room_distances.h"
 #include "build_lf/station_data.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -95,10 +96,60 @@ std::string actual_checksum(const Room& room, const Check& check) {
   const Line& line = room.grid().lines[static_cast<size_t>(first.line)];
   throw Error(
       fmt::format("{}: line {} station {} ({}): the {} do not match their checksum; {} of {} "
-                  "checksums differ; pack the room again",
+                  "checksums differ; {}",
                   room.directory().string(), line.id, first.station,
                   line.stations[static_cast<size_t>(first.station)].file,
-                  first.map < 0 ? "rays" : "distances", damaged, checked));
+                  first.map < 0 ? "rays" : "distances", damaged, checked,
+                  first.map < 0 || room.distances(first.line).given()
+                      ? "pack the room again"
+                      : "estimate the distances again with raywalk-build-lf depth"));
+}
+
+// Every volume in the directory must belong to a line of the room.
+void require_no_strangers(const Grid& grid, const std::filesystem::path& directory) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
+    const std::filesystem::path name = entry.path().filename();
+    if (name.extension() != ".h5" || name.string().front() == '.') continue;  // temporary files
+    if (std::ranges::find(grid.lines, name.stem().string(), &Line::id) == grid.lines.end()) {
+      throw Error(entry.path().string() + ": belongs to no line of the room; remove it");
+    }
+  }
+}
+
+// The files of a recorded set must have their recorded checksums.
+void verify_files(const FoundDistances& recorded) {
+  DistanceSet actual = recorded.set;
+  add_file_checksums(recorded.directory, &actual);
+  for (std::size_t i = 0; i < actual.volumes.size(); ++i) {
+    if (actual.volumes[i].sha256 == recorded.set.volumes[i].sha256) continue;
+    throw Error(
+        fmt::format("{}: the file does not match the checksum in manifest.json; put the "
+                    "room's own file back",
+                    (recorded.directory / (actual.volumes[i].line + ".h5")).string()));
+  }
+}
+
+// Compares the distances with what the manifest records. Returns the origin of those not in use.
+std::string verify_record(const Room& room) {
+  require_no_strangers(room.grid(), distances_directory(room.directory()));
+  if (!room.manifest().distances) return "";
+  const RoomDistances distances = find_distances(room.directory(), room.manifest());
+  std::string kept;
+  for (const DistanceKind kind : {DistanceKind::kGiven, DistanceKind::kEstimated}) {
+    if (!distances.fault(kind).empty()) {
+      throw Error(
+          fmt::format("{}; put them back, or accept what is there (`raywalk-build-lf distances "
+                      "{} --record`)",
+                      distances.fault(kind), room.directory().string()));
+    }
+    const std::optional<FoundDistances>& found = distances.found(kind);
+    if (!found) continue;
+    require_no_strangers(room.grid(), found->directory);
+    verify_files(*found);
+    if (!found->in_use) kept = found->set.origin;
+  }
+  return kept;
 }
 
 }  // namespace
@@ -128,7 +179,17 @@ VerifiedCounts verify_room(const Room& room) {
   }
   const auto maps =
       std::count_if(checks.begin(), checks.end(), [](const Check& c) { return c.map >= 0; });
-  return {static_cast<std::int64_t>(checks.size()) - maps, maps};
+  return {static_cast<std::int64_t>(checks.size()) - maps, maps, verify_record(room)};
+}
+
+std::string text_of(const VerifiedCounts& counts, const Room& room) {
+  const std::string kept = counts.kept_distances.empty()
+                               ? ""
+                               : "; those not in use (" + counts.kept_distances + ") match too";
+  return fmt::format(
+      "{}: {} panoramas and {} distance maps match their checksums; distances in use: {}{}",
+      room.directory().string(), counts.panoramas, counts.distance_maps, room.distances_origin(),
+      kept);
 }
 
 }  // namespace raywalk::build_lf

@@ -44,6 +44,10 @@ void require_writable_picture(const std::filesystem::path& file) {
   const AtomicFile probe(file);
 }
 
+std::string distances_used(const Room& room, const ViewMode& mode) {
+  return mode.options.generation == Generation::kInitial ? "none" : room.distances_origin();
+}
+
 std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   std::string text =
       fmt::format("{}, {} at k = {:g} degrees ({})", generation_name(mode.options.generation),
@@ -78,9 +82,10 @@ std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoi
   const int captured_px = room.panorama().width;
   const std::string enlarged =
       enlargement_text(enlargement_of(frame, view.image.cols, captured_px), captured_px);
-  return fmt::format("{}: {}x{}{} at {:g},{:g} m, {}", file.string(), view.image.cols,
-                     view.image.rows, enlarged.empty() ? "" : ", " + enlarged + ",", viewpoint.x_m,
-                     viewpoint.z_m, view_summary(mode, view.report));
+  return fmt::format("{}: {}x{}{} at {:g},{:g} m, distances {}, {}", file.string(),
+                     view.image.cols, view.image.rows,
+                     enlarged.empty() ? "" : ", " + enlarged + ",", viewpoint.x_m, viewpoint.z_m,
+                     distances_used(room, mode), view_summary(mode, view.report));
 }
 
 }  // namespace raywalk::render

@@ -18,6 +18,9 @@ PlanPoint viewpoint_from_text(const std::string& text);
 // created. Call before rendering, so that an unusable path fails early.
 void require_writable_picture(const std::filesystem::path& file);
 
+// The distances that views of this mode are corrected by: Room::distances_origin(), or "none".
+std::string distances_used(const Room& room, const ViewMode& mode);
+
 // How a view was rendered, on one line: "hlf-vd, hybrid at k = 80 (...), 42 layers, ...".
 std::string view_summary(const ViewMode& mode, const ViewReport& report);
 

@@ -14,6 +14,7 @@
 #include "core/files/output_path.h"
 #include "core/files/row_names.h"
 #include "core/room/room_fingerprint.h"
+#include "render/view_file.h"
 
 namespace raywalk::render {
 namespace {
@@ -23,10 +24,12 @@ using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
 constexpr const char* kEnlargement = "enlargement";
+constexpr const char* kDistances = "distances";
 
 json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
   json settings{{"format_version", kFormatVersion},
                 {"room_sha256", room_fingerprint(room)},
+                {kDistances, distances_used(room, mode)},
                 {"generation", generation_name(mode.options.generation)},
                 {"connection", mode.connection},
                 {"k_deg", mode.options.k_deg},
@@ -71,9 +74,11 @@ void require_same_work(json earlier, json now, const fs::path& record) {
                       record.string(), found->first));
     }
   }
-  earlier.erase("views");
-  earlier.erase(kEnlargement);  // follows from the others
-  now.erase("views");
+  for (json* record_json : {&earlier, &now}) {
+    record_json->erase("views");
+    record_json->erase(kEnlargement);  // follows from the others
+    record_json->erase(kDistances);    // room_sha256 stands for them
+  }
   std::set<std::string> keys;
   for (const auto& [key, value] : now.items()) keys.insert(key);
   for (const auto& [key, value] : earlier.items()) keys.insert(key);
@@ -246,9 +251,9 @@ std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& 
       replaces ? prepared_replacement(target, room, mode, frame, views) : target;
   const std::string rendered = render_path(room, mode, frame, views, directory);
   if (replaces) move_into_place(directory, target);
-  return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({})", out.string(), rendered,
-                     generation_name(mode.options.generation), mode.connection, mode.options.k_deg,
-                     mode.k_source);
+  return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", out.string(),
+                     rendered, generation_name(mode.options.generation), mode.connection,
+                     mode.options.k_deg, mode.k_source, distances_used(room, mode));
 }
 
 }  // namespace raywalk::render

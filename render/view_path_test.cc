@@ -73,6 +73,24 @@ TEST_F(ViewPathTest, WritesEveryViewAndItsSettings) {
   EXPECT_EQ(record["k_deg"], 80.0);
   EXPECT_EQ(record["enlargement"], 1.0);
   EXPECT_EQ(record["views"].size(), 2U);
+  EXPECT_EQ(record["distances"], "given");
+}
+
+// The room's fingerprint tells whether they have changed.
+TEST_F(ViewPathTest, ResumesARecordWithoutTheOriginOfDistances) {
+  run();
+  auto record = nlohmann::json::parse(read_file(out() / "views.json"));
+  record.erase("distances");
+  write_file_atomically(out() / "views.json", record.dump());
+  EXPECT_THAT(run(), HasSubstr("2 views, 0 of them rendered now"));
+}
+
+TEST_F(ViewPathTest, SummariesNameTheDistancesInUse) {
+  EXPECT_THAT(run(), HasSubstr("distances given"));
+  EXPECT_THAT(
+      write_view(room_, {.options = {.k_deg = 80.0}}, {0.0, 0.0}, {}, directory_ / "view.png"),
+      HasSubstr("distances given"));
+  EXPECT_EQ(distances_used(room_, {.options = {.generation = Generation::kInitial}}), "none");
 }
 
 TEST_F(ViewPathTest, EnlargedViewsSayByHowMuch) {

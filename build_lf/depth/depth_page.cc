@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/station_image.h"
+#include "core/base/counted.h"
 #include "core/report/html_page.h"
 #include "core/report/svg_plot.h"
 
@@ -49,7 +50,8 @@ void add_maps(const Room& room, const std::vector<InverseDistanceMap>& shown, Ht
   page->add_section("Distances and confidence");
   page->add_paragraph(
       "Inverse distance from blue (far) to red (near); confidence from black to white, and red "
-      "where it is low: there the renderer prefers other maps. Expect it on plain walls, "
+      "where it is low (the share above is of the solid angle of all maps): there the renderer "
+      "prefers other maps. Expect it on plain walls, "
       "panes and mirrors, at silhouettes, and along a rail that no other line crosses.");
   for (const InverseDistanceMap& map : shown) {
     const std::string where = fmt::format(
@@ -82,11 +84,7 @@ void add_stations(const DepthSummary& summary, HtmlPage* page) {
 void add_truth(const TruthComparison& truth, HtmlPage* page) {
   page->add_section("Comparison with the given distances");
   page->add_paragraph(
-      fmt::format("{} maps, errors in pixels of parallax at the reach: {:.1f} % within 1 px, "
-                  "{:.1f} % within 2, {:.1f} % within 4; the median error of the distance is "
-                  "{:.2f} %.",
-                  truth.maps, 100.0 * truth.within_1px_share, 100.0 * truth.within_2px_share,
-                  100.0 * truth.within_4px_share, 100.0 * truth.median_relative_error));
+      fmt::format("{}: {}.", counted(static_cast<std::size_t>(truth.maps), "map"), text_of(truth)));
   LinePlot plot{.title = "Low confidence predicts error",
                 .x_label = "confidence",
                 .y_label = "share of pixels off by more than 1 px",
@@ -116,6 +114,9 @@ std::string depth_page(const Room& room, const DepthSummary& summary,
   page.add_facts({{"maps", fmt::format("{} of {} stations", summary.maps.size(), summary.stations)},
                   {"longest baseline", fmt::format("{:.3g} m", summary.reach_m)},
                   {"layers", fmt::format("{}", summary.layers)},
+                  {fmt::format("confidence below {:.2f}", kMinConfidence / 255.0),
+                   fmt::format("{:.1f} %", 100.0 * summary.low_confidence_share())},
+                  {"in use by views", summary.distances},
                   {"time", fmt::format("{:.0f} s", summary.seconds)},
                   {"memory", fmt::format("{:.0f} MB", summary.peak_memory_mb)},
                   {"gains differ by", fmt::format("{:.1f} %", 100.0 * summary.gain_spread)}});

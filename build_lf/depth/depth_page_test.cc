@@ -46,6 +46,13 @@ TEST_F(DepthPageTest, ShowsAPictureOfEveryMap) {
   EXPECT_THAT(page(), Not(HasSubstr("Comparison with the given distances")));
 }
 
+TEST_F(DepthPageTest, SaysHowMuchHasLowConfidenceAndWhatViewsUse) {
+  summary_.distances = "estimated by sweep";
+  EXPECT_THAT(page(), HasSubstr("confidence below 0.25"));
+  EXPECT_THAT(page(), HasSubstr("10.0 %"));
+  EXPECT_THAT(page(), HasSubstr("estimated by sweep"));
+}
+
 TEST_F(DepthPageTest, EscapesFileNamesInWarnings) {
   summary_.room = "<R&D> \"room\".lf";
   summary_.warnings = {"<b>&.png is a copy of \"a\".png", "line x1 is 0.1 m long"};

@@ -1,6 +1,11 @@
 #include "build_lf/depth/depth_summary.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
+
+#include "core/base/counted.h"
+#include "core/room/distance_volume.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -33,7 +38,50 @@ ordered_json json_of(const MapSummary& map) {
           {"low_share", map.low_share}, {"parallax_share", map.parallax_share}};
 }
 
+// What the run changed for views.
+std::string use_text(const DepthSummary& summary) {
+  if (summary.hold_out > 0) {
+    return fmt::format(
+        "for raywalk-render trade --held-out {}; distances in use by views, as before: {}",
+        summary.hold_out, summary.distances);
+  }
+  const std::string use = "views now use the distances " + summary.distances;
+  if (summary.kept_given.empty()) return use;
+  return fmt::format(
+      "{}; the given ones are kept in {}, `raywalk-build-lf distances {} --use "
+      "given` goes back to them",
+      use, summary.kept_given, summary.room);
+}
+
 }  // namespace
+
+double DepthSummary::low_confidence_share() const {
+  double sum = 0.0;  // every map is a whole sphere
+  for (const MapSummary& map : maps) sum += map.low_share;
+  return maps.empty() ? 0.0 : sum / static_cast<double>(maps.size());
+}
+
+std::string text_of(const TruthComparison& truth) {
+  return fmt::format(
+      "{:.1f} % of the pixels within 1 px of parallax at the reach, {:.1f} % within 2, {:.1f} % "
+      "within 4; median error of the distance {:.2f} %",
+      100.0 * truth.within_1px_share, 100.0 * truth.within_2px_share,
+      100.0 * truth.within_4px_share, 100.0 * truth.median_relative_error);
+}
+
+std::string text_of(const DepthSummary& summary) {
+  std::string text = fmt::format(
+      "{}: {} distance maps of {} x {}, estimated by {}; see {}\n"
+      "low confidence (below {:.2f}) in {:.1f} % of the solid angle\n",
+      summary.room, summary.maps.size(), summary.size.width, summary.size.height, summary.method,
+      summary.page, kMinConfidence / 255.0, 100.0 * summary.low_confidence_share());
+  if (summary.truth) {
+    text += fmt::format("compared with the given distances, {}: {}\n",
+                        counted(static_cast<std::size_t>(summary.truth->maps), "map"),
+                        text_of(*summary.truth));
+  }
+  return text + use_text(summary) + "\n";
+}
 
 std::string depth_summary_to_json(const DepthSummary& summary) {
   ordered_json json{{"format", "raywalk-depth"},
@@ -51,6 +99,9 @@ std::string depth_summary_to_json(const DepthSummary& summary) {
                     {"layers", summary.layers},
                     {"gain_spread", summary.gain_spread},
                     {"largest_exposure_step", summary.largest_exposure_step},
+                    {"distances", summary.distances},
+                    {"low_confidence_below", kMinConfidence / 255.0},
+                    {"low_confidence_share", summary.low_confidence_share()},
                     {"seconds", summary.seconds},
                     {"peak_memory_mb", summary.peak_memory_mb},
                     {"warnings", summary.warnings}};

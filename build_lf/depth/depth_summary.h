@@ -56,9 +56,21 @@ struct DepthSummary {
   std::vector<FrameFinding> frame_findings{};
   std::vector<std::string> warnings{};  // frame and line findings, as sentences
   std::optional<TruthComparison> truth{};
-  std::string page{};  // path of the HTML page
+  std::string page{};        // path of the HTML page
+  std::string distances{};   // in use by views after the run: Room::distances_origin()
+  std::string kept_given{};  // directory of given distances that are not in use; empty: none
+
+  // Share of the solid angle of all maps with a confidence below kMinConfidence.
+  double low_confidence_share() const;
 };
 
 std::string depth_summary_to_json(const DepthSummary& summary);
+
+// For a terminal: where the result is, how much of it has low confidence, the comparison with the
+// truth, and which distances views now use.
+std::string text_of(const DepthSummary& summary);
+
+// One sentence without a full stop: "92.8 % of the pixels within 1 px of parallax ...".
+std::string text_of(const TruthComparison& truth);
 
 }  // namespace raywalk::build_lf

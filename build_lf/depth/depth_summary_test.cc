@@ -1,11 +1,15 @@
 #include "build_lf/depth/depth_summary.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
 
 namespace raywalk::build_lf {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 DepthSummary some_summary() {
   DepthSummary summary{.room = "room.lf",
@@ -18,7 +22,8 @@ DepthSummary some_summary() {
                        .gain_spread = 0.03,
                        .largest_exposure_step = 1.3,
                        .seconds = 12.5,
-                       .peak_memory_mb = 321.0};
+                       .peak_memory_mb = 321.0,
+                       .distances = "estimated by sweep"};
   summary.maps = {{"x0", 4, "front_4.png", 0.75, 0.125, 1.0},
                   {"z1", 0, "right_0.png", 0.5, 0.25, 0.375}};
   summary.frame_findings = {{{0, 7}, "front_7.png", FrameFault::kExposureStep, {0, 6}, 1.3}};
@@ -55,6 +60,28 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
   EXPECT_EQ(json["maps"][1]["low_share"], 0.25);
   EXPECT_EQ(json["maps"][1]["parallax_share"], 0.375);
   EXPECT_TRUE(json["truth"].is_null());
+  EXPECT_EQ(json["distances"], "estimated by sweep");
+  EXPECT_EQ(json["low_confidence_share"], 0.1875);
+  EXPECT_NEAR(json["low_confidence_below"], 0.25, 0.002);
+}
+
+TEST(DepthSummaryTest, TextSaysWhatWasMadeAndWhatViewsUse) {
+  DepthSummary summary = some_summary();
+  EXPECT_THAT(text_of(summary), AllOf(HasSubstr("2 distance maps of 256 x 128"),
+                                      HasSubstr("low confidence (below 0.25) in 18.8 % of"),
+                                      HasSubstr("views now use the distances estimated by sweep")));
+  EXPECT_THAT(text_of(summary), Not(HasSubstr("given")));
+  summary.truth =
+      TruthComparison{.maps = 2, .within_1px_share = 0.5, .median_relative_error = 0.02};
+  summary.kept_given = "room.lf/distances-given";
+  EXPECT_THAT(text_of(summary),
+              AllOf(HasSubstr("compared with the given distances, 2 maps: 50.0 % of the pixels"),
+                    HasSubstr("median error of the distance 2.00 %"),
+                    HasSubstr("kept in room.lf/distances-given"), HasSubstr("--use given")));
+  summary.hold_out = 8;
+  summary.distances = "given";
+  EXPECT_THAT(text_of(summary),
+              AllOf(HasSubstr("as before: given"), Not(HasSubstr("views now use"))));
 }
 
 TEST(DepthSummaryTest, TruthIsPresentIfCompared) {

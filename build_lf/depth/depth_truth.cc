@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr int kBands = 8;
 
@@ -41,19 +40,10 @@ class ErrorHistogram {
 
 }  // namespace
 
-GivenDistances::GivenDistances(const Room& room) {
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    const DistanceVolume& distances = room.distances(line);
-    in_use_ = in_use_ || (distances.maps() > 0 && distances.given());
-  }
-  const fs::path directory = room.directory() / (in_use_ ? "distances" : kGivenDistances);
-  for (const Line& line : room.grid().lines) {
-    const fs::path file = directory / (line.id + ".h5");
-    std::error_code error;
-    volumes_.push_back(fs::exists(file, error)
-                           ? DistanceVolume::open(file, static_cast<int>(line.stations.size()))
-                           : DistanceVolume());
-  }
+GivenDistances::GivenDistances(const Room& room) : volumes_(room.grid().lines.size()) {
+  const RoomDistances distances = find_distances(room.directory(), room.manifest());
+  if (!distances.given_fault.empty()) throw Error(distances.given_fault);
+  if (distances.given) volumes_ = open_distance_volumes(distances.given->directory, room.grid());
 }
 
 bool GivenDistances::empty() const {

@@ -11,16 +11,12 @@
 
 namespace raywalk::build_lf {
 
-// Given distances replaced by estimated ones are kept in `<room>/distances-given`.
-inline constexpr const char* kGivenDistances = "distances-given";
-
-// The given distances of a room, by line; a line without any has an empty volume. Read from
-// `<room>/distances` if those are given, else from `<room>/distances-given`.
+// The given distances of a room, by line; a line without any has an empty volume. Read from where
+// they are: in use, or kept beside estimated ones. Throws Error if they are damaged or not as
+// recorded.
 class GivenDistances {
  public:
   explicit GivenDistances(const Room& room);
-  // Whether the room's `distances` are the given ones, and must be kept when replaced.
-  bool in_use() const { return in_use_; }
   bool empty() const;
   // Inverse distances of a station, 1/m, [theta][phi] at `size`, by nearest-pixel sampling. None if
   // the station has no given map.
@@ -28,7 +24,6 @@ class GivenDistances {
 
  private:
   std::vector<DistanceVolume> volumes_;
-  bool in_use_ = false;
 };
 
 // Compares every finished map with the given map of its station, if any. Throws Error if no station

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "build_lf/depth/depth_test_room.h"
+#include "build_lf/room_distances.h"
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {
@@ -135,14 +136,12 @@ TEST_F(DepthTruthTest, GivenDistancesAreFoundAfterBeingMoved) {
   EXPECT_TRUE(GivenDistances(room_.room()).empty());
   room_.give_distances(spec().scene, kTruthSize);
   const GivenDistances in_use(room_.room());
-  EXPECT_TRUE(in_use.in_use());
   const auto before = in_use.omega_of({1, 4}, kTruthSize);
   ASSERT_TRUE(before.has_value());
   EXPECT_THAT(*before, Each(::testing::Gt(0.0f)));
   const std::filesystem::path directory = room_.room().directory();
-  std::filesystem::rename(directory / "distances", directory / kGivenDistances);
+  std::filesystem::rename(directory / "distances", kept_directory(directory, DistanceKind::kGiven));
   const GivenDistances moved(Room::open(directory));
-  EXPECT_FALSE(moved.in_use());
   EXPECT_FALSE(moved.empty());
   EXPECT_EQ(moved.omega_of({1, 4}, kTruthSize), before);
 }

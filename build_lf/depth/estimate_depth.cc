@@ -15,6 +15,7 @@
 #include "build_lf/depth/frame_warnings.h"
 #include "build_lf/depth/stored_maps.h"
 #include "build_lf/depth/sweep_depth.h"
+#include "build_lf/distance_sets.h"
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -22,7 +23,6 @@
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
-#include "core/room/connection_errors.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
@@ -48,15 +48,20 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
   for (const Line& line : room.grid().lines) {
     text += checksum_of_line(line_volume_path(room.directory(), line.id)) + "\n";
   }
-  text += manifest_to_json(room.manifest());  // station positions
+  RoomManifest manifest = room.manifest();
+  manifest.distances.reset();          // they are not used, and a run changes them
+  text += manifest_to_json(manifest);  // station positions
   if (options.valid_mask) text += read_file(*options.valid_mask);
   return sha256_hex(text);
 }
 
-// The room, or without its held-out stations.
+// The room, or without its held-out stations. Its distances are not used.
 Room room_to_estimate(const DepthOptions& options) {
-  Room room = Room::open(options.room);
-  if (options.hold_out == 0) return room;
+  Room room = Room::open_rays(options.room);
+  if (options.hold_out == 0) {
+    require_replaceable(options.room);
+    return room;
+  }
   if (options.hold_out < 2)
     throw UsageError("--hold-out: give 2 or more, or 0 to use all stations");
   if (options.compare_truth) {
@@ -219,11 +224,31 @@ int stations_of(const Grid& grid) {
 }
 
 // Throws Error if there are no given distances.
-void require_truth(const GivenDistances& given, const fs::path& room) {
-  if (!given.empty()) return;
+GivenDistances truth_of(const DepthOptions& options) {
+  GivenDistances given(Room::open_rays(options.room));
+  if (!given.empty()) return given;
   throw Error(
       fmt::format("{}: --truth: no distances were packed with the room; pack it with --distance",
-                  room.string()));
+                  options.room.string()));
+}
+
+// Puts the finished volumes where they are used.
+void install(const DepthOptions& options, PartialMaps* partial) {
+  if (options.hold_out > 0) {
+    partial->complete("");
+    return;
+  }
+  replace_estimated(options.room, partial->volumes(),
+                    [&](const std::string& keep_as) { partial->complete(keep_as); });
+}
+
+void set_use(const fs::path& room, DepthSummary* summary) {
+  const RoomDistances distances = find_distances(room, read_manifest(room));
+  const FoundDistances* in_use = distances.in_use();
+  summary->distances = in_use == nullptr ? "none" : in_use->set.origin;
+  if (distances.given && !distances.given->in_use) {
+    summary->kept_given = distances.given->directory.string();
+  }
 }
 
 }  // namespace
@@ -234,8 +259,8 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   require_method(room, options);
   DepthPlan plan = plan_depth(room, options);
   const cv::Mat valid = read_valid_mask(options, plan.size);
-  const GivenDistances given(Room::open(options.room));
-  if (options.compare_truth) require_truth(given, options.room);
+  std::optional<GivenDistances> truth;
+  if (options.compare_truth) truth = truth_of(options);
   DepthSummary summary{.room = options.room.string(),
                        .method = name_of(options.method),
                        .size = plan.size,
@@ -252,19 +277,11 @@ DepthSummary estimate_depth(const DepthOptions& options) {
     summary.maps.push_back(summary_of(room, plan, final_map(partial, plan, reference)));
   }
   warn(parallax_warnings(summary.maps, plan.pixels_per_omega_m()), &summary);
-  if (options.compare_truth) {
-    summary.truth = compare_with_truth(given, plan, partial);
-  }
+  if (truth) summary.truth = compare_with_truth(*truth, plan, partial);
   const std::vector<InverseDistanceMap> shown = maps_to_show(room, plan, partial);
   write_volumes(room, options.method, plan, partial);
-  if (options.hold_out > 0) {
-    partial.complete("");
-  } else {
-    partial.complete(given.in_use() ? kGivenDistances : "");
-    // Measurements made with the previous distances are no longer valid.
-    std::error_code ignored;
-    fs::remove(connection_errors_path(options.room), ignored);
-  }
+  install(options, &partial);
+  set_use(options.room, &summary);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_memory_mb = peak_memory_mb();
   summary.page = (output / "depth.html").string();

@@ -6,8 +6,9 @@
 
 namespace raywalk::build_lf {
 
-// Estimates distance maps and stores them in ROOM/distances, with ROOM/depth.json and a report
-// beside it. Distances packed with the room are moved to ROOM/distances-given. With
+// Estimates distance maps, stores them in ROOM/distances, where views use them, and records them in
+// the manifest, with ROOM/depth.json and a report beside it. Distances packed with the room are
+// moved to ROOM/distances-given. With
 // options.hold_out all output goes to ROOM/held-out instead. A stopped run (Interrupted, disk full)
 // keeps its finished maps in ROOM/distances.partial, and the same command resumes it. Throws
 // UsageError for contradictory options; Error as plan_depth and PartialMaps do, for a mask or truth

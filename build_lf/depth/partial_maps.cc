@@ -1,14 +1,12 @@
 #include "build_lf/depth/partial_maps.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <stdio.h>
 
-#include <cerrno>
 #include <cstring>
 #include <span>
 #include <system_error>
 
+#include "build_lf/directory_moves.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
@@ -24,34 +22,6 @@ constexpr const char* kFingerprintFile = "inputs.sha256";
 fs::path made_directory(const fs::path& directory) {
   make_directories(directory);
   return directory;
-}
-
-void rename_or_throw(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::rename(from, to, error);
-  if (error) {
-    throw Error(
-        fmt::format("cannot rename {} to {}: {}", from.string(), to.string(), error.message()));
-  }
-}
-
-// Swaps two directories atomically; false if the kernel or file system does not support it.
-bool exchange(const fs::path& a, const fs::path& b) {
-  return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
-}
-
-// Duplicates a directory by hard links, or copies on file systems without them.
-void copy_by_links(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::remove_all(to, error);
-  fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::create_hard_links, error);
-  if (!error) return;
-  fs::remove_all(to, error);
-  fs::copy(from, to, fs::copy_options::recursive, error);
-  if (error) {
-    throw Error(
-        fmt::format("cannot copy {} to {}: {}", from.string(), to.string(), error.message()));
-  }
 }
 
 std::span<const std::byte> bytes_of(const InverseDistanceMap& map) {

@@ -1,5 +1,6 @@
 #include "build_lf/depth/stored_maps.h"
 
+#include <filesystem>
 #include <limits>
 
 #include "build_lf/volume_writer.h"
@@ -7,6 +8,8 @@
 
 namespace raywalk::build_lf {
 namespace {
+
+namespace fs = std::filesystem;
 
 StationDistances stored_distances(const InverseDistanceMap& map) {
   StationDistances station;
@@ -24,6 +27,10 @@ StationDistances stored_distances(const InverseDistanceMap& map) {
 
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
                    const PartialMaps& partial) {
+  // An interrupted run can have left the volumes it replaced there.
+  for (const fs::directory_entry& entry : fs::directory_iterator(partial.volumes())) {
+    fs::remove(entry.path());
+  }
   Progress progress("writing", static_cast<std::int64_t>(plan.maps.size()), "maps");
   for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
     std::vector<SweepReference> of_line;

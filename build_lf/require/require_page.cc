@@ -53,6 +53,7 @@ std::string recommended_k(const Room& room) {
 void add_facts(const Room& room, const RoomRequirements& r, HtmlPage* page) {
   page->add_facts(
       {{"surfaces", metres(r.distance.near_m) + " to " + metres(r.distance.far_m)},
+       {"distances", r.distances},
        {"layers in the middle of a cell", std::to_string(layers_at_reach(r))},
        {"spacing, without depth", spacing(r.spacing.needed_without_depth_m)},
        {"spacing, with distances", spacing(r.spacing.needed_with_distances_m)},

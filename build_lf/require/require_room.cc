@@ -135,8 +135,9 @@ std::string summary_of(const RoomRequirements& r, const RequireOptions& options)
   const auto cm = [](double metres) {
     return std::isfinite(metres) ? fmt::format("{:.2f} cm", 100.0 * metres) : "any";
   };
-  std::string text = fmt::format("{}: surfaces from {:.2f} to {:.2f} m, for {} px:\n", name,
-                                 r.distance.near_m, r.distance.far_m, r.tolerance_px);
+  std::string text =
+      fmt::format("{}: surfaces from {:.2f} to {:.2f} m, for {} px, with distances {}:\n", name,
+                  r.distance.near_m, r.distance.far_m, r.tolerance_px, r.distances);
   for (const LayersAtDistance& each : r.layers.by_d_p) {
     if (each.d_p_m == r.storage.reach_m) {
       text += fmt::format("  layers    {} at {:.2f} m from the line\n", each.layers, each.d_p_m);
@@ -168,7 +169,9 @@ std::string summary_of(const RoomRequirements& r, const RequireOptions& options)
 
 RoomRequirements measure_requirements(const Room& room, double tolerance_px) {
   const double tolerance_rad = angle_of_pixels(tolerance_px, room.panorama().width);
-  RoomRequirements result{.distances_sha256 = distances_sha256(room), .tolerance_px = tolerance_px};
+  RoomRequirements result{.distances_sha256 = distances_sha256(room),
+                          .distances = room.distances_origin(),
+                          .tolerance_px = tolerance_px};
   result.distance = distance_facts(room);
   const double reach_m = typical_reach_m(room.grid());
   result.layers = layer_facts(result.distance, reach_m, tolerance_rad);

@@ -60,6 +60,7 @@ class RequireRoomTest : public RequireTest {
     write_distance_volume(distance_volume_path(room.directory(), line.id), line,
                           {{station}, volume.size(), "one", [&](size_t) { return map; }},
                           &progress);
+    record_distance_volumes(room.directory());
   }
 
   fs::path thin_ = directory_ / "thin.lf";

@@ -16,7 +16,6 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
-#include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -83,19 +82,20 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
   const fs::path distances_file = distance_volume_path(out, line.id);
   if (distances.maps() == 0 || fs::exists(distances_file)) return;
   const int width = std::min(distance_width, distances.size().width);
-  const Hdf5File source = Hdf5File::open(distance_volume_path(part.directory(), line.id));
   write_distance_volume(
       distances_file, line,
       {.stations = {distances.stations().begin(), distances.stations().end()},
        .size = {width, width / 2},
-       .origin = source.text_attribute("origin").value_or(kGivenOrigin),
+       .origin = distances.origin(),
        .read = [&](size_t i) { return distances_of(distances, static_cast<int>(i), width); }},
       progress);
 }
 
 // Over everything that determines the result.
 std::string fingerprint_of(const Room& room, const KeptStations& kept, int distance_width) {
-  const std::string text = fmt::format("{}{}{} {}", manifest_to_json(room.manifest()),
+  RoomManifest manifest = room.manifest();
+  manifest.distances.reset();  // distances_sha256 stands for those in use
+  const std::string text = fmt::format("{}{}{} {}", manifest_to_json(manifest),
                                        distances_sha256(room), kept, distance_width);
   return sha256_hex(text);
 }
@@ -137,15 +137,13 @@ void write_thinned_room(const Room& room, const KeptStations& kept, int distance
                         const fs::path& out, bool replace) {
   PartialRoom partial(out, fingerprint_of(room, kept, distance_width), replace);
   const Room part = room.subset(kept);
-  RoomManifest manifest = part.manifest();
-  manifest.rays_sha256.clear();
   Progress progress("thinning", images_of(part), "images");
   for (int i = 0; i < static_cast<int>(kept.size()); ++i) {
     write_line(part, i, distance_width, partial.directory(), &progress);
-    manifest.rays_sha256.push_back(checksum_of_line(
-        line_volume_path(partial.directory(), manifest.grid.lines[static_cast<size_t>(i)].id)));
   }
-  write_file_atomically(manifest_path(partial.directory()), manifest_to_json(manifest));
+  write_file_atomically(
+      manifest_path(partial.directory()),
+      manifest_to_json(manifest_of_volumes(partial.directory(), part.panorama(), part.grid())));
   Room::open(partial.directory());  // checks that the result can be opened
   partial.complete();
 }

@@ -23,7 +23,8 @@ struct FileStamp {
 // Throws Error naming the file where it is missing or is not a plain file.
 FileStamp stamp_of(const std::filesystem::path& file);
 
-// SHA-256, hexadecimal, of a file's bytes. Throws Error as read_file.
+// SHA-256, hexadecimal, of a file's bytes, read in pieces. Throws Error naming the file where it is
+// missing, is not a plain file or cannot be read, and Interrupted.
 std::string sha256_of_file(const std::filesystem::path& file);
 
 // SHA-256, hexadecimal, of the pixels' bytes, row by row from the top, all channels; the same

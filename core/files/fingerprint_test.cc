@@ -48,6 +48,10 @@ TEST_F(FingerprintTest, StampOfAMissingFileNamesIt) {
 TEST_F(FingerprintTest, ChecksumOfAFileIsThatOfItsBytes) {
   EXPECT_EQ(sha256_of_file(file_), sha256_hex("abc"));
   EXPECT_THROW(sha256_of_file(directory_ / "nothing.png"), Error);
+  EXPECT_THROW(sha256_of_file(directory_.path()), Error);
+  const std::string large(3'000'000, 'x');  // more than is read at once
+  write_file_atomically(file_, large);
+  EXPECT_EQ(sha256_of_file(file_), sha256_hex(large));
 }
 
 TEST(Sha256OfPixels, DoesNotDependOnGapsBetweenRows) {

@@ -17,5 +17,11 @@ TEST(Sha256, GivesThePublishedValues) {
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
+TEST(Sha256, DoesNotDependOnHowTheBytesArrive) {
+  Sha256 sha256;
+  for (const std::string_view part : {"ab", "", "c"}) sha256.add(std::as_bytes(std::span(part)));
+  EXPECT_EQ(sha256.hex(), sha256_hex("abc"));
+}
+
 }  // namespace
 }  // namespace raywalk

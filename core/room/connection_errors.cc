@@ -32,11 +32,13 @@ Json json_of(const ConnectionErrorMeasurement& measurement) {
                     {"e_connect_common", json_of_error(row.e_connect_common)},
                     {"coverage", row.coverage}});
   }
-  return {{"generation", measurement.generation},
-          {"viewpoints", measurement.viewpoints},
-          {"overlap_deg", measurement.overlap_deg},
-          {"common_share", json_of_error(measurement.common_share)},
-          {"rows", std::move(rows)}};
+  Json json = {{"generation", measurement.generation},
+               {"viewpoints", measurement.viewpoints},
+               {"overlap_deg", measurement.overlap_deg},
+               {"common_share", json_of_error(measurement.common_share)}};
+  if (!measurement.distances.empty()) json["distances"] = measurement.distances;
+  json["rows"] = std::move(rows);
+  return json;
 }
 
 double error_in(const CheckedJson& json) {
@@ -71,6 +73,7 @@ ConnectionErrorMeasurement measurement_of(const CheckedJson& json) {
   }
   for (const CheckedJson& row : json.at("rows").items()) measurement.rows.push_back(row_of(row));
   if (measurement.rows.empty()) json.at("rows").fail("is empty");
+  if (json.has("distances")) measurement.distances = json.at("distances").text();
   return measurement;
 }
 

@@ -3,12 +3,13 @@
 // raywalk-render connect-error.
 //
 //   {"format_version": 1,
-//    "measurements": [{"generation", "viewpoints", "overlap_deg", "common_share",
+//    "measurements": [{"generation", "viewpoints", "overlap_deg", "common_share", "distances",
 //                      "rows": [{"connection", "k_deg", "e_connect", "e_connect_common",
 //                                "coverage"}]}]}
 //
 // An error that could not be measured is null; "common_share" is null or missing where it is not
-// known. Measure again after replacing distances.
+// known. "distances" says where those in use came from; files of older programs lack it. Measure
+// again after replacing distances.
 #pragma once
 
 #include <filesystem>
@@ -34,6 +35,7 @@ struct ConnectionErrorMeasurement {
   // Share of the (viewpoint, corner) pairs that e_connect_common is over, [0, 1]; NaN: not known.
   double common_share = std::numeric_limits<double>::quiet_NaN();
   std::vector<ConnectionErrorAtK> rows{};
+  std::string distances{};  // in use when measured: Room::distances_origin(); empty: unknown
 };
 
 // The recommendation of a measurement.

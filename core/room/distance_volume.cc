@@ -1,12 +1,15 @@
 #include "core/room/distance_volume.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/files/fingerprint.h"
+#include "core/files/sha256.h"
 #include "core/room/hdf5_file.h"
 
 namespace raywalk {
@@ -25,17 +28,27 @@ void check_stations(const std::vector<int>& stations, int stations_of_line,
   }
 }
 
+// The stored checksums of the maps; none in files of other programs.
+std::string checksums_text(const Hdf5File& hdf5) {
+  if (!hdf5.has_dataset("sha256")) return "";
+  return fmt::format("{}", fmt::join(hdf5.read_strings("sha256"), "\n"));
+}
+
 }  // namespace
 
 DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stations_of_line) {
   DistanceVolume volume;
+  std::string checksums;
   {
     const Hdf5File hdf5 = Hdf5File::open(file);
     hdf5.require_format(kDistanceVolumeFormat);
     const std::vector<std::int32_t> stations = hdf5.read_int32("station");
     volume.stations_.assign(stations.begin(), stations.end());
-    volume.given_ = hdf5.text_attribute("origin").value_or(kGivenOrigin) == kGivenOrigin;
+    volume.origin_ = hdf5.text_attribute("origin").value_or(kGivenOrigin);
+    volume.line_ = hdf5.text_attribute("line").value_or("");
+    checksums = checksums_text(hdf5);
   }
+  volume.bytes_ = stamp_of(file).bytes;
   check_stations(volume.stations_, stations_of_line, file.string());
   volume.stored_.resize(volume.stations_.size());
   std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
@@ -53,6 +66,9 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
                     file.string(), volume.stations_.size()));
   }
   volume.size_ = {static_cast<int>(shape[1]), static_cast<int>(shape[2])};
+  volume.header_sha256_ =
+      sha256_hex(fmt::format("{} {} {} {}\n{}", volume.line_, volume.origin_, volume.size_.width,
+                             fmt::join(volume.stations_, ","), checksums));
   return volume;
 }
 

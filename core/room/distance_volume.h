@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/geometry/sphere.h"
@@ -20,7 +21,7 @@ namespace raywalk {
 // The root attribute `format` of distances/<id>.h5.
 inline constexpr const char* kDistanceVolumeFormat = "raywalk-distances";
 // The root attribute `origin` of distances packed with the room; estimated ones name their method.
-// A missing attribute means packed.
+// A missing attribute means packed. The root attribute `line` is the id of the line.
 inline constexpr const char* kGivenOrigin = "given";
 
 // Views ignore distances of lower confidence: more of them are wrong than right (measured by
@@ -44,8 +45,17 @@ class DistanceVolume {
   // Station index of each map, increasing.
   std::span<const int> stations() const { return stations_; }
   PanoramaSize size() const { return size_; }
+  // Where the maps come from: kGivenOrigin, or how they were estimated ("estimated by sweep").
+  const std::string& origin() const { return origin_; }
   // Whether the maps were packed with the room rather than estimated.
-  bool given() const { return given_; }
+  bool given() const { return origin_ == kGivenOrigin; }
+  // The id of the line that the file says it belongs to; empty if it does not say.
+  const std::string& line() const { return line_; }
+  // Size of the file.
+  std::uint64_t bytes() const { return bytes_; }
+  // Identifies the file's content without reading it: SHA-256 over line, origin, size, stations and
+  // the stored checksums of the maps.
+  const std::string& header_sha256() const { return header_sha256_; }
   // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
   std::span<const float> distance_column(int map, int theta) const {
     return {static_cast<const float*>(distance_->data()) + offset(map, theta), rows()};
@@ -66,7 +76,10 @@ class DistanceVolume {
   std::vector<int> stations_;
   std::vector<int> stored_;  // of each map, its index in the file
   PanoramaSize size_;
-  bool given_ = false;
+  std::string origin_;
+  std::string line_;
+  std::uint64_t bytes_ = 0;
+  std::string header_sha256_;
   std::shared_ptr<const MappedDataset> distance_;
   std::shared_ptr<const MappedDataset> confidence_;
 };

@@ -57,6 +57,20 @@ Json json_of(const Cell& cell, const std::vector<Line>& lines) {
   return json;
 }
 
+Json json_of(const DistanceSet& set) {
+  Json volumes = Json::array();
+  for (const DistanceVolumeRecord& volume : set.volumes) {
+    volumes.push_back({{"line", volume.line},
+                       {"maps", volume.maps},
+                       {"width", volume.size.width},
+                       {"height", volume.size.height},
+                       {"bytes", volume.bytes},
+                       {"header_sha256", volume.header_sha256},
+                       {"sha256", volume.sha256}});
+  }
+  return {{"origin", set.origin}, {"volumes", std::move(volumes)}};
+}
+
 double metres(const CheckedJson& json) { return json.number(-kMaxMetres, kMaxMetres); }
 
 PlanPoint plan_point(const CheckedJson& json) {
@@ -163,6 +177,30 @@ void read_lines(const CheckedJson& json, RoomManifest* manifest) {
   }
 }
 
+DistanceVolumeRecord read_distance_volume(const CheckedJson& json, const Grid& grid) {
+  DistanceVolumeRecord volume{.line = json.at("line").text()};
+  const auto line = std::ranges::find(grid.lines, volume.line, &Line::id);
+  if (line == grid.lines.end()) json.at("line").fail("names a line that does not exist");
+  volume.maps = json.at("maps").integer(1, static_cast<int>(line->stations.size()));
+  volume.size = read_panorama_size(json);
+  volume.bytes = json.at("bytes").unsigned_integer();
+  volume.header_sha256 = read_sha256(json.at("header_sha256"));
+  volume.sha256 = read_sha256(json.at("sha256"));
+  return volume;
+}
+
+DistanceSet read_distance_set(const CheckedJson& json, const Grid& grid) {
+  DistanceSet set{.origin = json.at("origin").text()};
+  if (set.origin.empty()) json.at("origin").fail("is empty");
+  std::set<std::string> lines;
+  for (const CheckedJson& item : json.at("volumes").items()) {
+    set.volumes.push_back(read_distance_volume(item, grid));
+    if (!lines.insert(set.volumes.back().line).second) item.at("line").fail("occurs twice");
+  }
+  if (set.volumes.empty()) json.at("volumes").fail("is empty");
+  return set;
+}
+
 // Each side must lie on the cell's bounds; checked at the middle of the side.
 void check_side(const CheckedJson& json, const Line& line, const Cell& cell, Side side) {
   const bool along_x = side == Side::kFront || side == Side::kBack;
@@ -207,14 +245,18 @@ std::string manifest_to_json(const RoomManifest& manifest) {
   }
   Json cells = Json::array();
   for (const Cell& cell : manifest.grid.cells) cells.push_back(json_of(cell, manifest.grid.lines));
-  const Json root = {
+  Json root = {
       {"format", kFormat},
-      {"format_version", kRoomFormatVersion},
+      {"format_version", manifest.distances ? kRoomFormatVersion : kUnrecordedDistancesVersion},
       {"written_by", "raywalk " RAYWALK_VERSION},
       {"frame", kFrame},
       {"panorama", {{"width", manifest.panorama.width}, {"height", manifest.panorama.height}}},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};
+  if (manifest.distances) {
+    root["distances"] = Json::array();
+    for (const DistanceSet& set : *manifest.distances) root["distances"].push_back(json_of(set));
+  }
   try {
     return root.dump(1) + "\n";
   } catch (const nlohmann::json::exception&) {
@@ -231,6 +273,12 @@ RoomManifest manifest_from_json(const std::string& text, const std::string& sour
   read_lines(root.at("lines"), &manifest);
   for (const CheckedJson& cell : root.at("cells").items()) {
     manifest.grid.cells.push_back(read_cell(cell, manifest.grid.lines));
+  }
+  if (root.at("format_version").integer() > kUnrecordedDistancesVersion) {
+    manifest.distances.emplace();
+    for (const CheckedJson& set : root.at("distances").items()) {
+      manifest.distances->push_back(read_distance_set(set, manifest.grid));
+    }
   }
   return manifest;
 }

@@ -246,6 +246,7 @@ std::string requirements_to_json(const RoomRequirements& requirements) {
   Json root = {{"format", kRequirementsFormat},
                {"format_version", kRequirementsVersion},
                {"written_by", "raywalk " RAYWALK_VERSION}};
+  if (!requirements.distances.empty()) root["distances"] = requirements.distances;
   RoomRequirements copy = requirements;  // visit_members needs mutable members
   root.update(json_of(copy));
   // A directory's name may not be valid UTF-8.
@@ -261,6 +262,8 @@ RoomRequirements requirements_from_json(const std::string& text, const std::stri
   root.require_version(kRequirementsVersion);
   RoomRequirements requirements;
   read(root, &requirements);
+  // Files of older programs lack it.
+  if (root.has("distances")) requirements.distances = root.at("distances").text();
   check_values(root, requirements);
   return requirements;
 }

@@ -132,6 +132,7 @@ struct ThinnedFacts {
 
 struct RoomRequirements {
   std::string distances_sha256{};  // of the room it was measured on: distances_sha256()
+  std::string distances{};         // where they come from: Room::distances_origin(); empty: unknown
   double tolerance_px = 0.5;       // at the panorama's width
   DistanceFacts distance{};
   LayerFacts layers{};

@@ -1,5 +1,8 @@
 #include "core/room/room.h"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <functional>
 #include <system_error>
@@ -15,6 +18,13 @@ namespace fs = std::filesystem;
 // A manifest has about 150 bytes per station, so this allows 400,000 stations.
 constexpr std::size_t kMaxManifestBytes = std::size_t{64} << 20;
 
+void warn_of_unrecorded_distances(const fs::path& room) {
+  spdlog::warn(
+      "{}: packed by an older Raywalk, which did not record the distances, so that a swapped or "
+      "missing file goes unnoticed; `raywalk-build-lf distances {} --record` records them",
+      room.string(), room.string());
+}
+
 }  // namespace
 
 fs::path manifest_path(const fs::path& room) { return room / "manifest.json"; }
@@ -29,25 +39,58 @@ fs::path distance_volume_path(const fs::path& room, const std::string& line_id) 
   return distances_directory(room) / (line_id + ".h5");
 }
 
-Room Room::open(const fs::path& directory) {
+RoomManifest read_manifest(const fs::path& room) {
   std::error_code error;
-  if (!fs::is_directory(directory, error)) {
-    throw Error(directory.string() + ": no such room; `raywalk-build-lf pack` makes one");
+  if (!fs::is_directory(room, error)) {
+    throw Error(room.string() + ": no such room; `raywalk-build-lf pack` makes one");
   }
-  const fs::path manifest = manifest_path(directory);
+  const fs::path manifest = manifest_path(room);
   if (!fs::exists(manifest, error)) {
-    throw Error(directory.string() + ": not a room: it has no manifest.json");
+    throw Error(room.string() + ": not a room: it has no manifest.json");
   }
+  return manifest_from_json(read_file(manifest, kMaxManifestBytes), manifest.string());
+}
+
+Room Room::open_rays(const fs::path& directory) {
   Room room;
   room.directory_ = directory;
-  room.manifest_ = manifest_from_json(read_file(manifest, kMaxManifestBytes), manifest.string());
+  room.manifest_ = read_manifest(directory);
   for (const Line& line : room.grid().lines) {
     const int stations = static_cast<int>(line.stations.size());
     room.volumes_.push_back(
         LineVolume::open(line_volume_path(directory, line.id), stations, room.panorama()));
+    room.distances_.emplace_back();
   }
-  room.open_distances(distances_directory(directory));
   return room;
+}
+
+Room Room::open(const fs::path& directory) {
+  Room room = open_rays(directory);
+  std::optional<std::string> fault = room.open_distances();
+  if (fault) {
+    // Another process may be replacing them, which takes a moment.
+    room.manifest_.distances = read_manifest(directory).distances;
+    fault = room.open_distances();
+  }
+  if (fault) {
+    throw Error(fmt::format(
+        "{}; put the room's own file back, estimate again (`raywalk-build-lf depth {}`), or accept "
+        "what is there (`raywalk-build-lf distances {} --record`)",
+        *fault, directory.string(), directory.string()));
+  }
+  if (!room.manifest_.distances && room.has_distances()) warn_of_unrecorded_distances(directory);
+  return room;
+}
+
+std::optional<std::string> Room::open_distances() {
+  const fs::path directory = distances_directory(directory_);
+  try {
+    distances_ = open_distance_volumes(directory, grid());
+  } catch (const Error& unusable) {
+    return unusable.what();
+  }
+  if (!manifest_.distances) return std::nullopt;
+  return difference_from_record(*manifest_.distances, set_of(distances_, grid()), directory);
 }
 
 Room Room::subset(const KeptStations& kept) const {
@@ -57,6 +100,7 @@ Room Room::subset(const KeptStations& kept) const {
   Room part;
   part.directory_ = directory_;
   part.manifest_ = manifest_;
+  part.manifest_.distances.reset();  // describes the files of all stations
   for (std::size_t i = 0; i < kept.size(); ++i) {
     Line& line = part.manifest_.grid.lines[i];
     const std::vector<Station>& all = grid().lines[i].stations;
@@ -83,19 +127,8 @@ Room Room::subset(const KeptStations& kept) const {
 
 Room Room::with_distances(const fs::path& directory) const {
   Room other = *this;
-  other.open_distances(directory);
+  other.distances_ = open_distance_volumes(directory, grid());
   return other;
-}
-
-void Room::open_distances(const fs::path& directory) {
-  distances_.clear();
-  for (const Line& line : grid().lines) {
-    const fs::path file = directory / (line.id + ".h5");
-    std::error_code error;
-    distances_.push_back(fs::exists(file, error)
-                             ? DistanceVolume::open(file, static_cast<int>(line.stations.size()))
-                             : DistanceVolume());
-  }
 }
 
 bool Room::has_distances() const {

@@ -1,5 +1,5 @@
-// A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, distance maps in
-// `distances/<id>.h5`. Written by raywalk-build-lf, read here by every later stage.
+// A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, the distance maps in use
+// in `distances/<id>.h5`. Written by raywalk-build-lf, read here by every later stage.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,16 @@
 #include <vector>
 
 #include "core/geometry/grid.h"
+#include "core/room/distance_record.h"
 #include "core/room/distance_volume.h"
 #include "core/room/line_volume.h"
 
 namespace raywalk {
 
-// The newest manifest this program reads and the one it writes.
-inline constexpr int kRoomFormatVersion = 1;
+// The newest manifest this program reads.
+inline constexpr int kRoomFormatVersion = 2;
+// Format 2 records the room's distance volumes; format 1 does not.
+inline constexpr int kUnrecordedDistancesVersion = 1;
 
 // The content of manifest.json.
 struct RoomManifest {
@@ -23,6 +26,10 @@ struct RoomManifest {
   // Checksum of each line's rays: SHA-256 over the text of its stations' checksums (dataset
   // `sha256` of lines/<id>.h5), to detect a volume of another room. Empty: unknown.
   std::vector<std::string> rays_sha256;
+  // The sets of distance volumes that belong to the room. `distances` holds one of them, whole;
+  // which one is read from its files, so that replacing the directory switches at once. None: the
+  // manifest says nothing about distances (format 1), so that they cannot be compared.
+  std::optional<std::vector<DistanceSet>> distances{};
 };
 
 // Text of manifest.json and back. `source` names the text in errors. Parsing throws Error on a
@@ -30,6 +37,10 @@ struct RoomManifest {
 // contradicts itself.
 std::string manifest_to_json(const RoomManifest& manifest);
 RoomManifest manifest_from_json(const std::string& text, const std::string& source);
+
+// The manifest of a room. Throws Error when the directory or the manifest is missing, and as
+// manifest_from_json.
+RoomManifest read_manifest(const std::filesystem::path& room);
 
 // Paths of a room's files.
 std::filesystem::path manifest_path(const std::filesystem::path& room);
@@ -46,8 +57,13 @@ using KeptStations = std::vector<std::vector<int>>;
 class Room {
  public:
   // Opens a complete room. Throws Error when the directory, the manifest or a volume is missing,
-  // truncated or does not match the manifest.
+  // truncated or does not match the manifest. Distances are compared by the size and the header of
+  // their files; `raywalk-build-lf verify` reads them whole. Where the manifest does not record
+  // them, they are used with a warning.
   static Room open(const std::filesystem::path& directory);
+
+  // The same without its distances, whatever their state.
+  static Room open_rays(const std::filesystem::path& directory);
 
   // The room with a subset of its stations, as if the others and their distance maps had not been
   // captured. Mappings are shared. Throws UsageError if a line would have fewer than two stations,
@@ -66,11 +82,14 @@ class Room {
   // The distance maps of a line; empty if it has none.
   const DistanceVolume& distances(int line) const { return distances_[static_cast<size_t>(line)]; }
   bool has_distances() const;
+  // Where the distances come from, for reports: "given", "estimated by sweep", ..., or "none".
+  std::string distances_origin() const { return origin_of(distances_); }
   // Whether any station has a mask (LineVolume::valid_rows).
   bool masked() const;
 
  private:
-  void open_distances(const std::filesystem::path& directory);
+  // Opens and compares the distances in use. Returns why they cannot be used.
+  std::optional<std::string> open_distances();
 
   std::filesystem::path directory_;
   RoomManifest manifest_;

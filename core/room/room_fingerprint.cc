@@ -8,7 +8,9 @@ namespace raywalk {
 namespace fs = std::filesystem;
 
 std::string room_fingerprint(const Room& room) {
-  std::string text = manifest_to_json(room.manifest());
+  RoomManifest manifest = room.manifest();
+  manifest.distances.reset();  // the files in use are compared instead
+  std::string text = manifest_to_json(manifest);
   for (const Line& line : room.grid().lines) {
     const fs::path file = distance_volume_path(room.directory(), line.id);
     if (!fs::exists(file)) continue;

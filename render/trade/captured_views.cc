@@ -6,24 +6,12 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/files/checked_json.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::render {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kSamePlace_m = 1e-3;
-
-// The method in depth.json; "estimated" where there is no depth.json.
-std::string estimation_method(const fs::path& room) {
-  const fs::path file = room / "depth.json";
-  if (!fs::exists(file)) return "estimated";
-  return CheckedJson::read(file, "estimate the room's distances again, or remove it")
-      .at("method")
-      .text();
-}
 
 Eigen::Vector3d place_on(const Line& line, double along_m) {
   return {line.origin.x_m + along_m * line.direction.x_m, line.height_m,
@@ -41,9 +29,7 @@ std::string depth_name(const Room& room) {
   for (std::size_t i = 0; i < room.grid().lines.size(); ++i) {
     const DistanceVolume& distances = room.distances(static_cast<int>(i));
     if (distances.maps() == 0) continue;
-    return fmt::format("{}, {} px",
-                       distances.given() ? kGivenOrigin : estimation_method(room.directory()),
-                       distances.size().width);
+    return fmt::format("{}, {} px", room.distances_origin(), distances.size().width);
   }
   return kNoDepth;
 }

@@ -15,8 +15,8 @@ namespace raywalk::render {
 // depth_name() of a room without distances.
 inline constexpr const char* kNoDepth = "none";
 
-// The source of a room's distances and the width of its maps: "given, 512 px", "sweep, 1024 px"
-// (the method in depth.json), kNoDepth.
+// The source of a room's distances and the width of its maps: "given, 512 px",
+// "estimated by sweep, 1024 px", kNoDepth.
 std::string depth_name(const Room& room);
 
 // The views of at most `most` truths, spread evenly over the distance from the line, to be rendered

@@ -225,10 +225,11 @@ std::string summary_of(const Trade& trade, const fs::path& report) {
   text += disturbed_note(trade);
   if (!trade.held_out_views.empty()) text += agreement_text(trade);
   for (const TradedRoom& room : trade.rooms) {
-    if (room.depth != kNoDepth) continue;
-    text += room.directory +
-            ": no distances, so only initial views were measured; estimate distances "
-            "with raywalk-build-lf depth\n";
+    text += room.depth != kNoDepth
+                ? fmt::format("{}: distances in use: {}\n", room.directory, room.depth)
+                : room.directory +
+                      ": no distances, so only initial views were measured; estimate distances "
+                      "with raywalk-build-lf depth\n";
   }
   return text + (report / "index.html").string();
 }

@@ -57,6 +57,7 @@ struct ConnectError {
   // Share of the (viewpoint, corner) pairs that are readable at every k; NaN: not known.
   double common_share = std::numeric_limits<double>::quiet_NaN();
   std::vector<ConnectErrorRow> rows{};  // in the order of options.k_list_deg
+  std::string distances{};              // in use when measured; empty: unknown
 };
 
 // Throws UsageError for an option out of range.

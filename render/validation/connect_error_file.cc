@@ -12,7 +12,8 @@ ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
   ConnectionErrorMeasurement stored{.generation = generation_name(measurement.generation),
                                     .viewpoints = measurement.options.viewpoints,
                                     .overlap_deg = measurement.options.overlap_deg,
-                                    .common_share = measurement.common_share};
+                                    .common_share = measurement.common_share,
+                                    .distances = measurement.distances};
   for (const ConnectErrorRow& row : measurement.rows) {
     stored.rows.push_back({row.k_deg, row.e_connect, row.e_connect_common, row.coverage});
   }
@@ -21,7 +22,8 @@ ConnectionErrorMeasurement stored_form(const ConnectError& measurement) {
 
 ConnectError measured_form(const ConnectionErrorMeasurement& stored) {
   ConnectError measurement{.generation = generation_from_name(stored.generation),
-                           .common_share = stored.common_share};
+                           .common_share = stored.common_share,
+                           .distances = stored.distances};
   measurement.options = {
       .viewpoints = stored.viewpoints, .overlap_deg = stored.overlap_deg, .k_list_deg = {}};
   for (const ConnectionErrorAtK& row : stored.rows) {
@@ -57,6 +59,7 @@ void write_connect_error(const Room& room, std::span<const Generation> generatio
   std::vector<ConnectError> measurements;
   for (const Generation generation : generations) {
     measurements.push_back(measure_connect_error(room, generation, options));
+    measurements.back().distances = room.distances_origin();
     store_connect_error(room.directory(), measurements.back());
   }
   table << connect_error_table(measurements);
@@ -65,6 +68,7 @@ void write_connect_error(const Room& room, std::span<const Generation> generatio
     table << fmt::format("--k auto, {} views: {:g} degrees ({})\n", generation_name(generation),
                          chosen.k_deg, chosen.source);
   }
+  table << "distances in use: " << room.distances_origin() << '\n';
 }
 
 }  // namespace raywalk::render

@@ -48,10 +48,13 @@ TEST_F(ConnectErrorFileTest, RoomWithoutMeasurementReadsAsEmpty) {
 }
 
 TEST_F(ConnectErrorFileTest, IsReadAsItWasStored) {
-  store_connect_error(directory_.path(), measurement(Generation::kHlfVd, 0.1));
+  ConnectError stored = measurement(Generation::kHlfVd, 0.1);
+  stored.distances = "estimated by sweep";
+  store_connect_error(directory_.path(), stored);
   const std::vector<ConnectError> read = read_connect_error(directory_.path());
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].generation, Generation::kHlfVd);
+  EXPECT_EQ(read[0].distances, "estimated by sweep");
   EXPECT_EQ(read[0].options.viewpoints, 7);
   EXPECT_EQ(read[0].options.overlap_deg, 4.0);
   EXPECT_EQ(read[0].common_share, 0.25);

@@ -46,6 +46,7 @@ ordered_json json_of(const ConnectErrorRow& row, double common_share) {
 std::string metrics_json(const Validation& validation) {
   ordered_json json;
   json["volume"] = validation.volume;
+  json["distances"] = validation.distances;
   json["views"] = ordered_json::array();
   for (const ValidatedView& view : validation.views) {
     json["views"].push_back(json_of(validation, view));

@@ -95,7 +95,8 @@ std::string summary_of(const Validation& validation, const fs::path& report) {
         fmt::format("views up to {} pixels wide are enlarged {:.1f} times from panoramas of {}\n",
                     widest_px, enlargement_at(validation, widest_px), validation.captured_width_px);
   }
-  return text + (report / "index.html").string();
+  return text + "distances in use: " + validation.distances + "\n" +
+         (report / "index.html").string();
 }
 
 // The views of an earlier run, truth by truth, within it mode by mode, and their keys.
@@ -186,6 +187,7 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   Validation validation;
   validation.volume = room.directory().string();
   validation.captured_width_px = room.panorama().width;
+  validation.distances = room.distances_origin();
   validation.has_distances = room.has_distances();
   for (const std::size_t truth : spread_over_distance(truths, kMaxSamples)) {
     validation.samples.push_back({.truth = truth});

@@ -37,6 +37,7 @@ struct PictureSample {
 
 struct Validation {
   std::string volume{};       // the room
+  std::string distances{};    // in use in the room: Room::distances_origin()
   int captured_width_px = 0;  // of its panoramas; wider views are enlarged
   bool has_distances = false;
   std::vector<TruthView> truths{};

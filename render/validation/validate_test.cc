@@ -79,7 +79,9 @@ TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   make_two_truths();
   validate(room_, options_);
   const json all = metrics();
-  EXPECT_EQ(keys_of(all), (std::set<std::string>{"volume", "views", "connection_error", "means"}));
+  EXPECT_EQ(keys_of(all),
+            (std::set<std::string>{"volume", "distances", "views", "connection_error", "means"}));
+  EXPECT_EQ(all["distances"], "given");
   EXPECT_EQ(all["volume"], room_.directory().string());
   ASSERT_EQ(all["views"].size(), 6U);
   EXPECT_EQ(

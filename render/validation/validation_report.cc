@@ -259,6 +259,9 @@ void add_making(const Validation& validation, HtmlPage& page) {
                     mode_name(mode), mode.connection, mode.options.k_deg, mode.k_source,
                     mode.options.overlap_deg));
   }
+  if (validation.has_distances) {
+    page.add_paragraph("Distances of the corrected views: " + validation.distances + ".");
+  }
   const auto limited =
       std::count_if(validation.views.begin(), validation.views.end(),
                     [](const ValidatedView& view) { return view.report.limited_corners > 0; });

@@ -114,6 +114,7 @@ TEST(RendererQuality, LinesWithoutDistancesUseThoseOfOtherLines) {
   for (const char* line : {"x1", "z0", "z1"}) {
     std::filesystem::remove(distance_volume_path(directory / "room.lf", line));
   }
+  record_distance_volumes(directory / "room.lf");
   const Room room = Room::open(directory / "room.lf");
   for (const Generation generation : kCorrected) {
     Renderer renderer(room, {.generation = generation});

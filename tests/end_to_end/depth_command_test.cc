@@ -92,7 +92,12 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
 
   const CommandResult swept = depth(room.room(), "--truth");
   ASSERT_EQ(swept.exit_code, 0) << swept.errors;
-  EXPECT_THAT(swept.output, AllOf(HasSubstr("distance maps of 192 x 96"), HasSubstr("depth.html")));
+  EXPECT_THAT(swept.output,
+              AllOf(HasSubstr("distance maps of 192 x 96"), HasSubstr("depth.html"),
+                    HasSubstr("low confidence (below 0.25) in "),
+                    HasSubstr("compared with the given distances"),
+                    HasSubstr("views now use the distances estimated by sweep; the given ones are "
+                              "kept in")));
   const double swept_db = psnr_of(directory, spec);
   EXPECT_GT(swept_db, initial_db + 6.0);
   EXPECT_GT(swept_db, true_db - 1.0);
@@ -104,8 +109,16 @@ TEST(DepthCommandTest, GivesViewsNearlyAsGoodAsTrueDistances) {
   EXPECT_EQ(report["method"], "sweep");
   EXPECT_GT(report["truth"]["within_2px_share"], 0.9);
   EXPECT_TRUE(report["frame_findings"].empty());
+  EXPECT_EQ(report["distances"], "estimated by sweep");
   EXPECT_EQ(run_command(std::string(RAYWALK_BUILD_LF) + " verify " + directory.string()).exit_code,
             0);
+  const std::string distances = std::string(RAYWALK_BUILD_LF) + " distances " + directory.string();
+  EXPECT_THAT(run_command(distances).output, HasSubstr("views use the estimated distances"));
+  EXPECT_EQ(run_command(distances + " --use given").exit_code, 0);
+  EXPECT_EQ(files_in(directory / "distances"), given);
+  EXPECT_NEAR(psnr_of(directory, spec), true_db, 1e-9);
+  EXPECT_EQ(run_command(distances + " --use estimated").exit_code, 0);
+  EXPECT_NEAR(psnr_of(directory, spec), swept_db, 1e-9);
 
   // Estimated distances are replaced, given ones are kept.
   const CommandResult flowed = depth(room.room(), "--method flow --every 4");

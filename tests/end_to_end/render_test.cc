@@ -233,7 +233,10 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
                               file("report") + " --viewpoints 2";
   const CommandResult result = render(command);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("initial"), HasSubstr("report/index.html")));
+  EXPECT_THAT(result.output, AllOf(HasSubstr("initial"), HasSubstr("distances in use: given"),
+                                   HasSubstr("report/index.html")));
+  EXPECT_THAT(read_file(directory_ / "report" / "index.html"),
+              HasSubstr("Distances of the corrected views: given"));
   const auto json = nlohmann::json::parse(read_file(directory_ / "report" / "metrics.json"));
   EXPECT_EQ(json["views"].size(), 3U);
   EXPECT_EQ(json["views"][0]["name"], "truth");

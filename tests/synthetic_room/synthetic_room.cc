@@ -188,6 +188,18 @@ void write_synthetic_room(const SyntheticRoomSpec& spec, const std::filesystem::
   }
   write_file_atomically(manifest_path(room),
                         manifest_to_json({{spec.width, spec.width / 2}, grid, {}}));
+  record_distance_volumes(room);
+}
+
+void record_distance_volumes(const std::filesystem::path& room) {
+  RoomManifest manifest = read_manifest(room);
+  const std::filesystem::path directory = distances_directory(room);
+  manifest.distances.emplace();
+  if (auto set = set_of(open_distance_volumes(directory, manifest.grid), manifest.grid)) {
+    add_file_checksums(directory, &*set);
+    manifest.distances->push_back(std::move(*set));
+  }
+  write_file_atomically(manifest_path(room), manifest_to_json(manifest));
 }
 
 cv::Mat render_truth(const SyntheticRoomSpec& spec, PlanPoint viewpoint, int width) {
