@@ -9,6 +9,7 @@
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
 #include "build_lf/room_verify.h"
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/base/program.h"
 
@@ -51,7 +52,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
     set_thread_count(arguments->threads);
     pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
-    fmt::print("{}\n", summary_of(info_of(Room::open(out)), out));
+    fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
 }
 
@@ -81,8 +82,8 @@ void add_depth(CLI::App* app, Arguments* arguments) {
     arguments->depth.method = depth_method_from_name(arguments->depth_method);
     set_thread_count(arguments->threads);
     const DepthSummary summary = estimate_depth(arguments->depth);
-    fmt::print("{}: {} distance maps of {} x {}; see {}\n", summary.room, summary.maps.size(),
-               summary.size.width, summary.size.height, summary.page);
+    fmt::print("{}: {} distance maps of {} x {}; see {}\n", escaped(summary.room),
+               summary.maps.size(), summary.size.width, summary.size.height, escaped(summary.page));
   });
 }
 
@@ -93,7 +94,7 @@ void add_info(CLI::App* app, Arguments* arguments) {
   info->footer("Example:\n  raywalk-build-lf info room.lf");
   info->callback([arguments] {
     const RoomInfo room = info_of(Room::open(arguments->room));
-    fmt::print("{}", arguments->json ? json_of(room) : text_of(room, arguments->room));
+    fmt::print("{}", arguments->json ? json_of(room) : text_of(room, escaped(arguments->room)));
   });
 }
 
@@ -105,8 +106,8 @@ void add_verify(CLI::App* app, Arguments* arguments) {
   verify->callback([arguments] {
     set_thread_count(arguments->threads);
     const VerifiedCounts counts = verify_room(Room::open(arguments->room));
-    fmt::print("{}: {} panoramas and {} distance maps match their checksums\n", arguments->room,
-               counts.panoramas, counts.distance_maps);
+    fmt::print("{}: {} panoramas and {} distance maps match their checksums\n",
+               escaped(arguments->room), counts.panoramas, counts.distance_maps);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/base/program.h"
 #include "render/measured_choice.h"
@@ -202,8 +203,8 @@ void add_view(CLI::App* app, Arguments* arguments) {
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
     const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
-    fmt::print("{}\n", write_view(room, view_mode(settings, room), viewpoint, arguments->frame,
-                                  arguments->out));
+    fmt::print("{}\n", escaped(write_view(room, view_mode(settings, room), viewpoint,
+                                          arguments->frame, arguments->out)));
   });
 }
 
@@ -228,8 +229,8 @@ void add_path(CLI::App* app, Arguments* arguments) {
     view_settings(arguments->flags);
     const Room room = Room::open(arguments->room);
     const ViewSettings settings = chosen_settings(arguments->flags, arguments->demand, room);
-    fmt::print("{}\n", write_path(room, view_mode(settings, room), arguments->frame,
-                                  arguments->path, arguments->out));
+    fmt::print("{}\n", escaped(write_path(room, view_mode(settings, room), arguments->frame,
+                                          arguments->path, arguments->out)));
   });
 }
 

@@ -97,7 +97,8 @@ void write_record(const fs::path& out, json now) {
       throw Error(record.string() + ": not as raywalk-render path writes it; use another --out");
     }
   }
-  write_file_atomically(record, now.dump(2) + "\n");
+  write_file_atomically(
+      record, now.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 ViewFrame turned_as(const PathView& view, ViewFrame frame) {

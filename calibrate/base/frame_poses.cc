@@ -132,7 +132,8 @@ FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
   const ordered_json document{{"format_version", kFormatVersion},
                               {"frames", frame_poses_json(set, poses)}};
-  write_file_atomically(file, document.dump(1) + "\n");
+  write_file_atomically(
+      file, document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set) {

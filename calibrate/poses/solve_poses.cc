@@ -71,7 +71,7 @@ class PoseSolver {
       if (!solved_) fault = unsolved_reason();
     }
     write_reports(fault);
-    if (!fault.empty()) throw Error(one_line(fmt::format("{}: {}", set_.source.string(), fault)));
+    if (!fault.empty()) throw Error(fmt::format("{}: {}", set_.source.string(), fault));
     return result_;
   }
 

@@ -8,6 +8,7 @@
 #include "capture/commands/commands.h"
 #include "capture/simulated/rig/simulate_rig.h"
 #include "capture/simulated/write_capture.h"
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/base/program.h"
 
@@ -91,7 +92,7 @@ void add_virtual_room(CLI::App* app) {
   command->callback([arguments] {
     set_thread_count(arguments->threads);
     const VirtualRoom room(settings_of(*arguments));
-    fmt::print("{}\n", write_capture(room, arguments->capture));
+    fmt::print("{}\n", escaped(write_capture(room, arguments->capture)));
   });
 }
 

@@ -17,10 +17,12 @@
 #include <vector>
 
 #include "core/base/interrupt.h"
+#include "core/base/progress.h"
 
 namespace raywalk {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 struct Outcome {
@@ -103,7 +105,7 @@ TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
   EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted\n");
   const Outcome other = run_throwing(std::logic_error("impossible"));
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_EQ(other.err, "raywalk-test: error: impossible\n");
+  EXPECT_THAT(other.err, AllOf(HasSubstr("please report"), HasSubstr("(impossible)")));
   const Outcome memory = run_throwing(std::bad_alloc());
   EXPECT_EQ(memory.exit_code, 1);
   EXPECT_THAT(memory.err, HasSubstr("out of memory"));
@@ -122,6 +124,30 @@ TEST(RunProgram, MessagesOfSeveralLinesAreFolded) {
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("first > second"));
+}
+
+// Also a thrown message of the library is a fault to report, not a message to the user.
+TEST(RunProgram, MemoryThatOpenCvLacksIsNamed) {
+  const Outcome outcome =
+      run({"work"}, [] { CV_Error(cv::Error::StsNoMem, "Failed to allocate"); });
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("out of memory"));
+}
+
+TEST(RunProgram, FileNamesAreEscapedWhereverTheyArePrinted) {
+  const std::string name = "a\n\x1b[31m\xFF.jpg";
+  const std::string shown = R"(a\n\u001b[31m\xff.jpg)";
+  const Outcome failed = run_throwing(Error(name + ": empty"));
+  EXPECT_EQ(failed.err, "raywalk-test: error: " + shown + ": empty\n");
+  const Outcome logged = run({"work"}, [&] {
+    spdlog::warn("{}: no distances", name);
+    Progress(name, 1, "frames").advance();
+    std::cout << name << '\n';
+  });
+  EXPECT_THAT(logged.err, HasSubstr("raywalk-test: warning: " + shown + ": no distances\n"));
+  EXPECT_THAT(logged.err, HasSubstr("\n" + shown + ": 1 of 1 frames"));
+  EXPECT_EQ(logged.out, "a\n" + shown.substr(3) + "\n");
+  EXPECT_THAT(run({name}).err, HasSubstr(shown));
 }
 
 TEST(RunProgram, LogGoesToStderr) {

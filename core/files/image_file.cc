@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/standard_streams.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_header.h"
 
@@ -90,15 +91,20 @@ EncodedImage read_encoded(const fs::path& file) {
 
 cv::Mat decode(EncodedImage& image, int flags, int type, const fs::path& file) {
   cv::Mat picture;
+  std::string words;  // of the decoder, which knows no file
   try {
+    const CapturedErrors captured;
     const cv::Mat bytes(1, static_cast<int>(image.bytes.size()), CV_8UC1, image.bytes.data());
     picture = cv::imdecode(bytes, flags);
+    words = one_line(captured.text());
   } catch (const cv::Exception& e) {
-    throw Error(file.string() + ": cannot be decoded (" + one_line(e.err) + ")");
+    words = one_line(e.err);
   }
   if (picture.cols != image.header.width || picture.rows != image.header.height ||
       picture.type() != type) {
-    throw Error(file.string() + ": cannot be decoded; the file is damaged");
+    throw Error(file.string() +
+                ": cannot be decoded: the picture is damaged; capture or copy it again" +
+                (words.empty() ? "" : " (" + words + ")"));
   }
   return picture;
 }
@@ -190,7 +196,8 @@ void write_image(const fs::path& file, const cv::Mat& image) {
   try {
     encoded = cv::imencode(lower_case_extension(file), image, bytes);
   } catch (const cv::Exception& e) {
-    throw Error("cannot write " + file.string() + ": " + one_line(e.err));
+    throw Error("cannot write " + file.string() + ": the picture cannot be encoded (" +
+                one_line(e.err) + ")");
   }
   if (!encoded) {
     throw Error("cannot write " + file.string() + ": a " + size_text(image.cols, image.rows) +

@@ -116,7 +116,7 @@ SqliteConnection::SqliteConnection(const std::filesystem::path& file, SqliteAcce
 }
 
 void SqliteConnection::fail() const {
-  throw Error(one_line(fmt::format("{}: {}", file_.string(), explanation(handle_.get()))));
+  throw Error(fmt::format("{}: {}", file_.string(), one_line(explanation(handle_.get()))));
 }
 
 void SqliteConnection::execute(const std::string& sql) {

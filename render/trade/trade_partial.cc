@@ -60,7 +60,9 @@ void TradePartial::add(const TradeSetting& setting, const TradeMeasurement& meas
   measured_[key_of(setting)] = measured;
   (*content_)["settings"].push_back(
       {{"dials", parameters_of(setting)}, {"measured", json_of(measured)}});
-  write_file_atomically(file_, content_->dump() + "\n");
+  write_file_atomically(
+      file_,
+      content_->dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace raywalk::render

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -59,7 +60,7 @@ std::string summary_of(const Validation& validation, const fs::path& report) {
                         generation_name(validation.modes[mode].options.generation), mean.psnr_db,
                         mean.ws_psnr_db, mean.ssim, mean.fsim);
   }
-  return text + (report / "index.html").string();
+  return text + escaped((report / "index.html").string());
 }
 
 }  // namespace
