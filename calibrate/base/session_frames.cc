@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/median.h"
 #include "core/files/frame_list.h"
 #include "core/files/sqlite_connection.h"
@@ -90,7 +91,7 @@ std::string checked_name(const std::string& name, const fs::path& directory,
                          const std::string& what) {
   constexpr std::size_t kLongest = 100;
   const bool fits = !name.empty() && name.size() <= kLongest && name != "." && name != ".." &&
-                    name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+                    name.find('/') == std::string::npos && escaped(name) == name;
   if (!fits) fail_damaged(directory, what + " has the name " + excerpt(name));
   return name;
 }

@@ -147,7 +147,7 @@ TEST(RunProgram, FileNamesAreEscapedWhereverTheyArePrinted) {
   EXPECT_THAT(logged.err, HasSubstr("raywalk-test: warning: " + shown + ": no distances\n"));
   EXPECT_THAT(logged.err, HasSubstr("\n" + shown + ": 1 of 1 frames"));
   EXPECT_EQ(logged.out, "a\n" + shown.substr(3) + "\n");
-  EXPECT_THAT(run({name}).err, HasSubstr(shown));
+  EXPECT_THAT(run({"work", name}).err, HasSubstr(shown));
 }
 
 TEST(RunProgram, LogGoesToStderr) {
