@@ -10,6 +10,7 @@
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
 #include "build_lf/room_verify.h"
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/program.h"
@@ -62,7 +63,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
     }
     pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
-    fmt::print("{}\n", summary_of(info_of(Room::open(out)), out));
+    fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
 }
 
@@ -130,7 +131,7 @@ void add_info(CLI::App* app, Arguments* arguments) {
   info->footer("Example:\n  raywalk-build-lf info room.lf");
   info->callback([arguments] {
     const RoomInfo room = info_of(Room::open(arguments->room));
-    fmt::print("{}", arguments->json ? json_of(room) : text_of(room, arguments->room));
+    fmt::print("{}", arguments->json ? json_of(room) : text_of(room, escaped(arguments->room)));
   });
 }
 
@@ -142,7 +143,7 @@ void add_verify(CLI::App* app, Arguments* arguments) {
   verify->callback([arguments] {
     set_thread_count(arguments->threads);
     const Room room = Room::open(arguments->room);
-    fmt::print("{}\n", text_of(verify_room(room), room));
+    fmt::print("{}\n", escaped(text_of(verify_room(room), room)));
   });
 }
 

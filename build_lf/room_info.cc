@@ -250,7 +250,7 @@ std::string json_of(const RoomInfo& info) {
       {"bytes", info.bytes},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};
-  return root.dump(2) + "\n";
+  return root.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace raywalk::build_lf

@@ -1,5 +1,7 @@
 // raywalk-calibrate: recovers the poses of a capture's panoramas and rectifies the frames, so that
 // the lines agree where they cross.
+#include <glog/logging.h>
+
 #include <CLI/CLI.hpp>
 #include <string>
 
@@ -7,6 +9,8 @@
 #include "core/command_line/program.h"
 
 int main(int argc, char** argv) {
+  // Ceres logs what it then reports as a failure, through glog. Only what aborts is to be seen.
+  FLAGS_minloglevel = google::GLOG_FATAL;
   CLI::App app("Calibrates captured grids of 360-degree panoramas", "raywalk-calibrate");
   app.set_version_flag("--version", std::string("raywalk-calibrate " RAYWALK_VERSION));
   app.require_subcommand(1);

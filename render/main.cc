@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/point_argument.h"
@@ -239,8 +240,8 @@ void add_view(CLI::App* app, Arguments* arguments) {
     if (arguments->out.empty()) arguments->out = "view.png";
     require_writable_picture(arguments->out);
     const Room room = Room::open(arguments->room);
-    fmt::print("{}\n", write_view(room, chosen_mode(*arguments, room), viewpoint, arguments->frame,
-                                  arguments->out));
+    fmt::print("{}\n", escaped(write_view(room, chosen_mode(*arguments, room), viewpoint,
+                                          arguments->frame, arguments->out)));
   });
 }
 
@@ -272,8 +273,9 @@ void add_path(CLI::App* app, Arguments* arguments) {
       arguments->out = std::filesystem::path(arguments->path).stem().string();
     }
     const Room room = Room::open(arguments->room);
-    fmt::print("{}\n", write_path(room, chosen_mode(*arguments, room), arguments->frame,
-                                  arguments->path, arguments->out, arguments->force));
+    fmt::print("{}\n",
+               escaped(write_path(room, chosen_mode(*arguments, room), arguments->frame,
+                                  arguments->path, arguments->out, arguments->force)));
   });
 }
 

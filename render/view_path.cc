@@ -107,7 +107,8 @@ void write_record(const fs::path& out, json now, double enlargement) {
     }
   }
   now[kEnlargement] = enlargement;
-  write_file_atomically(record, now.dump(2) + "\n");
+  write_file_atomically(
+      record, now.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 ViewFrame turned_as(const PathView& view, ViewFrame frame) {

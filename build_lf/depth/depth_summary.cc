@@ -112,7 +112,7 @@ std::string depth_summary_to_json(const DepthSummary& summary) {
   json["truth"] = summary.truth ? json_of(*summary.truth) : ordered_json(nullptr);
   json["maps"] = ordered_json::array();
   for (const MapSummary& map : summary.maps) json["maps"].push_back(json_of(map));
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace raywalk::build_lf

@@ -16,6 +16,7 @@
 #include "build_lf/require/stored_size.h"
 #include "build_lf/require/thin_room.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_path.h"
@@ -131,7 +132,7 @@ void require_kept_maps(const Room& room, const KeptStations& kept) {
 }
 
 std::string summary_of(const RoomRequirements& r, const RequireOptions& options) {
-  const std::string name = options.room.string();
+  const std::string name = escaped(options.room.string());
   const auto cm = [](double metres) {
     return std::isfinite(metres) ? fmt::format("{:.2f} cm", 100.0 * metres) : "any";
   };
@@ -159,10 +160,10 @@ std::string summary_of(const RoomRequirements& r, const RequireOptions& options)
   }
   if (r.thinned) {
     text += fmt::format("  {}: {} stations, dropped ones re-created at {:.1f} dB\n",
-                        r.thinned->room, r.thinned->stations, r.thinned->psnr_db);
+                        escaped(r.thinned->room), r.thinned->stations, r.thinned->psnr_db);
   }
-  return text + (options.report ? (*options.report / "index.html").string()
-                                : requirements_path(options.room).string());
+  return text + escaped(options.report ? (*options.report / "index.html").string()
+                                       : requirements_path(options.room).string());
 }
 
 }  // namespace

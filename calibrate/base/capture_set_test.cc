@@ -69,6 +69,12 @@ TEST_F(CaptureSetTest, FramesWithRepeatedStemsAreNamedByTheirPaths) {
               ElementsAre("front_0", "front_1", "front_2", "left_0", "left_1", "left_2"));
 }
 
+TEST_F(CaptureSetTest, NamesAreEscaped) {
+  for (const char* file : {"a\n\x1b.png", "\xFF.png", "c.png"}) folder_.add_picture(file);
+  folder_.write_list("\"a\n\x1b.png\",0,0,0\n\xFF.png,0.1,0,0\nc.png,0.2,0,0\n");
+  EXPECT_THAT(names_of(folder_.read()), ElementsAre(R"(a\n\u001b)", R"(\xff)", "c"));
+}
+
 TEST_F(CaptureSetTest, LinesCrossOnlyNearTheirStations) {
   folder_.write_cross();
   CaptureSet set = folder_.read();

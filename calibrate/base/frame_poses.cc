@@ -14,6 +14,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
 #include "core/files/csv.h"
+#include "core/files/frame_list.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -57,7 +58,10 @@ FramePose pose_of(const CheckedJson& frame) {
     return radians_from_degrees(frame.at(key).number());
   };
   const std::vector<CheckedJson> position = frame.at("position_m").items(3);
-  return {.position_m = {position[0].number(), position[1].number(), position[2].number()},
+  const auto metres = [&](std::size_t axis) {
+    return position[axis].number(-kMaxPosition_m, kMaxPosition_m);
+  };
+  return {.position_m = {metres(0), metres(1), metres(2)},
           .world_from_camera =
               world_from_camera({radians("yaw_deg"), radians("pitch_deg"), radians("roll_deg")}),
           .origin = origin_of(frame.at("origin")),
@@ -74,13 +78,9 @@ std::vector<std::string> column_of(const CsvTable& table, const std::string& col
 }
 
 FramePose pose_of_row(const CsvTable& table, std::size_t row) {
-  FramePose pose{.origin = PoseOrigin::kGiven};
-  pose.position_m = {table.number(row, "x"), table.number(row, "y"), table.number(row, "z")};
-  const auto radians = [&](const std::string& column) {
-    return radians_from_degrees(table.number(row, column));
-  };
-  pose.world_from_camera = world_from_camera({radians("yaw"), radians("pitch"), radians("roll")});
-  return pose;
+  return {.position_m = read_position_m(table, row),
+          .world_from_camera = world_from_camera(read_attitude(table, row)),
+          .origin = PoseOrigin::kGiven};
 }
 
 }  // namespace
@@ -132,7 +132,8 @@ FramePoses frame_poses_in(const CheckedJson& frames, const CaptureSet& set) {
 void write_frame_poses(const fs::path& file, const CaptureSet& set, const FramePoses& poses) {
   const ordered_json document{{"format_version", kFormatVersion},
                               {"frames", frame_poses_json(set, poses)}};
-  write_file_atomically(file, document.dump(1) + "\n");
+  write_file_atomically(
+      file, document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 FramePoses read_frame_poses(const fs::path& file, const CaptureSet& set) {

@@ -90,6 +90,8 @@ TEST_F(FramePosesTest, DamagedFilesAreNamed) {
   EXPECT_THAT(read_error(good.substr(0, good.size() / 2)),
               AllOf(HasSubstr("poses.json"), HasSubstr("damaged")));
   EXPECT_THAT(replaced("\"format_version\": 1", "\"format_version\": 2"), HasSubstr("newer"));
+  EXPECT_THAT(replaced("\"position_m\": [", "\"position_m\": [1e308, 0, 0], \"p\": ["),
+              HasSubstr("position_m[0]: is not between"));
   EXPECT_THAT(replaced("\"a0\"", "\"zz\""), HasSubstr("frame 'zz' is not in the capture"));
   EXPECT_THAT(replaced("\"a0\"", "\"a1\""), HasSubstr("twice"));
   EXPECT_THAT(replaced("\"nominal\"", "\"guessed\""), HasSubstr("'guessed'"));
@@ -116,6 +118,10 @@ TEST_F(FramePosesTest, TableRowsAreMatchedByFileStem) {
   EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\nq.jpg,0,0,0,0,0,0\n"),
               AllOf(HasSubstr("true.csv"), HasSubstr("none of the capture's frames")));
   EXPECT_THAT(table_error("file,x,y,z\na0.jpg,0,0,0\n"), HasSubstr("yaw"));
+  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,1e308,0,0,0,0,0\n"),
+              AllOf(HasSubstr("true.csv:2: x = 1e+308"), HasSubstr("not a position")));
+  EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,0,0,0,0,-1e308,0\n"),
+              HasSubstr("true.csv:2: pitch = -1e+308"));
   EXPECT_THAT(table_error("file,x,y,z,yaw,pitch,roll\na0.jpg,0,0,0,0,0,abc\n"),
               HasSubstr("true.csv:2"));
 }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/files/frame_list.h"
 #include "core/geometry/plausible_size.h"
 
@@ -16,12 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string stem_of(const std::string& file) { return fs::path(file).stem().string(); }
+// Names are parts of file names and JSON, so they are escaped.
+std::string stem_of(const std::string& file) { return escaped(fs::path(file).stem().string()); }
 
 std::string joined_path_of(const std::string& file) {
   std::string name = fs::path(file).replace_extension().generic_string();
   std::replace(name.begin(), name.end(), '/', '_');
-  return name;
+  return escaped(name);
 }
 
 template <typename NameOf>

@@ -14,7 +14,8 @@ namespace raywalk::calibrate {
 std::filesystem::path frame_list_of(const std::filesystem::path& directory);
 
 // Frame names of the listed files, in order: their stems, or, where stems repeat, their paths
-// without extension, with '_' for '/'. Throws Error naming `list` if two names are still the same.
+// without extension, with '_' for '/'; escaped (core/base/escaped.h). Throws Error naming `list` if
+// two names are still the same.
 std::vector<std::string> frame_names(std::span<const std::string> files,
                                      const std::filesystem::path& list);
 

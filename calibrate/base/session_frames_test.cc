@@ -84,7 +84,7 @@ TEST_F(SessionFramesTest, OneExposureOfABracketIsRead) {
   EXPECT_THAT(error(false, 1), HasSubstr("0 of 4 stations are captured (exposure 1)"));
   EXPECT_THAT(error(true, 1), HasSubstr("0 of 4"));
   for (const char* name : {"x0_000", "x0_001"}) {
-    session_->add_frame(name, "x0", {name[5] - '0' + 0.0, 0.5}, "both", 1);
+    session_->add_frame(name, "x0", {name[5] == '0' ? 0.2 : 0.1, 0.5}, "both", 1);
   }
   const CaptureSet set =
       read_capture_set({.directory = folder_.path(), .exposure = 1, .partial = true});
@@ -107,6 +107,89 @@ TEST_F(SessionFramesTest, FramesOutsideOfTheDirectoryAreRefused) {
   EXPECT_THAT(error(), HasSubstr("'../a.png', which is not in its directory"));
   session_->execute("UPDATE captured_frame SET file = '/etc/passwd' WHERE station = 'x0_000'");
   EXPECT_THAT(error(), HasSubstr("not in its directory"));
+}
+
+// Such values reached the steps, some of which crashed, and some were taken for 0.
+TEST_F(SessionFramesTest, PlacesThatAreNoneAreRefused) {
+  struct Damage {
+    std::string value;
+    std::string shown;
+  };
+  for (const auto& [value, shown] :
+       {Damage{"1e308", "x0_000: the captured x_m is 1e+308"},
+        Damage{"-1e308", "x0_000: the captured x_m is -1e+308"},
+        Damage{"1e6 + 1", "x0_000: the captured x_m is 1e+06"},
+        Damage{"9e999", "x0_000: the captured x_m is inf"},
+        Damage{"NULL", "x0_000: the captured x_m is missing or not a number"},
+        Damage{"'near'", "x0_000: the captured x_m is missing or not a number"},
+        Damage{"1e-308", "x0_000 was captured at x = 1e-308 m, z = 0.5 m, but planned at x = 0.2"},
+        Damage{"900", "x0_000 was captured at x = 900 m"}}) {
+    SCOPED_TRACE(value);
+    session_.reset();
+    std::filesystem::remove(folder_ / "session.db");
+    write_session();
+    session_->execute("UPDATE captured_frame SET x_m = " + value + " WHERE station = 'x0_000'");
+    EXPECT_THAT(error(),
+                AllOf(HasSubstr("session.db: damaged: "), HasSubstr(shown), HasSubstr("restore")));
+  }
+}
+
+TEST_F(SessionFramesTest, PlanThatIsNoneIsRefused) {
+  write_session();
+  session_->execute("UPDATE line SET across_m = 7");
+  EXPECT_THAT(error(), HasSubstr("not on its line x0 (across_m is 7)"));
+  session_->execute("UPDATE station SET z_m = 1e308 WHERE name = 'v0_001'");
+  EXPECT_THAT(error(), HasSubstr("v0_001: the planned z_m is 1e+308"));
+  session_->execute("DELETE FROM station WHERE name = 'v0_001'");
+  EXPECT_THAT(error(), HasSubstr("v0_001: the planned x_m is missing"));
+  session_->execute("UPDATE line SET across_m = 1e308");
+  EXPECT_THAT(error(), HasSubstr("line x0: across_m is 1e+308"));
+  session_->execute("UPDATE line SET axis = 'y'");
+  EXPECT_THAT(error(), HasSubstr("line x0: axis is 'y'"));
+}
+
+TEST_F(SessionFramesTest, StationsAtOnePlaceAreRefused) {
+  write_session();
+  session_->execute(
+      "UPDATE captured_frame SET x_m = 0.15 WHERE line = 'x0';"
+      "UPDATE station SET x_m = 0.15 WHERE name LIKE 'x0%'");
+  EXPECT_THAT(error(), HasSubstr("x0_000 and x0_001 are at the same place of their line"));
+}
+
+TEST_F(SessionFramesTest, SessionWithoutStationsIsRefused) {
+  write_session();
+  session_->execute("DELETE FROM captured_frame; DELETE FROM station; DELETE FROM line");
+  for (const bool partial : {false, true}) {
+    EXPECT_THAT(error(partial), AllOf(HasSubstr("session.db"), HasSubstr("plans no stations")));
+  }
+}
+
+// The names of stations and lines are parts of file names.
+TEST_F(SessionFramesTest, NamesThatAreNoFileNamesAreRefused) {
+  write_session();
+  for (const char* name : {"../../x", "", "..", "a/b", "a\nb", "a\x1b[31m"}) {
+    SCOPED_TRACE(name);
+    session_->execute(
+        fmt::format("UPDATE captured_frame SET station = '{}' WHERE x_m = 0.2", name));
+    EXPECT_THAT(error(), HasSubstr("a station has the name " + excerpt(name)));
+  }
+  session_->execute("UPDATE captured_frame SET station = 'x0_001' WHERE x_m = 0.2");
+  EXPECT_THAT(error(), HasSubstr("x0_001 has several frames"));
+  session_->execute("UPDATE captured_frame SET lens = 'left' WHERE station = 'x0_001'");
+  EXPECT_THAT(error(), HasSubstr("lens is 'left'"));
+  session_->execute("UPDATE line SET name = '/' WHERE name = 'x0'");
+  EXPECT_THAT(error(), HasSubstr("a line has the name '/'"));
+}
+
+TEST_F(SessionFramesTest, UnknownLayoutOrExposuresAreRefused) {
+  write_session();
+  session_->execute("UPDATE session SET exposures = 'two'");
+  EXPECT_THAT(error(), HasSubstr("exposures in the table session"));
+  session_->execute("UPDATE session SET frames = 'flat'");
+  EXPECT_THAT(error(), HasSubstr("'flat', neither 'panorama' nor 'dual-fisheye'"));
+  session_->execute("DROP TABLE captured_frame");
+  session_->execute("UPDATE session SET frames = 'panorama', exposures = 1");
+  EXPECT_THAT(error(), AllOf(HasSubstr("no such table"), HasSubstr("damaged")));
 }
 
 TEST_F(SessionFramesTest, OtherDatabasesAreRefused) {

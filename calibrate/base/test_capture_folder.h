@@ -55,7 +55,7 @@ class TestSession {
         "CREATE TABLE session (frames TEXT, exposures INTEGER);"
         "CREATE TABLE line (id INTEGER PRIMARY KEY, name TEXT, axis TEXT, across_m REAL,"
         " validation INTEGER);"
-        "CREATE TABLE station (name TEXT);"
+        "CREATE TABLE station (name TEXT, x_m REAL, z_m REAL);"
         "CREATE TABLE captured_frame (file TEXT, sha256 TEXT, exposure INTEGER, lens TEXT,"
         " line TEXT, station TEXT, x_m REAL, z_m REAL)");
   }
@@ -69,8 +69,9 @@ class TestSession {
         "INSERT INTO line (name, axis, across_m, validation) VALUES ('{}', '{}', {}, {})", name,
         axis, across_m, validation ? 1 : 0));
   }
+  // Its first frame gives it its planned place.
   void add_station(const std::string& name) {
-    execute(fmt::format("INSERT INTO station VALUES ('{}')", name));
+    execute(fmt::format("INSERT INTO station (name) VALUES ('{}')", name));
   }
   // With its picture.
   void add_frame(const std::string& station, const std::string& line, PlanPoint at,
@@ -85,6 +86,8 @@ class TestSession {
         fmt::format("INSERT INTO captured_frame VALUES ('{}', 'sha-{}', {}, '{}', '{}', '{}', "
                     "{}, {})",
                     file, lens, exposure, lens, line, station, at.x_m, at.z_m));
+    execute(fmt::format("UPDATE station SET x_m = {}, z_m = {} WHERE name = '{}' AND x_m IS NULL",
+                        at.x_m, at.z_m, station));
   }
 
  private:

@@ -20,7 +20,7 @@ ordered_json read_json(const fs::path& file) {
   try {
     return ordered_json::parse(read_file(file));
   } catch (const json::exception& e) {
-    throw Error(one_line(file.string() + ": damaged (" + e.what() + "); run the step again"));
+    throw Error(file.string() + ": damaged (" + one_line(e.what()) + "); run the step again");
   }
 }
 
@@ -116,7 +116,9 @@ void write_calibration_json(const Calibration& calibration, const CalibrationSum
       {"line_tolerance_mm", rectified.at("line_tolerance_mm")},
       {"keyframe_trade", keyframe_json(summary.trade)},
       {"steps", steps_json(summary.steps)}};
-  write_file_atomically(calibration.out() / "calibration.json", document.dump(1) + "\n");
+  write_file_atomically(
+      calibration.out() / "calibration.json",
+      document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace raywalk::calibrate

@@ -107,7 +107,10 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
     seconds += solved.trial.seconds;
     trials.push_back(solved.trial);
   }
-  write_file_atomically(calibration->out() / kFile, keyframe_json(trials).dump(1) + "\n");
+  write_file_atomically(
+      calibration->out() / kFile,
+      keyframe_json(trials).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+          "\n");
   calibration->records().note(kStep, fingerprint, seconds, {kFile});
   return trials;
 }

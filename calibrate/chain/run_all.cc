@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "calibrate/chain/calibration_numbers.h"
 #include "calibrate/chain/calibration_summary.h"
 #include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::calibrate {
@@ -46,9 +48,12 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   }
   write_calibration_json(*calibration, summary);
   write_calibration_page(*calibration, summary);
-  out << fmt::format("{}: {}\n{}\n", (calibration->out() / "index.html").string(),
-                     summary.trustworthy ? "trustworthy" : "not trustworthy",
-                     pack_command(calibration->rectified(), calibration->out()));
+  for (const StepRun& run : summary.steps) {
+    out << fmt::format("{}: {}\n", step_name(run.step), step_numbers(*calibration, run.step));
+  }
+  out << fmt::format("{}; see {}\n{}\n", summary.trustworthy ? "trustworthy" : "not trustworthy",
+                     escaped((calibration->out() / "index.html").string()),
+                     escaped(pack_command(calibration->rectified(), calibration->out())));
   require_trustworthy(*calibration, summary);
 }
 

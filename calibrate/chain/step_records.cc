@@ -101,7 +101,9 @@ void StepRecords::write() const {
                    {"outputs", record.outputs}};
   }
   const ordered_json document{{"format_version", kRecordsFormatVersion}, {"steps", steps}};
-  write_file_atomically(records_file(out_), document.dump(1) + "\n");
+  write_file_atomically(
+      records_file(out_),
+      document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace raywalk::calibrate

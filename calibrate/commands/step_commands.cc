@@ -6,11 +6,13 @@
 #include <memory>
 #include <string>
 
+#include "calibrate/chain/calibration_numbers.h"
 #include "calibrate/chain/calibration_summary.h"
 #include "calibrate/commands/commands.h"
 #include "calibrate/commands/step_options.h"
 #include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::calibrate {
@@ -30,8 +32,9 @@ void print_result(const Calibration& calibration, CalibrationStep step) {
   for (const std::string& warning : step_warnings(calibration, step)) spdlog::warn("{}", warning);
   const fs::path page = calibration.out() / (step_name(step) + ".html");
   const fs::path shown = fs::exists(page) ? page : calibration.out();
-  fmt::print("{}: done in {:.1f} s; see {}\n", step_name(step), calibration.seconds(step),
-             shown.string());
+  fmt::print("{}: {}\n{}: done in {:.1f} s; see {}\n", step_name(step),
+             step_numbers(calibration, step), step_name(step), calibration.seconds(step),
+             escaped(shown.string()));
 }
 
 Calibration run_step(const StepArguments& arguments, CalibrationStep step) {
@@ -75,7 +78,7 @@ void run_grid(const StepArguments& arguments) {
 
 void run_rectify(const StepArguments& arguments) {
   const Calibration calibration = run_step(arguments, CalibrationStep::kRectify);
-  fmt::print("{}\n", pack_command(calibration.rectified(), calibration.out()));
+  fmt::print("{}\n", escaped(pack_command(calibration.rectified(), calibration.out())));
 }
 
 }  // namespace

@@ -137,12 +137,18 @@ std::vector<CrossingMatches> find_crossing_matches(const CaptureSet& set, const 
                          {}});
   }
   const std::map<int, PanoramaFeatures> features = features_of(set, crossings, mask);
+  std::int64_t pairs = 0;
+  for (const CrossingMatches& crossing : crossings) {
+    pairs += std::ssize(crossing.frames_x) * std::ssize(crossing.frames_z);
+  }
+  Progress progress("matching at crossings", pairs, "pairs");
   parallel_for(0, static_cast<int>(crossings.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       CrossingMatches& crossing = crossings[static_cast<size_t>(i)];
       for (const int x : crossing.frames_x) {
         for (const int z : crossing.frames_z) {
           match_frames(x, features.at(x), z, features.at(z), start, lenses, &crossing);
+          progress.advance();
         }
       }
     }

@@ -14,6 +14,7 @@
 #include "calibrate/grid/split_estimates.h"
 #include "calibrate/poses/align_poses.h"
 #include "core/base/error.h"
+#include "core/base/progress.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -109,13 +110,17 @@ Estimation estimate(const CaptureSet& set, const FramePoses& solved, const Frame
                     const std::vector<CrossingMatches>& crossings, const GridScale& scale) {
   Estimation estimation{.prepared = prepare_rails(set, solved, start, scale)};
   PreparedRails& prepared = estimation.prepared;
+  constexpr int kRounds = 2;
+  Progress progress("estimating the lines", 1 + 2 * kRounds, "rounds");
   const auto fit_now = [&] {
-    return fit_crossings(crossings, poses_on_rails(set, prepared.rails, prepared.solved), scale);
+    auto fits =
+        fit_crossings(crossings, poses_on_rails(set, prepared.rails, prepared.solved), scale);
+    progress.advance();
+    return fits;
   };
   std::vector<FittedCrossing> fitted = fit_now();
   // Each crossing of a line gives its own motion. Their least-squares solution is a better start
   // for the next fits.
-  constexpr int kRounds = 2;
   for (int round = 0; round < kRounds; ++round) {
     move_unsolved(fitted, &prepared);
     fitted = fit_now();
@@ -139,6 +144,7 @@ Estimation estimate(const CaptureSet& set, const FramePoses& solved, const Frame
                           estimation.solved_error, fit_scale(scale).scene_m},
                          pairs);
     poses = estimation.joint.poses;
+    progress.advance();
   }
   return estimation;
 }

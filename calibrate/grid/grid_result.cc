@@ -257,7 +257,8 @@ void write_grid_result(const std::filesystem::path& file, const CaptureSet& set,
     root["crossings"].push_back(json_of(set, crossing));
   }
   root["frames"] = frame_poses_json(set, result.poses);
-  write_file_atomically(file, root.dump(1) + "\n");
+  write_file_atomically(
+      file, root.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set) {

@@ -59,8 +59,8 @@ class JointProblem {
     ceres::Solve(options, &problem_, &summary);
     throw_if_interrupted();
     if (!summary.IsSolutionUsable()) {
-      throw Error("the lines of the grid cannot be estimated from these poses: " +
-                  one_line(summary.message) + "; solve the poses again");
+      throw Error("the lines of the grid cannot be estimated from these poses (" +
+                  one_line(summary.message) + "); solve the poses again");
     }
   }
 

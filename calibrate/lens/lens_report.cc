@@ -165,7 +165,7 @@ std::string lens_json(const LensFit& fit) {
          {"rms_px", ring.rms_px},
          {"radial_px", ring.radial_px}});
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace raywalk::calibrate

@@ -1,11 +1,13 @@
 #include "calibrate/poses/colmap_program.h"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <optional>
@@ -82,6 +84,18 @@ class LogFollower {
   std::string output_{};
   std::size_t told_ = 0;
 };
+
+// What a failure of COLMAP means, as far as that can be told, and what to do.
+std::string advice_for(int status, const std::string& line) {
+  for (const char* full : {"No space left", "disk is full", "disk full"}) {
+    if (line.find(full) != std::string::npos) return "the disk is full; free some space";
+  }
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
+    return "perhaps the memory was not enough; use fewer --threads";
+  }
+  return "it cannot work with these pictures; check that they are sharp, of this capture, and that "
+         "neighbouring stations see the same things";
+}
 
 void note_command(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
   std::ofstream file(log, std::ios::app);
@@ -165,9 +179,9 @@ void ColmapProgram::run(const std::vector<std::string>& arguments, const std::fi
   const int status = child.try_wait().value_or(0);
   if (succeeded(status)) return;
   const std::string line = error_line(follower.output());
-  throw Error(fmt::format("colmap {} {}{}; see {}", arguments.empty() ? "" : arguments.front(),
-                          describe_failure(status), line.empty() ? "" : ": " + excerpt(line),
-                          log.string()));
+  throw Error(fmt::format("colmap {} {}{}: {}; see {}", arguments.empty() ? "" : arguments.front(),
+                          describe_failure(status), line.empty() ? "" : " (" + line + ")",
+                          advice_for(status, line), log.string()));
 }
 
 }  // namespace raywalk::calibrate

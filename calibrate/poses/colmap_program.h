@@ -27,7 +27,8 @@ class ColmapProgram {
 
   // Runs `colmap arguments...` until it ends and appends its output to `log`. It cannot outlive
   // this process. Throws Error if it cannot be started, fails or is killed, quoting the error line
-  // of its output and the log's path; Interrupted on Ctrl-C, after the command ended.
+  // of its output and the log's path, and what to do; Interrupted on Ctrl-C, after the command
+  // ended.
   void run(const std::vector<std::string>& arguments, const std::filesystem::path& log,
            const LineReader& on_line = {}) const;
 

@@ -118,7 +118,18 @@ TEST(ColmapProgram, ReportsThatItWasKilled) {
   fake.install("3.8", "kill -9 $$");
   const ColmapProgram colmap = ColmapProgram::find();
   EXPECT_THAT(error_of([&] { colmap.run({"mapper"}, fake.log()); }),
-              HasSubstr("was killed by signal 9"));
+              AllOf(HasSubstr("was killed by signal 9"), HasSubstr("memory was not enough")));
+}
+
+TEST(ColmapProgram, SaysWhatAFailureMeans) {
+  FakeColmap fake;
+  fake.install("3.8", "echo 'ERROR: database or disk is full'; exit 1");
+  EXPECT_THAT(error_of([&] { ColmapProgram::find().run({"mapper"}, fake.log()); }),
+              AllOf(HasSubstr("(ERROR: database or disk is full): the disk is full; free some"),
+                    EndsWith("see " + fake.log().string())));
+  fake.install("3.8", "echo 'Check failed: x'; exit 1");
+  EXPECT_THAT(error_of([&] { ColmapProgram::find().run({"mapper"}, fake.log()); }),
+              HasSubstr("(Check failed: x): it cannot work with these pictures; check"));
 }
 
 TEST(ColmapProgram, QuotesOnlyItsOwnRun) {

@@ -1,8 +1,10 @@
 #include "calibrate/poses/colmap_workspace.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -203,8 +205,7 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
     const auto image = images.find(name);
     return image != images.end() && image->second.features > 0;
   };
-  std::string list;
-  std::int64_t count = 0;
+  std::vector<std::string> list;  // lines, a pair of pictures each
   for (const FramePair& pair : pairs) {
     const auto& first = poses[static_cast<std::size_t>(pair.first)];
     const auto& second = poses[static_cast<std::size_t>(pair.second)];
@@ -214,25 +215,42 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
       const std::string one = image_name(pair.first, faces.first);
       const std::string other = image_name(pair.second, faces.second);
       if (!has_features(one) || !has_features(other)) continue;
-      list += fmt::format("{} {}\n", one, other);
-      ++count;
+      list.push_back(fmt::format("{} {}\n", one, other));
     }
   }
   const fs::path file = options_.directory / "pairs.txt";
-  const bool same = fs::exists(file) && read_file(file) == list;
-  const bool done = same && count_rows(database_, "two_view_geometries") >= count;
+  const std::string text = fmt::format("{}", fmt::join(list, ""));
+  const bool same = fs::exists(file) && read_file(file) == text;
+  const bool done = same && count_rows(database_, "two_view_geometries") >= std::ssize(list);
   // COLMAP 3.10 aborts where no picture has a feature.
-  if (!done && count > 0) {
-    write_file_atomically(file, list);
+  if (!done && !list.empty()) {
+    write_file_atomically(file, text);
+    match_in_batches(list);
+  }
+  read_matches();
+  return done;
+}
+
+// COLMAP tells and stores nothing of the pairs of a list before all are matched, so it is given
+// them in pieces; it skips pairs that an interrupted run has matched.
+void ColmapWorkspace::match_in_batches(std::span<const std::string> list) const {
+  // Starting COLMAP takes less time than matching a few pairs.
+  constexpr std::size_t kLeastPairs = 16;
+  constexpr std::size_t kBatches = 20;
+  const std::size_t batch = std::max(kLeastPairs, (list.size() + kBatches - 1) / kBatches);
+  const fs::path file = options_.directory / "batch.txt";
+  Progress progress("matching features", std::ssize(list), "pairs");
+  for (std::size_t begin = 0; begin < list.size(); begin += batch) {
+    const auto pairs = list.subspan(begin, std::min(batch, list.size() - begin));
+    write_file_atomically(file, fmt::format("{}", fmt::join(pairs, "")));
     colmap_.run({"matches_importer", "--database_path", database_.string(), "--match_list_path",
                  file.string(), "--match_type", "pairs", "--SiftMatching.use_gpu", "0",
                  "--SiftMatching.num_threads", std::to_string(options_.threads),
                  std::string(colmap_.release().max_error_option),
                  fmt::format("{}", 2.0 * options_.face_px / kRoundFace_px)},
                 log_);
+    progress.advance(std::ssize(pairs));
   }
-  read_matches();
-  return done;
 }
 
 Eigen::Vector3d ColmapWorkspace::bearing(const FaceImage& image, FacePixel pixel) const {
@@ -310,6 +328,7 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
   const std::string angle = fmt::format("{}", round.angle_deg);
   const std::string again = fmt::format("{}", std::max(round.angle_deg, 2.0));
   const std::string error_px = fmt::format("{}", round.error_px * options_.face_px / kRoundFace_px);
+  Progress progress("triangulating", std::ssize(model.images), "faces");
   colmap_.run({"point_triangulator",
                "--database_path",
                database_.string(),
@@ -339,7 +358,9 @@ SeenPoints ColmapWorkspace::triangulate(const FramePoses& poses, const Triangula
                error_px,
                "--Mapper.ba_global_max_refinements",
                "1"},
-              log_);
+              log_, [&](std::string_view line) {
+                if (line.starts_with("Triangulating image")) progress.advance();
+              });
   return points_of(read_colmap_model(result));
 }
 

@@ -81,6 +81,7 @@ class ColmapWorkspace {
   std::string inputs_text() const;
   std::string image_name(int frame, int face) const;
   void cut_masks();
+  void match_in_batches(std::span<const std::string> list) const;
   void read_images();
   void read_matches();
   Eigen::Vector3d bearing(const FaceImage& image, FacePixel pixel) const;

@@ -236,7 +236,11 @@ void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
   add_alignment(result, &page);
   add_plan(set, start, result, &page);
   add_times(result, &page);
-  write_file_atomically(out / "poses-report.json", report_json(set, result).dump(2) + "\n");
+  write_file_atomically(
+      out / "poses-report.json",
+      report_json(set, result)
+              .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+          "\n");
   write_file_atomically(out / "poses.html", page.html());
 }
 

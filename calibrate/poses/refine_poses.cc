@@ -19,6 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/median.h"
+#include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
 
 namespace raywalk::calibrate {
@@ -135,6 +136,28 @@ std::vector<double> errors_of(const FramePoses& poses, const SeenPoints& points)
   return errors;
 }
 
+// Counts the solver's steps, of which there are at most kIterations and the start.
+class StepCounter final : public ceres::IterationCallback {
+ public:
+  explicit StepCounter(Progress* progress) : progress_(progress) {}
+  // A solver that needed fewer steps has done them all.
+  ~StepCounter() override { progress_->advance(kStepsOfPass - steps_); }
+  StepCounter(const StepCounter&) = delete;
+  StepCounter& operator=(const StepCounter&) = delete;
+
+  static constexpr int kStepsOfPass = kIterations + 1;
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    if (steps_ < kStepsOfPass) progress_->advance();
+    if (steps_ < kStepsOfPass) ++steps_;
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  Progress* progress_;
+  int steps_ = 0;
+};
+
 // Solves from `poses` and `points` with a given width of the loss; replaces both.
 class Adjustment {
  public:
@@ -181,7 +204,7 @@ class Adjustment {
     }
   }
 
-  void solve(int threads) {
+  void solve(int threads, Progress* progress) {
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_SCHUR;
     options.max_num_iterations = kIterations;
@@ -189,7 +212,8 @@ class Adjustment {
     options.num_threads = std::max(threads, 1);
     options.logging_type = ceres::SILENT;
     StopOnInterrupt stop;
-    options.callbacks.push_back(&stop);
+    StepCounter counter(progress);
+    options.callbacks = {&stop, &counter};
     // Points are eliminated first: each is seen by few poses.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (const PointObservation& observation : points_.observations) {
@@ -204,7 +228,9 @@ class Adjustment {
     spdlog::debug("adjustment: {}", summary.BriefReport());
     throw_if_interrupted();
     if (!summary.IsSolutionUsable()) {
-      throw Error(one_line("the bundle adjustment failed: " + summary.message));
+      throw Error("the poses cannot be adjusted to what the panoramas see (" +
+                  one_line(summary.message) +
+                  "); check the pictures of this capture, or use --method rotation");
     }
     take_over();
   }
@@ -321,13 +347,14 @@ RefinedPoses refine_poses(const CaptureSet& set, const FramePoses& start, const 
   // Without the slider's distances in the first pass: the start may repeat them exactly, and the
   // spread estimated from it would be too small.
   std::optional<double> spread;
+  Progress progress("adjusting poses", kPasses * StepCounter::kStepsOfPass, "steps");
   for (int pass = 0; pass < kPasses; ++pass) {
     const double before_px = std::max(noise_of(refined.errors_px), kLeastNoise_px);
     Adjustment adjustment(&refined.poses, &refined.points);
     adjustment.add_observations(before_px);
     adjustment.add_anchors(anchors, anchor);
     if (spread) adjustment.add_rail(steps, *spread);
-    adjustment.solve(threads);
+    adjustment.solve(threads, &progress);
     if (!spread) spread = rail_spread(steps, refined.poses);
     refined.errors_px = errors_of(refined.poses, refined.points);
     refined.noise_px = std::max(noise_of(refined.errors_px), kLeastNoise_px);

@@ -57,6 +57,7 @@ class PoseSolver {
   }
 
   PosesResult solve() {
+    require_enough_keyframes();
     const ColmapProgram colmap = ColmapProgram::find();
     ColmapWorkspace workspace(set_, result_.keyframes, colmap,
                               {.directory = options_.out / "colmap",
@@ -71,11 +72,19 @@ class PoseSolver {
       if (!solved_) fault = unsolved_reason();
     }
     write_reports(fault);
-    if (!fault.empty()) throw Error(one_line(fmt::format("{}: {}", set_.source.string(), fault)));
+    if (!fault.empty()) throw Error(fmt::format("{}: {}", set_.source.string(), fault));
     return result_;
   }
 
  private:
+  void require_enough_keyframes() const {
+    if (result_.keyframes.size() >= static_cast<std::size_t>(kLeastFrames)) return;
+    throw Error(fmt::format(
+        "{}: {} of its {} stations are to be solved, but a scene point has to be seen from {}; "
+        "capture more stations, or give a smaller --keyframes-mm",
+        set_.source.string(), result_.keyframes.size(), set_.frames.size(), kLeastFrames));
+  }
+
   template <typename Step>
   void timed(const std::string& name, const Step& step) {
     bool reused = false;

@@ -25,6 +25,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 bool has_colmap() {
@@ -115,7 +116,13 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   const CaptureSet set = captured(directory.path(), [](int frame, cv::Mat* picture) {
     if (frame == 3) cv::randu(*picture, 0, 255);
   });
+  testing::internal::CaptureStderr();
   const PosesResult result = solve_poses(set, options_in(directory));
+  // All that takes long shows how far it is.
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              AllOf(ContainsRegex("matching features: [0-9]+ of [0-9]+ pairs \\(100 %\\)"),
+                    ContainsRegex("triangulating: [0-9]+ of [0-9]+ faces"),
+                    HasSubstr("adjusting poses: 63 of 63 steps (100 %)")));
   // Stations 1 and 5 are at the crossing.
   const PoseDifference error = relative_error(result.poses, truth, 1, 5);
   EXPECT_LT(error.position_m, 0.5e-3);
@@ -200,6 +207,21 @@ TEST(SolvePosesInput, IsChecked) {
   options.mask.reset();
   set.layout = FrameLayout::kDualFisheye;
   EXPECT_THAT(refusal(), HasSubstr("run raywalk-calibrate stitch first"));
+}
+
+// COLMAP would abort.
+TEST(SolvePosesInput, NeedsThreeStations) {
+  const TestDirectory directory;
+  CaptureSet set;
+  set.source = "pair";
+  set.frame = {512, 256};
+  add_test_line(&set, "x0", LineAxis::kX, 0.0, 0.3, 2);
+  try {
+    solve_poses(set, options_in(directory));
+    FAIL() << "solved";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("pair: 2 of its 2 stations"), HasSubstr("more")));
+  }
 }
 
 TEST(SolvePosesInput, NeedsColmap) {

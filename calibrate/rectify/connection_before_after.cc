@@ -9,6 +9,7 @@
 #include "core/base/child_process.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/room/connection_errors.h"
@@ -55,8 +56,12 @@ void run(const fs::path& program, const std::vector<std::string>& arguments, con
   ChildProcess child(program, arguments, log);
   const int status = child.wait();
   if (succeeded(status)) return;
-  throw Error(fmt::format("{} {}: {}", program.filename().string(), describe_failure(status),
-                          one_line(read_file(log))));
+  const std::string output = one_line(read_file(log));
+  constexpr std::string_view kError = "error: ";
+  const std::size_t error = output.rfind(kError);
+  throw Error(
+      fmt::format("{} {}: {}", program.filename().string(), describe_failure(status),
+                  error == std::string::npos ? output : output.substr(error + kError.size())));
 }
 
 cv::Mat shrunk(const cv::Mat& picture, cv::InterpolationFlags how) {
@@ -93,7 +98,8 @@ std::vector<ListedFrame> shrunk_frames(const std::vector<ListedFrame>& frames, P
 }
 
 ConnectionErrorMeasurement measure(const ConnectionInput& input, PanoramaSize size,
-                                   const std::optional<fs::path>& programs, const fs::path& work) {
+                                   const std::optional<fs::path>& programs, const fs::path& work,
+                                   Progress* progress) {
   const WorkDirectory directory(work);
   const auto grid = grid_of(input.frames, input.lines);
   if (!grid || grid->cells.empty()) throw Error("no four lines of the grid form a cell");
@@ -105,9 +111,11 @@ ConnectionErrorMeasurement measure(const ConnectionInput& input, PanoramaSize si
     pack.insert(pack.end(), {"--line-tolerance-mm", fmt::format("{}", tolerance_mm)});
   }
   run(program_in(programs, "raywalk-build-lf"), pack, log);
+  progress->advance();
   run(program_in(programs, "raywalk-render"),
       {"connect-error", room.string(), "--generation", kGeneration, "--viewpoints", kViewpoints},
       log);
+  progress->advance();
   for (ConnectionErrorMeasurement& measured : read_connection_errors(room)) {
     if (measured.generation == kGeneration) return measured;
   }
@@ -125,8 +133,9 @@ ConnectionBeforeAfter measure_connection(const ConnectionInput& before,
     for (const char* name : {"raywalk-build-lf", "raywalk-render"}) program_in(programs, name);
     const PanoramaSize size = panorama_size_of(before.frames.at(0).file);
     result.width_px = std::min(size.width, kWidestPicture);
-    const ConnectionErrorMeasurement first = measure(before, size, programs, work);
-    const ConnectionErrorMeasurement second = measure(after, size, programs, work);
+    Progress progress("measuring the connection error", 4, "runs");
+    const ConnectionErrorMeasurement first = measure(before, size, programs, work, &progress);
+    const ConnectionErrorMeasurement second = measure(after, size, programs, work, &progress);
     for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i) {
       result.rows.push_back({.k_deg = first.rows[i].k_deg,
                              .before = first.rows[i].e_connect,

@@ -243,7 +243,11 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const 
   add_connection(result.connection, &page);
   add_gains(set, poses, result, &page);
   write_file_atomically(out / "rectify.html", page.html());
-  write_file_atomically(out / kReport, result_json(set, poses, result).dump(1) + "\n");
+  write_file_atomically(
+      out / kReport,
+      result_json(set, poses, result)
+              .dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+          "\n");
 }
 
 RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {

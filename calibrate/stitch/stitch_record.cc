@@ -89,7 +89,7 @@ std::string to_json(const StitchRecord& record) {
                       {"correlation", record.balance.correlation}}},
                     {"warnings", record.balance.warnings}};
   if (std::isfinite(distance)) json["seam_distance_m"] = distance;
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file) {

@@ -12,6 +12,7 @@
 #include "capture/plan/plan_report.h"
 #include "capture/run/check_devices.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk::capture {
@@ -38,9 +39,10 @@ void plan(const PlanArguments& arguments) {
           : arguments.picture;
   write_file_atomically(picture, plan_picture_svg(plan));
   if (arguments.json) {
-    fmt::print("{}\n", plan_report_json(report).dump(2));
+    fmt::print("{}\n", plan_report_json(report).dump(
+                           2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   } else {
-    fmt::print("{}picture:   {}\n", plan_report_text(report), picture);
+    fmt::print("{}picture:   {}\n", plan_report_text(report), escaped(picture));
   }
 }
 

@@ -14,6 +14,7 @@
 #include "capture/session/session_export.h"
 #include "capture/session/session_status.h"
 #include "capture/session/session_verify.h"
+#include "core/base/escaped.h"
 
 namespace raywalk::capture {
 namespace {
@@ -63,7 +64,8 @@ void add_status(CLI::App* app) {
     SessionReader session(arguments->directory);
     const SessionStatus status = status_of(&session);
     if (arguments->json) {
-      fmt::print("{}\n", status_json(status).dump(2));
+      fmt::print("{}\n", status_json(status).dump(
+                             2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     } else {
       fmt::print("{}", status_text(status));
     }
@@ -127,7 +129,7 @@ void add_export(CLI::App* app) {
       "  raywalk-build-lf pack --frames hall/poses.csv --out hall.lf");
   command->callback([arguments] {
     SessionReader session(arguments->directory);
-    fmt::print("{}\n", export_session(&session, arguments->exported));
+    fmt::print("{}\n", escaped(export_session(&session, arguments->exported)));
   });
 }
 

@@ -9,6 +9,7 @@
 #include "capture/commands/commands.h"
 #include "capture/simulated/rig/simulate_rig.h"
 #include "capture/simulated/write_capture.h"
+#include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 
@@ -97,7 +98,7 @@ void add_virtual_room(CLI::App* app) {
       arguments->capture.out = std::filesystem::path(arguments->config).stem();
     }
     const VirtualRoom room(settings_of(*arguments));
-    fmt::print("{}\n", write_capture(room, arguments->capture));
+    fmt::print("{}\n", escaped(write_capture(room, arguments->capture)));
   });
 }
 

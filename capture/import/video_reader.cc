@@ -14,6 +14,8 @@ VideoReader::VideoReader(std::filesystem::path file) : file_(std::move(file)) {
     throw Error(fmt::format("{}: no such file", file_.string()));
   }
   // Naming the backend keeps OpenCV from taking the file for an image sequence or a camera.
+  // FFmpeg's own messages name no file (-8: AV_LOG_QUIET).
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   if (!capture_.open(file_.string(), cv::CAP_FFMPEG)) {
     throw Error(fmt::format("{}: not a film that can be read", file_.string()));
   }

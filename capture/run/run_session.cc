@@ -8,6 +8,7 @@
 #include "capture/run/film_lines.h"
 #include "capture/run/open_devices.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/base/units.h"
@@ -63,7 +64,7 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
 // The summary of a completed run and the next step.
 std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
-  const std::string where = session.string();
+  const std::string where = escaped(session.string());
   const std::size_t lines = plan.lines.size();
   if (config.run.mode == CaptureMode::kVideo) {
     return fmt::format("{}: all {} lines are filmed; next: raywalk-capture import {} --video FILE",

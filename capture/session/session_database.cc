@@ -42,10 +42,10 @@ void require_readable_format(SqliteConnection* connection, const fs::path& direc
 void require_undamaged(SqliteConnection* connection, const fs::path& directory) {
   const std::string found = connection->text("PRAGMA quick_check(1)");
   if (found == "ok") return;
-  throw Error(one_line(
+  throw Error(
       fmt::format("{}: damaged ({}); the frames are untouched: restore this file from a copy, or "
                   "recover its rows with 'sqlite3 session.db .recover'",
-                  session_database_path(directory).string(), found)));
+                  session_database_path(directory).string(), one_line(found)));
 }
 
 // WAL needs shared memory, which network file systems do not provide (sqlite.org/wal.html).

@@ -6,6 +6,7 @@
 
 #include "capture/session/session_status.h"
 #include "capture/session/session_times.h"
+#include "core/base/escaped.h"
 
 namespace raywalk::capture {
 namespace {
@@ -65,7 +66,7 @@ nlohmann::json json_of(const std::optional<double>& value) {
 }  // namespace
 
 std::string status_text(const SessionStatus& status) {
-  std::string text = fmt::format("{}: {} of {} stations captured", status.directory,
+  std::string text = fmt::format("{}: {} of {} stations captured", escaped(status.directory),
                                  status.captured(), status.stations());
   if (status.exposed() > 0) text += fmt::format(", {} on the camera's card", status.exposed());
   text += "\n";

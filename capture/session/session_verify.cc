@@ -111,9 +111,9 @@ std::string verification_text(const SessionVerification& verification) {
 
 void require_whole(const SessionVerification& verification, const SessionReader& session) {
   if (verification.is_whole()) return;
-  throw Error(one_line(fmt::format("{}: {}; {} faults in all, restore what is named from a copy",
-                                   session.directory().string(), verification.faults.front(),
-                                   verification.faults.size())));
+  throw Error(fmt::format("{}: {}; {} faults in all, restore what is named from a copy",
+                          session.directory().string(), verification.faults.front(),
+                          verification.faults.size()));
 }
 
 }  // namespace raywalk::capture

@@ -1,13 +1,13 @@
 #include "core/base/error.h"
 
+#include "core/base/escaped.h"
+
 namespace raywalk {
 namespace {
 
 constexpr std::size_t kMaxExcerptBytes = 60;
 
 bool is_space(unsigned char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
-bool is_control(unsigned char c) { return c < 0x20 || c == 0x7f; }
 
 }  // namespace
 
@@ -22,13 +22,13 @@ std::string one_line(std::string_view text) {
     }
     if (space_pending) line += ' ';
     space_pending = false;
-    line += is_control(byte) ? '?' : c;
+    line += c;
   }
-  return line;
+  return escaped(line);
 }
 
 std::string excerpt(std::string_view text) {
-  std::string line = one_line(text);
+  std::string line = escaped(text);
   if (line.size() > kMaxExcerptBytes) {
     // Cut between characters: bytes 10xxxxxx continue a UTF-8 character (RFC 3629).
     std::size_t cut = kMaxExcerptBytes;

@@ -45,12 +45,12 @@ class Interrupted : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// `text` on one line: every run of line breaks, tabs and spaces becomes one space, other control
-// characters '?' (a message may carry bytes from a damaged file to a terminal); trimmed at both
-// ends.
+// The words of a library, a device or a damaged file on one line: every run of line breaks, tabs
+// and spaces becomes one space, trimmed at both ends; the rest as escaped() shows it (escaped.h).
+// Not for whole messages, whose file names would be changed: run_program escapes them.
 std::string one_line(std::string_view text);
 
-// File content quoted in an error message: one_line(text), cut to 60 bytes, in single quotes.
+// File content quoted in an error message: escaped(text), cut to 60 bytes, in single quotes.
 std::string excerpt(std::string_view text);
 
 }  // namespace raywalk

@@ -12,13 +12,14 @@ TEST(OneLine, FoldsLineBreaksAndTrims) {
 }
 
 TEST(OneLine, KeepsNoControlCharacterForTheTerminal) {
-  EXPECT_EQ(one_line("a\x1b[31mred\x7f"), "a?[31mred?");
-  EXPECT_EQ(one_line(std::string_view("a\0b", 3)), "a?b");
+  EXPECT_EQ(one_line("a\x1b[31mred\x7f"), R"(a\u001b[31mred\u007f)");
 }
 
 TEST(OneLine, KeepsUtf8) { EXPECT_EQ(one_line("Größe"), "Größe"); }
 
 TEST(Excerpt, ShortTextIsShownWhole) { EXPECT_EQ(excerpt("1,5"), "'1,5'"); }
+
+TEST(Excerpt, ShowsWhatTheTextHolds) { EXPECT_EQ(excerpt("a  b\n"), R"('a  b\n')"); }
 
 TEST(Excerpt, LongTextIsCut) {
   EXPECT_EQ(excerpt(std::string(1000, 'x')), fmt::format("'{}...'", std::string(60, 'x')));

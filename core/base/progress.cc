@@ -7,7 +7,9 @@
 #include <iostream>
 #include <utility>
 
+#include "core/base/escaped.h"
 #include "core/base/quiet.h"
+#include "core/base/standard_streams.h"
 
 namespace raywalk {
 namespace {
@@ -86,9 +88,9 @@ void Progress::print(bool final) {
   // "\r" returns to the start of the live line; ESC [ K (ECMA-48, EL) clears what a longer one
   // left.
   if (terminal_) {
-    std::cerr << '\r' << line << "\x1b[K" << std::flush;
+    print_to_terminal("\r" + escaped(line) + "\x1b[K");
   } else {
-    std::cerr << line << '\n' << std::flush;
+    std::cerr << escaped(line) << '\n' << std::flush;
   }
 }
 

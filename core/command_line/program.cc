@@ -1,6 +1,7 @@
 #include "core/command_line/program.h"
 
 #include <poll.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -14,12 +15,18 @@
 #include <iostream>
 #include <memory>
 #include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/quiet.h"
+#include "core/base/standard_streams.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/point_argument.h"
 #include "core/command_line/wrong_usage.h"
@@ -32,11 +39,29 @@ std::string program_name(const CLI::App& app, int argc, char** argv) {
   return argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "raywalk";
 }
 
-// Log lines have the form of the error line, "<program>: <level>: <message>".
+// A log line's message, escaped: like an error, it is one line.
+class EscapedMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& line) override {
+    const std::string text =
+        escaped(std::string_view(message.payload.data(), message.payload.size()));
+    line.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<EscapedMessage>();
+  }
+};
+
+// Log lines have the form of the error line, "<program>: <level>: <message>". OpenCV's own are off:
+// what it reports matters only where an operation fails, and then it throws.
 void set_up_logging(const std::string& program) {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   auto logger =
       std::make_shared<spdlog::logger>(program, std::make_shared<spdlog::sinks::stderr_sink_mt>());
-  logger->set_pattern("%n: %l: %v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<EscapedMessage>('*').set_pattern("%n: %l: %*");
+  logger->set_formatter(std::move(formatter));
   spdlog::set_default_logger(std::move(logger));
 }
 
@@ -49,8 +74,21 @@ void set_up_signals() {
 }
 
 int fail(const std::string& program, const std::string& message, ExitCode code) {
-  std::cerr << program << ": error: " << one_line(message) << std::endl;
+  std::cerr << program << ": error: " << escaped(message) << std::endl;
   return static_cast<int>(code);
+}
+
+int out_of_memory(const std::string& program) {
+  return fail(program, "out of memory; use fewer --threads or a smaller picture",
+              ExitCode::kFailed);
+}
+
+// An exception of a library that should have been caught where the file is known.
+int unforeseen(const std::string& program, const std::exception& e) {
+  return fail(program,
+              "a step failed in a way it should not; please report this line with the command (" +
+                  one_line(e.what()) + ")",
+              ExitCode::kFailed);
 }
 
 // On a pipe POLLERR means that the reading end is closed (poll(2)).
@@ -95,6 +133,7 @@ int parse_and_run(CLI::App& app, int argc, char** argv, const std::string& progr
 
 int run_program(CLI::App& app, int argc, char** argv) {
   const std::string program = program_name(app, argc, argv);
+  const EscapedStreams escaped_streams;
   try {
     set_up_logging(program);
     set_up_signals();
@@ -109,11 +148,15 @@ int run_program(CLI::App& app, int argc, char** argv) {
     return fail(program, e.what(), ExitCode::kInterrupted);
   } catch (const std::filesystem::filesystem_error& e) {
     return fail(program, e.path1().string() + ": " + e.code().message(), ExitCode::kFailed);
-  } catch (const std::bad_alloc&) {
-    return fail(program, "out of memory; use fewer --threads or a smaller picture",
-                ExitCode::kFailed);
-  } catch (const std::exception& e) {
+  } catch (const Error& e) {
     return fail(program, e.what(), ExitCode::kFailed);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory(program);
+  } catch (const cv::Exception& e) {
+    if (e.code == cv::Error::StsNoMem) return out_of_memory(program);
+    return unforeseen(program, e);
+  } catch (const std::exception& e) {
+    return unforeseen(program, e);
   } catch (...) {
     return fail(program, "an exception of unknown type; please report it", ExitCode::kFailed);
   }

@@ -22,6 +22,7 @@
 namespace raywalk {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 struct Outcome {
@@ -104,7 +105,7 @@ TEST(RunProgram, EveryKindOfFailureHasItsExitCodeAndLine) {
   EXPECT_EQ(interrupted.err, "raywalk-test: error: interrupted\n");
   const Outcome other = run_throwing(std::logic_error("impossible"));
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_EQ(other.err, "raywalk-test: error: impossible\n");
+  EXPECT_THAT(other.err, AllOf(HasSubstr("please report"), HasSubstr("(impossible)")));
   const Outcome memory = run_throwing(std::bad_alloc());
   EXPECT_EQ(memory.exit_code, 1);
   EXPECT_THAT(memory.err, HasSubstr("out of memory"));
@@ -146,6 +147,30 @@ TEST(RunProgram, QuietPrintsOnlyWarningsAndErrors) {
   EXPECT_EQ(run({"work", "-q"}, [] { throw Error("a.jpg: empty"); }).err,
             "raywalk-test: error: a.jpg: empty\n");
   EXPECT_EQ(run({"work"}, work).out, loud.out) << "one quiet run does not silence the next";
+}
+
+// Also a thrown message of the library is a fault to report, not a message to the user.
+TEST(RunProgram, MemoryThatOpenCvLacksIsNamed) {
+  const Outcome outcome =
+      run({"work"}, [] { CV_Error(cv::Error::StsNoMem, "Failed to allocate"); });
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("out of memory"));
+}
+
+TEST(RunProgram, FileNamesAreEscapedWhereverTheyArePrinted) {
+  const std::string name = "a\n\x1b[31m\xFF.jpg";
+  const std::string shown = R"(a\n\u001b[31m\xff.jpg)";
+  const Outcome failed = run_throwing(Error(name + ": empty"));
+  EXPECT_EQ(failed.err, "raywalk-test: error: " + shown + ": empty\n");
+  const Outcome logged = run({"work"}, [&] {
+    spdlog::warn("{}: no distances", name);
+    Progress(name, 1, "frames").advance();
+    std::cout << name << '\n';
+  });
+  EXPECT_THAT(logged.err, HasSubstr("raywalk-test: warning: " + shown + ": no distances\n"));
+  EXPECT_THAT(logged.err, HasSubstr("\n" + shown + ": 1 of 1 frames"));
+  EXPECT_EQ(logged.out, "a\n" + shown.substr(3) + "\n");
+  EXPECT_THAT(run({"work", name}).err, HasSubstr(shown));
 }
 
 TEST(RunProgram, LogGoesToStderr) {

@@ -28,7 +28,7 @@ CheckedJson CheckedJson::parse(const std::string& text, const std::string& sourc
   try {
     document->root = Json::parse(text, limit_depth);
   } catch (const Json::exception& error) {
-    root.fail(fmt::format("damaged ({})", error.what()));
+    root.fail(fmt::format("damaged ({})", one_line(error.what())));
   }
   return root;
 }
@@ -39,8 +39,7 @@ CheckedJson CheckedJson::read(const std::filesystem::path& file, const std::stri
 
 void CheckedJson::fail(const std::string& what) const {
   const std::string& advice = document_->advice;
-  throw Error(
-      one_line(fmt::format("{}: {}{}{}", place_, what, advice.empty() ? "" : "; ", advice)));
+  throw Error(fmt::format("{}: {}{}{}", place_, what, advice.empty() ? "" : "; ", advice));
 }
 
 void CheckedJson::fail_as_found(const std::string& what) const {
@@ -54,10 +53,10 @@ void CheckedJson::require_version(int newest) const {
   const int version = at("format_version").integer(1);
   if (version <= newest) return;
   const std::string& advice = document_->advice;
-  throw Error(one_line(
+  throw Error(
       fmt::format("{}: format version {} is newer than {}, the newest this program reads; use a "
                   "newer Raywalk{}{}",
-                  place_, version, newest, advice.empty() ? "" : ", or ", advice)));
+                  place_, version, newest, advice.empty() ? "" : ", or ", advice));
 }
 
 CheckedJson CheckedJson::at(const std::string& key) const {

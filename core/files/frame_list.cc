@@ -12,23 +12,39 @@
 namespace raywalk {
 namespace {
 
-// Larger positions indicate a wrong unit or column; manifest.json has the same limit.
-constexpr double kMaxMetres = 1e6;
+// Ten turns: larger angles indicate a wrong column.
+constexpr double kMaxDegrees = 3600.0;
 
 double metres(const CsvTable& table, std::size_t row, const std::string& column) {
   const double value = table.number(row, column);
-  if (std::abs(value) > kMaxMetres) {
-    throw Error(fmt::format("{}: {} = {:g} is not a position in metres (at most {:g})",
-                            table.where(row), column, value, kMaxMetres));
+  if (std::abs(value) > kMaxPosition_m) {
+    throw Error(fmt::format(
+        "{}: {} = {:g} is not a position in metres (at most {:g}); correct the unit or the column",
+        table.where(row), column, value, kMaxPosition_m));
   }
   return value;
 }
 
 double radians(const CsvTable& table, std::size_t row, const std::string& column) {
-  return table.has_column(column) ? radians_from_degrees(table.number(row, column)) : 0.0;
+  if (!table.has_column(column)) return 0.0;
+  const double value = table.number(row, column);
+  if (std::abs(value) > kMaxDegrees) {
+    throw Error(fmt::format(
+        "{}: {} = {:g} is not an angle in degrees (at most {:g}); correct the unit or the column",
+        table.where(row), column, value, kMaxDegrees));
+  }
+  return radians_from_degrees(value);
 }
 
 }  // namespace
+
+Eigen::Vector3d read_position_m(const CsvTable& table, std::size_t row) {
+  return {metres(table, row, "x"), metres(table, row, "y"), metres(table, row, "z")};
+}
+
+Attitude read_attitude(const CsvTable& table, std::size_t row) {
+  return {radians(table, row, "yaw"), radians(table, row, "pitch"), radians(table, row, "roll")};
+}
 
 std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
   return parse_frame_list(read_file_or_stdin(list), list);
@@ -47,9 +63,8 @@ std::vector<Frame> parse_frame_list(const std::string& text, const std::filesyst
     frame.file = table.text(row, "file");
     if (frame.file.empty()) throw Error(frame.where + ": names no file");
     frame.path = list.parent_path() / frame.file;
-    frame.position_m = {metres(table, row, "x"), metres(table, row, "y"), metres(table, row, "z")};
-    const Attitude attitude{radians(table, row, "yaw"), radians(table, row, "pitch"),
-                            radians(table, row, "roll")};
+    frame.position_m = read_position_m(table, row);
+    const Attitude attitude = read_attitude(table, row);
     if (attitude.yaw_rad != 0.0 || attitude.pitch_rad != 0.0 || attitude.roll_rad != 0.0) {
       frame.attitude = attitude;
     }

@@ -7,9 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "core/files/csv.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
+
+// Positions farther from the origin indicate a wrong unit or column; manifest.json has the same
+// limit.
+inline constexpr double kMaxPosition_m = 1e6;
 
 struct Frame {
   std::string file;            // as written in the list, relative to the list
@@ -28,5 +33,10 @@ struct Frame {
 std::vector<Frame> read_frame_list(const std::filesystem::path& list);
 // The same of text read from `list`.
 std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list);
+
+// The columns x,y,z (metres), and yaw,pitch,roll (degrees; 0 where there is no such column), of a
+// row. Throw Error naming table, line and value for a value out of range.
+Eigen::Vector3d read_position_m(const CsvTable& table, std::size_t row);
+Attitude read_attitude(const CsvTable& table, std::size_t row);
 
 }  // namespace raywalk

@@ -63,6 +63,10 @@ TEST_F(FrameListTest, MasksAreRelativeToTheListAndMayBeLeftOut) {
 TEST_F(FrameListTest, BadRowsAreNamedByLine) {
   EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,nan,0,0\n"), HasSubstr("poses.csv:3"));
   EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,2000000\n"), HasSubstr("position in metres"));
+  EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,1e308,0\n"),
+              AllOf(HasSubstr("poses.csv:2: y = 1e+308"), HasSubstr("correct the unit")));
+  EXPECT_THAT(error_of("file,x,y,z,yaw\na.jpg,0,0,0,1e308\n"),
+              AllOf(HasSubstr("poses.csv:2: yaw = 1e+308"), HasSubstr("angle in degrees")));
   EXPECT_THAT(error_of("file,x,y,z\n,0,0,0\n"), HasSubstr("names no file"));
   EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,0,0,1\na.jpg,1,0,0\n"),
               AllOf(HasSubstr("poses.csv:4"), HasSubstr("poses.csv:2"), HasSubstr("a.jpg")));

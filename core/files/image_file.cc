@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/standard_streams.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_header.h"
 #include "core/files/jpeg_decoder.h"
@@ -92,12 +93,21 @@ EncodedImage encoded_image(std::string bytes, const fs::path& file) {
 
 EncodedImage read_encoded(const fs::path& file) { return encoded_image(read_file(file), file); }
 
+[[noreturn]] void throw_damaged(const fs::path& file, const std::string& words) {
+  throw Error(file.string() +
+              ": cannot be decoded: the picture is damaged; capture or copy it again" +
+              (words.empty() ? "" : " (" + words + ")"));
+}
+
 cv::Mat decode_png(std::string& encoded, int flags, const fs::path& file) {
   try {
+    const CapturedErrors captured;  // the decoder knows no file
     const cv::Mat bytes(1, static_cast<int>(encoded.size()), CV_8UC1, encoded.data());
-    return cv::imdecode(bytes, flags);
+    cv::Mat picture = cv::imdecode(bytes, flags);
+    if (picture.empty()) throw_damaged(file, one_line(captured.text()));
+    return picture;
   } catch (const cv::Exception& e) {
-    throw Error(file.string() + ": cannot be decoded (" + one_line(e.err) + ")");
+    throw_damaged(file, one_line(e.err));
   }
 }
 
@@ -109,7 +119,7 @@ cv::Mat decode(EncodedImage& image, int flags, int type, const fs::path& file) {
                         type == CV_8UC1 ? JpegColours::kGrey : JpegColours::kBgr, file.string());
   if (picture.cols != image.header.width || picture.rows != image.header.height ||
       picture.type() != type) {
-    throw Error(file.string() + ": cannot be decoded; the file is damaged");
+    throw_damaged(file, "");
   }
   return picture;
 }
@@ -214,7 +224,8 @@ void write_image(const fs::path& file, const cv::Mat& image) {
   try {
     encoded = cv::imencode(lower_case_extension(file), image, bytes);
   } catch (const cv::Exception& e) {
-    throw Error("cannot write " + file.string() + ": " + one_line(e.err));
+    throw Error("cannot write " + file.string() + ": the picture cannot be encoded (" +
+                one_line(e.err) + ")");
   }
   if (!encoded) {
     throw Error("cannot write " + file.string() + ": a " + size_text(image.cols, image.rows) +

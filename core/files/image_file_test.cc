@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/standard_streams.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
@@ -17,7 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 cv::Mat noise(int width, int height, int type) {
   cv::Mat picture(height, width, type);
@@ -143,6 +146,24 @@ TEST_F(ImageFileTest, HeaderThatClaimsAHugePictureIsAnError) {
   std::string png = read_file(written("a.png", noise(64, 32, CV_8UC3)));
   png.replace(16, 8, std::string("\xFF\xFF\xFF\xFE\x7F\xFF\xFF\xFF", 8));
   EXPECT_THAT(panorama_error(written("a.png", png)), HasSubstr("too large"));
+}
+
+// libpng prints its words, without the file's name.
+TEST_F(ImageFileTest, WordsOfTheDecoderAreInTheMessageOnly) {
+  std::string png = read_file(written("a.png", noise(64, 32, CV_8UC3)));
+  png[png.size() / 2] = static_cast<char>(png[png.size() / 2] ^ 0x55);
+  const fs::path file = written("a.png", png);
+  testing::internal::CaptureStderr();
+  std::string error;
+  {
+    const EscapedStreams streams;
+    error = panorama_error(file);
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_THAT(error,
+              AllOf(StartsWith(file.string() + ": cannot be decoded: the picture is damaged; "
+                                               "capture or copy it again ("),
+                    HasSubstr("CRC error"), EndsWith(")")));
 }
 
 TEST_F(ImageFileTest, DistanceMapRoundTripIsExact) {

@@ -77,7 +77,10 @@ std::string explanation(sqlite3* handle) {
       return fmt::format("reading or writing failed ({}); check the disk",
                          std::generic_category().message(sqlite3_system_errno(handle)));
     default:
-      return sqlite3_errmsg(handle);
+      return fmt::format(
+          "it cannot be read as a session ({}); it is damaged or of another program: restore it "
+          "from a copy",
+          sqlite3_errmsg(handle));
   }
 }
 
@@ -121,7 +124,7 @@ SqliteConnection::SqliteConnection(const std::filesystem::path& file, SqliteAcce
 }
 
 void SqliteConnection::fail() const {
-  throw Error(one_line(fmt::format("{}: {}", file_.string(), explanation(handle_.get()))));
+  throw Error(fmt::format("{}: {}", file_.string(), one_line(explanation(handle_.get()))));
 }
 
 void SqliteConnection::execute(const std::string& sql) {
@@ -161,6 +164,11 @@ bool SqliteStatement::step() {
 
 bool SqliteStatement::is_null(int column) const {
   return sqlite3_column_type(handle_.get(), column) == SQLITE_NULL;
+}
+
+bool SqliteStatement::is_number(int column) const {
+  const int type = sqlite3_column_type(handle_.get(), column);
+  return type == SQLITE_INTEGER || type == SQLITE_FLOAT;
 }
 
 std::string SqliteStatement::text(int column) const {

@@ -78,6 +78,8 @@ class SqliteStatement {
   void run() { step(); }
 
   bool is_null(int column) const;
+  // Whether the column holds an integer or a real number; integer() and real() read 0 otherwise.
+  bool is_number(int column) const;
   std::int64_t integer(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;

@@ -65,7 +65,7 @@ YAML::Node load_yaml_document(std::string_view yaml, const std::string& source) 
     require_single_document(text, source);
     return YAML::Load(text);
   } catch (const YAML::Exception& e) {
-    throw UsageError(yaml_place(source, e.mark) + "not valid YAML: " + one_line(e.msg));
+    throw UsageError(yaml_place(source, e.mark) + "not valid YAML (" + one_line(e.msg) + ")");
   }
 }
 

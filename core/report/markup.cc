@@ -4,32 +4,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/base/escaped.h"
+
 namespace raywalk {
 namespace {
-
-constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
-
-bool is_continuation(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
-
-// Length in bytes of the UTF-8 sequence at the front of `text`; 0 when there is none. By table 3-7
-// of the Unicode standard the second byte has a narrower range after some lead bytes (overlong
-// forms, surrogates, beyond U+10FFFF).
-std::size_t sequence_length(std::string_view text) {
-  const auto lead = static_cast<unsigned char>(text[0]);
-  if (lead < 0x80) return 1;
-  if (lead < 0xC2 || lead > 0xF4) return 0;
-  const std::size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
-  if (text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if (!is_continuation(text[i])) return 0;
-  }
-  const auto second = static_cast<unsigned char>(text[1]);
-  if (lead == 0xE0 && second < 0xA0) return 0;
-  if (lead == 0xED && second > 0x9F) return 0;
-  if (lead == 0xF0 && second < 0x90) return 0;
-  if (lead == 0xF4 && second > 0x8F) return 0;
-  return length;
-}
 
 std::string_view escaped_ascii(const char& character) {
   switch (character) {
@@ -43,33 +21,18 @@ std::string_view escaped_ascii(const char& character) {
       return "&quot;";
     case '\'':
       return "&#39;";
-    case '\t':
-    case '\n':
-    case '\r':
-      return {&character, 1};
     default:
-      return static_cast<unsigned char>(character) < 0x20 ? kReplacement
-                                                          : std::string_view(&character, 1);
+      return {&character, 1};
   }
 }
 
 }  // namespace
 
 std::string escape_markup(std::string_view text) {
-  std::string escaped;
-  escaped.reserve(text.size());
-  while (!text.empty()) {
-    const std::size_t length = sequence_length(text);
-    if (length == 0) {
-      escaped += kReplacement;
-    } else if (length == 1) {
-      escaped += escaped_ascii(text[0]);
-    } else {
-      escaped += text.substr(0, length);
-    }
-    text.remove_prefix(length == 0 ? 1 : length);
-  }
-  return escaped;
+  std::string markup;
+  markup.reserve(text.size());
+  for (const char& character : escaped(text)) markup += escaped_ascii(character);
+  return markup;
 }
 
 std::string fixed_number(double value, int decimals) {

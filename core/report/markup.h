@@ -7,8 +7,8 @@
 namespace raywalk {
 
 // Escapes `text` for use between tags and in quoted attributes of HTML and XML: the five special
-// characters become references; invalid UTF-8 and control characters that XML forbids become
-// U+FFFD, so that any file name keeps a page well-formed.
+// characters become references; control characters and bytes that are not UTF-8 are shown as
+// escaped() shows them (escaped.h), so that any file name keeps a page well-formed and on one line.
 std::string escape_markup(std::string_view text);
 
 // A number in fixed notation with exactly `decimals` digits after the point ("2.00", "-3.14"),

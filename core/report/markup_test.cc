@@ -14,26 +14,18 @@ TEST(EscapeMarkup, EscapesSpecialCharacters) {
 }
 
 TEST(EscapeMarkup, KeepsPlainTextAndUtf8) {
-  const std::string text = "360\xC2\xB0 \xE2\x86\x92 \xF0\x9F\x93\xB7, line\nbreak\ttab";
+  const std::string text = "360\xC2\xB0 \xE2\x86\x92 \xF0\x9F\x93\xB7,  and more";
   EXPECT_EQ(escape_markup(text), text);
   EXPECT_EQ(escape_markup(""), "");
 }
 
-TEST(EscapeMarkup, ReplacesBytesThatAreNotUtf8) {
-  const std::string mark = "\xEF\xBF\xBD";
-  EXPECT_EQ(escape_markup("a\xFFz"), "a" + mark + "z");
-  EXPECT_EQ(escape_markup("a\xC3"), "a" + mark);                            // cut short
-  EXPECT_EQ(escape_markup("\xC3("), mark + "(");                            // bad continuation
-  EXPECT_EQ(escape_markup("\xC0\xBC"), mark + mark);                        // overlong '<'
-  EXPECT_EQ(escape_markup("\xE0\x80\xBC"), mark + mark + mark);             // overlong '<'
-  EXPECT_EQ(escape_markup("\xED\xA0\x80"), mark + mark + mark);             // surrogate
-  EXPECT_EQ(escape_markup("\xF4\x90\x80\x80"), mark + mark + mark + mark);  // over U+10FFFF
+TEST(EscapeMarkup, ShowsBytesThatAreNotUtf8) {
+  EXPECT_EQ(escape_markup("a\xFFz"), R"(a\xffz)");
+  EXPECT_EQ(escape_markup("\xC0\xBC"), R"(\xc0\xbc)");  // overlong '<'
 }
 
-TEST(EscapeMarkup, ReplacesControlCharacters) {
-  EXPECT_EQ(escape_markup(std::string("a\0b\x1B", 4)),
-            "a\xEF\xBF\xBD"
-            "b\xEF\xBF\xBD");
+TEST(EscapeMarkup, ShowsControlCharacters) {
+  EXPECT_EQ(escape_markup(std::string("a\0b\x1B\n\t", 6)), R"(a\u0000b\u001b\n\t)");
 }
 
 TEST(FixedNumber, HasAllItsDecimals) {

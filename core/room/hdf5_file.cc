@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -37,7 +40,29 @@ herr_t keep_last(unsigned, const H5E_error2_t* error, void* reason) {
 std::string innermost_reason() {
   std::string reason;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep_last, &reason);
-  return reason.empty() ? "unknown HDF5 error" : reason;
+  return reason;
+}
+
+// The system's error number that HDF5's file drivers put into their description:
+// "file write failed: ..., errno = 28, error message = 'No space left on device', ..."; 0: none.
+int error_number_in(const std::string& reason) {
+  constexpr std::string_view kBefore = "errno = ";
+  const std::size_t at = reason.find(kBefore);
+  return at == std::string::npos ? 0 : std::atoi(reason.c_str() + at + kBefore.size());
+}
+
+// What a failure means, and what to do.
+std::string meaning_of(const std::string& reason) {
+  const int number = error_number_in(reason);
+  if (number == ENOSPC || number == EDQUOT) {
+    return "the disk is full; free some space and run the command again";
+  }
+  if (number != 0) {
+    return std::generic_category().message(number) +
+           "; check the disk and the file's permissions, and run the command again";
+  }
+  return "the file is damaged or was cut short; restore it from a copy or create it again" +
+         (reason.empty() ? "" : " (HDF5: " + one_line(reason) + ")");
 }
 
 std::vector<hsize_t> dims_of(std::span<const std::size_t> shape) {
@@ -85,7 +110,7 @@ Hdf5File Hdf5File::open(const fs::path& file) {
                 ": written without checksums, so not by Raywalk; pack the room again");
   }
   opened.file_ = opened.checked(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose,
-                                "cannot open the file, which may be cut short");
+                                "cannot open the file");
   return opened;
 }
 
@@ -307,7 +332,7 @@ void Hdf5File::close() {
 }
 
 void Hdf5File::fail(const std::string& what) const {
-  throw Error(one_line(fmt::format("{}: {}: {}", path_.string(), what, innermost_reason())));
+  throw Error(fmt::format("{}: {}: {}", path_.string(), what, meaning_of(innermost_reason())));
 }
 
 void Hdf5File::fail_to_write(const std::string& what) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -226,12 +227,12 @@ std::string summary_of(const Trade& trade, const fs::path& report) {
   if (!trade.held_out_views.empty()) text += agreement_text(trade);
   for (const TradedRoom& room : trade.rooms) {
     text += room.depth != kNoDepth
-                ? fmt::format("{}: distances in use: {}\n", room.directory, room.depth)
-                : room.directory +
+                ? fmt::format("{}: distances in use: {}\n", escaped(room.directory), room.depth)
+                : escaped(room.directory) +
                       ": no distances, so only initial views were measured; estimate distances "
                       "with raywalk-build-lf depth\n";
   }
-  return text + (report / "index.html").string();
+  return text + escaped((report / "index.html").string());
 }
 
 // Presets use all threads and the truths' width; those that are not in the sweep are added to it.

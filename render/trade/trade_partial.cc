@@ -62,7 +62,9 @@ void TradePartial::add(const TradeSetting& setting, const TradeMeasurement& meas
     settings.push_back({{"setting", parameters}, {"measured", json_of(kept)}});
   }
   (*content_)["settings"] = std::move(settings);
-  write_file_atomically(file_, content_->dump() + "\n");
+  write_file_atomically(
+      file_,
+      content_->dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace raywalk::render

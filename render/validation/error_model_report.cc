@@ -267,7 +267,7 @@ std::string json_text(const ErrorModelOptions& options, const std::vector<Distan
     json["paper"].push_back(
         {{"d_src_over_side", stated.distance_over_side}, {"optimum_k_deg", stated.k_deg}});
   }
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 void print_table(const ErrorModelOptions& options, const HtmlTable& optima, std::ostream& table) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -96,7 +97,7 @@ std::string summary_of(const Validation& validation, const fs::path& report) {
                     widest_px, enlargement_at(validation, widest_px), validation.captured_width_px);
   }
   return text + "distances in use: " + validation.distances + "\n" +
-         (report / "index.html").string();
+         escaped((report / "index.html").string());
 }
 
 // The views of an earlier run, truth by truth, within it mode by mode, and their keys.

@@ -190,6 +190,9 @@ TEST_F(BuildLfTest, FullDiskLeavesNothing) {
         "(ulimit -f {}; {} {} 2>&1) | cat >&2", blocks, RAYWALK_BUILD_LF, pack_arguments()));
     EXPECT_EQ(result.errors.find("HDF5-DIAG"), std::string::npos) << result.errors;
     EXPECT_THAT(result.errors, HasSubstr("error: ")) << blocks;
+    // Words of HDF5 that tell a user nothing.
+    EXPECT_EQ(result.errors.find("bytes actually written"), std::string::npos) << result.errors;
+    EXPECT_EQ(result.errors.find("errno"), std::string::npos) << result.errors;
     EXPECT_FALSE(fs::exists(capture_.room())) << blocks;
     EXPECT_FALSE(fs::exists(capture_.partial())) << blocks;
   }

@@ -12,6 +12,7 @@
 #include "core/files/csv.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
+#include "core/files/sqlite_connection.h"
 #include "tests/end_to_end/run_command.h"
 
 namespace raywalk {
@@ -107,6 +108,40 @@ TEST_F(CalibrateTest, InvalidInputIsNamed) {
   EXPECT_EQ(directory_.entries(), 1U);
 }
 
+// Every step of such a session was a segmentation fault.
+TEST_F(CalibrateTest, SessionWithoutStationsIsRefusedByEveryStep) {
+  const fs::path session = directory_ / "session";
+  fs::create_directories(session);
+  SqliteConnection(session / "session.db", SqliteAccess::kReadWrite)
+      .execute(
+          "PRAGMA application_id = 0x52574c4b; PRAGMA user_version = 1;"
+          "CREATE TABLE session (frames, exposures); INSERT INTO session VALUES ('panorama', 1);"
+          "CREATE TABLE line (id, name, axis, across_m, validation);"
+          "CREATE TABLE station (name, x_m, z_m);"
+          "CREATE TABLE captured_frame (file, sha256, exposure, lens, line, station, x_m, z_m)");
+  for (const char* step : {"lens", "stitch", "mask --cone-deg 20", "poses", "grid", "rectify",
+                           "all", "all --method rotation"}) {
+    expect_error(calibrate(std::string(step) + " --partial " + session.string()), 1,
+                 "session.db: plans no stations");
+  }
+  EXPECT_FALSE(fs::exists(session / "calibration"));
+}
+
+TEST_F(CalibrateTest, FileNamesAreShownEscaped) {
+  const CommandResult result = calibrate("all '/no\n\x1b[31m\xff'");
+  EXPECT_EQ(result.errors,
+            "raywalk-calibrate: error: /no\\n\\u001b[31m\\xff: no such directory; give a capture "
+            "session, or a folder with poses.csv\n");
+  const fs::path strange = directory_ / "out\n\x1b[31m\xff";
+  const CommandResult masked =
+      calibrate("mask --cone-deg 20 " + capture().string() + " --out '" + strange.string() + "'");
+  EXPECT_EQ(masked.exit_code, 0) << masked.errors;
+  EXPECT_THAT(masked.output, HasSubstr("out\\n\\u001b[31m\\xff/mask.html\n"));
+  EXPECT_EQ(masked.output.find('\x1b'), std::string::npos);
+  json_of(strange / "mask.json");
+  json_of(strange / "steps.json");
+}
+
 TEST_F(CalibrateTest, MissingEarlierStepsAreNamed) {
   expect_error(run("grid"), 1, "run raywalk-calibrate poses first");
   expect_error(run("rectify"), 1, "run raywalk-calibrate grid first");
@@ -195,6 +230,14 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   const CommandResult first = run("all", options);
   ASSERT_EQ(first.exit_code, 0) << first.errors;
   EXPECT_THAT(first.output, Not(HasSubstr("done earlier")));
+  EXPECT_THAT(first.output,
+              ::testing::ContainsRegex("grid: 32 stations on 4 lines, largest error at "
+                                       "the 4 crossings [0-9.]+ mm and [0-9.]+ px"));
+  EXPECT_THAT(first.output, HasSubstr("rectify: 32 frames, connection error "));
+  EXPECT_THAT(first.output, HasSubstr("\ntrustworthy; see " + (out() / "index.html").string()));
+  EXPECT_THAT(first.errors,
+              ::testing::ContainsRegex("matching at crossings: [0-9]+ of [0-9]+ pairs"));
+  EXPECT_THAT(first.errors, HasSubstr("measuring the connection error: 4 of 4 runs (100 %)"));
   const json calibration = json_of(out() / "calibration.json");
   EXPECT_EQ(calibration["method"], "rotation");
   EXPECT_EQ(calibration["trustworthy"], true);

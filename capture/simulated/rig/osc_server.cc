@@ -12,6 +12,7 @@
 
 #include "capture/simulated/rig/osc_api.h"
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 
 namespace raywalk::capture {
 namespace {
@@ -67,7 +68,8 @@ class OscServer::Impl {
         response.set_content(handler(request.body), kJson);
       } catch (const Error& error) {
         response.status = 400;
-        response.set_content(nlohmann::json{{"error", {{"message", error.what()}}}}.dump(), kJson);
+        const nlohmann::json refusal{{"error", {{"message", escaped(error.what())}}}};
+        response.set_content(refusal.dump(), kJson);
       }
     };
     if (is_post) {

@@ -9,6 +9,7 @@
 
 #include "capture/base/clock.h"
 #include "capture/simulated/rig/rig.h"
+#include "core/base/escaped.h"
 #include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
@@ -31,7 +32,8 @@ class RigNotice {
                                    {"modbus_port", rig.modbus_port()},
                                    {"camera_url", rig.camera_url()},
                                    {"pid", getpid()}};
-    write_file_atomically(file_, notice.dump(2) + "\n");
+    write_file_atomically(
+        file_, notice.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   }
 
  private:
@@ -52,7 +54,7 @@ void simulate_rig(const RigConfig& config, const fs::path& out) {
   SystemClock clock;
   const Rig rig(config, out, &clock);
   notice.write(rig);
-  fmt::print("{}\n", (out / "rig.json").string());
+  fmt::print("{}\n", escaped((out / "rig.json").string()));
   std::fflush(stdout);
   while (!interrupt_requested()) clock.sleep(duration_from_ms(100.0));
 }
