@@ -1,119 +1,112 @@
 #include "calibrate/base/session_frames.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "calibrate/base/listed_frames.h"
 #include "core/base/error.h"
-#include "core/files/sqlite_connection.h"
+#include "core/files/frame_list.h"
+#include "core/session/frame_faults.h"
+#include "core/session/session_contents.h"
+#include "core/session/session_file.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
 
-// docs/session.md: PRAGMA application_id, "RWLK", and the newest supported format.
-constexpr std::int64_t kApplicationId = 0x52574c4b;
-constexpr std::int64_t kNewestFormat = 1;
-
-SqliteConnection open_session(const fs::path& directory) {
-  const fs::path file = session_database_of(directory);
-  SqliteConnection database = open_sqlite_read_only(file);
-  if (database.integer("PRAGMA application_id") != kApplicationId) {
-    throw Error(file.string() + ": not a session of raywalk-capture; give another directory");
-  }
-  const std::int64_t format = database.integer("PRAGMA user_version");
-  if (format > kNewestFormat) {
-    throw Error(fmt::format(
-        "{}: written by a newer raywalk-capture (format {}, this program supports up to {}); use "
-        "the raywalk-calibrate of that version",
-        file.string(), format, kNewestFormat));
-  }
-  return database;
-}
-
-FrameLayout layout_of(SqliteConnection* database, const CaptureInput& input) {
-  SqliteStatement row(database, "SELECT frames, exposures FROM session");
-  if (!row.step()) {
-    throw Error(session_database_of(input.directory).string() +
-                ": damaged: the table session is empty; restore it from a copy");
-  }
-  if (input.exposure < 0 || input.exposure >= row.integer(1)) {
+FrameLayout layout_of(const SessionContents& session, const CaptureInput& input) {
+  if (input.exposure < 0 || input.exposure >= session.exposures) {
     throw UsageError(
         fmt::format("{}: has {} exposure(s) of every station; --exposure must be 0 to {}",
-                    input.directory.string(), row.integer(1), row.integer(1) - 1));
+                    input.directory.string(), session.exposures, session.exposures - 1));
   }
-  return row.text(0) == "panorama" ? FrameLayout::kPanorama : FrameLayout::kDualFisheye;
+  if (session.frame_kind == "panorama") return FrameLayout::kPanorama;
+  if (session.frame_kind == "dual-fisheye") return FrameLayout::kDualFisheye;
+  throw_damaged_session(input.directory, "frames of the session is " + excerpt(session.frame_kind) +
+                                             "; it must be panorama or dual-fisheye");
 }
 
-// File names of a session are within its directory; others may be a path traversal attack.
-fs::path path_inside(const fs::path& directory, const std::string& file) {
-  const fs::path path(file);
-  bool inside = path.is_relative();
-  for (const fs::path& part : path) inside = inside && part != "..";
-  if (!inside) {
-    throw Error(fmt::format("{}: lists the frame {}, which is not in its directory",
-                            session_database_of(directory).string(), excerpt(file)));
-  }
-  return directory / path;
-}
-
-std::vector<CaptureLine> read_lines(SqliteConnection* database) {
-  SqliteStatement row(database, "SELECT name, axis, across_m, validation FROM line ORDER BY id");
+std::vector<CaptureLine> lines_of(const SessionContents& session) {
   std::vector<CaptureLine> lines;
-  while (row.step()) {
-    lines.push_back({.id = row.text(0),
-                     .axis = row.text(1) == "x" ? LineAxis::kX : LineAxis::kZ,
-                     .across_m = row.real(2),
-                     .validation = row.integer(3) != 0});
+  for (const SessionLine& line : session.lines) {
+    lines.push_back({.id = line.id,
+                     .axis = line.axis,
+                     .across_m = line.across_m,
+                     .validation = line.validation});
   }
   return lines;
 }
 
-// Adds a picture, which may be the back lens's picture of the last frame.
-void add_picture(SqliteStatement& row, const fs::path& directory, CaptureSet* set) {
-  const fs::path path = path_inside(directory, row.text(0));
-  const std::string name = row.text(3), lens = row.text(4);
-  if (lens == "back" && !set->frames.empty() && set->frames.back().name == name) {
-    set->frames.back().back = path;
-    set->frames.back().sha256 += row.text(1);
-    return;
-  }
-  if (lens == "back") {
-    throw Error(
-        fmt::format("{}: station {} has only the back lens's picture; import the front one, "
-                    "or remove the station",
-                    directory.string(), name));
-  }
-  const std::string line = row.text(2);
-  const auto found = std::find_if(set->lines.begin(), set->lines.end(),
-                                  [&](const CaptureLine& l) { return l.id == line; });
-  set->frames.push_back({.name = name,
-                         .line = static_cast<int>(found - set->lines.begin()),
-                         .file = path,
-                         .nominal_m = {row.real(5), 0.0, row.real(6)},
-                         .sha256 = row.text(1)});
+void require_file(const SessionContents& session, const SessionFrame& frame) {
+  std::string fault = file_fault(session, frame);
+  if (fault.empty()) return;
+  require_no_faults({{session.station_of(frame).name, std::move(fault)}}, session.directory);
 }
 
-void read_frames(SqliteConnection* database, const CaptureInput& input, CaptureSet* set) {
-  // Along each line by the feedback's position of the station; the front picture first.
-  SqliteStatement row(
-      database,
-      "SELECT captured_frame.file, sha256, line.name, station, lens, x_m, z_m FROM captured_frame "
-      "JOIN line ON line.name = captured_frame.line WHERE exposure = ?1 "
-      "ORDER BY line.id, CASE line.axis WHEN 'x' THEN x_m ELSE z_m END, station, lens = 'back'");
-  row.bind(input.exposure);
-  while (row.step()) add_picture(row, input.directory, set);
+// The pictures of one station at the requested exposure.
+struct StationPictures {
+  const SessionFrame* first = nullptr;  // of both lenses or the front one
+  const SessionFrame* back = nullptr;
+};
+
+CaptureFrame frame_of(const SessionContents& session, const StationPictures& pictures) {
+  const SessionFrame& first = *pictures.first;
+  const SessionStation& station = session.station_of(first);
+  CaptureFrame frame{.name = station.name,
+                     .line = station.line,
+                     .file = session.directory / first.file,
+                     .nominal_m = {first.position_m.x_m, 0.0, first.position_m.z_m},
+                     .sha256 = first.sha256};
+  if (pictures.back != nullptr) {
+    frame.back = session.directory / pictures.back->file;
+    frame.sha256 += pictures.back->sha256;
+  }
+  return frame;
 }
 
-void require_every_station(SqliteConnection* database, const CaptureInput& input,
+// One frame per captured station, along each line by the feedback.
+std::vector<CaptureFrame> frames_of(const SessionContents& session, int exposure) {
+  std::map<int, StationPictures> stations;
+  for (const SessionFrame& frame : session.frames) {
+    if (frame.exposure != exposure) continue;
+    require_file(session, frame);
+    StationPictures& pictures = stations[frame.station];
+    (frame.lens == FrameLens::kBack ? pictures.back : pictures.first) = &frame;
+  }
+  std::vector<CaptureFrame> frames;
+  for (const auto& [station, pictures] : stations) {
+    if (pictures.first == nullptr) {
+      throw Error(fmt::format(
+          "{}: station {} has only the back lens's picture; import the front one, "
+          "or remove the station",
+          session.directory.string(), session.stations[static_cast<std::size_t>(station)].name));
+    }
+    frames.push_back(frame_of(session, pictures));
+  }
+  const auto along_m = [&](const CaptureFrame& frame) {
+    const LineAxis axis = session.lines[static_cast<std::size_t>(frame.line)].axis;
+    return axis == LineAxis::kX ? frame.nominal_m.x() : frame.nominal_m.z();
+  };
+  std::stable_sort(frames.begin(), frames.end(), [&](const CaptureFrame& a, const CaptureFrame& b) {
+    return a.line == b.line ? along_m(a) < along_m(b) : a.line < b.line;
+  });
+  return frames;
+}
+
+void require_every_station(const SessionContents& session, const CaptureInput& input,
                            const CaptureSet& set) {
-  const std::int64_t stations = database->integer("SELECT count(*) FROM station");
-  const auto captured = static_cast<std::int64_t>(set.frames.size());
-  if (captured == stations || (input.partial && captured > 0)) return;
+  const std::size_t stations = session.stations.size(), captured = set.frames.size();
+  if (captured > 0 && (captured == stations || input.partial)) return;
   const std::string of_what =
       input.exposure > 0 ? fmt::format(" (exposure {})", input.exposure) : std::string();
   throw Error(
@@ -134,18 +127,37 @@ void require_both_halves(const CaptureSet& set) {
                   set.source.string(), lone->name));
 }
 
+// A session's folder may hold its own export, poses.csv, which is not read here. A list of other
+// frames would be a second capture in the same folder.
+void require_no_other_list(const SessionContents& session) {
+  const fs::path list = frame_list_of(session.directory);
+  if (!fs::exists(list)) return;
+  std::set<std::string> files;
+  for (const SessionFrame& frame : session.frames) files.insert(frame.file);
+  for (const Frame& frame : read_frame_list(list)) {
+    if (files.contains(fs::path(frame.file).lexically_normal().string())) continue;
+    throw Error(fmt::format(
+        "{}: holds a capture session, and a poses.csv with a frame that is not the session's ({}); "
+        "move poses.csv and its frames to a folder of their own, or, if it is an old export, give "
+        "raywalk-capture export again",
+        session.directory.string(), excerpt(frame.file)));
+  }
+  spdlog::info("{}: uses the session; its poses.csv, an export of it, is not read",
+               session.directory.string());
+}
+
 }  // namespace
 
-fs::path session_database_of(const fs::path& directory) { return directory / "session.db"; }
-
 CaptureSet read_session_frames(const CaptureInput& input) {
-  SqliteConnection database = open_session(input.directory);
+  SqliteConnection database = open_session_to_read(input.directory);
+  const SessionContents session = read_session_contents(&database, input.directory);
+  require_no_other_list(session);
   CaptureSet set;
   set.source = input.directory;
-  set.layout = layout_of(&database, input);
-  set.lines = read_lines(&database);
-  read_frames(&database, input, &set);
-  require_every_station(&database, input, set);
+  set.layout = layout_of(session, input);
+  set.lines = lines_of(session);
+  set.frames = frames_of(session, input.exposure);
+  require_every_station(session, input, set);
   require_both_halves(set);
   return set;
 }

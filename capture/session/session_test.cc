@@ -9,7 +9,6 @@
 #include "capture/session/lossy_disk.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_schema.h"
 #include "capture/session/session_times.h"
 #include "capture/session/session_verify.h"
 #include "capture/session/test_session.h"
