@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -30,6 +31,31 @@ void require_no_frames(const fs::path& directory) {
       fmt::format("{}: holds frames but its session.db is missing or empty; restore it "
                   "from a copy, or use another directory",
                   directory.string()));
+}
+
+// Whether a session was ever created in the directory; an interrupted creation leaves an empty
+// file.
+bool has_database(const fs::path& directory) {
+  std::error_code none;
+  const std::uintmax_t bytes = fs::file_size(session_database_path(directory), none);
+  return !none && bytes > 0;
+}
+
+// A session must not take over a folder of other files: it would be mixed with them, and
+// raywalk-calibrate would take the folder for a session.
+void require_session_or_empty(const fs::path& directory) {
+  if (!fs::is_directory(directory) || has_database(directory)) return;
+  require_no_frames(directory);
+  const std::set<std::string> own = {"session.db",         "session.db-wal", "session.db-shm",
+                                     "session.db-journal", "session.lock",   "frames"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (own.contains(name)) continue;
+    throw Error(fmt::format(
+        "{}: is a folder with other files ({}), not a session of raywalk-capture; give a new "
+        "folder, or an empty one",
+        directory.string(), excerpt(name)));
+  }
 }
 
 void make_durable_directory(const fs::path& directory, DiskLayer* disk) {
@@ -69,6 +95,7 @@ std::unique_ptr<Session> Session::open_or_create(const fs::path& directory, cons
                                                  const CaptureConfig& config,
                                                  const std::string& config_text, Clock* clock,
                                                  DiskLayer* disk) {
+  require_session_or_empty(directory);
   make_durable_directory(directory, disk);
   std::unique_ptr<Session> session(new Session(directory, clock, disk));
   if (is_empty_session(session->database_.get())) {

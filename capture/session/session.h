@@ -55,8 +55,8 @@ class Session {
  public:
   // Creates the directory, or opens an existing session to resume it. Throws Error: it holds
   // another plan, was written by a newer version, is in use by another process, is read-only, is
-  // damaged, or its frames are missing. `config_text` is stored for reference. `clock` and `disk`
-  // must outlive the session.
+  // damaged, or its frames are missing; or it is a folder of other files, which stays as it is.
+  // `config_text` is stored for reference. `clock` and `disk` must outlive the session.
   //
   // Opening cleans up after a killed run: its unfinished attempt becomes a failed one with the
   // fault "interrupted", and temporary files are removed. Complete files that no row names stay.

@@ -229,6 +229,21 @@ TEST_F(SessionTest, RefusesFramesWithoutTheirDatabase) {
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("holds frames"), HasSubstr("session.db")));
 }
 
+TEST_F(SessionTest, DoesNotTakeOverAFolderOfOtherFiles) {
+  fs::create_directories(capture_.directory);
+  for (const std::string name : {"poses.csv", "IMG_0001.jpg", ".hidden"}) {
+    std::ofstream(capture_.directory / name) << "mine";
+    EXPECT_THAT(error_of_opening(),
+                AllOf(HasSubstr(capture_.directory.string()), HasSubstr(name),
+                      HasSubstr("not a session"), HasSubstr("give a new folder")));
+    fs::remove(capture_.directory / name);
+    EXPECT_TRUE(fs::is_empty(capture_.directory)) << "nothing was written";
+  }
+  EXPECT_EQ(error_of_opening(), "");
+  std::ofstream(capture_.directory / "notes.txt") << "of a session: mine as well";
+  EXPECT_EQ(error_of_opening(), "");
+}
+
 TEST_F(SessionTest, RefusesToResumeWithoutItsFrames) {
   capture_.capture_missing(capture_.open().get(), 2);
   fs::rename(capture_.directory / "frames", capture_.directory / "away");
