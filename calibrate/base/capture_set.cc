@@ -13,6 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/files/turned_pictures.h"
 #include "core/geometry/line_search.h"
+#include "core/session/session_file.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -25,7 +26,7 @@ CaptureSet read_frames(const CaptureInput& input) {
                 ": no such directory; give a capture session, or a "
                 "folder with poses.csv");
   }
-  if (fs::exists(session_database_of(input.directory))) return read_session_frames(input);
+  if (fs::exists(session_database_path(input.directory))) return read_session_frames(input);
   if (fs::exists(frame_list_of(input.directory))) return read_listed_frames(input);
   throw Error(input.directory.string() +
               ": holds neither a capture session (session.db) nor a frame list (poses.csv)");

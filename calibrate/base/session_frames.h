@@ -2,16 +2,12 @@
 // of read_capture_set (capture_set.h).
 #pragma once
 
-#include <filesystem>
-
 #include "calibrate/base/capture_set.h"
 
 namespace raywalk::calibrate {
 
-// "<directory>/session.db".
-std::filesystem::path session_database_of(const std::filesystem::path& directory);
-
-// Lines, stations and files; picture sizes are not checked. Throws as read_capture_set.
+// Lines, stations and files; every value is checked (core/session), and that each file is there
+// with its size in bytes, but not the pictures. Throws as read_capture_set.
 CaptureSet read_session_frames(const CaptureInput& input);
 
 }  // namespace raywalk::calibrate

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -10,8 +11,10 @@
 #include "calibrate/base/capture_set.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/sha256.h"
 #include "core/files/sqlite_connection.h"
 #include "core/files/test_directory.h"
+#include "core/session/session_schema.h"
 
 namespace raywalk::calibrate {
 
@@ -44,55 +47,76 @@ class TestCaptureFolder {
   TestDirectory directory_;
 };
 
-// A session's database with the tables and columns of docs/session.md that are read here. The view
-// captured_frame is a table in it.
+// A session's database, as raywalk-capture writes it. Lines and stations are added first, then
+// plan(), then frames.
 class TestSession {
  public:
   explicit TestSession(const TestCaptureFolder* folder)
       : folder_(folder), database_(*folder / "session.db", SqliteAccess::kReadWrite) {
-    database_.execute(
-        "PRAGMA application_id = 0x52574c4b; PRAGMA user_version = 1;"
-        "CREATE TABLE session (frames TEXT, exposures INTEGER);"
-        "CREATE TABLE line (id INTEGER PRIMARY KEY, name TEXT, axis TEXT, across_m REAL,"
-        " validation INTEGER);"
-        "CREATE TABLE station (name TEXT, x_m REAL, z_m REAL);"
-        "CREATE TABLE captured_frame (file TEXT, sha256 TEXT, exposure INTEGER, lens TEXT,"
-        " line TEXT, station TEXT, x_m REAL, z_m REAL)");
+    database_.execute("PRAGMA synchronous = OFF");
+    database_.execute(kSessionSchema);
+    database_.execute(kSessionCopies);
+    execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
+                        kSessionApplicationId, kSessionFormatVersion));
   }
   void execute(const std::string& sql) { database_.execute(sql); }
-  void describe(const std::string& frames, int exposures = 1) {
-    execute(fmt::format("INSERT INTO session VALUES ('{}', {})", frames, exposures));
-  }
+
   void add_line(const std::string& name, const std::string& axis, double across_m,
                 bool validation = false) {
     execute(fmt::format(
         "INSERT INTO line (name, axis, across_m, validation) VALUES ('{}', '{}', {}, {})", name,
         axis, across_m, validation ? 1 : 0));
+    lines_.push_back({{"id", name},
+                      {"axis", axis},
+                      {"across_m", across_m},
+                      {"validation", validation},
+                      {"stations", nlohmann::json::array()}});
   }
-  // Its first frame gives it its planned place.
-  void add_station(const std::string& name) {
-    execute(fmt::format("INSERT INTO station (name) VALUES ('{}')", name));
+  // On the last line, at `along_m` on its axis, which is also its position on the rail.
+  void add_station(const std::string& name, double along_m) {
+    nlohmann::json& line = lines_.back();
+    const double across_m = line["across_m"];
+    const PlanPoint at =
+        line["axis"] == "x" ? PlanPoint{along_m, across_m} : PlanPoint{across_m, along_m};
+    execute(fmt::format(
+        "INSERT INTO station (line_id, number, name, x_m, z_m, planned_mm) VALUES "
+        "({}, {}, '{}', {}, {}, {})",
+        lines_.size(), line["stations"].size(), name, at.x_m, at.z_m, 1000.0 * along_m));
+    line["stations"].push_back(
+        {{"name", name}, {"x_m", at.x_m}, {"z_m", at.z_m}, {"rail_mm", 1000.0 * along_m}});
   }
-  // With its picture.
-  void add_frame(const std::string& station, const std::string& line, PlanPoint at,
-                 const std::string& lens = "both", int exposure = 0) {
+  // Describes the session with the stations added so far as its plan.
+  void plan(const std::string& frames, int exposures = 1) {
+    const nlohmann::json plan = {
+        {"frames", frames}, {"bracket_ev", std::vector<double>(exposures, 0.0)}, {"lines", lines_}};
+    execute(
+        fmt::format("DELETE FROM session; INSERT INTO session (id, created_utc_us, mode, "
+                    "camera, frames, exposures, plan_json, config_text) VALUES (1, 0, "
+                    "'stations', 'osc', '{}', {}, '{}', '')",
+                    frames, exposures, plan.dump()));
+  }
+  // With its picture; the slider's feedback was `measured_mm`.
+  void add_frame(const std::string& station, double measured_mm, const std::string& lens = "both",
+                 int exposure = 0) {
     const std::string file = fmt::format("frames/{}_{}_{}.png", station, lens, exposure);
     folder_->add_picture(file);
-    add_row(file, station, line, at, lens, exposure);
+    execute(fmt::format(
+        "INSERT OR IGNORE INTO attempt (station_id, number, outcome, begun_utc_us, commanded_mm, "
+        "measured_mm) SELECT id, 1, 'captured', 0, planned_mm, {} FROM station WHERE name = '{}'",
+        measured_mm, station));
+    execute(fmt::format(
+        "INSERT INTO frame (attempt_id, exposure, lens, file, bytes, sha256, width_px, height_px, "
+        "camera_name, settings) SELECT attempt.id, {}, '{}', '{}', {}, '{}', 16, 8, '', '' FROM "
+        "attempt JOIN station ON station.id = station_id WHERE name = '{}'",
+        exposure, lens, file, std::filesystem::file_size(*folder_ / file), sum_of(lens), station));
   }
-  void add_row(const std::string& file, const std::string& station, const std::string& line,
-               PlanPoint at, const std::string& lens = "both", int exposure = 0) {
-    execute(
-        fmt::format("INSERT INTO captured_frame VALUES ('{}', 'sha-{}', {}, '{}', '{}', '{}', "
-                    "{}, {})",
-                    file, lens, exposure, lens, line, station, at.x_m, at.z_m));
-    execute(fmt::format("UPDATE station SET x_m = {}, z_m = {} WHERE name = '{}' AND x_m IS NULL",
-                        at.x_m, at.z_m, station));
-  }
+  // What add_frame records as the checksum of a picture of that lens.
+  static std::string sum_of(const std::string& lens) { return sha256_hex(lens); }
 
  private:
   const TestCaptureFolder* folder_;
   SqliteConnection database_;
+  std::vector<nlohmann::json> lines_{};
 };
 
 }  // namespace raywalk::calibrate

@@ -22,6 +22,7 @@ namespace {
 struct SessionArguments {
   std::string directory{};
   bool json = false;
+  bool give_up = false;
   ExportOptions exported{};
 };
 
@@ -52,6 +53,18 @@ void import_files(const ImportArguments& arguments) {
   fmt::print("{}\n", result.summary);
 }
 
+void verify(const SessionArguments& arguments) {
+  SessionReader session(arguments.directory);
+  const SessionVerification verification = verify_session(&session);
+  fmt::print("{}", verification_text(verification));
+  if (!arguments.give_up || verification.is_whole()) {
+    require_no_faults(verification.faults, arguments.directory);
+    return;
+  }
+  SystemClock clock;
+  fmt::print("{}\n", give_up_lost_stations(verification, arguments.directory, &clock));
+}
+
 }  // namespace
 
 void add_status(CLI::App* app) {
@@ -76,13 +89,11 @@ void add_verify(CLI::App* app) {
   CLI::App* command =
       app->add_subcommand("verify", "Compare every frame of a session with its checksum");
   auto arguments = add_session(command);
+  command->add_flag("--give-up", arguments->give_up,
+                    "Count the stations of missing and changed frames as not captured, so that "
+                    "run or import brings them again");
   command->footer("Example:\n  raywalk-capture verify hall");
-  command->callback([arguments] {
-    SessionReader session(arguments->directory);
-    const SessionVerification verification = verify_session(&session);
-    fmt::print("{}", verification_text(verification));
-    require_whole(verification, session);
-  });
+  command->callback([arguments] { verify(*arguments); });
 }
 
 void add_import(CLI::App* app) {

@@ -8,6 +8,7 @@
 #include "capture/config/capture_schema.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/shipped_configs.h"
 #include "core/files/yaml_document.h"
 
 namespace raywalk::capture {
@@ -71,10 +72,7 @@ void require_register_map(const CaptureConfig& config) {
   }
   std::error_code error;
   if (!std::filesystem::is_regular_file(map, error)) {
-    refuse_setting(config, "slider.register_map",
-                   fmt::format("is '{}', which is not a file; paths are relative to the file that "
-                               "holds them",
-                               map.string()));
+    refuse_setting(config, "slider.register_map", missing_config_text(map, "sliders"));
   }
 }
 

@@ -111,6 +111,14 @@ TEST_F(CaptureConfigTest, AnUnknownChoiceNamesTheNearestOne) {
       "capture.yaml:5: 'validation[0].axis' is 'y'; it is not a valid choice; valid are x, z");
 }
 
+TEST_F(CaptureConfigTest, AnUnknownKeyNamesTheNearestOnes) {
+  EXPECT_THAT(error_of({.rest = "speed_mm_s: 5\n"}),
+              HasSubstr("unknown key 'speed_mm_s'; did you mean 'slider.motion.speed_mm_s'?"));
+  EXPECT_THAT(error_of({.rest = "temperature: 5\n"}),
+              HasSubstr("unknown key 'temperature'; the nearest valid ones are "));
+  EXPECT_LT(error_of({.rest = "temperature: 5\n"}).size(), 200U);
+}
+
 TEST_F(CaptureConfigTest, MissingSliderSettingsAreNamed) {
   EXPECT_THAT(error_of({.slider = "slider: {register_map: map.yaml, high_limit_mm: 9}\n"}),
               HasSubstr("capture.yaml: 'slider.device' is missing"));
@@ -124,6 +132,10 @@ TEST_F(CaptureConfigTest, MissingSliderSettingsAreNamed) {
           "capture.yaml:2: 'slider.register_map' is '.*no.yaml', which is not a file.*"));
   EXPECT_THAT(error_of({.slider = "slider: {device: a, register_map: ., high_limit_mm: 9}\n"}),
               HasSubstr("which is not a file"));
+  EXPECT_THAT(
+      error_of({.slider = "slider: {device: a, register_map: sliders/leadshine-pr0.yaml, "
+                          "high_limit_mm: 9}\n"}),
+      testing::AllOf(HasSubstr("relative to that file"), HasSubstr(RAYWALK_CONFIGS "/sliders")));
   EXPECT_THAT(error_of({.slider = "slider: {device: a, unit: 248, register_map: map.yaml, "
                                   "high_limit_mm: 9}\n"}),
               HasSubstr("capture.yaml:2: 'slider.unit' is 248"));

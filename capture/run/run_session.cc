@@ -13,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/base/units.h"
 #include "core/files/atomic_output.h"
+#include "core/session/frame_faults.h"
 
 namespace raywalk::capture {
 namespace {
@@ -33,6 +34,11 @@ std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPl
   }
   return fmt::format("dry run: the slider settled at all {} stations; no picture was taken",
                      plan.stations());
+}
+
+// A session is not complete, whatever its database says, while a frame is not on the disk.
+void require_frames(Session* session) {
+  require_no_faults(frame_faults(session->contents()), session->directory());
 }
 
 std::size_t pictures_missing(const CapturePlan& plan, const Session& session,
@@ -92,6 +98,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   SystemClock clock;
   const auto session =
       Session::open_or_create(options.session, plan, config, read_file(config.file), &clock);
+  require_frames(session.get());
   const std::size_t pictures =
       pictures_missing(plan, *session, config.camera.exposure.bracket_ev.size());
   if (pictures == 0) return outcome_text(plan, config, options.session);
@@ -107,6 +114,7 @@ std::string run_session(const CaptureConfig& config, const RunOptions& options) 
   carriage.home();
   session->set_exposure(camera->prepare(config.camera.exposure, session->exposure()));
   capture(plan, config, {&carriage, camera.get(), session.get(), placer.get(), &clock});
+  require_frames(session.get());
   return outcome_text(plan, config, options.session);
 }
 

@@ -7,6 +7,7 @@
 #include "capture/session/session_reader.h"
 #include "capture/session/session_verify.h"
 #include "capture/session/test_session.h"
+#include "core/files/sha256.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::capture {
@@ -65,7 +66,8 @@ TEST(PowerLossTest, DetectsARowCommittedBeforeItsFrame) {
   std::unique_ptr<Session> session = capture.open();
   const CaptureStation& station = capture.plan.lines[0].stations[0];
   const AttemptId attempt = session->begin_attempt(station.name, station.rail_mm);
-  const StoredFrame early{.file = "frames/x0_000.jpg", .bytes = 5, .sha256 = "early"};
+  const StoredFrame early{
+      .file = "frames/x0_000.jpg", .bytes = 5, .sha256 = sha256_hex("early"), .size = {64, 32}};
   session->complete_attempt(attempt, settled_at(50.0, 50.0), capture.shoot(station.name),
                             std::span(&early, 1), 1.0);
   SessionReader reader(capture.directory);

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include "capture/session/plan_difference.h"
 #include "capture/session/session_database.h"
+#include "capture/session/session_reader.h"
 #include "capture/session/session_times.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
@@ -31,6 +33,31 @@ void require_no_frames(const fs::path& directory) {
                   directory.string()));
 }
 
+// Whether a session was ever created in the directory; an interrupted creation leaves an empty
+// file.
+bool has_database(const fs::path& directory) {
+  std::error_code none;
+  const std::uintmax_t bytes = fs::file_size(session_database_path(directory), none);
+  return !none && bytes > 0;
+}
+
+// A session must not take over a folder of other files: it would be mixed with them, and
+// raywalk-calibrate would take the folder for a session.
+void require_session_or_empty(const fs::path& directory) {
+  if (!fs::is_directory(directory) || has_database(directory)) return;
+  require_no_frames(directory);
+  const std::set<std::string> own = {"session.db",         "session.db-wal", "session.db-shm",
+                                     "session.db-journal", "session.lock",   "frames"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (own.contains(name)) continue;
+    throw Error(fmt::format(
+        "{}: is a folder with other files ({}), not a session of raywalk-capture; give a new "
+        "folder, or an empty one",
+        directory.string(), excerpt(name)));
+  }
+}
+
 void make_durable_directory(const fs::path& directory, DiskLayer* disk) {
   make_directories(directory);
   try {
@@ -51,18 +78,6 @@ std::string frame_name(const AttemptId& attempt, int exposure_index, FrameLens l
   return name + "." + extension;
 }
 
-std::string_view word_of(FrameLens lens) {
-  switch (lens) {
-    case FrameLens::kBoth:
-      return "both";
-    case FrameLens::kFront:
-      return "front";
-    case FrameLens::kBack:
-      return "back";
-  }
-  throw std::logic_error("unknown lens");
-}
-
 // None for a time that the device did not report.
 std::optional<std::int64_t> known_us(WallTime time) {
   return time == WallTime{} ? std::nullopt : std::optional(utc_us_from(time));
@@ -80,9 +95,10 @@ std::unique_ptr<Session> Session::open_or_create(const fs::path& directory, cons
                                                  const CaptureConfig& config,
                                                  const std::string& config_text, Clock* clock,
                                                  DiskLayer* disk) {
+  require_session_or_empty(directory);
   make_durable_directory(directory, disk);
   std::unique_ptr<Session> session(new Session(directory, clock, disk));
-  if (is_new_session(session->database_.get())) {
+  if (is_empty_session(session->database_.get())) {
     require_no_frames(directory);
     session->create(plan, config, config_text);
   } else {
@@ -95,6 +111,7 @@ std::unique_ptr<Session> Session::open_or_create(const fs::path& directory, cons
 std::unique_ptr<Session> Session::open(const fs::path& directory, Clock* clock, DiskLayer* disk) {
   open_session_to_read(directory);  // throws if there is none, before anything is created
   std::unique_ptr<Session> session(new Session(directory, clock, disk));
+  session->contents();  // throws if a value is damaged
   session->clean_up();
   return session;
 }
@@ -123,11 +140,12 @@ void Session::create(const CapturePlan& plan, const CaptureConfig& config,
   transaction.commit();
 }
 
-void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config) const {
+void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config) {
+  const CapturePlan planned = plan_of(contents());
   const std::string there = database_->text("SELECT plan_json FROM session");
   const std::string here = plan_json(plan, config.camera);
   if (there == here) return;
-  std::string difference = plan_difference(read_plan(database_.get()), plan);
+  std::string difference = plan_difference(planned, plan);
   if (difference.empty()) difference = json_difference(there, here);
   if (difference.empty()) return;
   throw Error(
@@ -184,6 +202,8 @@ std::optional<PanoramaSize> Session::frame_size() const {
   if (!frame.step()) return std::nullopt;
   return PanoramaSize{static_cast<int>(frame.integer(0)), static_cast<int>(frame.integer(1))};
 }
+
+SessionContents Session::contents() { return read_session_contents(database_.get(), directory_); }
 
 bool Session::has_journal(const std::string& line) const {
   return SqliteStatement(database_.get(), "SELECT 1 FROM journal WHERE line_id = ?1 LIMIT 1")
@@ -277,6 +297,29 @@ void Session::fail_attempt(const AttemptId& attempt, std::string_view fault,
   require_changed(*database_, attempt);
 }
 
+void Session::give_up_frames(const std::string& station) {
+  SqliteTransaction transaction(database_.get());
+  const std::int64_t row = station_row(station);
+  const bool on_card =
+      database_->text("SELECT camera FROM session") == name_of(CameraKind::kGpio) &&
+      database_->text("SELECT mode FROM session") == name_of(CaptureMode::kStations);
+  SqliteStatement(database_.get(),
+                  "DELETE FROM frame WHERE attempt_id = (SELECT id FROM attempt WHERE station_id = "
+                  "?1 AND outcome = 'captured')")
+      .bind(row)
+      .run();
+  SqliteStatement(database_.get(), on_card
+                                       ? "UPDATE attempt SET outcome = 'exposed' WHERE "
+                                         "station_id = ?1 AND outcome = 'captured'"
+                                       : "UPDATE attempt SET outcome = 'failed', fault = 'lost', "
+                                         "message = 'its frames were missing or changed' WHERE "
+                                         "station_id = ?1 AND outcome = 'captured'")
+      .bind(row)
+      .run();
+  add_event("given-up", station + ": its frames were missing or changed");
+  transaction.commit();
+}
+
 void Session::record_event(const std::string& kind, const std::string& text) {
   add_event(kind, text);
 }
@@ -316,7 +359,7 @@ void Session::add_frames(const AttemptId& attempt, std::span<const StoredFrame> 
                       "width_px, height_px, camera_name, settings) VALUES (?1, ?2, ?3, ?4, ?5, ?6, "
                       "?7, ?8, ?9, ?10)");
   for (const StoredFrame& frame : frames) {
-    add.bind(attempt.row, frame.exposure_index, word_of(frame.lens), frame.file, frame.bytes,
+    add.bind(attempt.row, frame.exposure_index, name_of(frame.lens), frame.file, frame.bytes,
              frame.sha256, frame.size.width, frame.size.height, frame.camera_name, frame.exposure)
         .run();
   }

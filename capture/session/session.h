@@ -21,10 +21,7 @@
 #include "capture/session/frame_files.h"
 #include "capture/slider/carriage.h"
 #include "core/files/file_lock.h"
-
-namespace raywalk {
-class SqliteConnection;  // core/files/sqlite_connection.h
-}  // namespace raywalk
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 
@@ -34,10 +31,6 @@ struct AttemptId {
   std::string station{};
   int number = 0;  // of this station, from 1
 };
-
-// The half of the surroundings that a file shows: cameras that write a front and a back file per
-// shot produce two frames per exposure.
-enum class FrameLens { kBoth, kFront, kBack };
 
 // A picture that is on the disk but not in the database yet.
 struct StoredFrame {
@@ -62,8 +55,8 @@ class Session {
  public:
   // Creates the directory, or opens an existing session to resume it. Throws Error: it holds
   // another plan, was written by a newer version, is in use by another process, is read-only, is
-  // damaged, or its frames are missing. `config_text` is stored for reference. `clock` and `disk`
-  // must outlive the session.
+  // damaged, or its frames are missing; or it is a folder of other files, which stays as it is.
+  // `config_text` is stored for reference. `clock` and `disk` must outlive the session.
   //
   // Opening cleans up after a killed run: its unfinished attempt becomes a failed one with the
   // fault "interrupted", and temporary files are removed. Complete files that no row names stay.
@@ -89,6 +82,8 @@ class Session {
   void set_exposure(const std::string& exposure);
   // The size of this session's frames; none before the first.
   std::optional<PanoramaSize> frame_size() const;
+  // What it holds now. Throws Error as read_session_contents does.
+  SessionContents contents();
   // Whether a film pass over the line was recorded.
   bool has_journal(const std::string& line) const;
 
@@ -112,6 +107,10 @@ class Session {
   // Adds the imported pictures of an exposed station, which becomes captured.
   void add_pictures(const AttemptId& exposed, std::span<const StoredFrame> frames);
   void fail_attempt(const AttemptId& attempt, std::string_view fault, const std::string& message);
+  // Gives up what was captured at a station, because its frames were lost: the station counts as
+  // not captured again, or, if the camera keeps its pictures on a card, as not imported. Files
+  // stay.
+  void give_up_frames(const std::string& station);
   // Records an event for the history: "run-started", "line-placed", "paused", ...
   void record_event(const std::string& kind, const std::string& text);
   // Appends to the journal of the line.
@@ -121,7 +120,7 @@ class Session {
   Session(std::filesystem::path directory, Clock* clock, DiskLayer* disk);
 
   void create(const CapturePlan& plan, const CaptureConfig& config, const std::string& config_text);
-  void require_plan(const CapturePlan& plan, const CaptureConfig& config) const;
+  void require_plan(const CapturePlan& plan, const CaptureConfig& config);
   void require_frames_directory();
   void clean_up();
   std::int64_t station_row(const std::string& station) const;

@@ -3,50 +3,14 @@
 #include <fmt/format.h>
 
 #include <string>
-#include <utility>
 
-#include "capture/session/session_schema.h"
 #include "core/base/error.h"
+#include "core/session/session_schema.h"
 
 namespace raywalk::capture {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void throw_no_session(const fs::path& directory) {
-  throw Error(
-      fmt::format("{}: not a session of raywalk-capture; give the directory of "
-                  "'run --session'",
-                  directory.string()));
-}
-
-bool is_empty(SqliteConnection* connection) {
-  return connection->integer("SELECT count(*) FROM sqlite_master") == 0;
-}
-
-// Accepts a file without tables, left by an interrupted creation.
-void require_readable_format(SqliteConnection* connection, const fs::path& directory) {
-  if (is_empty(connection)) return;
-  if (connection->integer("PRAGMA application_id") != kSessionApplicationId) {
-    throw Error(fmt::format("{}: not a session of raywalk-capture; give another directory",
-                            session_database_path(directory).string()));
-  }
-  const std::int64_t version = connection->integer("PRAGMA user_version");
-  if (version > kSessionFormatVersion) {
-    throw Error(fmt::format(
-        "{}: written by a newer raywalk-capture (format {}, this one reads up to {}); use that one",
-        directory.string(), version, kSessionFormatVersion));
-  }
-}
-
-void require_undamaged(SqliteConnection* connection, const fs::path& directory) {
-  const std::string found = connection->text("PRAGMA quick_check(1)");
-  if (found == "ok") return;
-  throw Error(
-      fmt::format("{}: damaged ({}); the frames are untouched: restore this file from a copy, or "
-                  "recover its rows with 'sqlite3 session.db .recover'",
-                  session_database_path(directory).string(), one_line(found)));
-}
 
 // WAL needs shared memory, which network file systems do not provide (sqlite.org/wal.html).
 void use_wal(SqliteConnection* connection, const fs::path& directory) {
@@ -57,35 +21,36 @@ void use_wal(SqliteConnection* connection, const fs::path& directory) {
                   directory.string()));
 }
 
-}  // namespace
+void add_missing_copies(SqliteConnection* connection) {
+  if (connection->integer("SELECT count(*) FROM sqlite_master WHERE name = 'attempt_copy'") > 0) {
+    return;
+  }
+  SqliteTransaction transaction(connection);
+  connection->execute(kSessionCopies);
+  transaction.commit();
+}
 
-fs::path session_database_path(const fs::path& directory) { return directory / "session.db"; }
+}  // namespace
 
 SqliteConnection open_session_to_write(const fs::path& directory) {
   SqliteConnection connection(session_database_path(directory), SqliteAccess::kReadWrite);
-  require_readable_format(&connection, directory);
+  require_session_format(&connection, directory);
   if (connection.is_read_only()) {
     throw Error(fmt::format("{} cannot be written; check its permissions",
                             session_database_path(directory).string()));
   }
   use_wal(&connection, directory);
   connection.execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
-  require_undamaged(&connection, directory);
+  if (!is_empty_session(&connection)) {
+    require_sound_session(&connection, directory);
+    add_missing_copies(&connection);
+  }
   return connection;
 }
-
-SqliteConnection open_session_to_read(const fs::path& directory) {
-  if (!fs::exists(session_database_path(directory))) throw_no_session(directory);
-  SqliteConnection connection = open_sqlite_read_only(session_database_path(directory));
-  require_readable_format(&connection, directory);
-  if (is_empty(&connection)) throw_no_session(directory);
-  return connection;
-}
-
-bool is_new_session(SqliteConnection* connection) { return is_empty(connection); }
 
 void create_session_tables(SqliteConnection* connection) {
   connection->execute(kSessionSchema);
+  connection->execute(kSessionCopies);
   connection->execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
                                   kSessionApplicationId, kSessionFormatVersion));
 }
@@ -107,29 +72,6 @@ void write_plan(SqliteConnection* connection, const CapturePlan& plan) {
           .run();
     }
   }
-}
-
-CapturePlan read_plan(SqliteConnection* connection) {
-  CapturePlan plan;
-  SqliteStatement lines(connection,
-                        "SELECT id, name, axis, across_m, validation FROM line ORDER BY id");
-  SqliteStatement stations(
-      connection,
-      "SELECT name, x_m, z_m, planned_mm FROM station WHERE line_id = ?1 ORDER BY number");
-  while (lines.step()) {
-    CaptureLine line;
-    line.id = lines.text(1);
-    line.axis = lines.text(2) == "x" ? LineAxis::kX : LineAxis::kZ;
-    line.across_m = lines.real(3);
-    line.validation = lines.integer(4) != 0;
-    stations.bind(lines.integer(0));
-    while (stations.step()) {
-      line.stations.push_back(
-          {stations.text(0), {stations.real(1), stations.real(2)}, stations.real(3)});
-    }
-    plan.lines.push_back(std::move(line));
-  }
-  return plan;
 }
 
 }  // namespace raywalk::capture

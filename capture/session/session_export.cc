@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "capture/session/session_verify.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 
@@ -46,14 +47,20 @@ void require_finished(const std::vector<StationRecord>& stations, const std::str
                   directory, planned, stations.size(), exposed, first->name));
 }
 
-// A station may lack the requested exposure although others of it were imported.
-void require_every_station(std::size_t listed, std::size_t stations, int exposure,
-                           const std::string& directory) {
-  if (listed == stations) return;
-  throw Error(
-      fmt::format("{}: only {} of {} stations have exposure {}; choose another with "
-                  "--exposure, or export these with --partial",
-                  directory, listed, stations, exposure));
+// What a partial export leaves out.
+std::string left_out(const std::vector<StationRecord>& stations,
+                     const SessionVerification& verification) {
+  const auto missing = std::count_if(
+      stations.begin(), stations.end(),
+      [](const StationRecord& each) { return each.state != StationState::kCaptured; });
+  if (missing == 0) return "";
+  std::string text =
+      fmt::format("; left out: {} of {} stations, not captured yet", missing, stations.size());
+  if (!verification.leftover.empty()) {
+    text += fmt::format(" ({} files in frames/ belong to no captured station)",
+                        verification.leftover.size());
+  }
+  return text;
 }
 
 // Adding zero turns -0 into 0.
@@ -87,14 +94,12 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
   if (!options.partial) require_finished(stations, directory);
   const std::vector<FrameRecord> frames = session->frames();
   if (!options.unstitched) require_panoramas(frames, facts, directory);
+  const SessionVerification verification = verify_session(session);
+  require_no_faults(verification.faults, session->directory());
   FrameTable grid, truth;
   for (const FrameRecord& frame : frames) {
     if (frame.exposure_index != options.exposure) continue;
     (frame.validation ? truth : grid).add(frame);
-  }
-  if (!options.partial) {
-    require_every_station(grid.stations.size() + truth.stations.size(), stations.size(),
-                          options.exposure, directory);
   }
   if (grid.rows == 0) {
     throw Error(
@@ -111,7 +116,7 @@ std::string export_session(SessionReader* session, const ExportOptions& options)
     write_file_atomically(views, truth.text);
     summary += fmt::format("; {}: {} ground-truth views", views.string(), truth.rows);
   }
-  return summary;
+  return summary + left_out(stations, verification);
 }
 
 }  // namespace raywalk::capture

@@ -20,9 +20,10 @@ struct ExportOptions {
 // Metres in the world frame of core/geometry/sphere.h, y = 0; file names relative to the lists. The
 // position along the line is that of the slider's feedback, the position across it as planned.
 //
-// Returns a summary for the user. Throws UsageError for an exposure that the session does not have;
+// Before, every frame is compared with its checksum, and the stations with the plan. Returns a
+// summary for the user. Throws UsageError for an exposure that the session does not have;
 // Error for an unfinished session (unless partial), for frames that are not panoramas (unless
-// unstitched), and if a list cannot be written.
+// unstitched), for missing and changed frames, and if a list cannot be written.
 std::string export_session(SessionReader* session, const ExportOptions& options);
 
 }  // namespace raywalk::capture

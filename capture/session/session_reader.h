@@ -1,4 +1,5 @@
-// Read-only access to a session, for status, verify, export and import.
+// Read-only access to a session, for status, verify, export and import. Everything is checked while
+// it is read; a damaged value throws Error (core/session).
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,8 @@
 #include "capture/plan/capture_plan.h"
 #include "capture/session/session.h"
 #include "core/files/sqlite_connection.h"
+#include "core/session/checked_row.h"
+#include "core/session/session_contents.h"
 
 namespace raywalk::capture {
 
@@ -56,6 +59,9 @@ struct FrameRecord {
   PlanPoint position_m{};  // by the slider's feedback; y = 0
 };
 
+// The plan that a session was created with.
+CapturePlan plan_of(const SessionContents& contents);
+
 // Works while a run writes, and on read-only disks; changes nothing.
 class SessionReader {
  public:
@@ -64,12 +70,14 @@ class SessionReader {
 
   const std::filesystem::path& directory() const { return directory_; }
   SessionFacts facts();
-  CapturePlan plan();
+  SessionContents contents();
   std::vector<StationRecord> stations();  // in the order of the plan
   // In the order of the plan, by exposure within a station.
   std::vector<FrameRecord> frames();
   std::vector<JournalSample> journal(const std::string& line);  // in the order of recording
-  // For queries that only one caller needs; docs/session.md documents the tables.
+  // For queries that only one caller needs; docs/session.md documents the tables. `row` as for
+  // CheckedRow.
+  CheckedRow query(const std::string& sql, const std::string& row);
   SqliteConnection& database() { return database_; }
 
  private:

@@ -39,6 +39,28 @@ TEST_F(SessionReaderTest, ListsStationsInTheOrderOfThePlan) {
   EXPECT_EQ(stations.back().name, "v0_002");
 }
 
+TEST_F(SessionReaderTest, ReadsThePlanAsWritten) {
+  capture_.open();
+  const CapturePlan plan = plan_of(SessionReader(capture_.directory).contents());
+  const CapturePlan& expected = capture_.plan;
+  ASSERT_EQ(plan.lines.size(), expected.lines.size());
+  for (std::size_t i = 0; i < plan.lines.size(); ++i) {
+    EXPECT_EQ(plan.lines[i].id, expected.lines[i].id);
+    EXPECT_EQ(plan.lines[i].axis, expected.lines[i].axis);
+    EXPECT_EQ(plan.lines[i].across_m, expected.lines[i].across_m);
+    EXPECT_EQ(plan.lines[i].validation, expected.lines[i].validation);
+    ASSERT_EQ(plan.lines[i].stations.size(), expected.lines[i].stations.size());
+    for (std::size_t j = 0; j < plan.lines[i].stations.size(); ++j) {
+      const CaptureStation& there = plan.lines[i].stations[j];
+      const CaptureStation& here = expected.lines[i].stations[j];
+      EXPECT_EQ(there.name, here.name);
+      EXPECT_EQ(there.position_m.x_m, here.position_m.x_m);
+      EXPECT_EQ(there.position_m.z_m, here.position_m.z_m);
+      EXPECT_EQ(there.rail_mm, here.rail_mm);
+    }
+  }
+}
+
 // The position along the line is that of the feedback, the position across it as planned.
 TEST_F(SessionReaderTest, PlacesFramesByTheMeasuredPositionOnTheRail) {
   capture_.off_mm = -1.5;

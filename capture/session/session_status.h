@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/session/session_reader.h"
+#include "core/session/frame_faults.h"
 
 namespace raywalk::capture {
 
@@ -15,7 +16,8 @@ struct LineStatus {
   std::string id{};
   bool validation = false;
   int stations = 0;  // planned
-  int captured = 0;  // frames in the session
+  int captured = 0;  // frames in the session, and on the disk
+  int lost = 0;      // captured, but frames are missing or of another size
   int exposed = 0;   // pictures still on the camera's card
   int attempts = 0;
   bool filmed = false;  // a film pass was recorded
@@ -42,7 +44,8 @@ struct SessionStatus {
   std::string directory{};
   CaptureMode mode = CaptureMode::kStations;
   std::vector<LineStatus> lines{};
-  std::map<std::string, int> faults{};  // failed attempts by fault
+  std::vector<FrameFault> lost_frames{};  // whose files are missing or of another size
+  std::map<std::string, int> faults{};    // failed attempts by fault
   StationTimes times{};
   std::optional<double>
       time_left_s{};  // at the median time per station so far, without placing the rail
@@ -51,10 +54,11 @@ struct SessionStatus {
 
   int stations() const;
   int captured() const;
+  int lost() const;
   int exposed() const;
 };
 
-// Throws Error if the session cannot be read.
+// Looks for every frame on the disk without reading it. Throws Error if the session cannot be read.
 SessionStatus status_of(SessionReader* session);
 
 // Lines of text, the last one with the next step; each ends in a line break.

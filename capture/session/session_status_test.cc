@@ -72,8 +72,8 @@ TEST_F(SessionStatusTest, ReportsMediansAndTheProgramsOwnTime) {
     const CaptureStation& station = *stations.at(number++);
     const AttemptId attempt = session->begin_attempt(station.name, station.rail_mm);
     const StoredFrame frame = session->store_frame(attempt, 0, test_picture(station.name));
-    session->complete_attempt(attempt, settled_at(50.0, 50.0), capture_.shoot(station.name),
-                              std::span(&frame, 1), own_ms);
+    session->complete_attempt(attempt, settled_at(station.rail_mm, station.rail_mm),
+                              capture_.shoot(station.name), std::span(&frame, 1), own_ms);
   }
   const StationTimes times = status().times;
   EXPECT_EQ(times.own_ms, 6.0);

@@ -1,6 +1,7 @@
 // SessionStatus as text and as JSON.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,8 @@
 
 namespace raywalk::capture {
 namespace {
+
+constexpr std::size_t kMostLostFrames = 8;  // listed
 
 std::string duration_text(double seconds) {
   const auto minutes = static_cast<std::int64_t>(std::ceil(seconds / 60.0));
@@ -21,8 +24,9 @@ std::string line_text(const LineStatus& line) {
   std::string text =
       fmt::format("  {:<4} {:>6} of {} captured", line.id, line.captured, line.stations);
   if (line.exposed > 0) text += fmt::format(", {} on the camera's card", line.exposed);
+  if (line.lost > 0) text += fmt::format(", {} lost", line.lost);
   if (line.filmed) text += ", filmed";
-  const int more = line.attempts - line.captured - line.exposed;
+  const int more = line.attempts - line.captured - line.exposed - line.lost;
   if (more > 0) text += fmt::format(", {} further attempts", more);
   return text + (line.validation ? "  (validation)\n" : "\n");
 }
@@ -40,6 +44,16 @@ std::string times_text(const StationTimes& times) {
                         *times.own_p95_ms);
   }
   return text.empty() ? "" : "median station: " + text + "\n";
+}
+
+std::string lost_text(const std::vector<FrameFault>& lost_frames) {
+  std::string text;
+  const std::size_t shown = std::min(lost_frames.size(), kMostLostFrames);
+  for (std::size_t i = 0; i < shown; ++i) text += "lost: " + lost_frames[i].text + "\n";
+  if (lost_frames.size() > shown) {
+    text += fmt::format("lost: and {} more\n", lost_frames.size() - shown);
+  }
+  return text;
 }
 
 std::string faults_text(const std::map<std::string, int>& faults) {
@@ -69,9 +83,10 @@ std::string status_text(const SessionStatus& status) {
   std::string text = fmt::format("{}: {} of {} stations captured", escaped(status.directory),
                                  status.captured(), status.stations());
   if (status.exposed() > 0) text += fmt::format(", {} on the camera's card", status.exposed());
+  if (status.lost() > 0) text += fmt::format(", {} lost", status.lost());
   text += "\n";
   for (const LineStatus& line : status.lines) text += line_text(line);
-  text += faults_text(status.faults) + times_text(status.times);
+  text += lost_text(status.lost_frames) + faults_text(status.faults) + times_text(status.times);
   if (status.time_left_s && *status.time_left_s > 0.0) {
     text += fmt::format("time left: about {}, without placing the rail\n",
                         duration_text(*status.time_left_s));
@@ -80,13 +95,16 @@ std::string status_text(const SessionStatus& status) {
 }
 
 nlohmann::json status_json(const SessionStatus& status) {
-  nlohmann::json lines = nlohmann::json::array(), events = nlohmann::json::array();
+  nlohmann::json lines = nlohmann::json::array(), events = nlohmann::json::array(),
+                 lost_frames = nlohmann::json::array();
+  for (const FrameFault& fault : status.lost_frames) lost_frames.push_back(fault.text);
   for (const LineStatus& line : status.lines) {
     lines.push_back({{"id", line.id},
                      {"validation", line.validation},
                      {"stations", line.stations},
                      {"captured", line.captured},
                      {"exposed", line.exposed},
+                     {"lost", line.lost},
                      {"attempts", line.attempts},
                      {"filmed", line.filmed}});
   }
@@ -100,6 +118,8 @@ nlohmann::json status_json(const SessionStatus& status) {
           {"stations", status.stations()},
           {"captured", status.captured()},
           {"exposed", status.exposed()},
+          {"lost", status.lost()},
+          {"lost_frames", lost_frames},
           {"lines", lines},
           {"faults", status.faults},
           {"times",

@@ -9,7 +9,6 @@
 #include "capture/session/lossy_disk.h"
 #include "capture/session/session_database.h"
 #include "capture/session/session_reader.h"
-#include "capture/session/session_schema.h"
 #include "capture/session/session_times.h"
 #include "capture/session/session_verify.h"
 #include "capture/session/test_session.h"
@@ -228,6 +227,21 @@ TEST_F(SessionTest, RefusesFramesWithoutTheirDatabase) {
     if (entry.path().filename().string().starts_with("session.db")) fs::remove(entry.path());
   }
   EXPECT_THAT(error_of_opening(), AllOf(HasSubstr("holds frames"), HasSubstr("session.db")));
+}
+
+TEST_F(SessionTest, DoesNotTakeOverAFolderOfOtherFiles) {
+  fs::create_directories(capture_.directory);
+  for (const std::string name : {"poses.csv", "IMG_0001.jpg", ".hidden"}) {
+    std::ofstream(capture_.directory / name) << "mine";
+    EXPECT_THAT(error_of_opening(),
+                AllOf(HasSubstr(capture_.directory.string()), HasSubstr(name),
+                      HasSubstr("not a session"), HasSubstr("give a new folder")));
+    fs::remove(capture_.directory / name);
+    EXPECT_TRUE(fs::is_empty(capture_.directory)) << "nothing was written";
+  }
+  EXPECT_EQ(error_of_opening(), "");
+  std::ofstream(capture_.directory / "notes.txt") << "of a session: mine as well";
+  EXPECT_EQ(error_of_opening(), "");
 }
 
 TEST_F(SessionTest, RefusesToResumeWithoutItsFrames) {

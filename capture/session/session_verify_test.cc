@@ -26,6 +26,11 @@ class SessionVerifyTest : public testing::Test {
     SessionReader reader(capture_.directory);
     return verify_session(&reader);
   }
+  std::vector<std::string> faults() {
+    std::vector<std::string> texts;
+    for (const FrameFault& fault : verify().faults) texts.push_back(fault.text);
+    return texts;
+  }
   fs::path frame() const { return capture_.directory / "frames/x0_001.jpg"; }
 
   TestDirectory directory_;
@@ -43,23 +48,23 @@ TEST_F(SessionVerifyTest, FindsNoFaultInACompleteSession) {
 
 TEST_F(SessionVerifyTest, FindsAMissingFrame) {
   fs::remove(frame());
-  EXPECT_THAT(verify().faults, ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("No such"))));
+  EXPECT_THAT(faults(), ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("No such"))));
 }
 
 TEST_F(SessionVerifyTest, FindsATruncatedFrame) {
   fs::resize_file(frame(), 10);
-  EXPECT_THAT(verify().faults, ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("10 bytes"))));
+  EXPECT_THAT(faults(), ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("10 bytes"))));
 }
 
 TEST_F(SessionVerifyTest, FindsOneChangedBit) {
   std::fstream(frame(), std::ios::in | std::ios::out | std::ios::binary).seekp(500).put('/');
-  EXPECT_THAT(verify().faults, ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("SHA-256"))));
+  EXPECT_THAT(faults(), ElementsAre(AllOf(HasSubstr("x0_001.jpg"), HasSubstr("SHA-256"))));
 }
 
 TEST_F(SessionVerifyTest, FindsADirectoryInPlaceOfAFrame) {
   fs::remove(frame());
   fs::create_directory(frame());
-  EXPECT_EQ(verify().faults.size(), 1U);
+  EXPECT_THAT(faults(), ElementsAre(HasSubstr("not a regular file")));
 }
 
 TEST_F(SessionVerifyTest, ListsFilesOfNoStationWithoutAFault) {
@@ -72,23 +77,53 @@ TEST_F(SessionVerifyTest, ListsFilesOfNoStationWithoutAFault) {
 
 TEST_F(SessionVerifyTest, FindsACapturedStationWithoutAFrame) {
   open_session_to_write(capture_.directory).execute("DELETE FROM frame WHERE file LIKE '%x0_002%'");
-  EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("1 captured stations have no frame")));
+  EXPECT_THAT(faults(), ElementsAre(HasSubstr("station x0_002: has no frame")));
 }
 
 TEST_F(SessionVerifyTest, FindsRowsThatReferToMissingRows) {
   SqliteConnection(session_database_path(capture_.directory), SqliteAccess::kReadWrite)
       .execute("DELETE FROM station WHERE name = 'x0_002'");
-  EXPECT_THAT(verify().faults, ElementsAre(HasSubstr("rows refer to missing rows")));
+  EXPECT_THAT(error_of([&] { verify(); }), HasSubstr("rows refer to missing rows"));
 }
 
 TEST_F(SessionVerifyTest, EndsInOneLineThatNamesTheFirstFault) {
-  SessionReader reader(capture_.directory);
-  EXPECT_NO_THROW(require_whole(verify(), reader));
+  EXPECT_NO_THROW(require_no_faults(verify().faults, capture_.directory));
   fs::remove(frame());
   fs::remove(capture_.directory / "frames/x0_002.jpg");
-  EXPECT_THAT(error_of([&] { require_whole(verify(), reader); }),
+  EXPECT_THAT(error_of([&] { require_no_faults(verify().faults, capture_.directory); }),
               AllOf(HasSubstr(capture_.directory.string()), HasSubstr("x0_001.jpg"),
-                    HasSubstr("2 faults")));
+                    HasSubstr("1 more"), HasSubstr("--give-up")));
+}
+
+TEST_F(SessionVerifyTest, StationsOfLostFramesCanBeCapturedAgain) {
+  fs::remove(frame());
+  std::ofstream(capture_.directory / "frames/x0_002.jpg") << "other";
+  EXPECT_THAT(give_up_lost_stations(verify(), capture_.directory, &capture_.clock),
+              HasSubstr("2 stations given up"));
+  EXPECT_TRUE(verify().is_whole());
+  EXPECT_EQ(verify().frames, 1);
+  const std::unique_ptr<Session> session = capture_.open();
+  EXPECT_TRUE(session->is_captured("x0_000"));
+  EXPECT_FALSE(session->is_captured("x0_001"));
+  capture_.capture_missing(session.get());
+  EXPECT_TRUE(verify().is_whole());
+  EXPECT_EQ(verify().frames, 3);
+  EXPECT_THAT(verify().leftover, ElementsAre("frames/x0_002.jpg"));
+}
+
+TEST_F(SessionVerifyTest, LostPicturesOfACardCanBeImportedAgain) {
+  capture_.directory = directory_ / "card";
+  capture_.config.camera.kind = CameraKind::kGpio;
+  const std::unique_ptr<Session> session = capture_.open();
+  capture_.capture_missing(session.get());
+  const SessionContents exposed = session->contents();
+  const AttemptId attempt{exposed.stations[0].shot->attempt, "x0_000", 1};
+  const StoredFrame frame = session->store_frame(attempt, 0, test_picture("card"));
+  session->add_pictures(attempt, {&frame, 1});
+  EXPECT_FALSE(session->contents().stations[0].shot->on_card);
+  session->give_up_frames("x0_000");
+  EXPECT_TRUE(session->contents().stations[0].shot->on_card);
+  EXPECT_TRUE(session->contents().frames.empty());
 }
 
 }  // namespace

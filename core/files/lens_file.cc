@@ -5,10 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <system_error>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/settings.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk {
 namespace {
@@ -93,6 +95,10 @@ FisheyeLens scaled(FisheyeLens lens, double factor) {
 }  // namespace
 
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw UsageError("the lens file " + missing_config_text(file, "lenses"));
+  }
   DualFisheyeCamera camera;
   LensEntry front, back;
   AttitudeEntry attitude;

@@ -1,6 +1,6 @@
 #include "core/files/nearest_word.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 namespace raywalk {
 namespace {
@@ -21,6 +21,25 @@ TEST(NearestWord, DifferentWordsDoNotMatch) {
   EXPECT_FALSE(nearest_word("q", kColumns)) << "a letter resembles no other letter";
   EXPECT_FALSE(nearest_word("", kColumns));
   EXPECT_FALSE(nearest_word("yaw", {}));
+}
+
+TEST(NearestWord, AKeyMayStandInTheWrongGroup) {
+  const std::vector<std::string> keys = {"grid.k_deg", "slider.motion.speed_mm_s", "run.shots"};
+  EXPECT_EQ(nearest_word("speed_mm_s", keys), "slider.motion.speed_mm_s");
+  EXPECT_EQ(nearest_word("camera.shots", keys), "run.shots");
+  EXPECT_EQ(nearest_word("motion.sped_mm_s", keys), "slider.motion.speed_mm_s");
+  EXPECT_FALSE(nearest_word("grid.temperature", keys));
+}
+
+TEST(Suggestion, NamesTheNearestOfManyFirst) {
+  std::vector<std::string> keys;
+  for (int i = 0; i < 70; ++i) keys.push_back("group.other_" + std::to_string(i));
+  keys.push_back("slider.motion.acceleration_mm_s2");
+  EXPECT_THAT(suggestion("slider.accel", keys),
+              testing::MatchesRegex("; the nearest valid ones are "
+                                    "'slider.motion.acceleration_mm_s2', '[a-z_.0-9]+', "
+                                    "'[a-z_.0-9]+'"));
+  EXPECT_LT(suggestion(std::string(1 << 20, 'x'), keys).size(), 200U);
 }
 
 TEST(Suggestion, ListsValidWordsIfNoneIsNear) {

@@ -162,14 +162,12 @@ bool SqliteStatement::step() {
   return result == SQLITE_ROW;
 }
 
-bool SqliteStatement::is_null(int column) const {
-  return sqlite3_column_type(handle_.get(), column) == SQLITE_NULL;
+std::string SqliteStatement::column_name(int column) const {
+  const char* name = sqlite3_column_name(handle_.get(), column);
+  return name == nullptr ? std::string() : std::string(name);
 }
 
-bool SqliteStatement::is_number(int column) const {
-  const int type = sqlite3_column_type(handle_.get(), column);
-  return type == SQLITE_INTEGER || type == SQLITE_FLOAT;
-}
+bool SqliteStatement::is_null(int column) const { return type(column) == SQLITE_NULL; }
 
 std::string SqliteStatement::text(int column) const {
   // The text must be requested before its length (sqlite.org/c3ref/column_blob.html).
@@ -215,8 +213,9 @@ void SqliteStatement::bind_text(int parameter, std::string_view value) {
   }
 }
 
-SqliteTransaction::SqliteTransaction(SqliteConnection* connection) : connection_(connection) {
-  connection_->execute("BEGIN IMMEDIATE");
+SqliteTransaction::SqliteTransaction(SqliteConnection* connection, Kind kind)
+    : connection_(connection) {
+  connection_->execute(kind == Kind::kWrite ? "BEGIN IMMEDIATE" : "BEGIN");
 }
 
 SqliteTransaction::~SqliteTransaction() {

@@ -77,9 +77,12 @@ class SqliteStatement {
   // For a statement that returns no rows.
   void run() { step(); }
 
+  // The name of a column of the result, as the query gives it.
+  std::string column_name(int column) const;
+  // SQLITE_INTEGER, SQLITE_FLOAT, SQLITE_TEXT, SQLITE_BLOB or SQLITE_NULL: of the value in this
+  // row.
+  int type(int column) const { return sqlite3_column_type(handle_.get(), column); }
   bool is_null(int column) const;
-  // Whether the column holds an integer or a real number; integer() and real() read 0 otherwise.
-  bool is_number(int column) const;
   std::int64_t integer(int column) const { return sqlite3_column_int64(handle_.get(), column); }
   double real(int column) const { return sqlite3_column_double(handle_.get(), column); }
   std::string text(int column) const;
@@ -120,7 +123,12 @@ class SqliteStatement {
 // A transaction; without commit() the destructor rolls it back.
 class SqliteTransaction {
  public:
-  explicit SqliteTransaction(SqliteConnection* connection);
+  enum class Kind {
+    kWrite,  // BEGIN IMMEDIATE: waits for other writers
+    kRead    // BEGIN: all queries see the same state, whatever another program writes meanwhile
+  };
+
+  explicit SqliteTransaction(SqliteConnection* connection, Kind kind = Kind::kWrite);
   ~SqliteTransaction();
   SqliteTransaction(const SqliteTransaction&) = delete;
   SqliteTransaction& operator=(const SqliteTransaction&) = delete;

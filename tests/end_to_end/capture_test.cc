@@ -194,6 +194,27 @@ TEST_F(CaptureCommandTest, SignalsStopTheSliderAndTheSessionResumes) {
   expect_finished_session();
 }
 
+TEST_F(CaptureCommandTest, ALostFrameIsNeverCalledCaptured) {
+  files_.speed_mm_s = 2000.0;
+  start_rig();
+  ASSERT_EQ(run().exit_code, 0);
+  const fs::path frame = fs::path(session()) / "frames/x0_001.jpg";
+  fs::remove(frame);
+  const CommandResult shown = capture("status " + session());
+  EXPECT_THAT(shown.output, AllOf(HasSubstr("11 of 12 stations captured, 1 lost"),
+                                  HasSubstr("lost: frames/x0_001.jpg"), HasSubstr("--give-up")));
+  for (const CommandResult& refused : {capture("export " + session()), run()}) {
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("frames/x0_001.jpg"), HasSubstr("--give-up")));
+    EXPECT_EQ(refused.output, "");
+  }
+  EXPECT_EQ(capture("verify " + session()).exit_code, 1);
+  EXPECT_EQ(capture("verify --give-up " + session()).exit_code, 0);
+  EXPECT_THAT(capture("status " + session()).output, HasSubstr("resumes at station x0_001"));
+  EXPECT_THAT(run().output, HasSubstr("all 12 stations"));
+  expect_finished_session();
+}
+
 struct FaultCase {
   const char* name;
   json fault;

@@ -12,8 +12,8 @@
 namespace raywalk::capture {
 
 // Serves /osc/info, /osc/state, /osc/commands/execute (getOptions, setOptions, takePicture,
-// listFiles, delete), /osc/commands/status and /files/NAME from start() to stop(), with several
-// requests in parallel, and applies the camera's faults.
+// listFiles, delete), /osc/commands/status and /files/NAME from start() to stop(), and applies the
+// camera's faults. Every client has a thread of its own, so that none waits for another.
 class OscServer {
  public:
   // Takes the body of a request and returns the JSON text of the reply. An Error becomes HTTP 400

@@ -9,6 +9,7 @@
 #include "capture/simulated/jpeg_encoder.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
 namespace {
@@ -19,6 +20,14 @@ using nlohmann::json;
 fs::path made(const fs::path& directory) {
   make_directories(directory);
   return directory;
+}
+
+CaptureConfig capture_of(const RigConfig& config) {
+  std::error_code error;
+  if (!fs::is_regular_file(config.capture_config, error)) {
+    throw UsageError("'capture_config' " + missing_config_text(config.capture_config, ""));
+  }
+  return read_capture_config(config.capture_config);
 }
 
 // The room is built around the capture grid.
@@ -97,7 +106,7 @@ FaultRequest fault_in(const json& request) {
 }  // namespace
 
 Rig::Rig(const RigConfig& config, const fs::path& directory, Clock* clock)
-    : Rig(config, read_capture_config(config.capture_config), made(directory), clock) {}
+    : Rig(config, capture_of(config), made(directory), clock) {}
 
 Rig::Rig(const RigConfig& config, const CaptureConfig& capture, const fs::path& directory,
          Clock* clock)

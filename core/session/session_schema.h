@@ -1,8 +1,8 @@
-// The tables of session.db. docs/session.md explains every column; session_docs_test.cc checks that
-// the two agree.
+// The tables of session.db. docs/session.md explains every column; session_docs_test.cc of capture
+// checks that the two agree.
 #pragma once
 
-namespace raywalk::capture {
+namespace raywalk {
 
 // The format that this program writes, and the newest one it reads: PRAGMA user_version.
 inline constexpr int kSessionFormatVersion = 1;
@@ -108,4 +108,17 @@ JOIN station ON station.id = attempt.station_id
 JOIN line ON line.id = station.line_id;
 )sql";
 
-}  // namespace raywalk::capture
+// A second copy of every value. PRAGMA integrity_check compares an index with its table
+// (sqlite.org/pragma.html), so that it finds a changed byte in any value of a row. Sessions of
+// earlier programs do not have these indexes until they are opened for writing.
+inline constexpr char kSessionCopies[] = R"sql(
+CREATE INDEX session_copy ON session (created_utc_us, mode, camera, frames, exposures, locked_exposure, plan_json, config_text);
+CREATE INDEX line_copy ON line (name, axis, across_m, validation);
+CREATE INDEX station_copy ON station (name, line_id, number, x_m, z_m, planned_mm);
+CREATE INDEX attempt_copy ON attempt (station_id, number, outcome, begun_utc_us, ended_utc_us, commanded_mm, measured_mm, moving_ms, settling_ms, triggered_utc_us, exposed_utc_us, exposing_ms, transfer_ms, own_ms, fault, message);
+CREATE INDEX frame_copy ON frame (file, attempt_id, exposure, lens, bytes, sha256, width_px, height_px, camera_name, settings);
+CREATE INDEX event_copy ON event (at_utc_us, kind, text);
+CREATE INDEX journal_copy ON journal (line_id, at_utc_us, position_mm);
+)sql";
+
+}  // namespace raywalk

@@ -1,0 +1,32 @@
+#include "core/files/shipped_configs.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+namespace raywalk {
+
+namespace fs = std::filesystem;
+
+fs::path shipped_configs(const std::string& folder) {
+  const fs::path wanted = (fs::path("configs") / folder).lexically_normal();
+  std::error_code error;
+  fs::path above = fs::read_symlink("/proc/self/exe", error).parent_path();
+  while (!error && !above.empty()) {
+    std::error_code none;
+    if (fs::is_directory(above / wanted, none)) return above / wanted;
+    if (above == above.parent_path()) break;
+    above = above.parent_path();
+  }
+  return wanted;
+}
+
+std::string missing_config_text(const fs::path& file, const std::string& folder) {
+  return fmt::format(
+      "is '{}', which is not a file; a path in a configuration file is relative to that file, one "
+      "on the command line to the current folder; Raywalk's own are in {}: name one of them by its "
+      "whole path, or copy that folder there",
+      file.string(), shipped_configs(folder).string());
+}
+
+}  // namespace raywalk

@@ -1,0 +1,95 @@
+// The plan of a capture session and what was captured of it, checked while it is read.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/files/sqlite_connection.h"
+#include "core/geometry/grid.h"
+
+namespace raywalk {
+
+// The half of the surroundings that a file shows: cameras that write a front and a back file per
+// shot produce two frames per exposure.
+enum class FrameLens { kBoth, kFront, kBack };
+inline constexpr std::array kFrameLenses{FrameLens::kBoth, FrameLens::kFront, FrameLens::kBack};
+
+// The word of the database.
+constexpr std::string_view name_of(FrameLens lens) {
+  switch (lens) {
+    case FrameLens::kBoth:
+      return "both";
+    case FrameLens::kFront:
+      return "front";
+    case FrameLens::kBack:
+      return "back";
+  }
+  throw std::logic_error("unknown lens");
+}
+
+struct SessionLine {
+  std::string id{};
+  LineAxis axis = LineAxis::kX;
+  double across_m = 0.0;    // z of a line along x, x of a line along z
+  bool validation = false;  // kept out of the volumes
+};
+
+// The attempt that took a station's pictures.
+struct SessionShot {
+  std::int64_t attempt = 0;  // row of the table attempt
+  int number = 0;            // of the attempts at this station, from 1
+  bool on_card = false;      // the pictures are still on the camera's card
+  double measured_mm = 0.0;  // on the rail, by the slider's feedback
+  std::optional<std::int64_t> triggered_utc_us{};
+  std::optional<std::int64_t> exposed_utc_us{};
+};
+
+struct SessionStation {
+  std::string name{};
+  int line = 0;  // index into SessionContents::lines
+  PlanPoint planned_m{};
+  double planned_mm = 0.0;            // on the rail
+  std::optional<SessionShot> shot{};  // none: not captured yet
+};
+
+// A picture of a captured station. World frame of core/geometry/sphere.h, y = 0.
+struct SessionFrame {
+  int station = 0;         // index into SessionContents::stations
+  std::string file{};      // relative to the session's directory and within it
+  std::int64_t bytes = 0;  // of the file
+  std::string sha256{};    // of the file
+  int exposure = 0;        // index in the bracket
+  FrameLens lens = FrameLens::kBoth;
+  PlanPoint position_m{};  // along the line by the feedback, across it as planned
+};
+
+struct SessionContents {
+  std::filesystem::path directory{};
+  std::string frame_kind{};  // "panorama", "dual-fisheye"
+  int exposures = 1;         // pictures per station
+  std::vector<SessionLine> lines{};
+  std::vector<SessionStation> stations{};  // line by line, along the axis
+  std::vector<SessionFrame> frames{};      // by station and exposure
+
+  const SessionStation& station_of(const SessionFrame& frame) const {
+    return stations[static_cast<std::size_t>(frame.station)];
+  }
+  const SessionLine& line_of(const SessionStation& station) const {
+    return lines[static_cast<std::size_t>(station.line)];
+  }
+};
+
+// Reads one state of a session, also while another program writes to it. Throws Error, as
+// throw_damaged_session does, for a value of the wrong type or range, lines and stations that are
+// not those of the stored plan, a position by the feedback that is not at its station, and a frame
+// outside the directory. Whether frames are missing says frame_faults (frame_faults.h).
+SessionContents read_session_contents(SqliteConnection* database,
+                                      const std::filesystem::path& directory);
+
+}  // namespace raywalk
