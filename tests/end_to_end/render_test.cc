@@ -211,8 +211,10 @@ TEST_F(RenderTest, ConnectErrorIsStoredAndUsedByAutoK) {
   // k = 45 reads too far beyond the corners of this room.
   EXPECT_THAT(viewed.output, AllOf(HasSubstr("k = 90 degrees (connect-error could compare only"),
                                    HasSubstr("of the corners at every k")));
-  make_room({.overhang_m = 0.75, .width = 64});
-  EXPECT_EQ(render("connect-error " + room() + " --viewpoints 3 --k-list 80,90").exit_code, 0);
+  // The columns of this room are 5.6 degrees wide.
+  EXPECT_EQ(render("connect-error " + room() + " --viewpoints 3 --overlap-deg 12 --k-list 80,90")
+                .exit_code,
+            0);
   EXPECT_THAT(render(view_to_png("--at 0,0 --generation initial")).output,
               HasSubstr("degrees (measured E_connect of initial views)"));
 }
