@@ -45,7 +45,7 @@ std::string use_text(const DepthSummary& summary) {
         "for raywalk-render trade --held-out {}; distances in use by views, as before: {}",
         summary.hold_out, summary.distances);
   }
-  const std::string use = "views now use the distances " + summary.distances;
+  std::string use = "views now use the distances " + summary.distances;
   if (summary.kept_given.empty()) return use;
   return fmt::format(
       "{}; the given ones are kept in {}, `raywalk-build-lf distances {} --use "
