@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "capture/session/frame_files.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -89,8 +90,8 @@ std::string give_up_lost_stations(const SessionVerification& verification, const
   for (const FrameFault& fault : verification.faults) stations.insert(fault.station);
   const std::unique_ptr<Session> writer = Session::open(session, clock);
   for (const std::string& station : stations) writer->give_up_frames(station);
-  return fmt::format("{} stations given up; next: raywalk-capture status {}", stations.size(),
-                     session.string());
+  return fmt::format("{} given up; next: raywalk-capture status {}",
+                     counted(stations.size(), "station"), session.string());
 }
 
 }  // namespace raywalk::capture

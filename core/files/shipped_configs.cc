@@ -9,7 +9,7 @@ namespace raywalk {
 namespace fs = std::filesystem;
 
 fs::path shipped_configs(const std::string& folder) {
-  const fs::path wanted = (fs::path("configs") / folder).lexically_normal();
+  const fs::path wanted = folder.empty() ? fs::path("configs") : fs::path("configs") / folder;
   std::error_code error;
   fs::path above = fs::read_symlink("/proc/self/exe", error).parent_path();
   while (!error && !above.empty()) {
@@ -26,7 +26,7 @@ std::string missing_config_text(const fs::path& file, const std::string& folder)
       "is '{}', which is not a file; a path in a configuration file is relative to that file, one "
       "on the command line to the current folder; Raywalk's own are in {}: name one of them by its "
       "whole path, or copy that folder there",
-      file.string(), shipped_configs(folder).string());
+      fs::absolute(file).lexically_normal().string(), shipped_configs(folder).string());
 }
 
 }  // namespace raywalk

@@ -18,6 +18,8 @@ TEST(ShippedConfigs, AreNamedWithWhatWasLookedFor) {
   EXPECT_THAT(missing_config_text("/rig/sliders/a.yaml", "sliders"),
               testing::AllOf(HasSubstr("is '/rig/sliders/a.yaml', which is not a file"),
                              HasSubstr(shipped_configs("sliders").string())));
+  const std::string here = (std::filesystem::current_path() / "b.yaml").string();
+  EXPECT_THAT(missing_config_text("b.yaml", ""), HasSubstr("is '" + here + "'"));
 }
 
 }  // namespace
