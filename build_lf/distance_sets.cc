@@ -9,10 +9,10 @@
 #include <system_error>
 #include <vector>
 
-#include "build_lf/directory_moves.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/directory_moves.h"
 #include "core/files/file_lock.h"
 #include "core/room/connection_errors.h"
 
@@ -214,7 +214,7 @@ std::string record_distances(const fs::path& room) {
                      recorded.empty() ? "none" : fmt::format("{}", fmt::join(recorded, ", ")));
 }
 
-void require_replaceable(const fs::path& room) {
+void require_distances_replaceable(const fs::path& room) {
   const RoomManifest manifest = read_manifest(room);
   const RoomDistances distances = find_distances(room, manifest);
   if (distances.in_use_fault.empty() || distances.given) return;
@@ -231,7 +231,7 @@ void require_replaceable(const fs::path& room) {
 void replace_estimated(const fs::path& room, const fs::path& volumes,
                        const std::function<void(const std::string& keep_as)>& move_in) {
   const DistancesLock lock(room);
-  require_replaceable(room);
+  require_distances_replaceable(room);
   RoomManifest manifest = read_manifest(room);
   RoomDistances before = find_distances(room, manifest);
   complete_checksums(&before.given);

@@ -27,7 +27,7 @@ std::string record_distances(const std::filesystem::path& room);
 
 // Throws Error if estimated distances cannot replace those in use: they are damaged or not as
 // recorded, and may be given ones, which must be kept. Warns if others are lost.
-void require_replaceable(const std::filesystem::path& room);
+void require_distances_replaceable(const std::filesystem::path& room);
 
 // Puts the finished volumes of a directory in use as the room's estimated distances. `move_in`
 // renames them to ROOM/distances; the previous ones are kept in the directory of the name it is

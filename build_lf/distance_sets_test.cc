@@ -309,7 +309,7 @@ TEST_F(DistanceSetsTest, AnInterruptedEstimateLeavesAValidRoom) {
 
 TEST_F(DistanceSetsTest, DamagedGivenDistancesAreNotReplaced) {
   fs::remove(volume("z0"));
-  EXPECT_THAT(error_of([&] { require_replaceable(room_); }),
+  EXPECT_THAT(error_of([&] { require_distances_replaceable(room_); }),
               AllOf(HasSubstr("z0.h5"), HasSubstr("remove " + (room_ / "distances").string())));
   fs::remove_all(room_ / "distances");
   replace(2.0F);

@@ -59,7 +59,7 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
 Room room_to_estimate(const DepthOptions& options) {
   Room room = Room::open_rays(options.room);
   if (options.hold_out == 0) {
-    require_replaceable(options.room);
+    require_distances_replaceable(options.room);
     return room;
   }
   if (options.hold_out < 2)

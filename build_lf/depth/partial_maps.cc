@@ -6,9 +6,9 @@
 #include <span>
 #include <system_error>
 
-#include "build_lf/directory_moves.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/directory_moves.h"
 #include "core/files/sha256.h"
 
 namespace raywalk::build_lf {

@@ -1,14 +1,12 @@
 #include "core/files/output_path.h"
 
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
 
-#include <cerrno>
-#include <cstdio>
 #include <system_error>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/directory_moves.h"
 
 namespace raywalk {
 
@@ -27,11 +25,6 @@ constexpr std::size_t kSignedBytes = 400;
 bool is_signed(const fs::path& marker, const std::string& signature) {
   if (!fs::is_regular_file(fs::symlink_status(marker))) return false;
   return read_file_prefix(marker, kSignedBytes).find(signature) != std::string::npos;
-}
-
-// 0 or an errno value.
-int exchange(const fs::path& a, const fs::path& b) {
-  return renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0 ? 0 : errno;
 }
 
 // For file systems that cannot exchange two names: `target` is missing for a moment.
@@ -91,20 +84,12 @@ void require_replaceable(const fs::path& path, const OwnOutput& own) {
 }
 
 void move_into_place(const fs::path& directory, const fs::path& target) {
-  std::error_code error;
-  if (!fs::exists(fs::symlink_status(target, error))) {
-    fs::rename(directory, target, error);
-    if (!error) return;
-    throw Error("cannot rename " + directory.string() + " to " + target.string() + ": " +
-                error.message());
+  std::error_code unknown;
+  if (!fs::exists(fs::symlink_status(target, unknown))) {
+    rename_or_throw(directory, target);
+    return;
   }
-  const int failure = exchange(directory, target);
-  if (failure == EINVAL || failure == ENOSYS) {
-    exchange_in_steps(directory, target);
-  } else if (failure != 0) {
-    throw Error("cannot replace " + target.string() + ": " +
-                std::generic_category().message(failure));
-  }
+  if (!exchange(directory, target)) exchange_in_steps(directory, target);
   remove_replaced(directory);
 }
 

@@ -1,14 +1,15 @@
-#include "build_lf/directory_moves.h"
+#include "core/files/directory_moves.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <stdio.h>
 
+#include <cerrno>
 #include <system_error>
 
 #include "core/base/error.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 
 namespace fs = std::filesystem;
 
@@ -22,7 +23,13 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
 }
 
 bool exchange(const fs::path& a, const fs::path& b) {
-  return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
+  if (::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return true;
+  const std::error_code error(errno, std::generic_category());
+  if (error == std::errc::invalid_argument || error == std::errc::function_not_supported) {
+    return false;
+  }
+  throw Error(
+      fmt::format("cannot exchange {} and {}: {}", a.string(), b.string(), error.message()));
 }
 
 void copy_by_links(const fs::path& from, const fs::path& to) {
@@ -38,4 +45,4 @@ void copy_by_links(const fs::path& from, const fs::path& to) {
   }
 }
 
-}  // namespace raywalk::build_lf
+}  // namespace raywalk
