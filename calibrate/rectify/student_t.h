@@ -1,0 +1,12 @@
+// Student's t distribution.
+#pragma once
+
+namespace raywalk::calibrate {
+
+// The probability that |t| exceeds `size` (at least 0) with `freedom` >= 1 degrees of freedom.
+double two_sided_probability(double size, int freedom);
+
+// The |t| that is exceeded with `probability`, in (0, 1).
+double two_sided_quantile(double probability, int freedom);
+
+}  // namespace raywalk::calibrate
