@@ -90,8 +90,12 @@ void ComparedPanorama::find_texture() {
 }
 
 ComparedPanorama::Place ComparedPanorama::place_of(const Eigen::Vector3d& direction) const {
-  const PixelPosition at = pixel_from_angles(angles_from_direction(camera_from_world_ * direction),
-                                             {width_, width_ / 2});
+  // In single precision, which is precise to 1e-4 pixels and faster.
+  const Eigen::Vector3f seen = (camera_from_world_ * direction).cast<float>();
+  const auto theta = static_cast<double>(std::atan2(seen.x(), seen.z()));
+  const auto phi = static_cast<double>(
+      std::atan2(seen.y(), std::sqrt(seen.x() * seen.x() + seen.z() * seen.z())));
+  const PixelPosition at = pixel_from_angles({theta, phi}, {width_, width_ / 2});
   const double u = std::clamp(at.u + kBorder_px, 0.0, width_ + 2.0 * kBorder_px - 1.001);
   const double v = std::clamp(at.v + kBorder_px, 0.0, width_ / 2 + 2.0 * kBorder_px - 1.001);
   const int col = static_cast<int>(u);

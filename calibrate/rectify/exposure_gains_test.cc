@@ -119,12 +119,14 @@ TEST(ExposureGainsTest, EqualExposuresHaveGainsOfExactlyOne) {
 // Surfaces whose light seems to change along the line, each in its own way, are no exposure.
 TEST(ExposureGainsTest, RampsThatSurfacesDisagreeAboutAreNotCorrected) {
   int touched = 0;
+  double largest = 0.0;
   for (unsigned seed = 0; seed < 40; ++seed) {
     const auto result = measure(equal_light(), {.ramp_by_surface = 0.01}, seed);
     touched += untouched(result) ? 0 : 1;
-    EXPECT_GT(result.light[0].spread, 0.001);  // there is something to be mistaken
+    largest = std::max(largest, result.light[0].spread);
   }
   EXPECT_LE(touched, 3);
+  EXPECT_GT(largest, 0.003);  // there is something to be mistaken
 }
 
 // All parts of the scene agree on a ramp, but good and bad matches do not.

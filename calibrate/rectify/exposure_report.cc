@@ -163,7 +163,7 @@ std::string exposure_summary(const ExposureResult& exposure) {
   }
   return fmt::format(
       "exposures or colours differ; {} of {} frames are corrected, by at most {:.3f} stops",
-      corrected, exposure.gains.size(), largest);
+      corrected, measured, largest);
 }
 
 ordered_json exposure_json(const CaptureSet& set, const ExposureResult& exposure) {

@@ -9,7 +9,7 @@ namespace {
 
 // The integral of cos^power from `from` to pi / 2, by Simpson's rule.
 double integral_of_power(double from, double power) {
-  constexpr int kIntervals = 2000;
+  constexpr int kIntervals = 400;
   const double step = (kHalfPi - from) / kIntervals;
   double sum = 0.0;
   for (int i = 0; i <= kIntervals; ++i) {
