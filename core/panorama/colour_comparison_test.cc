@@ -55,7 +55,7 @@ TEST(ColourComparisonTest, MaskedAndClippedPixelsAreIgnored) {
   const ComparedPicture first = picture_of(1.0, 1);
   ComparedPicture second = picture_of(1.2, 2);
   // Two thirds of the picture, enough to change a median.
-  second.colours.colRange(40, 128) = cv::Scalar(60, 60, 60);
+  second.colours.colRange(40, 128) = cv::Scalar(140, 140, 140);
   const auto log_ratio = [&] { return compare_colours(first, second).log_ratio[0]; };
   EXPECT_GT(std::abs(log_ratio() - std::log(1.2)), 0.05);
   second.valid = cv::Mat(256, 128, CV_8UC1, cv::Scalar(255));
