@@ -14,7 +14,7 @@ constexpr int kFlowMaskMarginPx = kFlowWindow / 2 + 1;
 
 StationLink compare(const StationPair& pair, const ComparedPicture& from,
                     const ComparedPicture& to) {
-  const ColourComparison compared = compare_colours(from, to, ColourScale::kLevel);
+  const ColourComparison compared = compare_colours(from, to);
   return {.pair = pair,
           .comparable = compared.comparable,
           .log_ratio = compared.log_ratio,

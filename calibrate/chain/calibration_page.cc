@@ -27,7 +27,7 @@ const char* purpose_of(CalibrationStep step) {
     case CalibrationStep::kGrid:
       return "lines of the rail, their models and crossings";
     case CalibrationStep::kRectify:
-      return "frames in world axes, exposure gains, connection error";
+      return "frames in world axes, exposures, connection error";
   }
   return "";
 }

@@ -143,7 +143,7 @@ void add_grid(CLI::App* app) {
 
 void add_rectify(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "rectify", "Rotate the frames to the grid's axes and equalise their brightness");
+      "rectify", "Rotate the frames to the grid's axes and correct exposures that differ");
   const Arguments arguments = add_step(command);
   command->add_option("--poses", arguments->pose_table,
                       "Poses to use: a table file,x,y,z,yaw,pitch,roll in metres and degrees "

@@ -141,7 +141,7 @@ void add_method_option(CLI::App* command, StepArguments* arguments) {
 
 void add_rectify_options(CLI::App* command, StepArguments* arguments) {
   command->option_defaults()->group("Brightness and connection");
-  command->add_flag("--no-gain", arguments->no_gain, "Do not equalise the frames' exposures");
+  command->add_flag("--no-gain", arguments->no_gain, "Do not compare and correct exposures");
   command->add_flag("--no-connection", arguments->no_connection,
                     "Do not measure the connection error before and after");
   command->add_option("--programs", arguments->programs,

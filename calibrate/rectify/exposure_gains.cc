@@ -2,141 +2,260 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <functional>
+#include <numeric>
 
-#include "core/panorama/gain_graph.h"
-#include "core/panorama/panorama_rotation.h"
-#include "core/panorama/srgb.h"
-#include "core/panorama/transposed_border.h"
+#include "calibrate/rectify/light_estimate.h"
+#include "core/geometry/sphere.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-// Pictures are rotated at this width, twice that of the comparison, as interpolation blurs.
-constexpr int kTurnedWidth = 2 * kComparisonWidth;
-// Prior sigma of a camera's exposure changes; weak relative to any link.
-constexpr double kPriorLog = 0.5;
+// Fewer patches say nothing about a link.
+constexpr std::size_t kLeastPatches = 16;
+// What rounding to 8 bits may do to a frame's exposure.
+constexpr double kLeastError = 2e-4;
 
-// Position of a frame's pose in the x-z plane.
-Eigen::Vector2d plan_position(const FramePoses& poses, int frame) {
-  const Eigen::Vector3d& at = poses[static_cast<std::size_t>(frame)]->position_m;
-  return {at.x(), at.z()};
-}
+using Order = std::function<double(const MatchedPatch&)>;
 
-std::vector<int> posed_frames(const CaptureLine& line, const FramePoses& poses) {
-  std::vector<int> frames;
-  for (const int frame : line.frames) {
-    if (poses[static_cast<std::size_t>(frame)]) frames.push_back(frame);
+// The patches of a link with the lower and the upper half of the values of `order`.
+struct Halves {
+  std::vector<LinkPatches> lower, upper;
+};
+
+Halves halves_by(std::span<const LinkPatches> links, const Order& order) {
+  Halves halves;
+  for (const LinkPatches& link : links) {
+    std::vector<MatchedPatch> sorted = link.patches;
+    std::stable_sort(
+        sorted.begin(), sorted.end(),
+        [&](const MatchedPatch& a, const MatchedPatch& b) { return order(a) < order(b); });
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    halves.lower.push_back({link.link, {sorted.begin(), middle}});
+    halves.upper.push_back({link.link, {middle, sorted.end()}});
   }
-  return frames;
+  return halves;
 }
 
-std::vector<int> nearest_two(const CaptureLine& line, const FramePoses& poses, PlanPoint at) {
-  std::vector<int> frames = posed_frames(line, poses);
-  const Eigen::Vector2d place(at.x_m, at.z_m);
-  const std::size_t count = std::min<std::size_t>(2, frames.size());
-  std::partial_sort(frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(count),
-                    frames.end(), [&](int a, int b) {
-                      return (plan_position(poses, a) - place).norm() <
-                             (plan_position(poses, b) - place).norm();
-                    });
-  frames.resize(count);
-  return frames;
+struct Split {
+  const char* name;
+  Order order;
+};
+
+// What errors of matching, of parallax, of uneven light in the picture, and of approaching depend
+// on.
+std::vector<Split> splits() {
+  return {{"match quality", [](const MatchedPatch& patch) { return patch.error; }},
+          {"distance", [](const MatchedPatch& patch) { return patch.parallax; }},
+          {"height", [](const MatchedPatch& patch) { return patch.seen_from.y(); }},
+          {"direction of motion", [](const MatchedPatch& patch) { return patch.ahead; }}};
 }
 
-cv::Mat shrunk_to_width(const cv::Mat& picture, int width) {
-  if (picture.cols <= width) return picture;
-  cv::Mat shrunk;
-  cv::resize(picture, shrunk, {width, width / 2}, 0.0, 0.0, cv::INTER_AREA);
-  return shrunk;
+// Eight sectors of the horizon in three layers of equal solid angle.
+int part_of_scene(const Eigen::Vector3d& point_m, const Eigen::Vector3d& centre_m) {
+  constexpr int kLayers = 3;
+  constexpr int kSectors = kSceneParts / kLayers;
+  const Eigen::Vector3d direction = (point_m - centre_m).normalized();
+  const double turn = std::atan2(direction.x(), direction.z()) / kTwoPi + 0.5;
+  const int sector = std::clamp(static_cast<int>(turn * kSectors), 0, kSectors - 1);
+  const int layer =
+      std::clamp(static_cast<int>(0.5 * (direction.y() + 1.0) * kLayers), 0, kLayers - 1);
+  return layer * kSectors + sector;
 }
 
-// The mask grown by half a window of the flow. A reduced pixel is masked if any of its source
-// pixels is.
-cv::Mat reduced_validity(const cv::Mat& mask, const Eigen::Matrix3d& world_from_camera) {
-  const cv::Mat turned = rotate_mask(shrunk_to_width(mask, kTurnedWidth) == 255, world_from_camera);
-  const cv::Mat reduced = shrunk_to_width(turned, kComparisonWidth) == 255;
-  constexpr int kMargin = kFlowWindow / 2 + 1;
-  const cv::Mat bordered = with_border(reduced.t(), kMargin);
-  cv::Mat clear;
-  cv::erode(bordered, clear, cv::Mat::ones(2 * kMargin + 1, 2 * kMargin + 1, CV_8UC1));
-  return without_border(clear, kMargin).clone();
+double log_ratio_of(int kind, const Eigen::Array3d& rgb) {
+  const double mean = rgb.mean();
+  if (kind == 0) return mean;
+  return (kind == 1 ? rgb[0] : rgb[2]) - mean;
+}
+
+// Light less what the place in the picture takes or gives by these coefficients of lens_terms.
+std::vector<LightSample> without_lens(std::vector<LightSample> samples, const LensTerms& lens) {
+  for (LightSample& sample : samples) {
+    sample.log_ratio -= lens.dot(sample.lens);
+    sample.lens.setZero();
+  }
+  return samples;
+}
+
+std::vector<LightSample> samples_of(std::span<const LinkPatches> links, int kind,
+                                    const Eigen::Vector3d& centre_m) {
+  std::vector<LightSample> samples;
+  for (const auto& [link, patches] : links) {
+    for (const MatchedPatch& patch : patches) {
+      samples.push_back({.from = link.from,
+                         .to = link.to,
+                         .log_ratio = log_ratio_of(kind, patch.log_ratio),
+                         .error = patch.error,
+                         .part = part_of_scene(patch.point_m, centre_m),
+                         .lens = lens_terms(patch.seen_to) - lens_terms(patch.seen_from)});
+    }
+  }
+  return samples;
+}
+
+double root_mean_square(const Eigen::VectorXd& values) {
+  return values.size() == 0 ? 0.0 : std::sqrt(values.squaredNorm() / values.size());
+}
+
+// What the halves differ by, and half of what exceeds chance as an error of the whole.
+struct Disagreement {
+  HalvesComparison comparison{};
+  Eigen::RowVectorXd error;
+};
+
+// `lens` is that of the whole: a half alone, such as the upper one, cannot tell it well.
+Disagreement disagreement_of(const Split& split, std::span<const LinkPatches> links, int kind,
+                             const LensTerms& lens, int frames, const Eigen::Vector3d& centre_m) {
+  const Halves halves = halves_by(links, split.order);
+  const auto estimate_of = [&](std::span<const LinkPatches> half) {
+    return estimate_light(without_lens(samples_of(half, kind, centre_m), lens), frames);
+  };
+  const LightEstimate lower = estimate_of(halves.lower), upper = estimate_of(halves.upper);
+  const Eigen::VectorXd difference = lower.log_light - upper.log_light;
+  const double squares = difference.squaredNorm();
+  const double by_chance = (lower.influence - upper.influence).squaredNorm();
+  const double excess = squares > by_chance ? std::sqrt(1.0 - by_chance / squares) : 0.0;
+  return {{.split = split.name,
+           .difference = root_mean_square(difference),
+           .by_chance = std::sqrt(by_chance / std::max(1, frames))},
+          0.5 * excess * difference.transpose()};
+}
+
+// Without samples of two parts of the scene nothing can be said.
+int parts_in(std::span<const LightSample> samples) {
+  std::array<bool, kSceneParts> found{};
+  for (const LightSample& sample : samples) found[static_cast<std::size_t>(sample.part)] = true;
+  return static_cast<int>(std::count(found.begin(), found.end(), true));
+}
+
+MeasuredLight measure_light(std::span<const LinkPatches> links, int kind, int frames,
+                            std::span<const PictureLine> lines, const Eigen::Vector3d& centre_m) {
+  const std::vector<LightSample> samples = samples_of(links, kind, centre_m);
+  const LightEstimate estimate = estimate_light(samples, frames);
+  MeasuredLight light{.spread = root_mean_square(estimate.log_light)};
+  const std::vector<Split> kinds_of_halves = splits();
+  const auto extra = static_cast<Eigen::Index>(kinds_of_halves.size());
+  UncertainLight uncertain{.value = estimate.log_light,
+                           .errors = Eigen::MatrixXd::Zero(kSceneParts + extra + frames, frames),
+                           .freedom = parts_in(samples) - 1};
+  uncertain.errors.topRows(kSceneParts) = estimate.influence;
+  for (Eigen::Index i = 0; i < extra; ++i) {
+    const Disagreement found = disagreement_of(kinds_of_halves[static_cast<std::size_t>(i)], links,
+                                               kind, estimate.lens, frames, centre_m);
+    light.halves.push_back(found.comparison);
+    uncertain.errors.row(kSceneParts + i) = found.error;
+  }
+  uncertain.errors.bottomRows(frames).diagonal().setConstant(kLeastError);
+  light.decision = decide_exposures(uncertain, lines);
+  return light;
+}
+
+// The better half of the matches of every link that has enough.
+std::vector<LinkPatches> better_half(std::span<const LinkPatches> links) {
+  std::vector<LinkPatches> better =
+      halves_by(links, [](const MatchedPatch& patch) { return patch.error; }).lower;
+  std::erase_if(better,
+                [](const LinkPatches& link) { return link.patches.size() < kLeastPatches; });
+  return better;
+}
+
+std::vector<bool> linked_frames(std::span<const LinkPatches> links, int frames) {
+  std::vector<bool> linked(static_cast<std::size_t>(frames), false);
+  for (const LinkPatches& link : links) {
+    linked[static_cast<std::size_t>(link.link.from)] = true;
+    linked[static_cast<std::size_t>(link.link.to)] = true;
+  }
+  return linked;
+}
+
+std::vector<PictureLine> measured_lines(std::span<const PictureLine> lines,
+                                        const std::vector<bool>& measured) {
+  std::vector<PictureLine> kept;
+  for (const PictureLine& line : lines) {
+    PictureLine shorter;
+    for (std::size_t i = 0; i < line.pictures.size(); ++i) {
+      if (!measured[static_cast<std::size_t>(line.pictures[i])]) continue;
+      shorter.pictures.push_back(line.pictures[i]);
+      shorter.along_m.push_back(line.along_m[i]);
+    }
+    if (!shorter.pictures.empty()) kept.push_back(shorter);
+  }
+  return kept;
+}
+
+// The number of independent loops of the links.
+int count_loops(std::span<const LinkPatches> links, int frames) {
+  std::vector<int> group(static_cast<std::size_t>(frames));
+  std::iota(group.begin(), group.end(), 0);
+  const auto group_of = [&group](int frame) {
+    while (group[static_cast<std::size_t>(frame)] != frame) {
+      frame = group[static_cast<std::size_t>(frame)];
+    }
+    return frame;
+  };
+  int loops = 0;
+  for (const LinkPatches& link : links) {
+    const int from = group_of(link.link.from), to = group_of(link.link.to);
+    loops += from == to ? 1 : 0;
+    group[static_cast<std::size_t>(from)] = to;
+  }
+  return loops;
+}
+
+double loop_error(std::span<const LinkPatches> links, int frames, const Eigen::Vector3d& centre_m) {
+  const LightEstimate estimate = estimate_light(samples_of(links, 0, centre_m), frames);
+  Eigen::VectorXd left(static_cast<Eigen::Index>(links.size()));
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    std::vector<double> residuals;
+    for (const LightSample& sample : samples_of(links.subspan(i, 1), 0, centre_m)) {
+      residuals.push_back(sample.log_ratio - sample.lens.dot(estimate.lens) -
+                          estimate.log_light[sample.to] + estimate.log_light[sample.from]);
+    }
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
+    left[static_cast<Eigen::Index>(i)] = *middle;
+  }
+  return root_mean_square(left);
+}
+
+LightGain gain_of(double brightness, double red, double blue) {
+  return {std::exp(-brightness - red), std::exp(-brightness + red + blue),
+          std::exp(-brightness - blue)};
 }
 
 }  // namespace
 
-std::vector<FrameLink> links_of(const CaptureSet& set, const FramePoses& poses) {
-  std::vector<FrameLink> links;
-  for (const CaptureLine& line : set.lines) {
-    const std::vector<int> frames = posed_frames(line, poses);
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      for (std::size_t j = i + 1; j < std::min(i + 3, frames.size()); ++j) {
-        links.push_back({frames[i], frames[j]});
-      }
-    }
+const char* light_kind_name(int kind) {
+  constexpr std::array<const char*, kLightKinds> kNames{"brightness", "red", "blue"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+ExposureResult measure_exposures(std::span<const LinkPatches> links, int frames,
+                                 std::span<const PictureLine> lines,
+                                 const Eigen::Vector3d& centre_m) {
+  const std::vector<LinkPatches> used = better_half(links);
+  ExposureResult result{
+      .gains = std::vector<LightGain>(static_cast<std::size_t>(frames), {1, 1, 1}),
+      .measured = linked_frames(used, frames),
+      .links = static_cast<int>(used.size()),
+      .scene_parts = parts_in(samples_of(used, 0, centre_m)),
+      .loops = count_loops(used, frames),
+      .loop_error = loop_error(used, frames, centre_m)};
+  for (const LinkPatches& link : used) result.patches += static_cast<int>(link.patches.size());
+  const std::vector<PictureLine> measured = measured_lines(lines, result.measured);
+  for (int kind = 0; kind < kLightKinds; ++kind) {
+    result.light[static_cast<std::size_t>(kind)] =
+        measure_light(used, kind, frames, measured, centre_m);
   }
-  for (const LineCrossing& crossing : crossings_of(set)) {
-    const auto near = [&](int line) {
-      return nearest_two(set.lines[static_cast<std::size_t>(line)], poses, crossing.at);
+  for (int i = 0; i < frames; ++i) {
+    const auto correction = [&](std::size_t kind) {
+      return result.light[kind].decision.correction[i];
     };
-    const std::vector<int> along_z = near(crossing.along_z);
-    for (const int from : near(crossing.along_x)) {
-      for (const int to : along_z) links.push_back({from, to});
-    }
+    result.gains[static_cast<std::size_t>(i)] =
+        gain_of(correction(0), correction(1), correction(2));
   }
-  return links;
-}
-
-ComparedPicture picture_to_compare(const cv::Mat& panorama, const cv::Mat& mask,
-                                   const Eigen::Matrix3d& world_from_camera) {
-  const cv::Mat turned =
-      rotate_panorama(shrunk_to_width(panorama, kTurnedWidth), world_from_camera);
-  cv::Mat colours;
-  cv::cvtColor(shrunk_to_width(turned, kComparisonWidth), colours, cv::COLOR_BGR2RGB);
-  ComparedPicture picture{.colours = colours.t()};
-  if (!mask.empty()) picture.valid = reduced_validity(mask, world_from_camera);
-  return picture;
-}
-
-std::vector<LightGain> solve_gains(int frames, std::span<const ComparedLink> links) {
-  std::vector<LightGain> gains(static_cast<std::size_t>(frames), LightGain{1.0, 1.0, 1.0});
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::vector<GainEquation> equations;
-    for (const auto& [link, colours] : links) {
-      if (!colours.comparable) continue;
-      equations.push_back({.from = link.from,
-                           .to = link.to,
-                           .difference = colours.log_ratio[c],
-                           .error = colours.log_ratio_error[c]});
-    }
-    const Eigen::VectorXd log_gain = solve_gain_graph(equations, frames, kPriorLog);
-    for (std::size_t i = 0; i < gains.size(); ++i) {
-      gains[i][c] = std::exp(log_gain[static_cast<Eigen::Index>(i)]);
-    }
-  }
-  return gains;
-}
-
-LevelsUnderGain::LevelsUnderGain(const LightGain& gain) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t i = 0; i < table_[c].size(); ++i) {
-      const double level = static_cast<double>(i) / kStepsPerLevel;
-      table_[c][i] =
-          static_cast<float>(srgb_level_from_linear(gain[c] * linear_from_srgb_level(level)));
-    }
-  }
-}
-
-cv::Vec3f LevelsUnderGain::operator()(const cv::Vec3f& levels) const {
-  cv::Vec3f changed;
-  for (int c = 0; c < 3; ++c) {
-    const auto& table = table_[static_cast<std::size_t>(2 - c)];
-    const float at = std::clamp(levels[c], 0.0f, 255.0f) * kStepsPerLevel;
-    const auto below = static_cast<std::size_t>(at);
-    const float share = at - static_cast<float>(below);
-    changed[c] = table[below] + share * (table[below + 1] - table[below]);
-  }
-  return changed;
+  return result;
 }
 
 }  // namespace raywalk::calibrate

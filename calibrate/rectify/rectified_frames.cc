@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -82,32 +84,62 @@ void move_into_place(const fs::path& partial, const fs::path& directory, bool ma
   fs::remove_all(old);
 }
 
-}  // namespace
-
-std::vector<LightGain> measure_gains(const CaptureSet& panoramas, const FramePoses& poses,
-                                     const cv::Mat& mask) {
+// By frame; those without a pose stay empty.
+std::vector<ComparedPanorama> compared_panoramas(const CaptureSet& panoramas,
+                                                 const FramePoses& poses, const cv::Mat& mask) {
   const std::vector<int> frames = posed_frames(poses);
-  std::vector<ComparedPicture> pictures(panoramas.frames.size());
-  Progress progress("Comparing exposures", static_cast<std::int64_t>(frames.size()), "frames");
+  std::vector<ComparedPanorama> pictures(poses.size());
+  Progress progress("Reading panoramas", static_cast<std::int64_t>(frames.size()), "frames");
   parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
-      pictures[frame] = picture_to_compare(read_panorama(panoramas.frames[frame].file), mask,
-                                           poses[frame]->world_from_camera);
+      pictures[frame] =
+          ComparedPanorama(read_panorama(panoramas.frames[frame].file), mask, *poses[frame]);
       progress.advance();
     }
   });
-  std::vector<ComparedLink> links;
+  return pictures;
+}
+
+std::vector<PictureLine> posed_lines(const CaptureSet& set, const FramePoses& poses) {
+  std::vector<PictureLine> lines;
+  for (const CaptureLine& line : set.lines) {
+    PictureLine posed;
+    for (const int frame : line.frames) {
+      if (!poses[static_cast<std::size_t>(frame)]) continue;
+      posed.pictures.push_back(frame);
+      posed.along_m.push_back(set.rail_m(frame));
+    }
+    lines.push_back(std::move(posed));
+  }
+  return lines;
+}
+
+Eigen::Vector3d middle_m(const FramePoses& poses) {
+  Eigen::Vector3d sum(0.0, 0.0, 0.0);
+  const std::vector<int> frames = posed_frames(poses);
+  for (const int frame : frames) sum += poses[static_cast<std::size_t>(frame)]->position_m;
+  return sum / static_cast<double>(std::max<std::size_t>(1, frames.size()));
+}
+
+}  // namespace
+
+ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& poses,
+                                 const cv::Mat& mask) {
+  const auto count = static_cast<int>(panoramas.frames.size());
+  const std::vector<ComparedPanorama> pictures = compared_panoramas(panoramas, poses, mask);
+  std::vector<LinkPatches> links;
   for (const FrameLink link : links_of(panoramas, poses)) links.push_back({.link = link});
+  Progress progress("Comparing exposures", static_cast<std::int64_t>(links.size()), "pairs");
   parallel_for(0, static_cast<int>(links.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      ComparedLink& compared = links[static_cast<std::size_t>(i)];
-      compared.colours = compare_colours(pictures[static_cast<std::size_t>(compared.link.from)],
-                                         pictures[static_cast<std::size_t>(compared.link.to)],
-                                         ColourScale::kLight);
+      auto& [link, patches] = links[static_cast<std::size_t>(i)];
+      patches = match_patches(pictures[static_cast<std::size_t>(link.from)],
+                              pictures[static_cast<std::size_t>(link.to)]);
+      progress.advance();
     }
   });
-  return solve_gains(static_cast<int>(panoramas.frames.size()), links);
+  return measure_exposures(links, count, posed_lines(panoramas, poses), middle_m(poses));
 }
 
 fs::path rectified_file(const CaptureFrame& frame) {

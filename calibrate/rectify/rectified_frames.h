@@ -13,9 +13,9 @@
 
 namespace raywalk::calibrate {
 
-// The gains of all frames (exposure_gains.h); reads the picture of every frame with a pose.
-std::vector<LightGain> measure_gains(const CaptureSet& panoramas, const FramePoses& poses,
-                                     const cv::Mat& mask);
+// Compares the light of all frames with a pose (exposure_gains.h).
+ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& poses,
+                                 const cv::Mat& mask);
 
 // "OUT/rectified/NAME.png" and "OUT/rectified/masks/NAME.png", relative to OUT.
 std::filesystem::path rectified_file(const CaptureFrame& frame);

@@ -2,18 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "calibrate/rectify/crossing_table.h"
+#include "calibrate/rectify/exposure_report.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
 #include "core/files/image_file.h"
 #include "core/report/markup.h"
-#include "core/report/svg_plot.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -24,13 +23,6 @@ using nlohmann::ordered_json;
 constexpr int kFormatVersion = 1;
 constexpr const char* kReport = "rectify.json";
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
-
-// Photographic stops (factors of two).
-double stops(double gain) { return std::log2(gain); }
-
-double mean_stops(const LightGain& gain) {
-  return (stops(gain[0]) + stops(gain[1]) + stops(gain[2])) / 3.0;
-}
 
 ordered_json frame_json(const CaptureFrame& frame, const FramePose& pose, const LightGain& gain) {
   return {{"name", frame.name},
@@ -62,11 +54,16 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
                          const RectifyResult& result) {
   ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (poses[i]) frames.push_back(frame_json(set.frames[i], *poses[i], result.gains[i]));
+    if (!poses[i]) continue;
+    frames.push_back(frame_json(set.frames[i], *poses[i], result.gains[i]));
+    if (!result.exposure) continue;
+    frames.back()["exposure"] = frame_exposure_json(*result.exposure, static_cast<int>(i));
   }
   for (const CrossingComparison& comparison : result.crossings) {
     crossings.push_back(comparison_json(set, comparison));
   }
+  ordered_json exposure;
+  if (result.exposure) exposure = exposure_json(set, *result.exposure);
   ordered_json tolerance;
   if (result.line_tolerance_mm) tolerance = *result.line_tolerance_mm;
   return {{"format_version", kFormatVersion},
@@ -76,6 +73,7 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
           {"line_tolerance_mm", tolerance},
           {"crossings", crossings},
           {"e_connect", connection_json(result.connection)},
+          {"exposure", exposure},
           {"frames", frames}};
 }
 
@@ -131,30 +129,6 @@ RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
 
 HtmlFigure overlay_figure(const fs::path& file, const std::string& caption) {
   return picture_figure(read_picture(file), EmbeddedFormat::kJpeg, caption, caption);
-}
-
-void add_gains(const CaptureSet& set, const FramePoses& poses, const RectifyResult& result,
-               HtmlPage* page) {
-  LinePlot plot{.title = "Gain of every frame",
-                .x_label = "position on the rail / m",
-                .y_label = "mean gain / stops"};
-  double largest = 0.0;
-  for (const CaptureLine& line : set.lines) {
-    PlotSeries series{.name = line.id, .style = PlotStyle::kLineAndPoints};
-    for (const int frame : line.frames) {
-      if (!poses[static_cast<std::size_t>(frame)]) continue;
-      const double gain = mean_stops(result.gains[static_cast<std::size_t>(frame)]);
-      series.points.push_back({set.rail_m(frame), gain});
-      largest = std::max(largest, std::abs(gain));
-    }
-    if (!series.points.empty()) plot.series.push_back(std::move(series));
-  }
-  page->add_section("Exposure");
-  page->add_paragraph(fmt::format(
-      "The factor of each frame's light that makes neighbours and crossing lines agree; at "
-      "most {:.3f} stops.",
-      largest));
-  page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the colours")});
 }
 
 void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) {
@@ -241,7 +215,12 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const 
   }
   add_overlays(set, result, out, &page);
   add_connection(result.connection, &page);
-  add_gains(set, poses, result, &page);
+  page.add_section("Exposure");
+  if (result.exposure) {
+    add_exposure(set, *result.exposure, &page);
+  } else {
+    page.add_paragraph("Not compared (--no-gain): the frames' light is as captured.");
+  }
   write_file_atomically(out / "rectify.html", page.html());
   write_file_atomically(
       out / kReport,

@@ -1,10 +1,12 @@
 #include "calibrate/rectify/rectify_set.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "calibrate/rectify/crossing_overlay.h"
+#include "calibrate/rectify/exposure_report.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
@@ -139,7 +141,11 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
   RectifyResult result;
   result.gains.assign(panoramas.frames.size(), LightGain{1.0, 1.0, 1.0});
-  if (options.equalise_gain) result.gains = measure_gains(panoramas, poses, mask);
+  if (options.equalise_gain) {
+    result.exposure = compare_exposures(panoramas, poses, mask);
+    result.gains = result.exposure->gains;
+    spdlog::info("{}", exposure_summary(*result.exposure));
+  }
   write_rectified_frames(panoramas, poses, result.gains, mask, options.out);
   const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);
   const auto truth = rectified_rows(panoramas, poses, !mask.empty(), true);

@@ -1,5 +1,5 @@
-// The step `rectify`: frames in world axes and of equal brightness, listed with their positions for
-// raywalk-build-lf.
+// The step `rectify`: frames in world axes, corrected where their exposures differ, listed with
+// their positions for raywalk-build-lf.
 #pragma once
 
 #include <filesystem>
@@ -40,10 +40,11 @@ struct CrossingComparison {
 };
 
 struct RectifyResult {
-  int frames = 0;                       // in poses.csv
-  int validation_frames = 0;            // in gt.csv
-  std::vector<std::string> left_out{};  // frames without a pose
-  std::vector<LightGain> gains{};       // by frame
+  int frames = 0;                            // in poses.csv
+  int validation_frames = 0;                 // in gt.csv
+  std::vector<std::string> left_out{};       // frames without a pose
+  std::vector<LightGain> gains{};            // by frame; exactly 1 where nothing is corrected
+  std::optional<ExposureResult> exposure{};  // nullopt: not measured, or read from a file
   std::vector<CrossingComparison> crossings{};
   ConnectionBeforeAfter connection{};
   // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: no lines found.

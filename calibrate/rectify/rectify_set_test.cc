@@ -84,7 +84,8 @@ class RectifySetTest : public ::testing::Test {
   static double exposure(int frame) { return 1.0 + 0.08 * std::sin(1.3 * frame); }
 
   RectifyOptions options() const {
-    return {.measure_connection = false, .out = out_.path() / "calibration"};
+    return {
+        .equalise_gain = false, .measure_connection = false, .out = out_.path() / "calibration"};
   }
   fs::path in_out(const std::string& file) const { return out_.path() / "calibration" / file; }
   // Mean PSNR over the frames of the rectified pictures against upright ground truth.
@@ -113,7 +114,9 @@ FramePoses* RectifySetTest::poses_ = nullptr;
 TestDirectory* RectifySetTest::frames_ = nullptr;
 
 TEST_F(RectifySetTest, FramesAreUprightAndEquallyBright) {
-  const RectifyResult result = rectify_set(*set_, *poses_, nullptr, options());
+  RectifyOptions equalised = options();
+  equalised.equalise_gain = true;
+  const RectifyResult result = rectify_set(*set_, *poses_, nullptr, equalised);
   EXPECT_EQ(result.frames, 2 * kStations);
   EXPECT_EQ(result.validation_frames, kStations);
   EXPECT_TRUE(result.left_out.empty());
@@ -128,9 +131,7 @@ TEST_F(RectifySetTest, FramesAreUprightAndEquallyBright) {
   // rotated and not equalised.
   const double equalised_db = mean_psnr_db(std::exp(light));
   EXPECT_GT(equalised_db, 29.0);
-  RectifyOptions unequalised = options();
-  unequalised.equalise_gain = false;
-  rectify_set(*set_, *poses_, nullptr, unequalised);
+  rectify_set(*set_, *poses_, nullptr, options());
   EXPECT_LT(mean_psnr_db(std::exp(light)), equalised_db - 0.5);
   rectify_set(*set_, nominal_poses(*set_), nullptr, options());
   EXPECT_LT(mean_psnr_db(std::exp(light)), equalised_db - 5.0);
@@ -171,7 +172,9 @@ TEST_F(RectifySetTest, MaskRotatesWithItsFrame) {
 }
 
 TEST_F(RectifySetTest, OverlaysShowTheLinesAgree) {
-  const RectifyResult result = rectify_set(*set_, *poses_, nullptr, options());
+  RectifyOptions equalised = options();
+  equalised.equalise_gain = true;
+  const RectifyResult result = rectify_set(*set_, *poses_, nullptr, equalised);
   ASSERT_GE(result.crossings.size(), 1U);
   for (const CrossingComparison& crossing : result.crossings) {
     EXPECT_LT(crossing.difference_after, 0.8 * crossing.difference_before);

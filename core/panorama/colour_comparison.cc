@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
-#include "core/panorama/srgb.h"
 #include "core/panorama/transposed_border.h"
 
 namespace raywalk {
@@ -84,35 +83,24 @@ std::vector<double> solid_angles(int columns) {
   return weights;
 }
 
-std::array<double, 256> logs_of_levels(ColourScale scale) {
-  std::array<double, 256> values{};
-  for (size_t level = 1; level < values.size(); ++level) {
-    const auto number = static_cast<double>(level);
-    values[level] =
-        std::log(scale == ColourScale::kLight ? linear_from_srgb_level(number) : number);
-  }
-  return values;
-}
-
-const std::array<double, 256>& logs_of(ColourScale scale) {
-  static const std::array<double, 256> levels = logs_of_levels(ColourScale::kLevel);
-  static const std::array<double, 256> light = logs_of_levels(ColourScale::kLight);
-  return scale == ColourScale::kLight ? light : levels;
-}
-
-// The approximate factor of the levels when light (or levels) change by exp(log_ratio): the sRGB
-// curve is close to a power of 2.2.
-double level_factor(double log_ratio, ColourScale scale) {
-  return std::exp(scale == ColourScale::kLight ? log_ratio / 2.2 : log_ratio);
+const std::array<double, 256>& logs_of_levels() {
+  static const std::array<double, 256> logs = [] {
+    std::array<double, 256> values{};
+    for (size_t level = 1; level < values.size(); ++level) {
+      values[level] = std::log(static_cast<double>(level));
+    }
+    return values;
+  }();
+  return logs;
 }
 
 // Computes the log ratios and their errors; false if there is too little to compare. Pixels are
 // weighted by `trust` (CV_32F; 0: ignored) and by level, as rounding and noise change a log ratio
 // in proportion to 1 / level.
 bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust,
-                    ColourScale colour_scale, ColourComparison* comparison) {
+                    ColourComparison* comparison) {
   const std::vector<double> solid_angle = solid_angles(from.cols);
-  const auto& logs = logs_of(colour_scale);
+  const auto& logs = logs_of_levels();
   constexpr double kLeastShare = 0.02;
   // Errors of neighbouring pixels are correlated; this many count as one sample.
   constexpr double kPixelsPerSample = 64.0;
@@ -145,12 +133,12 @@ bool measure_ratios(const cv::Mat& from, const cv::Mat& to, const cv::Mat& trust
 // Root mean square difference of `from` and of `to` over `ratio`, both unclipped, where `valid` is
 // not 0 (empty: everywhere).
 double rms_difference(const cv::Mat& from, const cv::Mat& to, const cv::Mat& valid,
-                      const std::array<double, 3>& log_ratio, ColourScale colour_scale) {
+                      const std::array<double, 3>& log_ratio) {
   const std::vector<double> solid_angle = solid_angles(from.cols);
   double sum = 0.0;
   double weight = 0.0;
   for (size_t channel = 0; channel < 3; ++channel) {
-    const double scale = level_factor(-log_ratio[channel], colour_scale);
+    const double scale = std::exp(-log_ratio[channel]);
     const int c = static_cast<int>(channel);
     for (int row = 0; row < from.rows; ++row) {
       const auto* a = from.ptr<cv::Vec3b>(row);
@@ -243,8 +231,7 @@ cv::Mat valid_in_both(const ComparedPicture& a, const ComparedPicture& b) {
 
 }  // namespace
 
-ColourComparison compare_colours(const ComparedPicture& first, const ComparedPicture& second,
-                                 ColourScale scale) {
+ColourComparison compare_colours(const ComparedPicture& first, const ComparedPicture& second) {
   const cv::Mat& from = first.colours;
   const cv::Mat& to = second.colours;
   const cv::Mat valid = valid_in_both(first, second);
@@ -255,13 +242,13 @@ ColourComparison compare_colours(const ComparedPicture& first, const ComparedPic
   ColourComparison comparison;
   const auto& log_ratio = comparison.log_ratio;
   const cv::Mat alike = only_valid(cv::Mat(from.size(), CV_32F, cv::Scalar(1.0)));
-  if (!measure_ratios(from, to, alike, scale, &comparison)) return {};
-  comparison.change = rms_difference(from, to, valid, log_ratio, scale);
+  if (!measure_ratios(from, to, alike, &comparison)) return {};
+  comparison.change = rms_difference(from, to, valid, log_ratio);
   const double mean_log = (log_ratio[0] + log_ratio[1] + log_ratio[2]) / 3.0;
-  const HalfwayImages halfway = meet_halfway(from, to, level_factor(-mean_log, scale));
+  const HalfwayImages halfway = meet_halfway(from, to, std::exp(-mean_log));
   const cv::Mat trust = only_valid(trust_in_flow(halfway.from));
-  if (!measure_ratios(halfway.from, halfway.to, trust, scale, &comparison)) return {};
-  comparison.unexplained_change = rms_difference(halfway.from, halfway.to, valid, log_ratio, scale);
+  if (!measure_ratios(halfway.from, halfway.to, trust, &comparison)) return {};
+  comparison.unexplained_change = rms_difference(halfway.from, halfway.to, valid, log_ratio);
   comparison.comparable = true;
   return comparison;
 }

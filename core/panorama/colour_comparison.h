@@ -14,12 +14,6 @@ inline constexpr int kComparisonWidth = 256;
 // window that touches them, so mask them with a margin of half a window.
 inline constexpr int kFlowWindow = 15;
 
-// The quantity whose ratios are measured.
-enum class ColourScale {
-  kLevel,  // 8-bit sRGB levels
-  kLight   // linear light, by the sRGB curve
-};
-
 // Transposed (row = theta, column = phi), in world axes.
 struct ComparedPicture {
   cv::Mat colours{};  // CV_8UC3: red, green, blue
@@ -30,7 +24,8 @@ struct ColourComparison {
   // Whether enough pixels of both pictures are neither clipped nor black. If not, the values below
   // are 0.
   bool comparable = false;
-  // Natural logarithm of the ratio second / first for the same surface; red, green, blue.
+  // Natural logarithm of the ratio of 8-bit levels, second / first, for the same surface; red,
+  // green, blue.
   std::array<double, 3> log_ratio{};
   std::array<double, 3> log_ratio_error{};  // estimated standard error
   // Root mean square difference in levels after scaling the second picture to the colours of the
@@ -41,7 +36,6 @@ struct ColourComparison {
 };
 
 // Compares two pictures of equal size.
-ColourComparison compare_colours(const ComparedPicture& first, const ComparedPicture& second,
-                                 ColourScale scale);
+ColourComparison compare_colours(const ComparedPicture& first, const ComparedPicture& second);
 
 }  // namespace raywalk

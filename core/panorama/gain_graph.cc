@@ -12,8 +12,7 @@ namespace {
 // the identity makes the system regular and each component's mean 0. The multiple amplifies
 // rounding errors, to less than 1e-6 here.
 Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
-                               const std::vector<double>& weights, int pictures,
-                               double prior_weight) {
+                               const std::vector<double>& weights, int pictures) {
   constexpr double kRegularisation = 1e-9;
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(static_cast<std::size_t>(pictures) + 4 * equations.size());
@@ -30,7 +29,7 @@ Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
     right[to] -= weight * difference;
     max_weight = std::max(max_weight, weight);
   }
-  const double diagonal = std::max(prior_weight, kRegularisation * max_weight);
+  const double diagonal = kRegularisation * max_weight;
   for (int i = 0; i < pictures; ++i) entries.emplace_back(i, i, diagonal);
   Eigen::SparseMatrix<double> normal(pictures, pictures);
   normal.setFromTriplets(entries.begin(), entries.end());
@@ -40,18 +39,16 @@ Eigen::VectorXd solve_weighted(const std::vector<GainEquation>& equations,
 
 }  // namespace
 
-Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures,
-                                 double prior_error) {
+Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures) {
   constexpr double kHuber = 1.345;
   constexpr int kMaxIterations = 50;
   constexpr double kConverged = 1e-6;
-  const double prior_weight = 1.0 / (prior_error * prior_error);
   std::vector<double> weights;
   weights.reserve(equations.size());
   for (const GainEquation& equation : equations) {
     weights.push_back(1.0 / (equation.error * equation.error));
   }
-  Eigen::VectorXd solution = solve_weighted(equations, weights, pictures, prior_weight);
+  Eigen::VectorXd solution = solve_weighted(equations, weights, pictures);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     for (std::size_t i = 0; i < equations.size(); ++i) {
       const GainEquation& equation = equations[i];
@@ -62,7 +59,7 @@ Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int
           std::min(1.0, kHuber / std::max(residual, kHuber)) / (equation.error * equation.error);
     }
     const Eigen::VectorXd last = solution;
-    solution = solve_weighted(equations, weights, pictures, prior_weight);
+    solution = solve_weighted(equations, weights, pictures);
     if (pictures == 0 || (solution - last).cwiseAbs().maxCoeff() < kConverged) break;
   }
   return solution;

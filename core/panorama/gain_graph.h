@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <vector>
 
 namespace raywalk {
@@ -15,14 +14,12 @@ struct GainEquation {
   double error = 1.0;
 };
 
-// The log gains of `pictures` pictures that best fit the equations. `prior_error`: standard
-// deviation of a prior that each log gain is 0, for pictures with few or no equations; infinite: no
-// prior, and each connected component has mean 0. Errors may differ by factors up to 1e4.
+// The log gains of `pictures` pictures that best fit the equations; each connected component has
+// mean 0. Errors may differ by factors up to 1e4.
 //
 // Huber's estimate by iterative reweighting: a residual r of more than k standard errors s counts
 // as k s |r|, not r^2, which bounds the influence of outliers (k = 1.345 keeps 95 % of the
 // efficiency of least squares under normal errors; Huber, Robust Statistics, 1981).
-Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures,
-                                 double prior_error = std::numeric_limits<double>::infinity());
+Eigen::VectorXd solve_gain_graph(const std::vector<GainEquation>& equations, int pictures);
 
 }  // namespace raywalk
