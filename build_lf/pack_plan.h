@@ -21,7 +21,7 @@ struct PackOptions {
   std::optional<double> off_line_m;                // GridTolerance::off_line_m
   // Free bytes of the disk that holds a directory, for tests; none: as the system says.
   std::function<std::optional<std::uint64_t>(const std::filesystem::path&)> free_bytes{};
-  bool replace = false;                            // a room at `out` is replaced
+  bool replace = false;  // a room at `out` is replaced
 };
 
 // The input files of a station.

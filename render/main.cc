@@ -273,9 +273,8 @@ void add_path(CLI::App* app, Arguments* arguments) {
       arguments->out = std::filesystem::path(arguments->path).stem().string();
     }
     const Room room = Room::open(arguments->room);
-    fmt::print("{}\n",
-               escaped(write_path(room, chosen_mode(*arguments, room), arguments->frame,
-                                  arguments->path, arguments->out, arguments->force)));
+    fmt::print("{}\n", escaped(write_path(room, chosen_mode(*arguments, room), arguments->frame,
+                                          arguments->path, arguments->out, arguments->force)));
   });
 }
 

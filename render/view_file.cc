@@ -82,10 +82,9 @@ std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoi
   const int captured_px = room.panorama().width;
   const std::string enlarged =
       enlargement_text(enlargement_of(frame, view.image.cols, captured_px), captured_px);
-  return fmt::format("{}: {}x{}{} at {:g},{:g} m, distances {}, {}", file.string(),
-                     view.image.cols, view.image.rows,
-                     enlarged.empty() ? "" : ", " + enlarged + ",", viewpoint.x_m, viewpoint.z_m,
-                     distances_used(room, mode), view_summary(mode, view.report));
+  return fmt::format("{}: {}x{}{} at {:g},{:g} m, distances {}, {}", file.string(), view.image.cols,
+                     view.image.rows, enlarged.empty() ? "" : ", " + enlarged + ",", viewpoint.x_m,
+                     viewpoint.z_m, distances_used(room, mode), view_summary(mode, view.report));
 }
 
 }  // namespace raywalk::render

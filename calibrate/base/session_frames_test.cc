@@ -124,8 +124,8 @@ TEST_F(SessionFramesTest, PlacesThatAreNoneAreRefused) {
     write_session();
     session_->execute(std::string("UPDATE attempt SET measured_mm = ") + value +
                       " WHERE station_id = 1");
-    EXPECT_THAT(error(), AllOf(HasSubstr("session.db"), HasSubstr("measured_mm"),
-                               HasSubstr("x0_000")));
+    EXPECT_THAT(error(),
+                AllOf(HasSubstr("session.db"), HasSubstr("measured_mm"), HasSubstr("x0_000")));
   }
 }
 
