@@ -97,7 +97,7 @@ std::string checksum_of_line(const fs::path& volume) {
 }
 
 void pack_room(const PackOptions& options) {
-  require_absent(without_trailing_slash(options.out), "--out");
+  require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
   PartialRoom partial(options.out, plan.fingerprint, options.replace);
   const fs::path& room = partial.directory();

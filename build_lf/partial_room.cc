@@ -53,18 +53,18 @@ void remove_unfinished_volumes(const fs::path& room) {
   }
 }
 
+}  // namespace
+
+void require_replaceable_room(const fs::path& out) {
+  require_replaceable(out, {"a room", "manifest.json", "\"raywalk-room\"", is_part_of_room});
+}
+
 void require_free(const fs::path& out, bool replace) {
   if (replace) {
     require_replaceable_room(out);
   } else {
     require_absent(out, "--out");
   }
-}
-
-}  // namespace
-
-void require_replaceable_room(const fs::path& out) {
-  require_replaceable(out, {"a room", "manifest.json", "\"raywalk-room\"", is_part_of_room});
 }
 
 PartialRoom::PartialRoom(bool replace, const fs::path& out)

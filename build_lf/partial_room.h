@@ -13,6 +13,10 @@ namespace raywalk::build_lf {
 // with nothing else in it.
 void require_replaceable_room(const std::filesystem::path& out);
 
+// Throws Error unless a room can be made at `out`: nothing is there, or, with `replace`, a room
+// that may be replaced.
+void require_free(const std::filesystem::path& out, bool replace);
+
 class PartialRoom {
  public:
   // Creates or reuses the directory, locks it and removes the volumes that a killed run left

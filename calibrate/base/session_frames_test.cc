@@ -117,7 +117,7 @@ TEST_F(SessionFramesTest, FramesOutsideOfTheDirectoryAreRefused) {
 
 // Such values reached the steps, some of which crashed, and some were taken for 0.
 TEST_F(SessionFramesTest, PlacesThatAreNoneAreRefused) {
-  for (const char* value : {"1e308", "-1e308", "9e999", "NULL", "'near'", "1e6", "-900"}) {
+  for (const char* value : {"1e308", "-1e308", "9e999", "NULL", "1e6", "-900"}) {
     SCOPED_TRACE(value);
     session_.reset();
     std::filesystem::remove(folder_ / "session.db");

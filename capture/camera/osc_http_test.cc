@@ -124,7 +124,7 @@ std::string fault_of(FaultKind kind, RawServer::Act act) {
 TEST(OscHttp, ServerThatIsNotACameraIsRecognized) {
   constexpr FaultKind kWrong = FaultKind::kWrongDevice;
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "text/html", "<html>\nLog in</html>"))),
-              HasSubstr("no JSON object but '<html> Log in</html>'"));
+              HasSubstr("no JSON object but '<html>\\nLog in</html>'"));
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "application/json", "{\"model\": \"The"))),
               HasSubstr("no JSON object"));
   EXPECT_THAT(fault_of(kWrong, says(http("200 OK", "application/json", "[1, 2]"))),

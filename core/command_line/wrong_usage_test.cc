@@ -99,7 +99,7 @@ TEST_F(WrongUsageTest, OtherMistakesLeadToTheCommandsHelp) {
 
 TEST_F(WrongUsageTest, ControlCharactersAreNotPrinted) {
   EXPECT_THAT(message({"info", "room.lf", "--a\x1b[31m"}),
-              testing::StartsWith("unknown flag '--a?[31m'"));
+              testing::StartsWith("unknown flag '--a\\u001b[31m'"));
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST(CheckedJson, ErrorsNameTheFileThePlaceAndTheRemedy) {
             "room.json: format version 2 is newer than 1, the newest this program reads; use a "
             "newer Raywalk, or make it again");
   EXPECT_EQ(error_of_reading([](const CheckedJson& root) { root.at("name").fail("is\nodd"); }),
-            "room.json: name: is odd; make it again");
+            "room.json: name: is\nodd; make it again");
 }
 
 TEST(CheckedJson, OtherTypesAreRefused) {

@@ -52,8 +52,8 @@ std::string wrong_count(const std::vector<std::string>& fields,
                         const std::vector<std::string>& columns) {
   const auto separators = other_separator(fields);
   if (separators && fields.size() < columns.size()) return use_commas(*separators);
-  const std::string count = fmt::format("{} fields where the header has {} ({})", fields.size(),
-                                        columns.size(), joined(columns));
+  std::string count = fmt::format("{} fields where the header has {} ({})", fields.size(),
+                                  columns.size(), joined(columns));
   if (fields.size() < columns.size()) return count;
   return fmt::format("{}; {}, and put a field that holds a comma in quotes", count, kDecimalPoints);
 }

@@ -112,7 +112,7 @@ cv::Mat decode_png(std::string& encoded, int flags, const fs::path& file) {
 }
 
 cv::Mat decode(EncodedImage& image, int flags, int type, const fs::path& file) {
-  const cv::Mat picture =
+  cv::Mat picture =
       image.header.format == ImageFormat::kPng
           ? decode_png(image.bytes, flags, file)
           : decode_jpeg(std::as_bytes(std::span(image.bytes)),

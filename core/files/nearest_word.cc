@@ -41,6 +41,7 @@ std::string last_part(const std::string& key) { return key.substr(key.rfind('.')
 
 std::vector<std::string> last_parts(const std::vector<std::string>& keys) {
   std::vector<std::string> parts;
+  parts.reserve(keys.size());
   for (const std::string& key : keys) parts.push_back(last_part(key));
   return parts;
 }

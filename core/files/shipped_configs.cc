@@ -9,7 +9,7 @@ namespace raywalk {
 namespace fs = std::filesystem;
 
 fs::path shipped_configs(const std::string& folder) {
-  const fs::path wanted = folder.empty() ? fs::path("configs") : fs::path("configs") / folder;
+  fs::path wanted = folder.empty() ? fs::path("configs") : fs::path("configs") / folder;
   std::error_code error;
   fs::path above = fs::read_symlink("/proc/self/exe", error).parent_path();
   while (!error && !above.empty()) {

@@ -14,6 +14,7 @@
 #include "core/files/image_file.h"
 #include "core/files/sqlite_connection.h"
 #include "core/panorama/srgb.h"
+#include "core/session/session_schema.h"
 #include "tests/end_to_end/run_command.h"
 
 namespace raywalk {
@@ -114,16 +115,15 @@ TEST_F(CalibrateTest, SessionWithoutStationsIsRefusedByEveryStep) {
   const fs::path session = directory_ / "session";
   fs::create_directories(session);
   SqliteConnection(session / "session.db", SqliteAccess::kReadWrite)
-      .execute(
-          "PRAGMA application_id = 0x52574c4b; PRAGMA user_version = 1;"
-          "CREATE TABLE session (frames, exposures); INSERT INTO session VALUES ('panorama', 1);"
-          "CREATE TABLE line (id, name, axis, across_m, validation);"
-          "CREATE TABLE station (name, x_m, z_m);"
-          "CREATE TABLE captured_frame (file, sha256, exposure, lens, line, station, x_m, z_m)");
+      .execute(fmt::format(
+          "{}{}PRAGMA application_id = {}; PRAGMA user_version = {};"
+          "INSERT INTO session (id, created_utc_us, mode, camera, frames, exposures, plan_json, "
+          "config_text) VALUES (1, 0, 'stations', 'osc', 'panorama', 1, "
+          "'{{\"frames\": \"panorama\", \"bracket_ev\": [0], \"lines\": []}}', '')",
+          kSessionSchema, kSessionCopies, kSessionApplicationId, kSessionFormatVersion));
   for (const char* step : {"lens", "stitch", "mask --cone-deg 20", "poses", "grid", "rectify",
                            "all", "all --method rotation"}) {
-    expect_error(calibrate(std::string(step) + " --partial " + session.string()), 1,
-                 "session.db: plans no stations");
+    expect_error(calibrate(std::string(step) + " --partial " + session.string()), 1, "no stations");
   }
   EXPECT_FALSE(fs::exists(session / "calibration"));
 }

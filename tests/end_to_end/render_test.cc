@@ -169,7 +169,7 @@ TEST_F(RenderTest, ManifestOfANewerFormat) {
   make_room();
   const fs::path manifest = directory_ / "room.lf" / "manifest.json";
   auto json = nlohmann::json::parse(read_file(manifest));
-  json["format_version"] = 2;
+  json["format_version"] = 3;
   std::ofstream(manifest) << json.dump();
   expect_error(render(view_to_png("--at 0,0")), 1, "manifest.json");
 }

@@ -86,7 +86,7 @@ TEST(RigOpticsTest, LensFilesOfOtherLayoutsAreRefused) {
       EXPECT_THAT(e.what(), HasSubstr(message));
     }
   };
-  expect_refused("cannot");
+  expect_refused("not a file");
   write_lens_file(camera.lens, lens);
   expect_refused("1600 x 900");
   lens.picture = {1600, 800};
