@@ -95,9 +95,10 @@ ComparedPanorama::Place ComparedPanorama::place_of(const Eigen::Vector3d& direct
   const auto theta = static_cast<double>(std::atan2(seen.x(), seen.z()));
   const auto phi = static_cast<double>(
       std::atan2(seen.y(), std::sqrt(seen.x() * seen.x() + seen.z() * seen.z())));
-  const PixelPosition at = pixel_from_angles({theta, phi}, {width_, width_ / 2});
-  const double u = std::clamp(at.u + kBorder_px, 0.0, width_ + 2.0 * kBorder_px - 1.001);
-  const double v = std::clamp(at.v + kBorder_px, 0.0, width_ / 2 + 2.0 * kBorder_px - 1.001);
+  const PanoramaSize size{width_, width_ / 2};
+  const PixelPosition at = pixel_from_angles({theta, phi}, size);
+  const double u = std::clamp(at.u + kBorder_px, 0.0, size.width + 2.0 * kBorder_px - 1.001);
+  const double v = std::clamp(at.v + kBorder_px, 0.0, size.height + 2.0 * kBorder_px - 1.001);
   const int col = static_cast<int>(u);
   const int row = static_cast<int>(v);
   return {row, col, static_cast<float>(u - col), static_cast<float>(v - row)};
