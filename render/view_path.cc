@@ -173,7 +173,7 @@ void require_views_only(const fs::path& out) {
 fs::path prepared_replacement(const fs::path& out, const Room& room, const ViewMode& mode,
                               const ViewFrame& frame, std::span<const PathView> views) {
   require_views_only(out);
-  const fs::path partial = out.string() + ".partial";
+  fs::path partial = out.string() + ".partial";
   require_views_only(partial);
   const fs::path record = partial / "views.json";
   json wanted = settings_of(room, mode, frame);
