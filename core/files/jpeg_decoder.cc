@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/files/jpeg_errors.h"
+#include "core/files/jpeg_scan_check.h"
 
 namespace raywalk {
 namespace {
@@ -41,6 +42,8 @@ class JpegDecoder {
     jpeg_read_header(&info_, TRUE);
     return true;
   }
+
+  std::string damage_of_scan() const { return scan_damage(info_); }
 
   int width() const { return static_cast<int>(info_.image_width); }
   int height() const { return static_cast<int>(info_.image_height); }
@@ -79,18 +82,20 @@ class JpegDecoder {
   JpegErrorTrap trap_{};
 };
 
-[[noreturn]] void throw_damaged(const JpegDecoder& decoder, const std::string& source) {
+[[noreturn]] void throw_damaged(const std::string& reason, const std::string& source) {
   throw Error(fmt::format("{}: damaged, cannot be decoded ({}); copy or capture it again", source,
-                          one_line(decoder.reason())));
+                          one_line(reason)));
 }
 
 void read_header(std::span<const std::byte> bytes, const std::string& source,
                  JpegDecoder* decoder) {
-  if (!decoder->read_header(bytes)) throw_damaged(*decoder, source);
+  if (!decoder->read_header(bytes)) throw_damaged(decoder->reason(), source);
   if (std::int64_t{decoder->width()} * decoder->height() > kMostPixels) {
     throw Error(fmt::format("{}: {}x{} is too large; cannot be decoded", source, decoder->width(),
                             decoder->height()));
   }
+  const std::string damage = decoder->damage_of_scan();
+  if (!damage.empty()) throw_damaged(damage, source);
 }
 
 // As OpenCV converts CMYK, which JPEG files hold inverted (255 = no ink).
@@ -118,7 +123,7 @@ cv::Mat decode_jpeg(std::span<const std::byte> bytes, JpegColours colours,
   const bool cmyk = decoder.is_cmyk() && !grey;
   const J_COLOR_SPACE space = grey ? JCS_GRAYSCALE : cmyk ? JCS_CMYK : JCS_EXT_BGR;
   cv::Mat picture(decoder.height(), decoder.width(), grey ? CV_8UC1 : cmyk ? CV_8UC4 : CV_8UC3);
-  if (!decoder.read_pixels(space, &picture)) throw_damaged(decoder, source);
+  if (!decoder.read_pixels(space, &picture)) throw_damaged(decoder.reason(), source);
   return cmyk ? bgr_of_cmyk(picture) : picture;
 }
 
@@ -126,7 +131,7 @@ void require_intact_jpeg(std::span<const std::byte> bytes, const std::string& so
   JpegDecoder decoder;
   read_header(bytes, source, &decoder);
   std::vector<unsigned char> row(static_cast<std::size_t>(decoder.width()) * kCmykChannels);
-  if (!decoder.read_coarse_pixels(row.data())) throw_damaged(decoder, source);
+  if (!decoder.read_coarse_pixels(row.data())) throw_damaged(decoder.reason(), source);
 }
 
 }  // namespace raywalk

@@ -1,8 +1,8 @@
 // Decodes JPEG files, taking every warning of the decoder for damage.
 //
 // OpenCV decodes them with the same library to the same pixels, but goes on after a warning and
-// returns a picture whose rest is destroyed. Much damage causes no warning, as JPEG has no
-// checksums: of two bytes flipped at random in a photograph's data, two thirds do not.
+// returns a picture whose rest is destroyed. JPEG has no checksums: what else shows damage is
+// looked for too (jpeg_scan_check.h), and some damage shows by nothing.
 #pragma once
 
 #include <cstddef>

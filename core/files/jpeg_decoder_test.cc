@@ -110,7 +110,7 @@ TEST(DecodeJpeg, NamesTheDamageAndPrintsNothing) {
   bytes[middle] ^= 0x5A;
   bytes[middle + 1] ^= 0x3C;
   testing::internal::CaptureStderr();
-  EXPECT_THAT(decoding_error(bytes), AllOf(HasSubstr("a.jpg: damaged"), HasSubstr("Corrupt JPEG"),
+  EXPECT_THAT(decoding_error(bytes), AllOf(HasSubstr("a.jpg: damaged, cannot be decoded ("),
                                            HasSubstr("copy or capture it again")));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
@@ -155,8 +155,8 @@ OpenCvResult decoded_by_opencv(const Bytes& bytes) {
   return result;
 }
 
-// JPEG has no checksums, so some flips give another picture without a warning; all with one are
-// errors.
+// JPEG has no checksums, so some flips give another picture and show by nothing; all with a warning
+// are errors.
 TEST(DecodeJpeg, FlippedBytesWithAWarningAreErrors) {
   const Bytes whole = encoded(photograph(128, 64));
   int found = 0;
@@ -166,7 +166,9 @@ TEST(DecodeJpeg, FlippedBytesWithAWarningAreErrors) {
       bytes[at] ^= mask;
       const OpenCvResult expected = decoded_by_opencv(bytes);
       const std::string error = decoding_error(bytes);
-      EXPECT_EQ(error == "no error", expected.warnings.empty()) << at << " " << error;
+      if (!expected.warnings.empty()) {
+        EXPECT_NE(error, "no error") << at;
+      }
       EXPECT_EQ(error_of([&] { require_intact_jpeg(std::as_bytes(std::span(bytes)), "a.jpg"); }),
                 error)
           << at;
