@@ -38,7 +38,7 @@ void TradePartial::read() {
   const auto is_other = [&] {
     return earlier.at("format").text() != kFormat ||
            earlier.at("format_version").integer() != kPartialFormatVersion ||
-           earlier.at("input").text() != content_->at("input");
+           earlier.at("input").text() != content_->at("input").get<std::string>();
   };
   if (is_other()) {
     throw Error(file_.string() +
