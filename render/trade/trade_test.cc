@@ -16,6 +16,7 @@
 #include "core/report/markup_check.h"
 #include "core/room/requirements.h"
 #include "render/trade/captured_views.h"
+#include "render/trade/trade_test_room.h"
 #include "render/validation/connect_error.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
@@ -28,100 +29,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-// Time that passes as a test says: every work takes the next millisecond more, so that all times
-// differ and are steady, and other processes take `others_share` of the processors.
-class TestClock {
- public:
-  TimeSource source() {
-    TimeSource source;
-    source.times = [this](const std::function<void()>& work) {
-      work();
-      taken_s_ += 1e-6;
-      return Times{taken_s_, taken_s_};
-    };
-    source.processor_use = [this] {
-      all_s_ += 10.0;
-      busy_s_ += 10.0 * others_share;
-      return ProcessorUse{.all_s = all_s_, .busy_s = busy_s_, .own_s = 0.0};
-    };
-    return source;
-  }
-  double others_share = 0.0;
-
- private:
-  double taken_s_ = 1.0;
-  double all_s_ = 0.0;
-  double busy_s_ = 0.0;
-};
-
-class TradeTest : public ::testing::Test {
- protected:
-  TradeTest() {
-    make_room({.overhang_m = 0.25, .width = 64});
-    write_image(directory_ / "near.png", render_truth(spec_, {0.4, 0.0}, 64));
-    write_image(directory_ / "middle.png", render_truth(spec_, {0.0, 0.1}, 64));
-    list("near.png,0.4,0,0\nmiddle.png,0,0,0.1\n");
-    options_.truth = directory_ / "gt.csv";
-    options_.report = directory_ / "report";
-    options_.repetitions = 1;
-    options_.timing_lock = directory_ / "timing.lock";
-    options_.centres = {mode(Generation::kInitial), mode(Generation::kHlfVd)};
-  }
-  void make_room(const SyntheticRoomSpec& spec) {
-    spec_ = spec;
-    write_synthetic_room(spec, directory_ / "room.lf");
-    room_ = Room::open(directory_ / "room.lf");
-  }
-  static ViewMode mode(Generation generation) {
-    return {.options = {.generation = generation, .k_deg = 80.0}};
-  }
-  void list(const std::string& rows) const {
-    std::ofstream(directory_ / "gt.csv") << "file,x,y,z\n" << rows;
-  }
-  // A few settings only, for speed.
-  TradeInput input(const std::vector<ViewOptions>& parameters) const {
-    TradeInput input{.truth = options_.truth.string(),
-                     .repetitions = 1,
-                     .connect_viewpoints = 2,
-                     .time_source = clock_.source()};
-    input.rooms = {trade_room(room_, captured_views(room_, read_truth(options_.truth, room_), 2))};
-    for (const ViewOptions& options : parameters) {
-      TradeSetting setting{.name = "setting " + std::to_string(input.settings.size()),
-                           .mode = {.options = options},
-                           .threads = thread_count(),
-                           .stored_width_px = 64,
-                           .depth = input.rooms[0].depth};
-      if (setting.mode.options.width == 0) setting.mode.options.width = 64;
-      input.settings.push_back(setting);
-    }
-    return input;
-  }
-  TradeInput few() const {
-    return input({{.generation = Generation::kInitial, .k_deg = 90.0},
-                  {.k_deg = 90.0},
-                  {.k_deg = 45.0, .layers = 4},
-                  {.k_deg = 90.0, .width = 32},
-                  {.generation = Generation::kTwoSided, .k_deg = 90.0}});
-  }
-  fs::path partial() const { return options_.report / "trade.partial.json"; }
-  json written() const { return json::parse(read_file(options_.report / "trade.json")); }
-  std::string page() const { return read_file(options_.report / "index.html"); }
-  std::string run_error() const {
-    try {
-      trade(room_, options_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  }
-
-  mutable TestClock clock_;
-  TestDirectory directory_;
-  SyntheticRoomSpec spec_;
-  Room room_;
-  TradeOptions options_;
-};
 
 std::set<std::string> keys_of(const json& object) {
   std::set<std::string> keys;
@@ -301,63 +208,6 @@ TEST_F(TradeTest, ResumesAnInterruptedRun) {
   }
   for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
   EXPECT_FALSE(fs::exists(partial()));
-}
-
-TEST_F(TradeTest, QuietTimesAreNotMarked) {
-  const std::string said = write_trade(few(), options_.report);
-  EXPECT_EQ(written()["disturbed_settings"], 0);
-  EXPECT_THAT(said, Not(HasSubstr("disturbed")));
-  EXPECT_THAT(page(), Not(HasSubstr("time disturbed")));
-}
-
-TEST_F(TradeTest, TimesOfABusyMachineAreMarkedEverywhere) {
-  clock_.others_share = 0.5;
-  const std::string said = write_trade(few(), options_.report);
-  const json all = written();
-  EXPECT_EQ(all["disturbed_settings"], 5);
-  for (const json& setting : all["settings"]) EXPECT_EQ(setting["disturbed"], true);
-  EXPECT_THAT(said, AllOf(HasSubstr("disturbed the times of 5 of 5 settings"),
-                          HasSubstr("(time disturbed)"), HasSubstr("while nothing else runs")));
-  EXPECT_THAT(page(), AllOf(HasSubstr("disturbed the times of 5 of 5 settings"),
-                            HasSubstr("setting 1 (time disturbed)")));
-  EXPECT_EQ(markup_fault(page()), "");
-}
-
-// One setting is timed while others take the processors, every time that it is tried.
-TEST_F(TradeTest, DisturbedSettingsAreTimedAgainAndLeftOutOfTheFront) {
-  TradeInput all = few();
-  const TimeSource quiet = clock_.source();
-  int measured = 0;
-  bool begins = true;
-  all.time_source.processor_use = [&] {
-    if (begins) ++measured;
-    clock_.others_share = begins || measured < 5 ? 0.0 : 0.5;  // the fifth, two-sided, and again
-    begins = !begins;
-    return quiet.processor_use();
-  };
-  write_trade(all, options_.report);
-  const json settings = written()["settings"];
-  EXPECT_EQ(measured, 5 + kDisturbedRounds);
-  EXPECT_EQ(written()["disturbed_settings"], 1);
-  EXPECT_EQ(settings[4]["disturbed"], true);
-  EXPECT_EQ(settings[4]["pareto"]["psnr_db"], false);
-  EXPECT_THAT(page(), HasSubstr("1 of 5 settings"));
-}
-
-TEST_F(TradeTest, ATimeThatSettlesIsNotMarked) {
-  TradeInput all = few();
-  const TimeSource quiet = clock_.source();
-  int measured = 0;
-  bool begins = true;
-  all.time_source.processor_use = [&] {
-    if (begins) ++measured;
-    clock_.others_share = !begins && measured == 2 ? 0.5 : 0.0;
-    begins = !begins;
-    return quiet.processor_use();
-  };
-  write_trade(all, options_.report);
-  EXPECT_EQ(measured, 6);
-  EXPECT_EQ(written()["disturbed_settings"], 0);
 }
 
 TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {
