@@ -9,9 +9,6 @@
 namespace raywalk::capture {
 namespace {
 
-constexpr int kMostExposures = 1000;
-constexpr double kFarthest_mm = 1e8;
-
 // The enumerator that the database names.
 template <typename Enum, std::size_t count>
 Enum choice_of(const CheckedRow& row, int column, const std::array<Enum, count>& choices) {

@@ -19,13 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostExposures = 1000;
 constexpr int kMostStations = 1000000;
 constexpr int kMostAttempts = 1000000;
 constexpr int kLargestSide_px = 1 << 20;
 constexpr std::int64_t kLargestFile_bytes = std::int64_t{1} << 50;
-constexpr double kFarthest_m = 1e5;
-constexpr double kFarthest_mm = 1e8;
+constexpr double kFarthest_m = kFarthest_mm / 1000.0;
 // The largest slider.motion.settle_tolerance_mm.
 constexpr double kLargestTolerance_mm = 100.0;
 

@@ -33,6 +33,11 @@ constexpr std::string_view name_of(FrameLens lens) {
   throw std::logic_error("unknown lens");
 }
 
+// The most pictures of a station that a session may hold.
+inline constexpr int kMostExposures = 1000;
+// The largest position on a rail that a session may hold, also negative.
+inline constexpr double kFarthest_mm = 1e8;
+
 struct SessionLine {
   std::string id{};
   LineAxis axis = LineAxis::kX;
