@@ -9,20 +9,27 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/geometry/length_text.h"
+#include "core/geometry/line_gaps.h"
+#include "core/geometry/unplaced_stations.h"
 
 namespace raywalk {
 namespace {
 
 constexpr int kUndecided = -1;
+// Of the pairs of stations that follow each other, the share on one line from which on the order
+// tells something.
+constexpr double kFollowingShare = 0.5;
 
 class CrossingAssignment {
  public:
-  CrossingAssignment(std::span<const StationPose> stations, double tolerance_m,
+  CrossingAssignment(std::span<const StationPose> stations, const LineLimits& limits,
                      std::vector<StationGroup>* groups)
-      : stations_(stations), tolerance_m_(tolerance_m), tree_(tree_of(stations)), groups_(*groups) {
+      : stations_(stations), limits_(limits), tree_(tree_of(stations)), groups_(*groups) {
     owner_.resize(stations.size(), kUndecided);
     for (size_t group = 0; group < groups_.size(); ++group) {
       for (int station : groups_[group].stations) owner(station) = static_cast<int>(group);
@@ -38,9 +45,7 @@ class CrossingAssignment {
     }
     choose_order(settled);
     for (const Crossing& crossing : crossings) {
-      if (crossing.stations.size() == 2) {
-        split_pair(crossing.x_line, crossing.z_line, crossing.stations, settled);
-      }
+      if (crossing.stations.size() > 1) share_out(crossing, settled);
     }
     sort_members();
     for (const Crossing& crossing : crossings) {
@@ -63,8 +68,7 @@ class CrossingAssignment {
   std::vector<Crossing> find_crossings() const {
     std::vector<std::array<std::vector<int>, 2>> lines_at(stations_.size());  // along x and z
     for (int index = 0; index < line_count(); ++index) {
-      const auto any = [](int) { return true; };
-      for (const int station : stations_near(tree_, line(index), tolerance_m_, any)) {
+      for (const int station : stations_on(index)) {
         lines_at[static_cast<size_t>(station)][line(index).axis == LineAxis::kX ? 0 : 1].push_back(
             index);
       }
@@ -84,6 +88,25 @@ class CrossingAssignment {
     return crossings;
   }
 
+  // The stations within tolerance of a line, whatever line they are of: those between its ends, and
+  // as far beyond them as a line may have lost stations.
+  std::vector<int> stations_on(int index) const {
+    constexpr double kReachInSpacings = 4.0;
+    std::vector<double> along_m;
+    for (const int station : groups_[static_cast<size_t>(index)].stations) {
+      along_m.push_back(along(index, station));
+    }
+    std::sort(along_m.begin(), along_m.end());
+    std::vector<double> gaps_m;
+    for (size_t i = 1; i < along_m.size(); ++i) gaps_m.push_back(along_m[i] - along_m[i - 1]);
+    const double reach_m =
+        std::max(limits_.off_line_m, kReachInSpacings * covering_spacing(std::move(gaps_m)));
+    return stations_near(tree_, line(index), limits_.off_line_m, [&](int station) {
+      const double at_m = along(index, station);
+      return at_m >= along_m.front() - reach_m && at_m <= along_m.back() + reach_m;
+    });
+  }
+
   // A stray station can form a spurious line with stations of the lines around it. A real line has
   // at least two stations of its own; a single station at a crossing is no evidence for it.
   void require_own_stations(const std::vector<Crossing>& crossings) const {
@@ -96,22 +119,34 @@ class CrossingAssignment {
       std::copy_if(group.stations.begin(), group.stations.end(), std::back_inserter(own),
                    [&](int station) { return !shared[static_cast<size_t>(station)]; });
       if (own.size() >= 2) continue;
-      const int alone = own.empty() ? group.stations.front() : own.front();
-      require_own_position(stations_, tree_, alone, tolerance_m_);
-      throw Error(
-          fmt::format("{} is on no line: it lines up only with stations of lines that cross "
-                      "there; a line needs at least two stations of its own",
-                      name(alone)));
+      throw_without(group, own.empty() ? group.stations.front() : own.front());
     }
   }
 
+  // Throws for a station of a line that has no stations of its own.
+  [[noreturn]] void throw_without(const StationGroup& spurious, int station) const {
+    std::vector<StationGroup> others;
+    std::copy_if(groups_.begin(), groups_.end(), std::back_inserter(others),
+                 [&](const StationGroup& group) { return &group != &spurious; });
+    throw_unplaced(stations_, limits_, others, {&station, 1});
+  }
+
+  // Of the stations at a crossing no three count as one.
   void require_two_at_most(const std::vector<int>& shared) const {
-    if (shared.size() <= 2) return;
-    throw Error(
-        fmt::format("{}, {} and {} all lie within {:.3g} mm of the crossing of two lines, where "
-                    "each line has one station; remove the repeated one or lower the line "
-                    "tolerance",
-                    name(shared[0]), name(shared[1]), name(shared[2]), tolerance_m_ * 1e3));
+    for (size_t a = 0; a < shared.size(); ++a) {
+      std::vector<int> same{shared[a]};
+      for (size_t b = a + 1; b < shared.size(); ++b) {
+        if (count_as_one(shared[a], shared[b])) same.push_back(shared[b]);
+      }
+      if (same.size() <= 2) continue;
+      throw Error(fmt::format(
+          "{}, {} and {} are at one place (within {}) where two lines cross, and each line has one "
+          "station there; remove one of them or give a smaller --same-station-mm",
+          name(same[0]), name(same[1]), name(same[2]), mm_text(limits_.same_station_m)));
+    }
+  }
+  bool count_as_one(int a, int b) const {
+    return (tree_.point(a) - tree_.point(b)).norm() <= limits_.same_station_m;
   }
 
   // The order of the list, or of the file names if that better keeps the settled stations of each
@@ -131,33 +166,78 @@ class CrossingAssignment {
       }
       return count;
     };
-    order_ = kept_together(by_name) > kept_together(listed) ? by_name : listed;
+    const int by_name_count = kept_together(by_name), listed_count = kept_together(listed);
+    order_ = by_name_count > listed_count ? by_name : listed;
+    const auto pairs = static_cast<double>(stations_.size()) - 1.0;
+    order_follows_lines_ = std::max(by_name_count, listed_count) > kFollowingShare * pairs;
     rank_.resize(order_.size());
     for (size_t i = 0; i < order_.size(); ++i) {
       rank_[static_cast<size_t>(order_[i])] = static_cast<int>(i);
     }
   }
 
-  // How many of a station's two neighbours in capture order are settled members of the line.
-  int neighbours_on(int station, int line_index, const std::vector<int>& settled) const {
-    int count = 0;
-    for (int step : {-1, 1}) {
-      const int rank = rank_[static_cast<size_t>(station)] + step;
-      if (rank < 0 || rank >= static_cast<int>(order_.size())) continue;
-      const int neighbour = order_[static_cast<size_t>(rank)];
-      if (settled[static_cast<size_t>(neighbour)] == line_index) ++count;
+  // What the capture order says of a station at a crossing.
+  struct Lean {
+    double to_x = 0.0;  // positive: rather of the line along x; negative: of the one along z
+    bool firm = false;  // its settled neighbours on both sides are of that line
+  };
+
+  // By the nearest settled station before and after it: the nearer they are, the more they tell.
+  Lean lean_of(int station, const Crossing& crossing, const std::vector<int>& settled) const {
+    if (!order_follows_lines_) return {};
+    Lean lean{.firm = true};
+    for (const int step : {-1, 1}) {
+      int rank = rank_[static_cast<size_t>(station)] + step, steps = 1;
+      const auto is_in_list = [&] { return rank >= 0 && rank < static_cast<int>(order_.size()); };
+      const auto line_there = [&] {
+        return settled[static_cast<size_t>(order_[static_cast<size_t>(rank)])];
+      };
+      for (; is_in_list() && line_there() == kUndecided; rank += step) ++steps;
+      if (!is_in_list()) continue;
+      const double sign = line_there() == crossing.x_line   ? 1.0
+                          : line_there() == crossing.z_line ? -1.0
+                                                            : 0.0;
+      lean.firm &= sign != 0.0 && sign * lean.to_x >= 0.0;
+      lean.to_x += sign / steps;
     }
-    return count;
+    lean.firm &= lean.to_x != 0.0;
+    return lean;
   }
 
-  void split_pair(int x_line, int z_line, const std::vector<int>& pair,
-                  const std::vector<int>& settled) {
-    const auto fit = [&](int on_x, int on_z) {
-      return neighbours_on(on_x, x_line, settled) + neighbours_on(on_z, z_line, settled);
+  // How much nearer a station is to the line along x than to the one along z.
+  double nearer_to_x(int station, const Crossing& crossing) const {
+    return line(crossing.z_line).distance_to(tree_.point(station)) -
+           line(crossing.x_line).distance_to(tree_.point(station));
+  }
+
+  // Two stations are one of each line, unless both are firmly of one. More are on the lines that
+  // the capture order says, or the nearer, as long as two that count as one are of different lines.
+  void share_out(const Crossing& crossing, const std::vector<int>& settled) {
+    const std::vector<int>& shared = crossing.stations;
+    std::map<int, Lean> leans;
+    for (const int station : shared) leans[station] = lean_of(station, crossing, settled);
+    const auto is_rather_of_x = [&](int a, int b) {
+      return std::tuple(leans[a].to_x, nearer_to_x(a, crossing), name(b)) >=
+             std::tuple(leans[b].to_x, nearer_to_x(b, crossing), name(a));
     };
-    const bool swapped = fit(pair[1], pair[0]) > fit(pair[0], pair[1]);
-    owner(pair[swapped ? 1 : 0]) = x_line;
-    owner(pair[swapped ? 0 : 1]) = z_line;
+    const auto split = [&](int a, int b) {
+      const bool swapped = !is_rather_of_x(a, b);
+      owner(swapped ? b : a) = crossing.x_line;
+      owner(swapped ? a : b) = crossing.z_line;
+    };
+    const bool one_line = leans[shared[0]].firm && leans[shared[1]].firm &&
+                          leans[shared[0]].to_x * leans[shared[1]].to_x > 0.0;
+    if (shared.size() == 2 && !one_line) return split(shared[0], shared[1]);
+    for (const int station : shared) {
+      const double to_x =
+          leans[station].to_x != 0.0 ? leans[station].to_x : nearer_to_x(station, crossing);
+      owner(station) = to_x >= 0.0 ? crossing.x_line : crossing.z_line;
+    }
+    for (size_t a = 0; a < shared.size(); ++a) {
+      for (size_t b = a + 1; b < shared.size(); ++b) {
+        if (count_as_one(shared[a], shared[b])) split(shared[a], shared[b]);
+      }
+    }
   }
 
   void give_single(int x_line, int z_line, int station) {
@@ -211,7 +291,9 @@ class CrossingAssignment {
     for (int index = 0; index < line_count(); ++index) {
       std::vector<int>& stations = groups_[static_cast<size_t>(index)].stations;
       stations.clear();
+      const std::vector<int> before = std::exchange(stations, {});
       for (const auto& [along_m, station] : members(index)) stations.push_back(station);
+      if (stations.size() < 2) throw_without(groups_[static_cast<size_t>(index)], before.front());
     }
   }
 
@@ -225,20 +307,21 @@ class CrossingAssignment {
   int line_count() const { return static_cast<int>(groups_.size()); }
 
   std::span<const StationPose> stations_;
-  double tolerance_m_;
+  LineLimits limits_;
   StationTree tree_;
   std::vector<StationGroup>& groups_;
   std::vector<int> owner_;                 // group of each station
   std::vector<std::set<Member>> members_;  // of each group, in order along it
   std::vector<int> order_;                 // stations in the order they were captured
   std::vector<int> rank_;                  // place of each station in order_
+  bool order_follows_lines_ = false;       // so that it tells which line a station is of
 };
 
 }  // namespace
 
-void assign_crossing_stations(std::span<const StationPose> stations, double tolerance_m,
+void assign_crossing_stations(std::span<const StationPose> stations, const LineLimits& limits,
                               std::vector<StationGroup>* groups) {
-  CrossingAssignment(stations, tolerance_m, groups).run();
+  CrossingAssignment(stations, limits, groups).run();
 }
 
 }  // namespace raywalk

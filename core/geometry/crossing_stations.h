@@ -9,14 +9,19 @@
 
 namespace raywalk {
 
-// Reassigns the stations at every crossing and sorts each group's stations along its line.
-// - Two stations: one per line. The capture order decides: the slider visits a line's stations one
-//   after the other, so a station belongs with its neighbours in the list or in the file names,
-//   whichever order follows the lines better.
+// Reassigns the stations at every crossing, those within tolerance of both lines, and sorts each
+// group's stations along its line.
 // - One station: it goes to the line that would otherwise have the larger gap, relative to its
 //   spacing.
-// Throws Error when more than two stations lie at a crossing: the tolerance cannot separate them.
-void assign_crossing_stations(std::span<const StationPose> stations, double tolerance_m,
+// - Two stations: one per line. The capture order decides: the slider visits a line's stations one
+//   after the other, so a station belongs with its neighbours in the list or in the file names,
+//   whichever order follows the lines better. If that puts both firmly on one line, they are two
+//   neighbours of it.
+// - More, where the tolerance is as large as the spacing: each goes where the capture order or, if
+//   this says nothing, the distance puts it.
+// Throws Error when more than two stations count as one at a crossing, and when a line has fewer
+// than two stations of its own.
+void assign_crossing_stations(std::span<const StationPose> stations, const LineLimits& limits,
                               std::vector<StationGroup>* groups);
 
 }  // namespace raywalk

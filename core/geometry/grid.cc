@@ -11,14 +11,15 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/geometry/crossing_stations.h"
+#include "core/geometry/length_text.h"
+#include "core/geometry/line_gaps.h"
+#include "core/geometry/line_heights.h"
 #include "core/geometry/line_search.h"
+#include "core/geometry/station_spacing.h"
+#include "core/geometry/unplaced_stations.h"
 
 namespace raywalk {
 namespace {
-
-// A side of a cell is captured if no gap between its stations exceeds this multiple of the line's
-// median spacing: a few lost frames do not open a cell, a missing section does.
-constexpr double kLargestGapInSpacings = 4.0;
 
 Eigen::Vector2d vector_of(PlanPoint point) { return {point.x_m, point.z_m}; }
 PlanPoint point_of(const Eigen::Vector2d& vector) { return {vector.x(), vector.y()}; }
@@ -31,62 +32,61 @@ void check_finite(std::span<const StationPose> stations) {
   }
 }
 
-double tolerance_for(std::span<const StationPose> stations, const GridTolerance& tolerance) {
-  if (tolerance.off_line_m) return *tolerance.off_line_m;
+// The limits for stations that are typically `spacing_m` apart.
+LineLimits limits_for(std::span<const StationPose> stations, const GridTolerance& tolerance,
+                      double spacing_m) {
+  constexpr double kOffLineShare = 0.1, kSameStationShare = 0.002, kLeastShare = 1e-9;
   Eigen::AlignedBox3d extent;
   for (const StationPose& station : stations) extent.extend(station.position_m);
-  return std::max(0.1 * median_nearest_distance(stations), 1e-9 * extent.diagonal().norm());
-}
-
-// A slider may climb slightly along its travel, so a station's height is compared with the straight
-// line through all heights, y = mean + slope (along - mean along).
-void check_heights(const Line& line, std::span<const StationPose> stations,
-                   const std::vector<int>& members, double tolerance_m) {
-  const auto count = static_cast<double>(line.stations.size());
-  double along_mean = 0.0, height_scatter = 0.0, along_scatter = 0.0;
-  for (const Station& station : line.stations) along_mean += station.along_m / count;
-  for (const Station& station : line.stations) {
-    const double along = station.along_m - along_mean;
-    height_scatter += along * (station.position_m.y() - line.height_m);
-    along_scatter += along * along;
+  const double least_m = kLeastShare * extent.diagonal().norm();
+  LineLimits limits;
+  limits.off_line_m = tolerance.off_line_m.value_or(std::max(kOffLineShare * spacing_m, least_m));
+  limits.same_station_m = tolerance.same_station_m.value_or(
+      std::min(std::max(kSameStationShare * spacing_m, least_m), 0.5 * limits.off_line_m));
+  if (limits.same_station_m > limits.off_line_m) {
+    throw Error(fmt::format(
+        "stations within {} count as one, but a station may be only {} off its line; give a "
+        "smaller --same-station-mm or a larger --line-tolerance-mm",
+        mm_text(limits.same_station_m), mm_text(limits.off_line_m)));
   }
-  const double slope = height_scatter / along_scatter;
-  if (std::abs(slope) > std::tan(radians_from_degrees(kMaxObliquenessDeg))) {
-    throw Error(fmt::format("the line from {} to {} climbs by {:.3g} degrees, more than {:.3g}",
-                            line.stations.front().file, line.stations.back().file,
-                            degrees_from_radians(std::atan(slope)), kMaxObliquenessDeg));
-  }
-  for (size_t i = 0; i < line.stations.size(); ++i) {
-    const Station& station = line.stations[i];
-    const double expected = line.height_m + slope * (station.along_m - along_mean);
-    const double off = std::abs(station.position_m.y() - expected);
-    if (off > tolerance_m) {
-      throw Error(fmt::format(
-          "{} is {:.3g} mm above or below its line, more than the tolerance of "
-          "{:.3g} mm",
-          name_of(stations[static_cast<size_t>(members[i])]), off * 1e3, tolerance_m * 1e3));
-    }
-  }
+  limits.twin_m =
+      std::max(limits.same_station_m, std::min(limits.off_line_m, kOffLineShare * spacing_m));
+  return limits;
 }
 
 // The line's final fit to its own stations; along_m is 0 at the first station.
 Line line_from_group(const StationGroup& group, std::span<const StationPose> stations,
-                     double tolerance_m) {
-  std::vector<Eigen::Vector2d> points;
-  for (int member : group.stations)
-    points.push_back(plan_of(stations[static_cast<size_t>(member)]));
-  const PlanLine fitted = fit_line(points, group.line.axis);
-  const double first = fitted.along(points.front());
+                     const LineLimits& limits) {
+  const PlanLine fitted = line_through(stations, group.stations, group.line.axis);
+  const auto along = [&](int member) {
+    return fitted.along(plan_of(stations[static_cast<size_t>(member)]));
+  };
+  std::vector<int> members = group.stations;
+  std::stable_sort(members.begin(), members.end(),
+                   [&](int a, int b) { return along(a) < along(b); });
+  const double first = along(members.front());
+  // Stations side by side have the same place along the line, which must increase.
+  constexpr double kLeastStep = 1e-9;
+  const double least_step_m = kLeastStep * (along(members.back()) - first);
+  if (least_step_m <= 0.0) {
+    throw Error(fmt::format("{} and {} are side by side and on no line; leave one of them out",
+                            name_of(stations[static_cast<size_t>(members.front())]),
+                            name_of(stations[static_cast<size_t>(members.back())])));
+  }
   Line line;
+  std::vector<std::string> names;
   line.axis = fitted.axis;
   line.origin = point_of(fitted.origin + first * fitted.direction);
   line.direction = point_of(fitted.direction);
-  for (size_t i = 0; i < points.size(); ++i) {
-    const StationPose& pose = stations[static_cast<size_t>(group.stations[i])];
-    line.stations.push_back({pose.file, pose.position_m, fitted.along(points[i]) - first});
-    line.height_m += pose.position_m.y() / static_cast<double>(points.size());
+  for (const int member : members) {
+    const StationPose& pose = stations[static_cast<size_t>(member)];
+    double along_m = along(member) - first;
+    if (!line.stations.empty()) along_m = std::max(along_m, line.last_m() + least_step_m);
+    line.stations.push_back({pose.file, pose.position_m, along_m});
+    names.push_back(name_of(pose));
+    line.height_m += pose.position_m.y() / static_cast<double>(members.size());
   }
-  check_heights(line, stations, group.stations, tolerance_m);
+  check_heights(line, names, limits.off_line_m);
   return line;
 }
 
@@ -107,16 +107,12 @@ void sort_and_name(std::vector<Line>* lines) {
   }
 }
 
-// Whether a line's stations cover a segment without a large gap. A line may end up to one
+// Whether a line's stations cover a segment without a missing section. A line may end up to one
 // spacing before a corner.
 class Coverage {
  public:
-  explicit Coverage(const Line& line) : line_(line), spacing_m_(median_spacing_m(line)) {
-    for (size_t i = 1; i < line.stations.size(); ++i) {
-      const double a = line.stations[i - 1].along_m, b = line.stations[i].along_m;
-      if (b - a > kLargestGapInSpacings * spacing_m_) gaps_m_.emplace_back(a, b);
-    }
-  }
+  explicit Coverage(const Line& line)
+      : line_(line), spacing_m_(covering_spacing(line)), missing_(missing_sections(line)) {}
 
   const Line& line() const { return line_; }
   bool begins_at(PlanPoint from) const {
@@ -125,15 +121,14 @@ class Coverage {
   bool covers(PlanPoint from, PlanPoint to) const {
     const double begin = along_line(line_, from), end = along_line(line_, to);
     if (line_.first_m() > begin + spacing_m_ || line_.last_m() < end - spacing_m_) return false;
-    return std::none_of(gaps_m_.begin(), gaps_m_.end(), [&](const std::pair<double, double>& gap) {
-      return gap.second > begin && gap.first < end;
-    });
+    return std::none_of(missing_.begin(), missing_.end(),
+                        [&](const LineGap& gap) { return gap.to_m > begin && gap.from_m < end; });
   }
 
  private:
   const Line& line_;
   double spacing_m_;
-  std::vector<std::pair<double, double>> gaps_m_;  // the large ones
+  std::vector<LineGap> missing_;
 };
 
 // The lines of a grid, those along x first.
@@ -204,6 +199,21 @@ class CellSearch {
   std::vector<Coverage> lines_;
   int x_lines_ = 0;
 };
+
+Grid grid_within(std::span<const StationPose> stations, const LineLimits& limits) {
+  FoundLines found = find_lines(stations, limits);
+  if (!found.unplaced.empty()) throw_unplaced(stations, limits, found.groups, found.unplaced);
+  require_lines_apart(stations, limits, found.groups);
+  assign_crossing_stations(stations, limits, &found.groups);
+  Grid grid;
+  for (const StationGroup& group : found.groups) {
+    grid.lines.push_back(line_from_group(group, stations, limits));
+  }
+  sort_and_name(&grid.lines);
+  grid.cells = CellSearch(grid.lines).run();
+  return grid;
+}
+
 }  // namespace
 
 double along_line(const Line& line, PlanPoint point) {
@@ -229,16 +239,21 @@ double median_spacing_m(const Line& line) {
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance) {
   if (stations.empty()) throw Error("there are no stations");
   check_finite(stations);
-  const double tolerance_m = tolerance_for(stations, tolerance);
-  std::vector<StationGroup> groups = find_lines(stations, tolerance_m);
-  assign_crossing_stations(stations, tolerance_m, &groups);
-  Grid grid;
-  for (const StationGroup& group : groups) {
-    grid.lines.push_back(line_from_group(group, stations, tolerance_m));
+  const double spacing_m = typical_spacing(stations);
+  const double nearest_m = median_nearest_distance(stations);
+  try {
+    return grid_within(stations, limits_for(stations, tolerance, spacing_m));
+  } catch (const UsageError&) {
+    throw;
+  } catch (const Error&) {
+    // Lines of a few stations each are closer together than their stations suggest.
+    if (tolerance.off_line_m || nearest_m >= spacing_m) throw;
+    try {
+      return grid_within(stations, limits_for(stations, tolerance, nearest_m));
+    } catch (const Error&) {
+    }
+    throw;
   }
-  sort_and_name(&grid.lines);
-  grid.cells = CellSearch(grid.lines).run();
-  return grid;
 }
 
 std::optional<int> find_cell(const Grid& grid, PlanPoint viewpoint) {

@@ -36,8 +36,9 @@ struct Line {
   LineAxis axis = LineAxis::kX;
   PlanPoint origin;  // world position of along_m = 0
   PlanPoint direction{1.0, 0.0};
-  double height_m = 0.0;          // mean y of the stations
-  std::vector<Station> stations;  // at least two, along_m strictly increasing
+  double height_m = 0.0;  // mean y of the stations
+  // At least two, along_m strictly increasing; of stations side by side by 1e-9 of the line.
+  std::vector<Station> stations;
 
   double first_m() const { return stations.front().along_m; }
   double last_m() const { return stations.back().along_m; }
@@ -66,9 +67,13 @@ struct StationPose {
 };
 
 struct GridTolerance {
-  // Maximum distance of a station from its line, metres; none: a tenth of the median distance
-  // between nearest stations, at least 1e-9 of the grid's extent.
+  // Maximum distance of a station from its line, metres; none: a tenth of the typical distance
+  // between stations (the median distance to the second nearest), at least 1e-9 of the grid's
+  // extent.
   std::optional<double> off_line_m;
+  // Distance within which two stations count as one, metres; at most off_line_m. None: 1/500 of the
+  // typical distance, at most half of off_line_m.
+  std::optional<double> same_station_m{};
 };
 
 // The orthogonal projection of a point onto a line, as along_m.
@@ -80,10 +85,13 @@ PlanPoint crossing_of(const Line& a, const Line& b);
 // Median distance between neighbouring stations of a line.
 double median_spacing_m(const Line& line);
 
-// Groups stations into lines along x and z, fits each line, and finds the cells. Lines never share
-// a station: one captured at a crossing belongs to one of the two lines. Throws Error when a
-// station belongs to no line, two stations of a line coincide, a line has only one station, or a
-// coordinate is not finite.
+// Groups stations into lines along x and z, fits each line, and finds the cells. Stations may be
+// unevenly spaced, as of several passes of one line, and off their line within the tolerance, to
+// the side and in height (check_heights in line_heights.h); their positions are kept as they are.
+// Lines never share a station: one captured at a crossing belongs to one of the two lines. Throws
+// Error that names stations, distances and limits when a station belongs to no line, two stations
+// of a line count as one, a line has only one station, heights do not fit, or a coordinate is not
+// finite.
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
 
 // Index of the cell that contains the viewpoint, borders included; the first in Grid::cells if

@@ -330,7 +330,8 @@ TEST(FindGrid, ToleranceDecidesHowFarOffAStationMayBe) {
 TEST(FindGrid, StationAtAnotherHeightIsNamed) {
   std::vector<StationPose> stations = square();
   stations[12].position_m.y() = 0.4;
-  EXPECT_THAT(error_of(stations), HasSubstr("above or below"));
+  EXPECT_THAT(error_of(stations),
+              AllOf(HasSubstr("front_012.jpg (poses.csv:14) is 38"), HasSubstr("mm above")));
 }
 
 TEST(FindGrid, LineWithOneStationIsAnError) {

@@ -1,90 +1,106 @@
 #include "core/geometry/line_search.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/base/interrupt.h"
-#include "core/base/median.h"
+#include "core/geometry/line_candidates.h"
+#include "core/geometry/straight_fit.h"
 
 namespace raywalk {
 namespace {
 
-const double kMaxObliqueness = std::tan(radians_from_degrees(kMaxObliquenessDeg));
-
 // Refits converge in two or three rounds; the bound stops a station that alternates in and out.
 constexpr int kMaxRefits = 20;
+// A group no longer than this many tolerances may as well be the stations around a place of a line
+// along the other axis.
+constexpr double kShortestInTolerances = 4.0;
+// As far beyond its last station a line may have lost some.
+constexpr double kReachInSpacings = 4.0;
 
-// Coordinates of plan vectors, (x, z).
-int along_index(LineAxis axis) { return axis == LineAxis::kX ? 0 : 1; }
-
-// For each of `points` an upper bound, which is rarely too large, of how many of them lie within
-// `limit_m` of the line through it and the seed. Point p lies within that of a line of direction t
-// if t is within asin(limit / |p - seed|) of the direction of p, modulo pi; the intervals that hold
-// a direction are counted with their sorted ends, in n log n.
-std::vector<int> most_near_lines(const Eigen::Vector2d& seed,
-                                 const std::vector<Eigen::Vector2d>& points, int along,
-                                 double limit_m) {
-  constexpr double kRounding = 1e-12, kAngleRounding = 1e-9;
-  std::vector<double> angles, begins, ends;
-  int everywhere = 0;
-  for (const Eigen::Vector2d& point : points) {
-    const Eigen::Vector2d from_seed = point - seed;
-    const double u = from_seed[along], v = from_seed[1 - along];
-    const double angle = std::atan2(std::copysign(1.0, u) * v, std::abs(u));
-    angles.push_back(angle);
-    const double reach_m = limit_m + kRounding * (point.norm() + seed.norm());
-    if (reach_m >= from_seed.norm()) {
-      ++everywhere;
-      continue;
-    }
-    const double half = std::asin(reach_m / from_seed.norm()) + kAngleRounding;
-    const auto add = [&](double turn) {
-      begins.push_back(angle - half + turn);
-      ends.push_back(angle + half + turn);
-    };
-    add(0.0);
-    if (angle + half > kHalfPi) add(-kPi);
-    if (angle - half < -kHalfPi) add(kPi);
-  }
-  std::sort(begins.begin(), begins.end());
-  std::sort(ends.begin(), ends.end());
-  std::vector<int> bounds;
-  bounds.reserve(angles.size());
-  for (const double angle : angles) {
-    const auto begun = std::upper_bound(begins.begin(), begins.end(), angle) - begins.begin();
-    const auto ended = std::lower_bound(ends.begin(), ends.end(), angle) - ends.begin();
-    bounds.push_back(everywhere + static_cast<int>(begun - ended));
-  }
-  return bounds;
-}
+double tangent_of(double degrees) { return std::tan(radians_from_degrees(degrees)); }
 
 // Greedy search: an unclaimed station proposes a line, the line claims its stations.
 class LineSearch {
  public:
-  LineSearch(std::span<const StationPose> stations, double tolerance_m)
-      : stations_(stations),
-        tolerance_m_(tolerance_m),
-        tree_(tree_of(stations)),
-        claimed_(stations.size(), false) {}
+  LineSearch(std::vector<Eigen::Vector2d> points, const LineLimits& limits, double most_oblique)
+      : tolerance_m_(limits.off_line_m),
+        same_m_(limits.same_station_m),
+        twin_m_(limits.twin_m),
+        most_oblique_(most_oblique),
+        tree_(std::move(points)),
+        group_of_(static_cast<size_t>(tree_.size()), kNone),
+        on_line_{std::vector<bool>(group_of_.size(), false),
+                 std::vector<bool>(group_of_.size(), false)} {}
 
-  std::vector<StationGroup> run() {
-    for (int seed : seeds_by_nearness()) {
-      while (!claimed_[static_cast<size_t>(seed)]) claim_line_from(seed);
+  // Stations on a line found before wait until all lines are found from others: they belong to a
+  // line that crosses there, or are another pass of that line, or repeat one of its stations.
+  FoundLines run() {
+    const std::vector<int> seeds = seeds_by_nearness();
+    for (const int seed : seeds) {
+      while (is_free(seed, LineAxis::kX) && is_free(seed, LineAxis::kZ) && claim_line_from(seed)) {
+      }
     }
-    return std::move(groups_);
+    adopt_left_out();
+    leave_only_repeated();
+    for (const int seed : seeds) {
+      while (!is_claimed(seed) && claim_line_from(seed)) {
+      }
+    }
+    FoundLines found{std::move(groups_), {}};
+    for (int station = 0; station < tree_.size(); ++station) {
+      if (!is_claimed(station)) found.unplaced.push_back(station);
+    }
+    return found;
+  }
+
+  // The largest group that is found from a seed, or from the stations found from it: a seed beside
+  // a line first finds a part of it, on a line across it at a small angle.
+  StationGroup line_near(int seed, LineAxis axis) const {
+    StationGroup best = line_found_from(seed, axis);
+    for (bool grew = true; grew;) {
+      grew = false;
+      for (const size_t quarter : {1, 2, 3}) {
+        if (best.stations.empty()) return best;
+        StationGroup other =
+            line_found_from(best.stations[quarter * best.stations.size() / 4], axis);
+        if (other.stations.size() <= best.stations.size()) continue;
+        best = std::move(other);
+        grew = true;
+      }
+    }
+    return best;
   }
 
  private:
-  // Stations with near neighbours first, so that a stray station cannot take stations from a line.
+  static constexpr int kNone = -1;
+  int& group_of(int station) { return group_of_[static_cast<size_t>(station)]; }
+  bool is_claimed(int station) const { return group_of_[static_cast<size_t>(station)] != kNone; }
+  // Whether a station is on a line along an axis that is found already, or rather too far beside it
+  // than on another: within twice the tolerance.
+  bool is_on_line(int station, LineAxis axis) const {
+    return on_line_[static_cast<size_t>(along_index(axis))][static_cast<size_t>(station)];
+  }
+  // Whether a station may be of a new line along an axis: it is of none, and on none of that axis,
+  // of which it would be another pass.
+  bool is_free(int station, LineAxis axis) const {
+    return !is_claimed(station) && !is_on_line(station, axis);
+  }
+
+  StationGroup line_found_from(int seed, LineAxis axis) const {
+    const std::vector<int> candidates = stations_in_wedge(seed, axis);
+    if (candidates.empty()) return {};
+    return refit(best_line_through(seed, axis, candidates));
+  }
+
+  // Stations with near neighbours first: these are the likeliest to be of one line.
   std::vector<int> seeds_by_nearness() const {
     std::vector<std::pair<double, int>> seeds;
-    seeds.reserve(stations_.size());
+    seeds.reserve(static_cast<size_t>(tree_.size()));
     for (int seed = 0; seed < tree_.size(); ++seed) {
       seeds.emplace_back(
           std::min(nearest_in_wedge(seed, LineAxis::kX), nearest_in_wedge(seed, LineAxis::kZ)),
@@ -97,37 +113,47 @@ class LineSearch {
     return order;
   }
 
-  // Claims a line near the seed. The seed may not be on it (a stray station beside a line first
-  // finds that line, then remains alone), but every call claims at least two stations or throws.
-  void claim_line_from(int seed) {
+  // Claims the likelier of the lines along x and z near the seed; false if there is none. The seed
+  // may not be on it (a stray station beside a line first finds that line, then remains alone), but
+  // every line claims at least two stations.
+  bool claim_line_from(int seed) {
     throw_if_interrupted();
-    for (LineAxis axis : axes_by_nearness(seed)) {
-      const std::vector<int> candidates = stations_in_wedge(seed, axis);
-      if (candidates.empty()) continue;
-      StationGroup group = refit(best_line_through(seed, axis, candidates));
+    StationGroup best;
+    for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
+      if (!is_free(seed, axis)) continue;
+      StationGroup group = line_near(seed, axis);
       if (group.stations.size() < 2) continue;
-      for (int station : group.stations) claimed_[static_cast<size_t>(station)] = true;
-      groups_.push_back(std::move(group));
-      return;
+      if (best.stations.empty() || likelihood(group) > likelihood(best)) best = std::move(group);
     }
-    throw_no_line(seed);
+    if (best.stations.empty()) return false;
+    for (const int station : best.stations) group_of(station) = static_cast<int>(groups_.size());
+    mark_stations_on(best);
+    groups_.push_back(std::move(best));
+    return true;
   }
 
-  // Candidate axes of the seed's line, the likelier first: towards the nearest station, as stations
-  // of a line are closer together than parallel lines. An axis is excluded if the seed lies on a
-  // claimed line of that axis, as this is the second capture at a crossing.
-  std::vector<LineAxis> axes_by_nearness(int seed) const {
-    std::vector<std::pair<double, LineAxis>> nearest;
-    for (LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
-      if (on_claimed_line(seed, axis)) continue;
-      nearest.emplace_back(nearest_in_wedge(seed, axis), axis);
-    }
-    std::stable_sort(nearest.begin(), nearest.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<LineAxis> axes;
-    axes.reserve(nearest.size());
-    for (const auto& [distance, axis] : nearest) axes.push_back(axis);
-    return axes;
+  void mark_stations_on(const StationGroup& group) {
+    const PlanLine& line = group.line;
+    const double first_m = line.along(point(group.stations.front()));
+    const double last_m = line.along(point(group.stations.back()));
+    const double reach_m =
+        kReachInSpacings * (last_m - first_m) / static_cast<double>(group.stations.size() - 1);
+    const std::vector<int> near = stations_near(tree_, line, 2.0 * tolerance_m_, [&](int station) {
+      const double along_m = line.along(point(station));
+      return line.distance_to(point(station)) <= tolerance_m_ ||
+             (along_m >= first_m - reach_m && along_m <= last_m + reach_m);
+    });
+    auto& on_line = on_line_[static_cast<size_t>(along_index(line.axis))];
+    for (const int station : near) on_line[static_cast<size_t>(station)] = true;
+  }
+
+  // Compares groups: whether one is long enough to have a direction; then how densely its stations
+  // follow each other, as stations of a line are closer together than parallel lines.
+  std::pair<bool, double> likelihood(const StationGroup& group) const {
+    const double length_m = group.line.along(point(group.stations.back())) -
+                            group.line.along(point(group.stations.front()));
+    return {length_m > kShortestInTolerances * tolerance_m_,
+            static_cast<double>(group.stations.size() - 1) / length_m};
   }
 
   double nearest_in_wedge(int seed, LineAxis axis) const {
@@ -144,21 +170,15 @@ class LineSearch {
   bool in_wedge(const Eigen::Vector2d& along, const Eigen::Vector2d& across, LineAxis axis) const {
     const int u = along_index(axis);
     return along[u] > tolerance_m_ &&
-           across[1 - u] <= 2.0 * tolerance_m_ + kMaxObliqueness * along[u];
+           across[1 - u] <= 2.0 * tolerance_m_ + most_oblique_ * along[u];
   }
 
   bool is_candidate(int seed, int other, LineAxis axis) const {
     const Eigen::Vector2d apart = (point(other) - point(seed)).cwiseAbs();
-    return !claimed_[static_cast<size_t>(other)] && in_wedge(apart, apart, axis);
+    return is_free(other, axis) && in_wedge(apart, apart, axis);
   }
 
-  bool on_claimed_line(int station, LineAxis axis) const {
-    return std::any_of(groups_.begin(), groups_.end(), [&](const StationGroup& group) {
-      return group.line.axis == axis && group.line.distance_to(point(station)) <= tolerance_m_;
-    });
-  }
-
-  // Unclaimed stations that a line through the seed, no more oblique than allowed, could hold.
+  // Free stations that a line through the seed, no more oblique than allowed, could hold.
   std::vector<int> stations_in_wedge(int seed, LineAxis axis) const {
     return tree_.find(
         [&](const PlanBox& box) {
@@ -171,11 +191,8 @@ class LineSearch {
   // equal ones the first. Most are told by the bound alone: the first one counted usually has as
   // many as its bound.
   PlanLine best_line_through(int seed, LineAxis axis, const std::vector<int>& candidates) const {
-    std::vector<Eigen::Vector2d> points;
-    points.reserve(candidates.size());
-    for (int candidate : candidates) points.push_back(point(candidate));
-    const std::vector<int> bounds =
-        most_near_lines(point(seed), points, along_index(axis), 2.0 * tolerance_m_);
+    const std::vector<Eigen::Vector2d> points = points_of(candidates);
+    const std::vector<int> bounds = most_near_lines(point(seed), points, axis, 2.0 * tolerance_m_);
     std::vector<int> order(candidates.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
@@ -201,150 +218,219 @@ class LineSearch {
     return best;
   }
 
-  // Least squares over the unclaimed stations within tolerance, until the set no longer changes.
-  // The first round admits twice the tolerance, as the two stations it starts from may both be off.
-  StationGroup refit(PlanLine line) const {
+  // The largest group that a line near this one leaves within the tolerance, in order along it.
+  StationGroup refit(const PlanLine& line) const {
+    StationGroup converged = refit_until_settled(line);
+    if (converged.stations.size() < 2) return {};
+    StationGroup trimmed = refit_to_most(converged.line);
+    StationGroup& best = trimmed.stations.size() > converged.stations.size() ? trimmed : converged;
+    if (follows_oblique_line(best)) return {};
+    return std::move(best);
+  }
+
+  // Least squares over the stations within tolerance, until the set no longer changes. The first
+  // round admits twice the tolerance, as the two stations it starts from may both be off.
+  StationGroup refit_until_settled(PlanLine line) const {
     std::vector<int> members = stations_within(line, 2.0 * tolerance_m_);
     for (int round = 0; round < kMaxRefits && members.size() >= 2; ++round) {
-      std::vector<Eigen::Vector2d> points;
-      points.reserve(members.size());
-      for (int member : members) points.push_back(point(member));
-      line = fit_line(points, line.axis);
+      line = fitted(members, line.axis);
       std::vector<int> next = stations_within(line, tolerance_m_);
       if (next == members) break;
       members = std::move(next);
     }
-    if (line.obliqueness() > kMaxObliqueness) members.clear();
     return {line, std::move(members)};
   }
 
-  // Unclaimed stations within `limit_m` of the line, in order along it; of several at one position
-  // only the first, as the others belong to the line that crosses here.
+  // Least squares over all stations within twice the tolerance, of which the farthest are left out
+  // until all are within the tolerance. Keeps stations near the tolerance that the refit above
+  // loses when it starts beside them.
+  StationGroup refit_to_most(PlanLine line) const {
+    constexpr double kShareKept = 0.95;
+    std::vector<int> members = stations_within(line, 2.0 * tolerance_m_);
+    while (members.size() >= 2) {
+      line = fitted(members, line.axis);
+      double farthest_m = 0.0;
+      for (const int member : members) {
+        farthest_m = std::max(farthest_m, line.distance_to(point(member)));
+      }
+      if (farthest_m <= tolerance_m_) break;
+      const double limit_m = std::max(tolerance_m_, kShareKept * farthest_m);
+      std::erase_if(members, [&](int member) { return line.distance_to(point(member)) > limit_m; });
+    }
+    return {line, std::move(members)};
+  }
+
+  // Whether the stations are a part of a longer line that is more oblique than allowed.
+  bool follows_oblique_line(const StationGroup& group) const {
+    PlanLine free = fit_line(points_of(group.stations), group.line.axis);
+    if (free.obliqueness() <= most_oblique_) return false;
+    std::vector<int> members = group.stations;
+    for (int round = 0; round < kMaxRefits; ++round) {
+      std::vector<int> next = stations_within(free, tolerance_m_);
+      if (next.size() <= members.size()) break;
+      members = std::move(next);
+      free = fit_line(points_of(members), group.line.axis);
+    }
+    return members.size() > group.stations.size();
+  }
+
+  PlanLine fitted(const std::vector<int>& members, LineAxis axis) const {
+    return fit_line_within(points_of(members), axis, most_oblique_);
+  }
+
+  // Free stations within `limit_m` of the line, in order along it; of several within twin_m_
+  // only the first, as the others may belong to the line that crosses here.
   std::vector<int> stations_within(const PlanLine& line, double limit_m) const {
-    std::vector<int> members = stations_near(
-        tree_, line, limit_m, [&](int station) { return !claimed_[static_cast<size_t>(station)]; });
-    std::stable_sort(members.begin(), members.end(),
+    std::vector<int> near = stations_near(tree_, line, limit_m,
+                                          [&](int station) { return is_free(station, line.axis); });
+    std::stable_sort(near.begin(), near.end(),
                      [&](int a, int b) { return line.along(point(a)) < line.along(point(b)); });
-    const auto repeated = [&](int a, int b) {
-      return line.along(point(b)) - line.along(point(a)) <= tolerance_m_;
-    };
-    members.erase(std::unique(members.begin(), members.end(), repeated), members.end());
+    std::vector<int> members;
+    members.reserve(near.size());
+    for (const int station : near) {
+      if (!has_twin_before(members, line, station)) members.push_back(station);
+    }
     return members;
   }
 
-  [[noreturn]] void throw_no_line(int seed) const {
-    const StationPose& station = stations_[static_cast<size_t>(seed)];
-    require_own_position(stations_, tree_, seed, tolerance_m_);
-    throw Error(
-        fmt::format("{} at x = {:.6g}, z = {:.6g} is on no line: no other station lies within "
-                    "{:.3g} mm of a line along x or z through it; a line needs at least two",
-                    name_of(station), point(seed).x(), point(seed).y(), tolerance_m_ * 1e3));
+  // Whether one of `members`, which ascend along the line, is within twin_m_ of a station beyond
+  // them.
+  bool has_twin_before(const std::vector<int>& members, const PlanLine& line, int station) const {
+    const double along_m = line.along(point(station));
+    for (auto member = members.rbegin(); member != members.rend(); ++member) {
+      if (along_m - line.along(point(*member)) > twin_m_) return false;
+      if (distance(*member, station) <= twin_m_) return true;
+    }
+    return false;
   }
 
-  const Eigen::Vector2d& point(int station) const { return tree_.point(station); }
+  // Gives stations on a line to it, unless they repeat one of its own; the nearest first. A station
+  // is on a line too if some line is within tolerance of it and of all of the line's stations: the
+  // least squares may be farther from it.
+  void adopt_left_out() {
+    std::vector<std::tuple<double, int, size_t>> near;  // distance, station, group
+    for (int station = 0; station < tree_.size(); ++station) {
+      if (is_claimed(station)) continue;
+      for (size_t group = 0; group < groups_.size(); ++group) {
+        const double off_m = groups_[group].line.distance_to(point(station));
+        if (off_m <= 2.0 * tolerance_m_) near.emplace_back(off_m, station, group);
+      }
+    }
+    std::sort(near.begin(), near.end());
+    for (const auto& [off_m, station, group] : near) {
+      if (is_claimed(station) || repeats_one_of(static_cast<int>(group), station)) continue;
+      if (!take_in(station, &groups_[group])) continue;
+      group_of(station) = static_cast<int>(group);
+    }
+  }
 
-  std::span<const StationPose> stations_;
-  double tolerance_m_;
+  // Adds a station to a group, whose line is moved as far as it is uncertain; false if that is not
+  // enough.
+  bool take_in(int station, StationGroup* group) const {
+    if (group->line.distance_to(point(station)) > tolerance_m_) {
+      if (off_fitted_line(station, *group) > tolerance_m_) return false;
+      std::vector<Eigen::Vector2d> points = points_of(group->stations);
+      points.push_back(point(station));
+      const PlanLine line = narrowest_line(points, group->line.axis, most_oblique_);
+      if (std::any_of(points.begin(), points.end(), [&](const Eigen::Vector2d& at) {
+            return line.distance_to(at) > tolerance_m_;
+          })) {
+        return false;
+      }
+      group->line = line;
+    }
+    group->stations.push_back(station);
+    return true;
+  }
+
+  // How far a station is beside the least-squares line of a group, less what that is uncertain by.
+  double off_fitted_line(int station, const StationGroup& group) const {
+    const PlanLine& line = group.line;
+    const Eigen::Vector2d across(-line.direction.y(), line.direction.x());
+    const auto place = [&](int at) {
+      return Eigen::Vector2d(line.along(point(at)), (point(at) - line.origin).dot(across));
+    };
+    std::vector<Eigen::Vector2d> places;
+    for (const int member : group.stations) places.push_back(place(member));
+    const StraightFit fit(places);
+    const Eigen::Vector2d at = place(station);
+    return std::abs(fit.off(at)) - kSureErrors * fit.error_at(at.x());
+  }
+
+  bool repeats_one_of(int group, int station) const {
+    return repeats(station,
+                   [&](int other) { return group_of_[static_cast<size_t>(other)] == group; });
+  }
+
+  // Whether one of the stations that `accept(index)` takes counts as one with a station.
+  template <typename Accept>
+  bool repeats(int station, const Accept& accept) const {
+    const std::vector<int> same = tree_.find(
+        [&](const PlanBox& box) { return box.least_apart(point(station)).norm() <= same_m_; },
+        [&](int other) { return accept(other) && distance(other, station) <= same_m_; });
+    return !same.empty();
+  }
+
+  // Of the stations left, only those may form more lines that repeat a claimed one, as where lines
+  // cross; others are beside lines.
+  void leave_only_repeated() {
+    for (int station = 0; station < tree_.size(); ++station) {
+      if (is_claimed(station)) continue;
+      if (repeats(station, [&](int other) { return is_claimed(other); })) continue;
+      for (auto& on_line : on_line_) on_line[static_cast<size_t>(station)] = true;
+    }
+  }
+
+  std::vector<Eigen::Vector2d> points_of(const std::vector<int>& stations) const {
+    std::vector<Eigen::Vector2d> points;
+    points.reserve(stations.size());
+    for (const int station : stations) points.push_back(point(station));
+    return points;
+  }
+  const Eigen::Vector2d& point(int index) const { return tree_.point(index); }
+  double distance(int a, int b) const { return (point(a) - point(b)).norm(); }
+
+  double tolerance_m_, same_m_, twin_m_, most_oblique_;
   StationTree tree_;
-  std::vector<bool> claimed_;
+  std::vector<int> group_of_;                 // index into groups_; kNone: not claimed
+  std::array<std::vector<bool>, 2> on_line_;  // along x and z
   std::vector<StationGroup> groups_;
 };
 
+// The stations' indices by position, so that the order of the list does not matter.
+std::vector<int> order_by_position(std::span<const StationPose> stations) {
+  std::vector<int> order(stations.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](int index) {
+    const StationPose& station = stations[static_cast<size_t>(index)];
+    return std::tuple<double, double, double, const std::string&>(
+        station.position_m.x(), station.position_m.z(), station.position_m.y(), station.file);
+  };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  return order;
+}
+
 }  // namespace
 
-double PlanLine::distance_to(const Eigen::Vector2d& point) const {
-  const Eigen::Vector2d from = point - origin;
-  return std::abs(direction.x() * from.y() - direction.y() * from.x());
-}
-
-// The signed distance is linear, so within a box it differs from that of the centre by no more than
-// at a corner.
-bool PlanLine::may_come_near(const PlanBox& box, double limit_m) const {
-  constexpr double kRounding = 1e-12;
-  const Eigen::Vector2d half = 0.5 * (box.high - box.low);
-  const Eigen::Vector2d centre = box.low + half;
-  const double spread = std::abs(direction.x()) * half.y() + std::abs(direction.y()) * half.x();
-  const double rounding = kRounding * ((centre - origin).norm() + half.norm());
-  return distance_to(centre) <= limit_m + spread + rounding;
-}
-
-double PlanLine::obliqueness() const {
-  const int u = along_index(axis);
-  return std::abs(direction[1 - u]) / direction[u];
-}
-
-Eigen::Vector2d plan_of(const StationPose& station) {
-  return {station.position_m.x(), station.position_m.z()};
-}
-
-StationTree tree_of(std::span<const StationPose> stations) {
+FoundLines find_lines(std::span<const StationPose> stations, const LineLimits& limits) {
+  const std::vector<int> order = order_by_position(stations);
   std::vector<Eigen::Vector2d> points;
-  points.reserve(stations.size());
-  for (const StationPose& station : stations) points.push_back(plan_of(station));
-  return StationTree(std::move(points));
+  points.reserve(order.size());
+  for (const int index : order) points.push_back(plan_of(stations[static_cast<size_t>(index)]));
+  FoundLines found = LineSearch(std::move(points), limits, tangent_of(kMaxObliquenessDeg)).run();
+  const auto to_listed = [&](std::vector<int>& indices) {
+    for (int& index : indices) index = order[static_cast<size_t>(index)];
+  };
+  for (StationGroup& group : found.groups) to_listed(group.stations);
+  to_listed(found.unplaced);
+  std::sort(found.unplaced.begin(), found.unplaced.end());
+  return found;
 }
 
-std::string name_of(const StationPose& station) {
-  return station.where.empty() ? station.file : fmt::format("{} ({})", station.file, station.where);
-}
-
-void require_own_position(std::span<const StationPose> stations, const StationTree& tree,
-                          int station, double tolerance_m) {
-  const Eigen::Vector2d& point = tree.point(station);
-  const std::vector<int> here =
-      tree.find([&](const PlanBox& box) { return box.least_apart(point).norm() <= tolerance_m; },
-                [&](int other) { return (tree.point(other) - point).norm() <= tolerance_m; });
-  if (here.size() < 2) return;
-  const std::string closer =
-      tolerance_m > 0.0 ? fmt::format("; closer than {:.3g} mm", tolerance_m * 1e3) : "";
-  constexpr std::size_t kMostNamed = 3;
-  std::string names = name_of(stations[static_cast<size_t>(here.front())]);
-  for (std::size_t i = 1; i < std::min(here.size(), kMostNamed); ++i) {
-    names += " and " + name_of(stations[static_cast<size_t>(here[i])]);
-  }
-  throw Error(
-      fmt::format("{} have the same position (x = {:.6g}, z = {:.6g}{}), and no other line crosses "
-                  "there; remove one of them or correct its position",
-                  names, point.x(), point.y(), closer));
-}
-
-// The direction (cos t, sin t) that leaves the least squares perpendicular to it is the major axis
-// of the scatter matrix [sxx sxz; sxz szz]: tan 2t = 2 sxz / (sxx - szz).
-PlanLine fit_line(std::span<const Eigen::Vector2d> points, LineAxis axis) {
-  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& point : points) centroid += point - points.front();
-  centroid = points.front() + centroid / static_cast<double>(points.size());
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (const Eigen::Vector2d& point : points) {
-    scatter += (point - centroid) * (point - centroid).transpose();
-  }
-  const double angle = 0.5 * std::atan2(2.0 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
-  // Along x the angle is near 0, where the sine is exact for exactly straight lines; along z it is
-  // taken from the z axis for the same reason.
-  Eigen::Vector2d direction{std::cos(angle), std::sin(angle)};
-  if (axis == LineAxis::kZ) {
-    const double from_z = 0.5 * std::atan2(2.0 * scatter(0, 1), scatter(1, 1) - scatter(0, 0));
-    direction = {std::sin(from_z), std::cos(from_z)};
-  }
-  return {axis, centroid, direction};
-}
-
-double median_nearest_distance(std::span<const StationPose> stations) {
-  const StationTree tree = tree_of(stations);
-  std::vector<double> nearest;
-  for (int station = 0; station < tree.size(); ++station) {
-    const Eigen::Vector2d& point = tree.point(station);
-    const double distance = tree.nearest(
-        point, [&](const PlanBox& box) { return box.most_apart(point).squaredNorm() > 0.0; },
-        [&](int other) { return (tree.point(other) - point).squaredNorm() > 0.0; });
-    if (std::isfinite(distance)) nearest.push_back(distance);
-  }
-  if (nearest.empty()) return 0.0;
-  return median(std::move(nearest));
-}
-
-std::vector<StationGroup> find_lines(std::span<const StationPose> stations, double tolerance_m) {
-  return LineSearch(stations, tolerance_m).run();
+StationGroup line_near(std::span<const StationPose> stations, const LineLimits& limits, int station,
+                       LineAxis axis, double most_oblique_deg) {
+  return LineSearch(plans_of(stations), limits, tangent_of(most_oblique_deg))
+      .line_near(station, axis);
 }
 
 }  // namespace raywalk

@@ -2,30 +2,22 @@
 // (grid.h).
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/geometry/grid.h"
-#include "core/geometry/station_tree.h"
+#include "core/geometry/plan_line.h"
+#include "core/geometry/station_plan.h"
 
 namespace raywalk {
 
-// A line of the plan; plan vectors are (x, z) in metres. `direction` is a unit vector with a
-// positive component along `axis`.
-struct PlanLine {
-  LineAxis axis = LineAxis::kX;
-  Eigen::Vector2d origin{0, 0};
-  Eigen::Vector2d direction{1, 0};
-
-  double along(const Eigen::Vector2d& point) const { return (point - origin).dot(direction); }
-  // Unsigned distance of a point from the line, metres.
-  double distance_to(const Eigen::Vector2d& point) const;
-  // Whether the box may hold a point within `limit_m` of the line, as distance_to computes it.
-  bool may_come_near(const PlanBox& box, double limit_m) const;
-  // Tangent of the angle to the axis; infinite at a right angle.
-  double obliqueness() const;
+// The distances that decide which stations form a line, metres, none negative.
+struct LineLimits {
+  double off_line_m = 0.0;      // from a station to its line
+  double same_station_m = 0.0;  // within which two stations count as one; at most twin_m
+  // Within which two stations may be the two captured where lines cross, one of each; at most
+  // off_line_m.
+  double twin_m = 0.0;
 };
 
 // A line and the stations (indices) that belong to it.
@@ -34,42 +26,17 @@ struct StationGroup {
   std::vector<int> stations;
 };
 
-// Maximum angle between a line and its axis; a slider placed by eye is within 2 degrees.
-inline constexpr double kMaxObliquenessDeg = 3.0;
+struct FoundLines {
+  std::vector<StationGroup> groups;  // no station is in two
+  std::vector<int> unplaced;         // stations of no group, in ascending order
+};
 
-// The plan position of a station.
-Eigen::Vector2d plan_of(const StationPose& station);
+// Groups the stations into lines. The order of the stations does not matter.
+FoundLines find_lines(std::span<const StationPose> stations, const LineLimits& limits);
 
-// The plan positions of stations, by index.
-StationTree tree_of(std::span<const StationPose> stations);
-
-// The stations that `accept(index)` takes and that lie within `limit_m` of a line, in ascending
-// order.
-template <typename Accept>
-std::vector<int> stations_near(const StationTree& tree, const PlanLine& line, double limit_m,
-                               const Accept& accept) {
-  return tree.find([&](const PlanBox& box) { return line.may_come_near(box, limit_m); },
-                   [&](int station) {
-                     return accept(station) && line.distance_to(tree.point(station)) <= limit_m;
-                   });
-}
-
-// "front_000.jpg (poses.csv:2)", for errors.
-std::string name_of(const StationPose& station);
-
-// Throws Error if a station that is on no line has the position of another, within the tolerance.
-void require_own_position(std::span<const StationPose> stations, const StationTree& tree,
-                          int station, double tolerance_m);
-
-// Least-squares line (orthogonal residuals) through at least two points; the origin is their
-// centroid.
-PlanLine fit_line(std::span<const Eigen::Vector2d> points, LineAxis axis);
-
-// Median over the stations of the distance to the nearest station at a different position.
-double median_nearest_distance(std::span<const StationPose> stations);
-
-// Assigns every station to exactly one line; at a crossing it may be either. Throws Error when a
-// station fits no line, or every line through it already has a station there.
-std::vector<StationGroup> find_lines(std::span<const StationPose> stations, double tolerance_m);
+// The line along `axis` with the most stations that passes near a station; lines may be oblique by
+// up to `most_oblique_deg`. Without stations if there is none.
+StationGroup line_near(std::span<const StationPose> stations, const LineLimits& limits, int station,
+                       LineAxis axis, double most_oblique_deg);
 
 }  // namespace raywalk

@@ -1,0 +1,116 @@
+#include "core/geometry/line_gaps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "core/base/median.h"
+#include "core/geometry/length_text.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kLargestGapInSpacings = 4.0;
+
+std::vector<double> gaps_of(const Line& line) {
+  std::vector<double> gaps_m;
+  for (std::size_t i = 1; i < line.stations.size(); ++i) {
+    gaps_m.push_back(line.stations[i].along_m - line.stations[i - 1].along_m);
+  }
+  return gaps_m;
+}
+
+// Of ascending gaps the one such that half of their sum lies in gaps at least as large.
+double middle_by_length(const std::vector<double>& ascending_m) {
+  const double half_m = 0.5 * std::accumulate(ascending_m.begin(), ascending_m.end(), 0.0);
+  double sum_m = 0.0;
+  for (auto gap = ascending_m.rbegin(); gap != ascending_m.rend(); ++gap) {
+    sum_m += *gap;
+    if (sum_m >= half_m) return *gap;
+  }
+  return ascending_m.front();
+}
+
+PlanPoint place_at(const Line& line, double along_m) {
+  return {line.origin.x_m + along_m * line.direction.x_m,
+          line.origin.z_m + along_m * line.direction.z_m};
+}
+
+// The mean distance between two lines of one axis over the part that both cover; infinite if there
+// is none.
+double distance_between(const Line& a, const Line& b) {
+  const double begin = std::max(a.first_m(), along_line(a, place_at(b, b.first_m())));
+  const double end = std::min(a.last_m(), along_line(a, place_at(b, b.last_m())));
+  if (begin >= end) return std::numeric_limits<double>::infinity();
+  const PlanPoint on_a = place_at(a, 0.5 * (begin + end));
+  const PlanPoint on_b = place_at(b, along_line(b, on_a));
+  return std::hypot(on_a.x_m - on_b.x_m, on_a.z_m - on_b.z_m);
+}
+
+}  // namespace
+
+double covering_spacing(std::vector<double> gaps_m) {
+  std::sort(gaps_m.begin(), gaps_m.end());
+  const double middle_m = median(gaps_m);
+  gaps_m.pop_back();
+  return gaps_m.empty() ? middle_m : std::max(middle_m, middle_by_length(gaps_m));
+}
+
+double covering_spacing(const Line& line) { return covering_spacing(gaps_of(line)); }
+
+std::vector<LineGap> missing_sections(const Line& line) {
+  const double longest_m = kLargestGapInSpacings * covering_spacing(line);
+  std::vector<LineGap> missing;
+  for (std::size_t i = 1; i < line.stations.size(); ++i) {
+    const double from_m = line.stations[i - 1].along_m, to_m = line.stations[i].along_m;
+    if (to_m - from_m > longest_m) missing.push_back({static_cast<int>(i) - 1, from_m, to_m});
+  }
+  return missing;
+}
+
+std::vector<std::string> missing_section_notes(const Grid& grid) {
+  std::vector<std::string> notes;
+  for (const Line& line : grid.lines) {
+    for (const LineGap& gap : missing_sections(line)) {
+      const auto after = static_cast<std::size_t>(gap.after);
+      notes.push_back(fmt::format(
+          "line {} has no station for {:.4g} m between {} and {}, more than 4 times its spacing of "
+          "{:.3g} m; no cell is closed across this gap",
+          line.id, gap.to_m - gap.from_m, line.stations[after].file, line.stations[after + 1].file,
+          covering_spacing(line)));
+    }
+  }
+  return notes;
+}
+
+std::vector<std::string> close_line_notes(const Grid& grid) {
+  std::vector<std::string> notes;
+  for (std::size_t a = 0; a < grid.lines.size(); ++a) {
+    for (std::size_t b = a + 1; b < grid.lines.size(); ++b) {
+      if (grid.lines[a].axis != grid.lines[b].axis) continue;
+      const double apart_m = distance_between(grid.lines[a], grid.lines[b]);
+      const double spacing_m =
+          std::min(covering_spacing(grid.lines[a]), covering_spacing(grid.lines[b]));
+      if (apart_m > spacing_m) continue;
+      notes.push_back(
+          fmt::format("lines {} and {} are {} apart, closer than their stations; if they are "
+                      "passes of one line, "
+                      "give --line-tolerance-mm {}",
+                      grid.lines[a].id, grid.lines[b].id, mm_text(apart_m), mm_at_least(apart_m)));
+    }
+  }
+  return notes;
+}
+
+std::vector<std::string> line_notes(const Grid& grid) {
+  std::vector<std::string> notes = missing_section_notes(grid);
+  for (std::string& note : close_line_notes(grid)) notes.push_back(std::move(note));
+  return notes;
+}
+
+}  // namespace raywalk

@@ -1,0 +1,40 @@
+// The spacing of unevenly spaced stations, and the gaps between them. Lengths are metres.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/grid.h"
+
+namespace raywalk {
+
+// A part of a line without stations.
+struct LineGap {
+  int after = 0;      // index of the station before it
+  double from_m = 0;  // along_m
+  double to_m = 0;
+};
+
+// The spacing of stations with these gaps between neighbours (at least one, none negative): that of
+// evenly spaced ones; else the larger of the median gap and the gap such that half of the line lies
+// in gaps at least as large, the largest left out. So neither the short gaps of two passes of a
+// line nor one missing section decide alone.
+double covering_spacing(std::vector<double> gaps_m);
+double covering_spacing(const Line& line);
+
+// The gaps of a line that exceed four times its covering spacing: a few lost frames do not open a
+// cell, a missing section does.
+std::vector<LineGap> missing_sections(const Line& line);
+
+// One sentence per missing section of a grid, for users.
+std::vector<std::string> missing_section_notes(const Grid& grid);
+
+// Lines side by side, closer than their stations' spacing, which may be passes of one line: one
+// sentence for users per pair.
+std::vector<std::string> close_line_notes(const Grid& grid);
+
+// Both.
+std::vector<std::string> line_notes(const Grid& grid);
+
+}  // namespace raywalk
