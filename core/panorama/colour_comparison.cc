@@ -156,6 +156,55 @@ double rms_difference(const cv::Mat& from, const cv::Mat& to, const cv::Mat& val
   return weight > 0.0 ? std::sqrt(sum / weight) : 0.0;
 }
 
+// Pixels whose levels count in both images and that are `valid` (empty: all), CV_32FC3 of 0 and 1.
+cv::Mat countable(const cv::Mat& from, const cv::Mat& to, const cv::Mat& valid) {
+  cv::Mat counts(from.size(), CV_32FC3, cv::Scalar::all(0));
+  for (int row = 0; row < from.rows; ++row) {
+    for (int col = 0; col < from.cols; ++col) {
+      if (!valid.empty() && valid.at<uchar>(row, col) == 0) continue;
+      for (int c = 0; c < 3; ++c) {
+        const bool both =
+            usable(from.at<cv::Vec3b>(row, col)[c]) && usable(to.at<cv::Vec3b>(row, col)[c]);
+        counts.at<cv::Vec3f>(row, col)[c] = both ? 1.0F : 0.0F;
+      }
+    }
+  }
+  return counts;
+}
+
+// `to` with the local means of `from`, around each pixel and in each channel: exposures that differ
+// only here and there, as between the lenses of a camera or under clouds, are no change of what is
+// seen. They are at most half a stop off the ratio of the whole pictures; objects that come and go
+// differ by more.
+cv::Mat with_means_of(const cv::Mat& from, const cv::Mat& to, const cv::Mat& valid,
+                      const std::array<double, 3>& log_ratio) {
+  // 6 degrees: a small part of a lens's picture, and wider than parallax that the flow misses.
+  constexpr double kSigmaPerWidth = 1.0 / 64.0;
+  constexpr double kSigmas = 3.0;
+  const double sigma_px = kSigmaPerWidth * from.rows;
+  const int border_px = static_cast<int>(std::ceil(kSigmas * sigma_px));
+  const cv::Mat counts = countable(from, to, valid);
+  const auto local_sums = [&](const cv::Mat& image) {
+    cv::Mat levels;
+    image.convertTo(levels, CV_32F);
+    cv::Mat sums = with_border(levels.mul(counts), border_px);
+    cv::GaussianBlur(sums, sums, {}, sigma_px);
+    return without_border(sums, border_px).clone();
+  };
+  const cv::Mat sums_to = local_sums(to);
+  cv::Mat ratio;
+  cv::divide(local_sums(from), sums_to, ratio);
+  const double most = std::sqrt(2.0);
+  const cv::Scalar whole(std::exp(-log_ratio[0]), std::exp(-log_ratio[1]), std::exp(-log_ratio[2]));
+  cv::min(ratio, whole * most, ratio);
+  cv::max(ratio, whole * (1.0 / most), ratio);
+  cv::Mat levels;
+  to.convertTo(levels, CV_32F);
+  cv::multiply(levels, ratio, levels);
+  levels.convertTo(levels, CV_8U);
+  return levels;
+}
+
 cv::Mat grey(const cv::Mat& image, double scale) {
   cv::Mat single;
   cv::cvtColor(image, single, cv::COLOR_RGB2GRAY);
@@ -248,7 +297,9 @@ ColourComparison compare_colours(const ComparedPicture& first, const ComparedPic
   const HalfwayImages halfway = meet_halfway(from, to, std::exp(-mean_log));
   const cv::Mat trust = only_valid(trust_in_flow(halfway.from));
   if (!measure_ratios(halfway.from, halfway.to, trust, &comparison)) return {};
-  comparison.unexplained_change = rms_difference(halfway.from, halfway.to, valid, log_ratio);
+  constexpr std::array<double, 3> kSameMeans{};
+  comparison.unexplained_change = rms_difference(
+      halfway.from, with_means_of(halfway.from, halfway.to, valid, log_ratio), valid, kSameMeans);
   comparison.comparable = true;
   return comparison;
 }

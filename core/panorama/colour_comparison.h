@@ -30,7 +30,8 @@ struct ColourComparison {
   std::array<double, 3> log_ratio_error{};  // estimated standard error
   // Root mean square difference in levels after scaling the second picture to the colours of the
   // first. `change` compares equal pixels and grows with the baseline; `unexplained_change`
-  // compares equal surfaces, found by optical flow, so only changes other than motion count.
+  // compares equal surfaces, found by optical flow, after scaling them to equal means within some
+  // 6 degrees, so only changes other than motion and exposure count.
   double change = 0.0;
   double unexplained_change = 0.0;
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/geometry/line_gaps.h"
 #include "core/room/distance_samples.h"
 
 namespace raywalk {
@@ -26,7 +27,7 @@ double mean_side_m(const Grid& grid) {
 
 double median_step_m(const Grid& grid) {
   std::vector<double> steps_m;
-  for (const Line& line : grid.lines) steps_m.push_back(median_spacing_m(line));
+  for (const Line& line : grid.lines) steps_m.push_back(covering_spacing(line));
   return median(std::move(steps_m));
 }
 

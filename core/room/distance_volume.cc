@@ -39,6 +39,7 @@ std::string checksums_text(const Hdf5File& hdf5) {
 DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stations_of_line) {
   DistanceVolume volume;
   std::string checksums;
+  std::vector<std::int32_t> left_out;
   {
     const Hdf5File hdf5 = Hdf5File::open(file);
     hdf5.require_format(kDistanceVolumeFormat);
@@ -47,6 +48,7 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
     volume.origin_ = hdf5.text_attribute("origin").value_or(kGivenOrigin);
     volume.line_ = hdf5.text_attribute("line").value_or("");
     checksums = checksums_text(hdf5);
+    if (hdf5.has_dataset("left_out")) left_out = hdf5.read_int32("left_out");
   }
   volume.bytes_ = stamp_of(file).bytes;
   check_stations(volume.stations_, stations_of_line, file.string());
@@ -66,9 +68,13 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
                     file.string(), volume.stations_.size()));
   }
   volume.size_ = {static_cast<int>(shape[1]), static_cast<int>(shape[2])};
-  volume.header_sha256_ =
-      sha256_hex(fmt::format("{} {} {} {}\n{}", volume.line_, volume.origin_, volume.size_.width,
-                             fmt::join(volume.stations_, ","), checksums));
+  std::string header = fmt::format("{} {} {} {}\n{}", volume.line_, volume.origin_,
+                                   volume.size_.width, fmt::join(volume.stations_, ","), checksums);
+  if (!left_out.empty()) {
+    volume.left_out_ = LeftOutPixels(left_out, volume.size_, stations_of_line, file.string());
+    header += fmt::format("\n{}", fmt::join(left_out, ","));
+  }
+  volume.header_sha256_ = sha256_hex(header);
   return volume;
 }
 
@@ -83,6 +89,7 @@ DistanceVolume DistanceVolume::subset(std::span<const int> stations_of_line) con
     part.stations_.push_back(static_cast<int>(station));
     part.stored_.push_back(stored_[static_cast<size_t>(found - stations_.begin())]);
   }
+  part.left_out_ = left_out_.subset(stations_of_line);
   return part;
 }
 

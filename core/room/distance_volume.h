@@ -3,7 +3,9 @@
 // Datasets: `station` int32 [maps] (station index of each map, increasing), `distance_m` float32
 // [maps][theta][phi] (metres along the ray to the first surface; +inf: none, e.g. open sky),
 // `confidence` uint8 [maps][theta][phi] (0 = unknown, 255 = certain). Both are stored contiguously
-// in the layout of the rays; width and height may be smaller than the panorama's.
+// in the layout of the rays; width and height may be smaller than the panorama's. Optional:
+// `left_out` int32 [runs][station, theta, first row, one past the last row], pixels of the line's
+// stations, with or without a map, in the maps' size (left_out.h). Older programs ignore it.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +16,7 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
+#include "core/room/left_out.h"
 #include "core/room/mapped_dataset.h"
 
 namespace raywalk {
@@ -54,8 +57,10 @@ class DistanceVolume {
   // Size of the file.
   std::uint64_t bytes() const { return bytes_; }
   // Identifies the file's content without reading it: SHA-256 over line, origin, size, stations and
-  // the stored checksums of the maps.
+  // the stored checksums of the maps, and the pixels left out if there are any.
   const std::string& header_sha256() const { return header_sha256_; }
+  // Pixels of the line's stations that views leave out.
+  const LeftOutPixels& left_out() const { return left_out_; }
   // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
   std::span<const float> distance_column(int map, int theta) const {
     return {static_cast<const float*>(distance_->data()) + offset(map, theta), rows()};
@@ -80,6 +85,7 @@ class DistanceVolume {
   std::string line_;
   std::uint64_t bytes_ = 0;
   std::string header_sha256_;
+  LeftOutPixels left_out_;
   std::shared_ptr<const MappedDataset> distance_;
   std::shared_ptr<const MappedDataset> confidence_;
 };

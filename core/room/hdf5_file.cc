@@ -273,7 +273,12 @@ void Hdf5File::write_attribute(const std::string& where, const std::string& name
 }
 
 void Hdf5File::write_int32(const std::string& name, std::span<const std::int32_t> values) {
-  write_small(name, H5T_STD_I32LE, std::array{values.size()}, values.data());
+  write_int32(name, values, std::array{values.size()});
+}
+
+void Hdf5File::write_int32(const std::string& name, std::span<const std::int32_t> values,
+                           std::span<const std::size_t> shape) {
+  write_small(name, H5T_STD_I32LE, shape, values.data());
 }
 
 void Hdf5File::write_float64(const std::string& name, std::span<const double> values,

@@ -73,6 +73,8 @@ class Hdf5File {
   void write_attribute(const std::string& where, const std::string& name, const std::string& text);
   void write_attribute(const std::string& where, const std::string& name, int value);
   void write_int32(const std::string& name, std::span<const std::int32_t> values);
+  void write_int32(const std::string& name, std::span<const std::int32_t> values,
+                   std::span<const std::size_t> shape);
   void write_float64(const std::string& name, std::span<const double> values,
                      std::span<const std::size_t> shape);
   // All strings must have the same length.

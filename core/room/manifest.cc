@@ -257,6 +257,12 @@ std::string manifest_to_json(const RoomManifest& manifest) {
     root["distances"] = Json::array();
     for (const DistanceSet& set : *manifest.distances) root["distances"].push_back(json_of(set));
   }
+  if (!manifest.gains.empty()) {
+    root["gains"] = Json::array();
+    for (const GainsRecord& record : manifest.gains) {
+      root["gains"].push_back({{"bytes", record.bytes}, {"sha256", record.sha256}});
+    }
+  }
   try {
     return root.dump(1) + "\n";
   } catch (const nlohmann::json::exception&) {
@@ -278,6 +284,12 @@ RoomManifest manifest_from_json(const std::string& text, const std::string& sour
     manifest.distances.emplace();
     for (const CheckedJson& set : root.at("distances").items()) {
       manifest.distances->push_back(read_distance_set(set, manifest.grid));
+    }
+  }
+  if (root.has("gains")) {
+    for (const CheckedJson& record : root.at("gains").items()) {
+      manifest.gains.push_back(
+          {record.at("bytes").unsigned_integer(), read_sha256(record.at("sha256"))});
     }
   }
   return manifest;

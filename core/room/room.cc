@@ -64,7 +64,7 @@ Room Room::open_rays(const fs::path& directory) {
   return room;
 }
 
-Room Room::open(const fs::path& directory) {
+Room Room::open_without_gains(const fs::path& directory) {
   Room room = open_rays(directory);
   std::optional<std::string> fault = room.open_distances();
   if (fault) {
@@ -80,6 +80,45 @@ Room Room::open(const fs::path& directory) {
   }
   if (!room.manifest_.distances && room.has_distances()) warn_of_unrecorded_distances(directory);
   return room;
+}
+
+Room Room::open(const fs::path& directory) {
+  Room room = open_without_gains(directory);
+  std::optional<std::string> fault = room.open_gains();
+  if (fault) {
+    // Another process may be replacing them.
+    room.manifest_.gains = read_manifest(directory).gains;
+    fault = room.open_gains();
+  }
+  if (fault) {
+    throw Error(fmt::format(
+        "{}; put the room's own file back, solve for the gains again (`raywalk-build-lf gains "
+        "{}`), or remove them (`raywalk-build-lf gains {} --remove`)",
+        *fault, directory.string(), directory.string()));
+  }
+  return room;
+}
+
+std::optional<std::string> Room::open_gains() {
+  gains_.clear();
+  const fs::path file = gains_path(directory_);
+  std::error_code error;
+  if (manifest_.gains.empty()) {
+    if (fs::exists(file, error)) {
+      spdlog::warn("{}: not recorded in the room's manifest, so it is not used", file.string());
+    }
+    return std::nullopt;
+  }
+  try {
+    const GainsRecord found = record_of_gains(file);
+    if (std::ranges::find(manifest_.gains, found) == manifest_.gains.end()) {
+      return file.string() + ": not the gains that the room's manifest records";
+    }
+    gains_ = read_gain_fields(file, grid());
+  } catch (const Error& unusable) {
+    return unusable.what();
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> Room::open_distances() {
@@ -101,6 +140,7 @@ Room Room::subset(const KeptStations& kept) const {
   part.directory_ = directory_;
   part.manifest_ = manifest_;
   part.manifest_.distances.reset();  // describes the files of all stations
+  part.manifest_.gains.clear();      // the same
   for (std::size_t i = 0; i < kept.size(); ++i) {
     Line& line = part.manifest_.grid.lines[i];
     const std::vector<Station>& all = grid().lines[i].stations;
@@ -121,6 +161,9 @@ Room Room::subset(const KeptStations& kept) const {
     line.height_m = height_sum_m / static_cast<double>(kept[i].size());
     part.volumes_.push_back(volumes_[i].subset(kept[i]));
     part.distances_.push_back(distances_[i].subset(kept[i]));
+    if (gains_.empty()) continue;
+    auto& gains = part.gains_.emplace_back();
+    for (const int station : kept[i]) gains.push_back(gains_[i][static_cast<size_t>(station)]);
   }
   return part;
 }

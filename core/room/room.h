@@ -1,5 +1,6 @@
 // A room on disk: `manifest.json`, one volume per line in `lines/<id>.h5`, the distance maps in use
-// in `distances/<id>.h5`. Written by raywalk-build-lf, read here by every later stage.
+// in `distances/<id>.h5`, the stations' gains in `gains.h5`. Written by raywalk-build-lf, read here
+// by every later stage.
 #pragma once
 
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "core/geometry/grid.h"
 #include "core/room/distance_record.h"
 #include "core/room/distance_volume.h"
+#include "core/room/gain_fields.h"
 #include "core/room/line_volume.h"
 
 namespace raywalk {
@@ -30,6 +32,9 @@ struct RoomManifest {
   // which one is read from its files, so that replacing the directory switches at once. None: the
   // manifest says nothing about distances (format 1), so that they cannot be compared.
   std::optional<std::vector<DistanceSet>> distances{};
+  // The files that gains.h5 may be, so that replacing it switches at once. Empty: the room has no
+  // gains, and what is there is not used.
+  std::vector<GainsRecord> gains{};
 };
 
 // Text of manifest.json and back. `source` names the text in errors. Parsing throws Error on a
@@ -62,12 +67,15 @@ class Room {
   // them, they are used with a warning.
   static Room open(const std::filesystem::path& directory);
 
-  // The same without its distances, whatever their state.
+  // The same without its gains, whatever their state.
+  static Room open_without_gains(const std::filesystem::path& directory);
+
+  // The same without its distances and gains, whatever their state.
   static Room open_rays(const std::filesystem::path& directory);
 
-  // The room with a subset of its stations, as if the others and their distance maps had not been
-  // captured. Mappings are shared. Throws UsageError if a line would have fewer than two stations,
-  // or `kept` does not match this room.
+  // The room with a subset of its stations, as if the others, their distance maps and gains had not
+  // been captured. Mappings are shared. Throws UsageError if a line would have fewer than two
+  // stations, or `kept` does not match this room.
   Room subset(const KeptStations& kept) const;
 
   // The room with its distance maps replaced by those in `directory`, which has the layout of the
@@ -82,6 +90,8 @@ class Room {
   // The distance maps of a line; empty if it has none.
   const DistanceVolume& distances(int line) const { return distances_[static_cast<size_t>(line)]; }
   bool has_distances() const;
+  // The gains of the stations, which make their exposures agree; empty if all are 1.
+  const GainFields& gains() const { return gains_; }
   // Where the distances come from, for reports: "given", "estimated by sweep", ..., or "none".
   std::string distances_origin() const { return origin_of(distances_); }
   // Whether any station has a mask (LineVolume::valid_rows).
@@ -90,11 +100,14 @@ class Room {
  private:
   // Opens and compares the distances in use. Returns why they cannot be used.
   std::optional<std::string> open_distances();
+  // The same for the gains.
+  std::optional<std::string> open_gains();
 
   std::filesystem::path directory_;
   RoomManifest manifest_;
   std::vector<LineVolume> volumes_;
   std::vector<DistanceVolume> distances_;
+  GainFields gains_;
 };
 
 }  // namespace raywalk

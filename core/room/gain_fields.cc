@@ -1,0 +1,159 @@
+#include "core/room/gain_fields.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/fingerprint.h"
+#include "core/room/hdf5_file.h"
+
+namespace raywalk {
+namespace {
+
+constexpr double kLeastGain = 1.0 / 16.0;
+constexpr double kMostGain = 16.0;
+
+std::string line_ids(const Grid& grid) {
+  std::vector<std::string> ids;
+  for (const Line& line : grid.lines) ids.push_back(line.id);
+  return fmt::format("{}", fmt::join(ids, " "));
+}
+
+std::vector<std::int32_t> station_counts(const Grid& grid) {
+  std::vector<std::int32_t> counts;
+  for (const Line& line : grid.lines) {
+    counts.push_back(static_cast<std::int32_t>(line.stations.size()));
+  }
+  return counts;
+}
+
+// The size of the local fields; one patch if no station has any.
+cv::Size patches_of(const GainFields& fields) {
+  for (const auto& line : fields) {
+    for (const GainField& field : line) {
+      if (!field.local.empty()) return field.local.size();
+    }
+  }
+  return {1, 1};
+}
+
+void append(const GainField& field, cv::Size patches, std::vector<double>* values) {
+  for (int theta = 0; theta < patches.height; ++theta) {
+    for (int phi = 0; phi < patches.width; ++phi) {
+      for (int c = 0; c < 3; ++c) {
+        const float local = field.local.empty() ? 1.0F : field.local.at<cv::Vec3f>(theta, phi)[c];
+        values->push_back(static_cast<double>(field.whole[c] * local));
+      }
+    }
+  }
+}
+
+// The field of one station; without local factors if all its patches are alike.
+GainField field_from(std::span<const double> values, int thetas, int phis) {
+  GainField field;
+  cv::Mat local(thetas, phis, CV_32FC3);
+  bool uniform = true;
+  for (size_t i = 0; i < values.size(); ++i) {
+    auto& patch =
+        local.at<cv::Vec3f>(static_cast<int>(i / 3) / phis, static_cast<int>(i / 3) % phis);
+    patch[static_cast<int>(i % 3)] = static_cast<float>(values[i]);
+    uniform = uniform && values[i] == values[i % 3];
+  }
+  if (uniform) {
+    field.whole = local.at<cv::Vec3f>(0, 0);
+  } else {
+    field.local = local;
+  }
+  return field;
+}
+
+std::vector<double> read_gains(const Hdf5File& hdf5, std::size_t stations,
+                               std::vector<std::size_t>* shape) {
+  const std::string file = hdf5.path().string();
+  *shape = hdf5.shape_of("gain");
+  constexpr std::size_t kMostPatches = 4096;
+  if (shape->size() != 4 || (*shape)[0] != stations || (*shape)[1] < 1 || (*shape)[2] < 1 ||
+      (*shape)[1] > kMostPatches || (*shape)[2] > kMostPatches || (*shape)[3] != 3) {
+    throw Error(fmt::format("{}: 'gain' is not [{} stations][theta][phi][3]", file, stations));
+  }
+  std::vector<double> values = hdf5.read_float64("gain");
+  const auto in_range = [](double value) { return value >= kLeastGain && value <= kMostGain; };
+  if (!std::ranges::all_of(values, in_range)) {
+    throw Error(
+        fmt::format("{}: 'gain' holds a value outside {} to {}", file, kLeastGain, kMostGain));
+  }
+  return values;
+}
+
+}  // namespace
+
+GainFields unit_gain_fields(const Grid& grid) {
+  GainFields fields;
+  for (const Line& line : grid.lines) fields.emplace_back(line.stations.size());
+  return fields;
+}
+
+bool is_one(const GainField& field) {
+  return field.whole == ColourGain(1.0F, 1.0F, 1.0F) && field.local.empty();
+}
+
+std::filesystem::path gains_path(const std::filesystem::path& room) { return room / "gains.h5"; }
+
+void write_gain_fields(const std::filesystem::path& file, const Grid& grid,
+                       const GainFields& fields) {
+  const cv::Size patches = patches_of(fields);
+  std::vector<double> values;
+  for (const auto& line : fields) {
+    for (const GainField& field : line) append(field, patches, &values);
+  }
+  for (double& value : values) value = std::clamp(value, kLeastGain, kMostGain);
+  const auto thetas = static_cast<std::size_t>(patches.height);
+  const auto phis = static_cast<std::size_t>(patches.width);
+  AtomicFile output(file);
+  Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
+  hdf5.write_attribute("/", "format", kGainsFormat);
+  hdf5.write_attribute("/", "format_version", kPlainVolumeVersion);
+  hdf5.write_attribute("/", "lines", line_ids(grid));
+  hdf5.write_int32("stations", station_counts(grid));
+  hdf5.write_float64(
+      "gain", values,
+      std::array<std::size_t, 4>{values.size() / (3 * thetas * phis), thetas, phis, 3});
+  hdf5.write_attribute("gain", "axes", "station of all lines in order, theta, phi, rgb");
+  hdf5.write_attribute("gain", "unit", "factor of the 8-bit levels");
+  hdf5.close();
+  output.commit();
+}
+
+GainFields read_gain_fields(const std::filesystem::path& file, const Grid& grid) {
+  const Hdf5File hdf5 = Hdf5File::open(file);
+  hdf5.require_format(kGainsFormat);
+  const std::vector<std::int32_t> counts = station_counts(grid);
+  if (hdf5.text_attribute("lines") != line_ids(grid) || hdf5.read_int32("stations") != counts) {
+    throw Error(file.string() + ": holds the gains of other lines or stations than the room has");
+  }
+  std::size_t stations = 0;
+  for (const std::int32_t count : counts) stations += static_cast<std::size_t>(count);
+  std::vector<std::size_t> shape;
+  const std::vector<double> values = read_gains(hdf5, stations, &shape);
+  const std::size_t of_station = 3 * shape[1] * shape[2];
+  GainFields fields;
+  std::size_t next = 0;
+  for (const std::int32_t count : counts) {
+    auto& line = fields.emplace_back();
+    for (std::int32_t i = 0; i < count; ++i, next += of_station) {
+      line.push_back(field_from(std::span(values).subspan(next, of_station),
+                                static_cast<int>(shape[1]), static_cast<int>(shape[2])));
+    }
+  }
+  return fields;
+}
+
+GainsRecord record_of_gains(const std::filesystem::path& file) {
+  return {stamp_of(file).bytes, sha256_of_file(file)};
+}
+
+}  // namespace raywalk

@@ -1,0 +1,54 @@
+// The gains of a room's stations in `gains.h5`, which make their exposures agree in views.
+//
+// Root attributes: `format`, `format_version`, and `lines`, the ids of the room's lines, separated
+// by spaces. Datasets: `stations` int32 [line], the number of stations of each line; `gain` float64
+// [station][theta][phi][rgb], factors of the 8-bit levels at the middles of equal patches of each
+// panorama, through all lines in order; between the middles they are linear.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/geometry/grid.h"
+#include "core/panorama/gain_field.h"
+
+namespace raywalk {
+
+// The root attribute `format` of gains.h5.
+inline constexpr const char* kGainsFormat = "raywalk-gains";
+
+// [line][station]; empty: all are 1.
+using GainFields = std::vector<std::vector<GainField>>;
+
+// Gains of 1 for every station.
+GainFields unit_gain_fields(const Grid& grid);
+
+// Whether a station's gains are exactly 1.
+bool is_one(const GainField& field);
+
+// What manifest.json records of gains.h5, so that a swapped, foreign or damaged file is noticed.
+struct GainsRecord {
+  std::uint64_t bytes = 0;
+  std::string sha256{};
+  friend bool operator==(const GainsRecord&, const GainsRecord&) = default;
+};
+
+std::filesystem::path gains_path(const std::filesystem::path& room);
+
+// Writes a file with the fields of all stations of the grid, not all of them 1. Local fields must
+// be of one size. Throws Error if it cannot be written.
+void write_gain_fields(const std::filesystem::path& file, const Grid& grid,
+                       const GainFields& fields);
+
+// Reads one. Throws Error naming the file if it is missing, not HDF5, of a newer format version, of
+// other lines or stations, or holds a gain outside [1/16, 16].
+GainFields read_gain_fields(const std::filesystem::path& file, const Grid& grid);
+
+// Throws Error naming the file if it is missing.
+GainsRecord record_of_gains(const std::filesystem::path& file);
+
+}  // namespace raywalk
