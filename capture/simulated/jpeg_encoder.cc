@@ -36,7 +36,8 @@ class MemoryStream {
   std::FILE* file_;
 };
 
-void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, std::FILE* out) {
+void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, JpegColour colour,
+            std::FILE* out) {
   jpeg_create_compress(encoder);
   jpeg_stdio_dest(encoder, out);
   encoder->image_width = static_cast<JDIMENSION>(image.cols);
@@ -45,20 +46,22 @@ void set_up(jpeg_compress_struct* encoder, const cv::Mat& image, int quality, st
   encoder->in_color_space = JCS_EXT_BGR;  // of libjpeg-turbo
   jpeg_set_defaults(encoder);
   jpeg_set_quality(encoder, quality, TRUE);
-  encoder->comp_info[0].h_samp_factor = 1;
-  encoder->comp_info[0].v_samp_factor = 1;
+  const int luma_per_chroma = colour == JpegColour::kFull ? 1 : 2;
+  encoder->comp_info[0].h_samp_factor = luma_per_chroma;
+  encoder->comp_info[0].v_samp_factor = luma_per_chroma;
 }
 
 // Returns whether encoding succeeded; all output is then flushed. No object here may have a
 // destructor, as longjmp would skip it.
-bool run_encoder(const cv::Mat& image, int quality, JpegErrorTrap* trap, std::FILE* out) {
+bool run_encoder(const cv::Mat& image, int quality, JpegColour colour, JpegErrorTrap* trap,
+                 std::FILE* out) {
   jpeg_compress_struct encoder{};
   encoder.err = prepare(trap);
   if (setjmp(trap->start) != 0) {
     jpeg_destroy_compress(&encoder);
     return false;
   }
-  set_up(&encoder, image, quality, out);
+  set_up(&encoder, image, quality, colour, out);
   jpeg_start_compress(&encoder, TRUE);
   while (encoder.next_scanline < encoder.image_height) {
     // libjpeg does not write to the rows.
@@ -73,11 +76,11 @@ bool run_encoder(const cv::Mat& image, int quality, JpegErrorTrap* trap, std::FI
 
 }  // namespace
 
-std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality) {
+std::vector<std::byte> encode_jpeg(const cv::Mat& image, int quality, JpegColour colour) {
   if (image.type() != CV_8UC3) throw Error("a JPEG picture must have three 8-bit channels");
   JpegErrorTrap trap{};
   const MemoryStream stream;
-  if (!run_encoder(image, quality, &trap, stream.file())) {
+  if (!run_encoder(image, quality, colour, &trap, stream.file())) {
     throw Error("cannot encode JPEG: " + std::string(trap.message.data()));
   }
   return {stream.bytes().begin(), stream.bytes().end()};

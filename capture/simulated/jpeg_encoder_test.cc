@@ -35,6 +35,12 @@ TEST(JpegEncoderTest, KeepsColorInFullResolution) {
   EXPECT_LT(cv::norm(decode(encode_jpeg(part, 95)), part, cv::NORM_INF), 25.0);
 }
 
+TEST(JpegEncoderTest, QuarterColorMixesNeighbours) {
+  const cv::Mat decoded = decode(encode_jpeg(fine_colors(), 95, JpegColour::kQuarter));
+  const cv::Vec3b left = decoded.at<cv::Vec3b>(16, 20), right = decoded.at<cv::Vec3b>(16, 21);
+  EXPECT_LT(std::abs(left[2] - right[2]), 60) << "160 apart in the picture";
+}
+
 TEST(JpegEncoderTest, QualityTradesSize) {
   const cv::Mat image = fine_colors();
   EXPECT_LT(encode_jpeg(image, 20).size(), encode_jpeg(image, 100).size());

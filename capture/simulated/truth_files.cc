@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/simulated/thin_structures.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 
@@ -43,17 +44,25 @@ void write_distance_map(const VirtualRoom& room, const CameraPose& pose, Panoram
 }
 
 void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> viewpoints,
-                       PanoramaSize size, const std::filesystem::path& directory,
+                       PanoramaSize size, const std::filesystem::path& directory, bool thin,
                        Progress* progress) {
-  std::string table = "file,x,y,z\n";
+  std::string table = "file,x,y,z\n", thin_table = "file,x,y,z,mask\n";
   for (const TruthViewpoint& viewpoint : viewpoints) {
     const CameraPose pose{viewpoint.position_m, {}};
     const std::string file = "gt/" + viewpoint.name + ".png";
     write_image(directory / file, room.panorama(pose, size));
     write_distance_map(room, pose, size, directory / "dist" / ("gt_" + viewpoint.name + ".png"));
-    table += file + "," + position_fields(viewpoint.position_m) + "\n";
+    const std::string row = file + "," + position_fields(viewpoint.position_m);
+    table += row + "\n";
+    if (thin) {
+      const std::string mask_file = "thin/" + viewpoint.name + ".png";
+      const cv::Mat mask = thin_structures(room.distance_map(pose, size));
+      write_image(directory / mask_file, mask);
+      if (cv::countNonZero(mask) > 0) thin_table += fmt::format("{},{}\n", row, mask_file);
+    }
     progress->advance();
   }
+  if (thin) write_file_atomically(directory / "gt_thin.csv", thin_table);
   write_file_atomically(directory / "gt.csv", table);
 }
 

@@ -23,13 +23,17 @@ void write_distance_map(const VirtualRoom& room, const CameraPose& pose, Panoram
                         const std::filesystem::path& file);
 
 // Renders noise-free ground truth views at the viewpoints into a directory that holds the
-// directories gt and dist:
+// directories gt, dist and, with `thin`, thin:
 //   gt/<name>.png       the panorama, looking along z
 //   dist/gt_<name>.png  its distance map
 //   gt.csv              file,x,y,z of all views, written last
+// With `thin`, also
+//   thin/<name>.png     255 where the view shows thin structures (thin_structures.h), else 0
+//   gt_thin.csv         file,x,y,z,mask: the table for comparing views at thin structures only,
+//                       without views that show none
 // Throws Error if a viewpoint is inside furniture or a file cannot be written; Interrupted.
 void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> viewpoints,
-                       PanoramaSize size, const std::filesystem::path& directory,
+                       PanoramaSize size, const std::filesystem::path& directory, bool thin,
                        Progress* progress);
 
 }  // namespace raywalk::capture

@@ -58,10 +58,30 @@ Eigen::Vector3d in_world(const RoomPlan& plan, int cell, const Vector2d& in_cell
   return {at_m.x(), 0.0, at_m.y()};
 }
 
+// Along a single line there are no cells: viewpoints between its stations, every second one beside
+// the line by up to a tenth of the way to the next station.
+std::vector<TruthViewpoint> between_stations(const RoomPlan& plan, int count, HashRandom* random) {
+  const PlannedLine& line = plan.lines.front();
+  const int gaps = static_cast<int>(line.along.size()) - 1;
+  std::vector<TruthViewpoint> viewpoints;
+  for (int i = 0; i < count; ++i) {
+    const auto gap = static_cast<std::size_t>((static_cast<long>(i) * gaps + gaps / 2) / count);
+    const double from = line.along[gap], step = line.along[gap + 1] - from;
+    const double along = from + random->uniform(0.3, 0.7) * step;
+    const double beside = random->uniform(-0.1, 0.1) * step;
+    Eigen::Vector3d at = line.position(along);
+    if (i % 2 == 1) (line.axis == LineAxis::kX ? at.z() : at.x()) += beside;
+    viewpoints.push_back(
+        {fmt::format("{}_{:03}", i % 2 == 1 ? "beside" : "between", i), plan.unit_m * at});
+  }
+  return viewpoints;
+}
+
 }  // namespace
 
 std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count) {
   HashRandom random(hash_bits(static_cast<std::uint64_t>(plan.seed), 0x7127));
+  if (plan.lines.size() == 1) return between_stations(plan, count, &random);
   const auto& along = plan.lines.front().along;
   const std::vector<InCell> hard = hard_cases((along[1] - along[0]) / plan.cell_side, &random);
   const int cells = plan.cells_x * plan.cells_z;

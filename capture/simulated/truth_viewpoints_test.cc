@@ -67,6 +67,24 @@ TEST(TruthViewpointsTest, TableIsRead) {
   EXPECT_EQ(viewpoints[0].position_m, Eigen::Vector3d(0.1, 0.05, -0.2));
 }
 
+// A street: one line along z.
+TEST(TruthViewpointsTest, AlongASingleLineTheyLieBetweenItsStations) {
+  RoomPlan plan;
+  plan.unit_m = 2.0;
+  plan.lines = {{"z0", LineAxis::kZ, 0.0, {-3.0, -2.0, 0.0, 3.0}}};
+  const auto viewpoints = truth_viewpoints(plan, 6);
+  ASSERT_EQ(viewpoints.size(), 6U);
+  for (std::size_t i = 0; i < viewpoints.size(); ++i) {
+    const Eigen::Vector3d& at_m = viewpoints[i].position_m;
+    EXPECT_GT(at_m.z(), -6.0);
+    EXPECT_LT(at_m.z(), 6.0);
+    EXPECT_EQ(at_m.y(), 0.0);
+    EXPECT_EQ(at_m.x() == 0.0, i % 2 == 0) << viewpoints[i].name;
+    EXPECT_LE(std::abs(at_m.x()), 0.6);
+    for (const double along : plan.lines[0].along) EXPECT_GT(std::abs(at_m.z() - 2.0 * along), 0.5);
+  }
+}
+
 TEST(TruthViewpointsTest, BadTablesAreRefusedByLine) {
   const TestDirectory directory;
   const auto expect_refused = [&](const std::string& text, const std::string& message) {

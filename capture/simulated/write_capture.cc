@@ -7,9 +7,9 @@
 #include "capture/simulated/jpeg_encoder.h"
 #include "capture/simulated/output_directory.h"
 #include "capture/simulated/room_stations.h"
+#include "capture/simulated/station_picture.h"
 #include "capture/simulated/truth_files.h"
 #include "capture/simulated/truth_viewpoints.h"
-#include "capture/simulated/virtual_room/sensor.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
@@ -26,7 +26,9 @@ PanoramaSize size_of(const VirtualRoomSettings& settings) {
 
 void write_frame(const fs::path& file, const cv::Mat& image, const OutputSettings& output) {
   if (output.format == "jpg") {
-    write_file_atomically(file, encode_jpeg(image, output.jpeg_quality));
+    write_file_atomically(
+        file, encode_jpeg(image, output.jpeg_quality,
+                          output.jpeg_colour == "full" ? JpegColour::kFull : JpegColour::kQuarter));
   } else {
     write_image(file, image);
   }
@@ -62,7 +64,9 @@ class CaptureWriter {
   void write_truths(Progress* progress) {
     if (truths_.empty()) return;
     out_.make("gt");
-    write_truth_views(room_, truths_, size_of(room_.settings()), out_.path(), progress);
+    if (options_.thin) out_.make("thin");
+    write_truth_views(room_, truths_, size_of(room_.settings()), out_.path(), options_.thin,
+                      progress);
     maps_ += static_cast<int>(truths_.size());
   }
 
@@ -70,12 +74,13 @@ class CaptureWriter {
     const VirtualRoomSettings& settings = room_.settings();
     const fs::path directory = out_.make("capture");
     std::string table = "file,x,y,z\n", true_table = "file,x,y,z,yaw,pitch,roll\n";
+    int moment = 0;
     for (const RoomStation& station : stations_) {
       const std::string file = station.name + "." + settings.output.format;
-      const cv::Mat seen = room_.panorama(station.true_pose, size_of(settings));
-      write_frame(directory / file,
-                  apply_sensor(seen, settings.sensor, station.gain, station.noise_key),
+      write_frame(directory / file, station_picture(room_, station, moment, size_of(settings)),
                   settings.output);
+      if (settings.people.count > 0) write_people(station, moment);
+      ++moment;
       if (has_distances(station)) write_distances(station.name, station.true_pose);
       const std::string name = "capture/" + file + ",";
       table += name + position_fields(station.nominal.position_m) + "\n";
@@ -87,6 +92,11 @@ class CaptureWriter {
     if (jitter.position_jitter_mm > 0.0 || jitter.attitude_jitter_deg > 0.0) {
       write_file_atomically(out_.path() / "true_poses.csv", true_table);
     }
+  }
+
+  void write_people(const RoomStation& station, int moment) {
+    write_image(out_.make("people") / (station.name + ".png"),
+                room_.people_mask(moment, station.true_pose, size_of(room_.settings())));
   }
 
   bool has_distances(const RoomStation& station) const {

@@ -16,6 +16,7 @@ struct CaptureOptions {
   std::optional<std::filesystem::path> views{};
   int truth_views = 12;
   int distance_every = 8;  // distance map at every n-th station of a line; 0: none
+  bool thin = false;       // masks of thin structures in the true views
   bool replace = false;    // an earlier capture at `out` is replaced
 };
 
@@ -23,9 +24,11 @@ struct CaptureOptions {
 //   capture/<line>_<iii>.jpg|png  panoramas from the true poses, with gain and noise
 //   poses.csv                     file,x,y,z of the nominal stations
 //   true_poses.csv                file,x,y,z,yaw,pitch,roll of the true poses, if they differ
-//   gt/<name>.png, gt.csv         noise-free true views from inside the cells
+//   gt/<name>.png, gt.csv         noise-free true views from inside the cells, without people
+//   thin/<name>.png, gt_thin.csv  with options.thin: where true views show thin structures
 //   dist/<line>_<iii>.png         distance maps: 16-bit grey, millimetres along the ray, 0 = sky,
 //   dist/gt_<name>.png            at least 1 and at most 65535; from the true poses
+//   people/<line>_<iii>.png       with people: 255 where a person is seen in the frame, else 0
 //   virtual-room.json             marks the directory as the capture of a virtual room
 // Shows progress. Returns a one-line summary. Throws Error if the table of viewpoints or the
 // directory cannot be used, a camera is inside furniture or a file cannot be written; Interrupted.

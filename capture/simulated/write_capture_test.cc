@@ -113,6 +113,20 @@ TEST_F(WriteCaptureTest, TruthIsExactAndFreeOfNoise) {
   }
 }
 
+TEST_F(WriteCaptureTest, ThinStructuresAreMaskedOnRequest) {
+  write(2, 0);
+  EXPECT_FALSE(fs::exists(out_ / "thin"));
+  EXPECT_FALSE(fs::exists(out_ / "gt_thin.csv"));
+  fs::remove_all(out_);
+  write_capture(*room_,
+                {.out = out_, .views = {}, .truth_views = 2, .distance_every = 0, .thin = true});
+  const CsvTable table = CsvTable::read(out_ / "gt_thin.csv", {"file", "x", "y", "z", "mask"}, {});
+  ASSERT_GT(table.rows(), 0U);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    EXPECT_TRUE(fs::exists(out_ / table.text(row, "mask"))) << "chairs have thin legs";
+  }
+}
+
 TEST_F(WriteCaptureTest, TablesHoldNominalAndTruePoses) {
   write(0, 0);
   const std::vector<RoomStation> stations = room_stations(room_->plan(), room_->settings());

@@ -38,7 +38,8 @@ enum Branch : std::uint64_t {
   kRug,
   kLamp,
   kSky,
-  kSkirting
+  kSkirting,
+  kGlass
 };
 
 Placement on_floor(const PlanRectangle& place, const RoomPlan& plan) {
@@ -64,13 +65,16 @@ class Furnisher {
         space_(plan) {}
 
   FurnishedRoom furnish() {
-    add_shell(plan_, random_.branch(kShell), &room_.facets);
+    add_shell(plan_, contents_, random_.branch(kShell), &room_.facets);
     if (contents_.skirting) add_skirting(plan_, random_.branch(kSkirting), &room_.facets);
     if (contents_.beams) add_beams(plan_, random_.branch(kBeams), &room_.facets);
     room_.lights.sky_seed = static_cast<std::uint32_t>(random_.branch(kSky).bits());
     furnish_walls();
     furnish_floor();
     if (contents_.lamp) hang_lamp(random_.branch(kLamp));
+    for (int i = 0; i < contents_.glass; ++i) {
+      stand_glass(random_.branch(kGlass).branch(static_cast<std::uint64_t>(i)));
+    }
     return std::move(room_);
   }
 
@@ -124,6 +128,13 @@ class Furnisher {
     HashRandom random = random_.branch(branch);
     const PlanRectangle place = space_.stand(piece, &random);
     add(on_floor(place, plan_), random, &room_.facets);
+  }
+
+  // Placed last, so that everything else stays where it is.
+  void stand_glass(HashRandom random) {
+    const Piece pane = glass_piece(plan_.walls.y_max - plan_.walls.y_min);
+    const PlanRectangle place = space_.stand(pane, &random);
+    add_glass(on_floor(place, plan_), pane.top, random, &room_.facets, &room_.glass);
   }
 
   // The table with up to four chairs at its long sides; returns the number of chairs placed.

@@ -9,6 +9,7 @@ namespace raywalk::capture {
 
 struct FurnishedRoom {
   Facets facets;
+  Facets glass;  // panes that one can see through
   LightSources lights;
 };
 

@@ -96,6 +96,9 @@ Piece shelf_piece(double room_height) {
 }
 Piece plant_piece() { return {"the plant", {0.64, 0.64}, 1.6}; }
 Piece coat_stand_piece() { return {"the coat stand", {0.5, 0.5}, kPoleHeight}; }
+Piece glass_piece(double room_height) {
+  return {"a pane of glass", {1.1, 0.12}, std::min(1.9, room_height - 0.15)};
+}
 
 void add_chair(const Placement& place, HashRandom random, Facets* facets) {
   const int wood =
@@ -230,6 +233,40 @@ void add_coat_stand(const Placement& place, HashRandom random, Facets* facets) {
     add_rod(place,
             {{0, height - 0.08, 0}, 0.14 * out + Vector3d(0, height - 0.08, 0), 0.008, 0.006}, wood,
             facets);
+  }
+}
+
+void add_glass(const Placement& place, double top, HashRandom random, Facets* facets,
+               Facets* glass) {
+  constexpr double kHalfWidth = 0.55, kBar = 0.03, kHalfDepth = 0.02;
+  const int metal = facets->add_surface(random_lacquer(&random));
+  for (const double x : {-kHalfWidth, kHalfWidth - kBar}) {
+    add_box(place, {x, 0, -kHalfDepth}, {x + kBar, top, kHalfDepth}, metal, facets);
+    add_box(place, {x, 0, -0.06}, {x + kBar, 0.04, 0.06}, metal, facets);
+  }
+  for (const double y : {0.12, top - kBar}) {
+    add_box(place, {-kHalfWidth + kBar, y, -kHalfDepth}, {kHalfWidth - kBar, y + kBar, kHalfDepth},
+            metal, facets);
+  }
+  glass->facets.push_back(make_rectangle(place.point({-kHalfWidth + kBar, 0.12 + kBar, 0}),
+                                         place.direction({2.0 * (kHalfWidth - kBar), 0, 0}),
+                                         place.direction({0, top - 0.12 - 2.0 * kBar, 0}),
+                                         place.direction({0, 0, 1}), glass->add_surface({})));
+}
+
+void add_car(const Placement& place, HashRandom random, Facets* facets) {
+  const int paint = facets->add_surface(random_lacquer(&random));
+  Surface dark;
+  dark.base = random_shade(0.6, {0.0, 0.3}, {0.03, 0.07}, &random);
+  const int black = facets->add_surface(dark);
+  const double half = random.uniform(1.9, 2.15), height = random.uniform(1.4, 1.6);
+  add_box(place, {-0.87, 0.25, -half}, {0.87, 0.85, half}, paint, facets);
+  add_box(place, {-0.75, 0.85, -0.75 * half}, {0.75, height - 0.06, 0.4 * half}, black, facets);
+  add_box(place, {-0.77, height - 0.06, -0.72 * half}, {0.77, height, 0.35 * half}, paint, facets);
+  for (const double x : {-0.8, 0.6}) {
+    for (const double z : {-0.62, 0.62}) {
+      add_rod(place, {{x, 0.31, z * half}, {x + 0.22, 0.31, z * half}, 0.31, 0.31}, black, facets);
+    }
   }
 }
 

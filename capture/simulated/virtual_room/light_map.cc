@@ -15,13 +15,13 @@ using Eigen::Vector3d;
 
 constexpr float kMeanLight = 0.75F;
 constexpr float kSunPerMeanLight = 2.6F;
-constexpr double kGridStep = 0.12;  // room units
 constexpr double kLargestGrid = 64.0;
 constexpr int kWindowSamples = 6;  // per side
 // Irradiance close to the pane is up to pi, far beyond white at the room's exposure, and
 // undersampled there.
 constexpr double kMostWindowLight = 0.5;
 constexpr int kBounceRays = 64;
+constexpr double kSkyReach = 1e3;  // nothing is farther than this but the sky
 constexpr int kGrain = 256;
 // Offset of ray origins from their surface. On the shell it exceeds the thickness of objects that
 // hang flat on walls, which would otherwise darken the grid points behind them and, by
@@ -41,8 +41,8 @@ Vector3d interpolated(const std::array<Vector3d, 4>& corners, double u, double v
   return corners[2] + (1.0 - u) * (corners[3] - corners[2]) + (1.0 - v) * (corners[1] - corners[2]);
 }
 
-int grid_size(double length) {
-  return static_cast<int>(std::clamp(std::ceil(length / kGridStep) + 1.0, 2.0, kLargestGrid));
+int grid_size(double length, double step) {
+  return static_cast<int>(std::clamp(std::ceil(length / step) + 1.0, 2.0, kLargestGrid));
 }
 
 // A point of the light grid, offset from its surface.
@@ -106,6 +106,16 @@ Vector3d bounce_direction(int index, double turn, const Vector3d& normal) {
          std::sqrt(1.0 - square) * normal;
 }
 
+// Irradiance of a uniform sky where it is not hidden.
+Color open_sky_light(const GridPoint& at, double turn, const EmbreeScene& scene) {
+  int open = 0;
+  for (int ray = 0; ray < kBounceRays; ++ray) {
+    const Vector3d direction = bounce_direction(ray, turn, at.normal);
+    if (direction.y() > 0.0 && !scene.occluded({at.position, direction}, kSkyReach)) ++open;
+  }
+  return kSkyTint * (static_cast<float>(open) / kBounceRays);
+}
+
 }  // namespace
 
 LightMap::LightMap(const Facets& facets, const EmbreeScene& scene, const LightSources& lights)
@@ -114,8 +124,8 @@ LightMap::LightMap(const Facets& facets, const EmbreeScene& scene, const LightSo
   for (const Facet& facet : facets.facets) {
     Grid grid;
     grid.first = points;
-    grid.columns = grid_size((facet.corners[1] - facet.corners[0]).norm());
-    grid.rows = grid_size((facet.corners[3] - facet.corners[0]).norm());
+    grid.columns = grid_size((facet.corners[1] - facet.corners[0]).norm(), lights.grid_step);
+    grid.rows = grid_size((facet.corners[3] - facet.corners[0]).norm(), lights.grid_step);
     grids_.push_back(grid);
     points += static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows);
   }
@@ -137,6 +147,10 @@ void LightMap::light_directly(const Facets& facets) {
         light = kAmbient;
         if (lights_.window) light += window_light(*lights_.window, at, scene_);
         if (lights_.lamp) light += lamp_light(*lights_.lamp, at, scene_);
+        if (lights_.open_sky) {
+          const std::uint64_t index = grid.first + static_cast<std::size_t>(point);
+          light += open_sky_light(at, uniform_from_bits(hash_bits(index)), scene_);
+        }
       }
     }
   });
@@ -187,7 +201,8 @@ void LightMap::expose(const Facets& facets) {
   }
   const float gain = kMeanLight * static_cast<float>(count / sum);
   for (Color& light : light_) light *= gain;
-  if (lights_.window && lights_.window->sun) sun_ = kSunPerMeanLight * kMeanLight;
+  if ((lights_.window && lights_.window->sun) || lights_.open_sun)
+    sun_ = kSunPerMeanLight * kMeanLight;
 }
 
 Color LightMap::interpolate(const Hit& hit) const {
@@ -200,6 +215,13 @@ Color LightMap::interpolate(const Hit& hit) const {
   const Color* corner = light_.data() + grid.first + row * grid.columns + column;
   return mix(mix(corner[0], corner[1], fx), mix(corner[grid.columns], corner[grid.columns + 1], fx),
              fy);
+}
+
+float LightMap::open_sunlight(const Vector3d& point, const Vector3d& normal) const {
+  const double cosine = normal.dot(*lights_.open_sun);
+  if (cosine <= 0.0) return 0.0F;
+  const Ray ray{point + kOffSurface * normal, *lights_.open_sun};
+  return scene_.occluded(ray, kSkyReach) ? 0.0F : sun_ * static_cast<float>(cosine);
 }
 
 // A point is sunlit if the ray towards the sun passes through the window unoccluded.
@@ -220,7 +242,10 @@ float LightMap::sunlight(const Vector3d& point, const Vector3d& normal) const {
 
 Color LightMap::at(const Hit& hit, const Vector3d& point, const Vector3d& normal) const {
   Color light = interpolate(hit);
-  if (sun_ > 0.0F) light += Color(1.05F, 1.0F, 0.9F) * sunlight(point, normal);
+  if (sun_ > 0.0F) {
+    const float sun = lights_.open_sun ? open_sunlight(point, normal) : sunlight(point, normal);
+    light += Color(1.05F, 1.0F, 0.9F) * sun;
+  }
   return light;
 }
 

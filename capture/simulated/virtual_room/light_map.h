@@ -29,6 +29,7 @@ class LightMap {
   };
 
   Color interpolate(const Hit& hit) const;
+  float open_sunlight(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
   float sunlight(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
   void light_directly(const Facets& facets);
   void add_bounce(const Facets& facets);

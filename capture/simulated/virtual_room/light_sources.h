@@ -27,6 +27,10 @@ struct LightSources {
   std::optional<WindowLight> window{};
   std::optional<LampLight> lamp{};
   std::uint32_t sky_seed = 0;
+  // Outdoors: light from the sky wherever it is open, and the sun in this direction.
+  bool open_sky = false;
+  std::optional<Eigen::Vector3d> open_sun{};
+  double grid_step = 0.12;  // of the light map
 };
 
 }  // namespace raywalk::capture

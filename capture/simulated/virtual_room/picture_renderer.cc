@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "capture/simulated/virtual_room/hash_random.h"
-#include "capture/simulated/virtual_room/tone.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::capture {
@@ -39,8 +38,10 @@ Stratum stratum(int number, std::uint64_t hash) {
 class PictureRenderer {
  public:
   PictureRenderer(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                  double unit_m)
+                  double unit_m, const Film& film, const PeopleScene* people)
       : scene_(scene),
+        film_(film),
+        people_(people),
         camera_(camera),
         origin_(pose.position_m / unit_m),
         world_from_camera_(world_from_camera(pose.attitude)),
@@ -62,7 +63,7 @@ class PictureRenderer {
         trace(row, begin, all, kFirst, kStrata, &tile);
       }
       for (int column = begin; column < end; ++column) {
-        pixels[column] = tile[static_cast<std::size_t>(column - begin)].rounded();
+        pixels[column] = tile[static_cast<std::size_t>(column - begin)].rounded(film_.highlights);
       }
     }
   }
@@ -75,20 +76,22 @@ class PictureRenderer {
     Color lowest{255, 255, 255};  // levels
     Color highest{0, 0, 0};
 
-    void add(const Color& seen) {
-      const Color light = seen.cwiseMin(kWhite);
+    void add(const Color& seen, const Film& film) {
+      const bool soft = film.highlights == Highlights::kSoft;
+      const Color light = (film.exposure * seen).cwiseMin(soft ? kWhite : 1.0F);
       sum += light;
       ++rays;
-      const Color level = light.unaryExpr(&level_from_light);
+      const Color level =
+          light.unaryExpr([&](float part) { return level_from_light(part, film.highlights); });
       lowest = lowest.cwiseMin(level);
       highest = highest.cwiseMax(level);
     }
     float contrast() const { return (highest - lowest).maxCoeff(); }
     // Averages linear light, as a sensor does.
-    cv::Vec3b rounded() const {
+    cv::Vec3b rounded(Highlights highlights) const {
       const Color mean = sum / static_cast<float>(std::max(rays, 1));
       const auto level = [&](int channel) {
-        return static_cast<unsigned char>(std::lround(level_from_light(mean[channel])));
+        return static_cast<unsigned char>(std::lround(level_from_light(mean[channel], highlights)));
       };
       return {level(2), level(1), level(0)};
     }
@@ -113,14 +116,14 @@ class PictureRenderer {
           rays.push_back(in_room(*ray));
           owners.push_back(i);
         } else {
-          (*tile)[static_cast<std::size_t>(i)].add(Color::Zero());
+          (*tile)[static_cast<std::size_t>(i)].add(Color::Zero(), film_);
         }
       }
     }
     lights.resize(rays.size());
-    scene_.look(rays, camera_.pixel_rad(), lights);
+    scene_.look(rays, camera_.pixel_rad(), lights, people_);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      (*tile)[static_cast<std::size_t>(owners[i])].add(lights[i]);
+      (*tile)[static_cast<std::size_t>(owners[i])].add(lights[i], film_);
     }
   }
 
@@ -139,6 +142,8 @@ class PictureRenderer {
   }
 
   const RoomScene& scene_;
+  Film film_;
+  const PeopleScene* people_;
   const PixelRays& camera_;
   Eigen::Vector3d origin_;
   Eigen::Matrix3d world_from_camera_;
@@ -148,8 +153,9 @@ class PictureRenderer {
 }  // namespace
 
 cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                       double unit_m, Sampling sampling) {
-  const PictureRenderer renderer(scene, camera, pose, unit_m);
+                       double unit_m, Sampling sampling, const Film& film,
+                       const PeopleScene* people) {
+  const PictureRenderer renderer(scene, camera, pose, unit_m, film, people);
   cv::Mat picture(camera.height(), camera.width(), CV_8UC3);
   parallel_for(0, picture.rows, 4, [&](int begin, int end) {
     for (int row = begin; row < end; ++row) {

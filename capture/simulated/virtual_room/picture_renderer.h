@@ -6,6 +6,7 @@
 #include "capture/simulated/virtual_room/camera_pose.h"
 #include "capture/simulated/virtual_room/pixel_rays.h"
 #include "capture/simulated/virtual_room/room_scene.h"
+#include "capture/simulated/virtual_room/tone.h"
 
 namespace raywalk::capture {
 
@@ -15,10 +16,18 @@ enum class Sampling {
   kFine    // 4, or 16 if those differ by more than a few levels
 };
 
+// How light becomes levels.
+struct Film {
+  float exposure = 1.0F;  // multiplies all light
+  Highlights highlights = Highlights::kSoft;
+};
+
 // Renders the picture (BGR, CV_8UC3) from the pose; black where the camera has no ray. `unit_m` is
 // the length of a room unit in metres. Ray positions within a pixel are a hash of the pixel, so the
-// result does not depend on the number of threads. Throws Interrupted.
+// result does not depend on the number of threads. `people`, if any, are in the room. Throws
+// Interrupted.
 cv::Mat render_picture(const RoomScene& scene, const PixelRays& camera, const CameraPose& pose,
-                       double unit_m, Sampling sampling);
+                       double unit_m, Sampling sampling, const Film& film = {},
+                       const PeopleScene* people = nullptr);
 
 }  // namespace raywalk::capture

@@ -1,11 +1,13 @@
 // A furnished and lit room that can be ray traced.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "capture/simulated/virtual_room/embree_scene.h"
 #include "capture/simulated/virtual_room/furnishing.h"
 #include "capture/simulated/virtual_room/light_map.h"
+#include "capture/simulated/virtual_room/walking_people.h"
 
 namespace raywalk::capture {
 
@@ -14,16 +16,18 @@ class RoomScene {
  public:
   // Furnishes and lights the room. Throws UsageError naming the seed if there is no space for an
   // object, Error if the ray tracer fails, Interrupted.
-  RoomScene(const RoomPlan& plan, const ContentSettings& contents);
+  RoomScene(const RoomPlan& plan, const VirtualRoomSettings& settings);
   // The light map refers to the scene.
   RoomScene(const RoomScene&) = delete;
   RoomScene& operator=(const RoomScene&) = delete;
 
   // Sets lights[i] to the light along rays[i]: linear, relative to white, filtered for a pixel of
-  // the angle `pixel_rad`.
-  void look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights) const;
+  // the angle `pixel_rad`. `people`, if any, are in the room.
+  void look(std::span<const Ray> rays, double pixel_rad, std::span<Color> lights,
+            const PeopleScene* people = nullptr) const;
 
-  // Sets distances[i] to the distance along rays[i] to the first surface; +inf for the sky.
+  // Sets distances[i] to the distance along rays[i] to the first surface that is not a pane of
+  // glass; +inf for the sky.
   void measure(std::span<const Ray> rays, std::span<double> distances) const;
 
   const Facet& facet(int index) const {
@@ -31,16 +35,22 @@ class RoomScene {
   }
   // The surface of a hit; hit.facet must not be -1.
   const Surface& surface_of(const Hit& hit) const;
+  // Without panes of glass.
   const EmbreeScene& geometry() const { return scene_; }
+  const Facets& glass() const { return room_.glass; }
 
  private:
-  Color light_of(const Ray& ray, const Hit& hit, double pixel_rad) const;
-  Color reflection(const Ray& ray, const Hit& hit, double pixel_rad) const;
-  // Light of the diffuse surface at the hit; `travelled` is the length of the path before the ray.
+  // In the three functions below, `travelled` is the length of the light's path before the ray.
+  Color light_of(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
+  Color reflection(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
   Color diffuse_light(const Ray& ray, const Hit& hit, double travelled, double pixel_rad) const;
+  // `seen` at `distance`, as it looks through the panes in front of it.
+  Color through_glass(const Ray& ray, double distance, const Color& seen, double pixel_rad) const;
 
   FurnishedRoom room_;
   EmbreeScene scene_;
+  std::optional<EmbreeScene> glass_;  // none if there are no panes
+  float source_gain_;
   LightMap light_map_;
 };
 

@@ -36,6 +36,9 @@ struct ContentSettings {
   bool sun_patch = true;  // needs the window
   bool wallpaper = true;
   bool plain_patch = true;
+  int plain_walls = 0;  // walls of uniform colour
+  bool plain_ceiling = false;
+  int glass = 0;  // free-standing panes
 
   bool operator==(const ContentSettings&) const = default;
 };
@@ -49,6 +52,17 @@ struct GridSettings {
   double overhang_share = 0.25;  // captured beyond the outer corners, relative to the cell's side
 
   bool operator==(const GridSettings&) const = default;
+};
+
+// A street between two rows of buildings instead of a room.
+struct CanyonSettings {
+  double width_m = 0.0;        // between the facades; 0: 8 to 12, chosen by the seed
+  int stations = 21;           // on one line along the street
+  double spacing_min_m = 0.5;  // between stations, chosen at random between the two
+  double spacing_max_m = 4.0;
+  int cars = 6;  // parked
+
+  bool operator==(const CanyonSettings&) const = default;
 };
 
 struct SensorSettings {
@@ -67,10 +81,40 @@ struct PoseSettings {
   bool operator==(const PoseSettings&) const = default;
 };
 
+// The camera's exposure of the scene, also in true views.
+struct LightSettings {
+  double exposure = 1.0;     // multiplies all light
+  double source_gain = 1.0;  // multiplies the light of sky and lamps as it is seen
+  bool clip = false;         // what is brighter than white is white; else it is compressed
+
+  bool operator==(const LightSettings&) const = default;
+};
+
+// Several cameras instead of one, on a ring around the station, stitched to a panorama.
+struct RingSettings {
+  int cameras = 0;  // 0: a single one in the middle
+  double radius_mm = 0.0;
+  double feather_deg = 0.0;          // width of the blend at a seam; 0: a hard seam
+  double gain_spread = 0.0;          // standard deviation of the cameras' exposures, relative
+  double station_gain_spread = 0.0;  // the same of each camera at each station
+  double vignetting_share = 0.0;     // of the light, lost 90 degrees off a camera's axis
+
+  bool operator==(const RingSettings&) const = default;
+};
+
+// People who walk around the lines during the capture.
+struct PeopleSettings {
+  int count = 0;
+  double step_mm = 400.0;  // walked from one station to the next
+
+  bool operator==(const PeopleSettings&) const = default;
+};
+
 struct OutputSettings {
   int width_px = 1024;  // of panoramas, a multiple of 4
   std::string format = "jpg";
   int jpeg_quality = 95;
+  std::string jpeg_colour = "full";  // "quarter": chroma at half the width and height
 
   bool operator==(const OutputSettings&) const = default;
 };
@@ -82,9 +126,14 @@ inline constexpr double kLargestFurnitureScale_m = 100.0;
 
 struct VirtualRoomSettings {
   int seed = 1;
+  std::string place = "room";  // or "canyon"
   GridSettings grid{};
   RoomSettings room{};
   ContentSettings contents{};
+  CanyonSettings canyon{};
+  LightSettings light{};
+  PeopleSettings people{};
+  RingSettings ring{};
   SensorSettings sensor{};
   PoseSettings pose{};
   OutputSettings output{};
@@ -97,12 +146,12 @@ struct VirtualRoomSettings {
 void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
                        const std::string& prefix);
 
-// The same for the keys seed, room.* and contents.* only.
+// The same for the keys seed, room.*, contents.* and light.* only.
 void bind_virtual_scene(SettingsSchema* schema, VirtualRoomSettings* settings,
                         const std::string& prefix);
 
 // Checks beyond the ranges of single keys: throws UsageError, starting with `source`, if the width
-// is not a multiple of 4.
+// is not a multiple of 4 or keys of the ring are given without its cameras.
 void require_valid(const VirtualRoomSettings& settings, const std::string& source);
 
 // Reads the file. Throws UsageError as SettingsSchema and require_valid do.

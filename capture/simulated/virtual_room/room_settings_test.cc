@@ -61,6 +61,25 @@ TEST(RoomSettingsTest, ShippedFileHoldsEveryKeyWithItsDefault) {
                           "sun_patch",
                           "wallpaper",
                           "plain_patch",
+                          "place",
+                          "stations",
+                          "spacing_min_m",
+                          "spacing_max_m",
+                          "cars",
+                          "plain_walls",
+                          "plain_ceiling",
+                          "glass",
+                          "exposure",
+                          "source_gain",
+                          "clip",
+                          "cameras",
+                          "radius_mm",
+                          "feather_deg",
+                          "station_gain_spread",
+                          "vignetting_share",
+                          "jpeg_colour",
+                          "count",
+                          "step_mm",
                           "noise_levels",
                           "shot_noise",
                           "gain_spread",
@@ -94,6 +113,9 @@ TEST(RoomSettingsTest, MistakesAreNamedWithTheirLine) {
   expect_refused("seed: -1\n", "must lie between");
   expect_refused("output:\n  format: bmp\n", "is not a valid choice");
   expect_refused("output:\n  width_px: 130\n", "multiple of 4");
+  expect_refused("ring:\n  radius_mm: 100\n", "ring.cameras is 0");
+  expect_refused("ring:\n  cameras: 1\n", "ring.cameras is 1");
+  expect_refused("ring:\n  cameras: 8\n  feather_deg: 50\n", "8 cameras are 45 degrees apart");
   expect_refused("contents:\n  chairs: many\n", "must be a whole number");
 }
 

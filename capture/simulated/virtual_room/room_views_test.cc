@@ -103,7 +103,7 @@ TEST_F(RoomViewsTest, ViewWarpedByItsDistancesIsTheOtherView) {
 // A mirror shows the view of the mirrored camera.
 TEST_F(RoomViewsTest, MirrorShowsTheMirroredRoom) {
   const RoomPlan plan = plan_room(room_->settings());
-  const RoomScene scene(plan, room_->settings().contents);
+  const RoomScene scene(plan, room_->settings());
   const Vector3d camera(0.1, 0.05, -0.2);
   constexpr double kSharp_rad = 1e-6;
   HashRandom random(5);

@@ -21,20 +21,23 @@ double soft_highlight(double light) {
 
 // Lookup table over the square root of light, which is nearly perceptually uniform and so needs few
 // entries.
-std::array<float, kTableSize + 1> make_table() {
+std::array<float, kTableSize + 1> make_table(Highlights highlights) {
   std::array<float, kTableSize + 1> table{};
   for (int i = 0; i <= kTableSize; ++i) {
     const double root = std::sqrt(kBrightest) * i / kTableSize;
-    table[static_cast<std::size_t>(i)] =
-        static_cast<float>(srgb_level_from_linear(soft_highlight(root * root)));
+    table[static_cast<std::size_t>(i)] = static_cast<float>(
+        srgb_level_from_linear(highlights == Highlights::kSoft ? soft_highlight(root * root)
+                                                               : std::min(root * root, 1.0)));
   }
   return table;
 }
 
 }  // namespace
 
-float level_from_light(float light) {
-  static const std::array<float, kTableSize + 1> table = make_table();
+float level_from_light(float light, Highlights highlights) {
+  static const std::array<float, kTableSize + 1> soft = make_table(Highlights::kSoft);
+  static const std::array<float, kTableSize + 1> clipped = make_table(Highlights::kClipped);
+  const auto& table = highlights == Highlights::kSoft ? soft : clipped;
   const float root = std::sqrt(std::clamp(light, 0.0F, static_cast<float>(kBrightest))) *
                      (static_cast<float>(kTableSize) / std::sqrt(static_cast<float>(kBrightest)));
   const int index = std::min(static_cast<int>(root), kTableSize - 1);

@@ -1,8 +1,11 @@
 #include "capture/simulated/virtual_room/virtual_room.h"
 
+#include <fmt/format.h>
+
 #include <vector>
 
 #include "capture/simulated/virtual_room/camera_clearance.h"
+#include "capture/simulated/virtual_room/street_canyon.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
@@ -15,13 +18,52 @@ void require_panorama(PanoramaSize size) {
   }
 }
 
+// Nothing is nearer to a station than the clearance, so the ring's cameras are free as well.
+void require_ring_within(const RoomPlan& plan, const RingSettings& ring) {
+  const double clearance_mm = 1e3 * plan.unit_m * plan.clearance;
+  if (ring.radius_mm < clearance_mm) return;
+  throw UsageError(fmt::format(
+      "ring.radius_mm is {:g}; it must be less than the {:g} mm that are free around the stations",
+      ring.radius_mm, clearance_mm));
+}
+
+// The rays through the centres of a panorama's pixels, room units.
+class CentreRays {
+ public:
+  CentreRays(const CameraPose& pose, PanoramaSize size, double unit_m)
+      : origin_(pose.position_m / unit_m),
+        rotation_(world_from_camera(pose.attitude)),
+        size_(size) {}
+
+  std::vector<Ray> row(int v) const {
+    std::vector<Ray> rays(static_cast<std::size_t>(size_.width));
+    for (int u = 0; u < size_.width; ++u) {
+      const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
+      rays[static_cast<std::size_t>(u)] = {
+          origin_, rotation_ * direction_from_angles(angles_from_pixel(pixel, size_))};
+    }
+    return rays;
+  }
+
+ private:
+  Eigen::Vector3d origin_;
+  Eigen::Matrix3d rotation_;
+  PanoramaSize size_;
+};
+
 }  // namespace
 
 VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings)
     : settings_(settings),
-      plan_(plan_room(settings)),
-      scene_(std::make_unique<const RoomScene>(plan_, settings.contents)) {
+      plan_(settings.place == "canyon" ? plan_canyon(settings) : plan_room(settings)),
+      film_{static_cast<float>(settings.light.exposure),
+            settings.light.clip ? Highlights::kClipped : Highlights::kSoft},
+      scene_(std::make_unique<const RoomScene>(plan_, settings)) {
   require_clear_lines(plan_, *scene_);
+  require_ring_within(plan_, settings.ring);
+  if (settings.people.count > 0) {
+    people_ = std::make_unique<const PeoplePath>(plan_, scene_->geometry(), settings.people);
+  }
 }
 
 VirtualRoom::~VirtualRoom() = default;
@@ -35,25 +77,60 @@ RoomExtent VirtualRoom::extent() const {
 cv::Mat VirtualRoom::panorama(const CameraPose& pose, PanoramaSize size, Sampling sampling) const {
   require_panorama(size);
   require_free_camera(plan_, *scene_, pose.position_m);
-  return render_picture(*scene_, PanoramaRays(size), pose, plan_.unit_m, sampling);
+  return render_picture(*scene_, PanoramaRays(size), pose, plan_.unit_m, sampling, film_);
+}
+
+cv::Mat VirtualRoom::panorama_with_people(int moment, const CameraPose& pose, PanoramaSize size,
+                                          Sampling sampling) const {
+  require_panorama(size);
+  return picture_with_people(moment, PanoramaRays(size), pose, sampling);
+}
+
+cv::Mat VirtualRoom::picture_with_people(int moment, const PixelRays& camera,
+                                         const CameraPose& pose, Sampling sampling) const {
+  require_free_camera(plan_, *scene_, pose.position_m);
+  const std::optional<PeopleScene> people = people_at(moment);
+  return render_picture(*scene_, camera, pose, plan_.unit_m, sampling, film_,
+                        people ? &*people : nullptr);
+}
+
+cv::Mat VirtualRoom::people_mask(int moment, const CameraPose& pose, PanoramaSize size) const {
+  require_panorama(size);
+  require_free_camera(plan_, *scene_, pose.position_m);
+  cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(0));
+  const std::optional<PeopleScene> people = people_at(moment);
+  if (!people) return mask;
+  const CentreRays centres(pose, size, plan_.unit_m);
+  parallel_for(0, size.height, 8, [&](int begin, int end) {
+    std::vector<double> distances(static_cast<std::size_t>(size.width));
+    std::vector<Hit> persons(distances.size());
+    for (int v = begin; v < end; ++v) {
+      const std::vector<Ray> rays = centres.row(v);
+      scene_->measure(rays, distances);
+      people->intersect(rays, persons);
+      for (std::size_t u = 0; u < rays.size(); ++u) {
+        const bool seen = persons[u].facet >= 0 && persons[u].distance < distances[u];
+        if (seen) mask.at<uchar>(v, static_cast<int>(u)) = 255;
+      }
+    }
+  });
+  return mask;
+}
+
+std::optional<PeopleScene> VirtualRoom::people_at(int moment) const {
+  if (!people_) return std::nullopt;
+  return std::optional<PeopleScene>(std::in_place, people_->at(moment), settings_.seed);
 }
 
 cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) const {
   require_panorama(size);
   require_free_camera(plan_, *scene_, pose.position_m);
-  const Eigen::Matrix3d rotation = world_from_camera(pose.attitude);
+  const CentreRays centres(pose, size, plan_.unit_m);
   cv::Mat map(size.height, size.width, CV_32FC1);
   parallel_for(0, size.height, 8, [&](int begin, int end) {
-    std::vector<Ray> rays(static_cast<std::size_t>(size.width));
-    std::vector<double> distances(rays.size());
+    std::vector<double> distances(static_cast<std::size_t>(size.width));
     for (int v = begin; v < end; ++v) {
-      for (int u = 0; u < size.width; ++u) {
-        const PixelPosition pixel{static_cast<double>(u), static_cast<double>(v)};
-        rays[static_cast<std::size_t>(u)] = {
-            pose.position_m / plan_.unit_m,
-            rotation * direction_from_angles(angles_from_pixel(pixel, size))};
-      }
-      scene_->measure(rays, distances);
+      scene_->measure(centres.row(v), distances);
       for (int u = 0; u < size.width; ++u) {
         map.at<float>(v, u) =
             static_cast<float>(plan_.unit_m * distances[static_cast<std::size_t>(u)]);
@@ -66,7 +143,8 @@ cv::Mat VirtualRoom::distance_map(const CameraPose& pose, PanoramaSize size) con
 cv::Mat VirtualRoom::dual_fisheye(const CameraPose& pose, const DualFisheyeLayout& layout,
                                   PanoramaSize frame, Sampling sampling) const {
   require_free_camera(plan_, *scene_, pose.position_m);
-  return render_picture(*scene_, DualFisheyeRays(layout, frame), pose, plan_.unit_m, sampling);
+  return render_picture(*scene_, DualFisheyeRays(layout, frame), pose, plan_.unit_m, sampling,
+                        film_);
 }
 
 }  // namespace raywalk::capture

@@ -10,12 +10,14 @@
 #include <Eigen/Core>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 #include "capture/simulated/virtual_room/camera_pose.h"
 #include "capture/simulated/virtual_room/dual_fisheye.h"
 #include "capture/simulated/virtual_room/picture_renderer.h"
 #include "capture/simulated/virtual_room/room_plan.h"
 #include "capture/simulated/virtual_room/room_settings.h"
+#include "capture/simulated/virtual_room/walking_people.h"
 
 namespace raywalk::capture {
 
@@ -29,8 +31,8 @@ struct RoomExtent {
 class VirtualRoom {
  public:
   // Furnishes and lights the room, which takes about a second. Throws UsageError naming key or seed
-  // if the room is too small for its grid or contents, Error if an object is closer to a line than
-  // a quarter of the cell's side or the ray tracer fails; Interrupted.
+  // if the room is too small for its grid, contents or people, Error if an object is closer to a
+  // line than a quarter of the cell's side or the ray tracer fails; Interrupted.
   explicit VirtualRoom(const VirtualRoomSettings& settings);
   ~VirtualRoom();
 
@@ -38,15 +40,30 @@ class VirtualRoom {
   const RoomPlan& plan() const { return plan_; }
   RoomExtent extent() const;
 
-  // The three functions below throw Error naming pose and seed if the camera is outside the room or
+  // The functions below throw Error naming pose and seed if the camera is outside the room or
   // inside an object, and Interrupted.
 
   // The panorama, BGR in CV_8UC3, noise-free. The size must be 2:1.
   cv::Mat panorama(const CameraPose& pose, PanoramaSize size,
                    Sampling sampling = Sampling::kFine) const;
 
-  // Metres along the ray through each pixel's centre to the first surface, CV_32FC1; +inf for the
-  // sky, seen through the window. The distance to the mirror is that to its surface.
+  // The same with the people of settings().people where they are while station `moment` (0 = the
+  // first) is captured.
+  cv::Mat panorama_with_people(int moment, const CameraPose& pose, PanoramaSize size,
+                               Sampling sampling = Sampling::kFine) const;
+
+  // The same through another camera. Several cameras may be at the station: only the pose's
+  // position is checked.
+  cv::Mat picture_with_people(int moment, const PixelRays& camera, const CameraPose& pose,
+                              Sampling sampling = Sampling::kFine) const;
+
+  // CV_8UC1: 255 where the ray through a pixel's centre meets one of those people, else 0.
+  cv::Mat people_mask(int moment, const CameraPose& pose, PanoramaSize size) const;
+
+  // Metres along the ray through each pixel's centre to the first surface of the room without
+  // people, CV_32FC1; +inf for the sky, seen through the window. A pane of glass is looked through:
+  // the distance is that to what is behind it. The distance to the mirror is that
+  // to its surface.
   cv::Mat distance_map(const CameraPose& pose, PanoramaSize size) const;
 
   // A frame with two image circles, BGR in CV_8UC3, black around them. The pose is that of the
@@ -55,9 +72,13 @@ class VirtualRoom {
                        Sampling sampling = Sampling::kFine) const;
 
  private:
+  std::optional<PeopleScene> people_at(int moment) const;
+
   VirtualRoomSettings settings_;
   RoomPlan plan_;
+  Film film_;
   std::unique_ptr<const RoomScene> scene_;
+  std::unique_ptr<const PeoplePath> people_;  // null: nobody
 };
 
 }  // namespace raywalk::capture

@@ -29,24 +29,6 @@ WallArea area_for(const char* what, const RoomPlan& plan, int wall, const Vector
   throw_no_place(plan, fmt::format("{} on a wall", what));
 }
 
-// A box on a wall: s, t and depth between two corners.
-void add_on_wall(const Wall& wall, const Vector3d& min, const Vector3d& max, int surface,
-                 Facets* facets) {
-  // Seen from the room, s is to the right and depth towards the viewer.
-  const Vector3d size = max - min;
-  const Vector3d s = size.x() * wall.s_axis, t = size.y() * Vector3d::UnitY();
-  const Vector3d d = size.z() * wall.inward;
-  const Vector3d near = wall.point(min.x(), min.y(), min.z()), far = near + s + t + d;
-  const Vector3d up = Vector3d::UnitY();
-  for (const Facet& facet :
-       {make_rectangle(near + d, s, t, wall.inward, surface),
-        make_rectangle(near, d, t, -wall.s_axis, surface),
-        make_rectangle(far, -d, -t, wall.s_axis, surface), make_rectangle(near, s, d, -up, surface),
-        make_rectangle(far, -s, -d, up, surface)}) {
-    facets->facets.push_back(facet);
-  }
-}
-
 // A flat picture on the wall at a depth.
 void add_pane(const Wall& wall, const WallArea& area, double depth, int surface, Facets* facets) {
   facets->facets.push_back(make_rectangle(
@@ -117,7 +99,25 @@ Vector3d sun_direction(const Wall& wall, const Vector3d& middle, HashRandom* ran
 
 }  // namespace
 
-void add_shell(const RoomPlan& plan, HashRandom random, Facets* facets) {
+void add_on_wall(const Wall& wall, const Vector3d& min, const Vector3d& max, int surface,
+                 Facets* facets) {
+  // Seen from the room, s is to the right and depth towards the viewer.
+  const Vector3d size = max - min;
+  const Vector3d s = size.x() * wall.s_axis, t = size.y() * Vector3d::UnitY();
+  const Vector3d d = size.z() * wall.inward;
+  const Vector3d near = wall.point(min.x(), min.y(), min.z()), far = near + s + t + d;
+  const Vector3d up = Vector3d::UnitY();
+  for (const Facet& facet :
+       {make_rectangle(near + d, s, t, wall.inward, surface),
+        make_rectangle(near, d, t, -wall.s_axis, surface),
+        make_rectangle(far, -d, -t, wall.s_axis, surface), make_rectangle(near, s, d, -up, surface),
+        make_rectangle(far, -s, -d, up, surface)}) {
+    facets->facets.push_back(facet);
+  }
+}
+
+void add_shell(const RoomPlan& plan, const ContentSettings& contents, HashRandom random,
+               Facets* facets) {
   const RoomBox& box = plan.walls;
   const Vector3d x((box.x_max - box.x_min) * Vector3d::UnitX());
   const Vector3d z((box.z_max - box.z_min) * Vector3d::UnitZ());
@@ -127,11 +127,15 @@ void add_shell(const RoomPlan& plan, HashRandom random, Facets* facets) {
   Surface plaster = random_plaster(&random);
   plaster.base = random_shade(0.1, {0.0, 0.12}, {0.62, 0.75}, &random);
   plaster.accent = 0.85F * plaster.base;
+  if (contents.plain_ceiling) plaster.pattern = Pattern::kPlain;
   add_shell_facet(make_rectangle({box.x_min, box.y_max, box.z_min}, x, z, -Vector3d::UnitY(),
                                  facets->add_surface(plaster)),
                   facets);
+  int walls = 0;
   for (const Wall& wall : walls_of(plan)) {
-    const int surface = facets->add_surface(random_wall(&random));
+    Surface paint = random_wall(&random);
+    if (walls++ < contents.plain_walls) paint.pattern = Pattern::kPlain;
+    const int surface = facets->add_surface(paint);
     add_shell_facet(make_rectangle(wall.corner, wall.width * wall.s_axis,
                                    wall.height * Vector3d::UnitY(), wall.inward, surface),
                     facets);

@@ -7,11 +7,18 @@
 
 namespace raywalk::capture {
 
-// Floor, ceiling and walls with random surfaces: plaster, bricks, boards or tiles.
-void add_shell(const RoomPlan& plan, HashRandom random, Facets* facets);
+// Floor, ceiling and walls with random surfaces: plaster, bricks, boards or tiles; ceiling and
+// walls that `contents` wants plain have a uniform colour.
+void add_shell(const RoomPlan& plan, const ContentSettings& contents, HashRandom random,
+               Facets* facets);
 
 // Boards along the foot of all walls.
 void add_skirting(const RoomPlan& plan, HashRandom random, Facets* facets);
+
+// A box on a wall between two corners (s, t, depth), where s and t are as in Wall and depth is
+// towards the viewer; its back is left open.
+void add_on_wall(const Wall& wall, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
+                 int surface, Facets* facets);
 
 // Beams under the ceiling across the room's shorter side, at most 0.16 high.
 void add_beams(const RoomPlan& plan, HashRandom random, Facets* facets);
