@@ -88,6 +88,9 @@ void add_virtual_room(CLI::App* app) {
       ->add_option("--every-distance", arguments->capture.distance_every,
                    "Write the distance map of every N-th station (default 8; 0 disables)")
       ->check(CLI::Range(0, 1000000));
+  command->add_flag("--thin", arguments->capture.thin,
+                    "Also write where the true views show thin structures, and gt_thin.csv for "
+                    "raywalk-render validate --truth");
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"

@@ -188,12 +188,14 @@ PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
   report.time = estimate_time(plan, config);
   report.picture_mb = megabytes_of_picture(config);
   report.spacing = spacing_report(config.scene, config.camera.width_px, report.spacing_mm);
+  report.quality = quality_report(report.spacing_mm, config.scene.nearest_m, measured_rooms());
   return report;
 }
 
 std::string plan_report_text(const PlanReport& report) {
   return lines_text(report) + rail_text(report) + overhang_text(report) + time_text(report) +
-         storage_text(report) + spacing_text(report) + warnings_text(report);
+         storage_text(report) + spacing_text(report) + quality_text(report.quality) +
+         warnings_text(report);
 }
 
 nlohmann::json plan_report_json(const PlanReport& report) {
@@ -223,6 +225,7 @@ nlohmann::json plan_report_json(const PlanReport& report) {
             {"picture_mb", number_or_null(report.picture_mb)}}},
           {"spacing_mm", report.spacing_mm},
           {"spacing", spacing_json(report.spacing)},
+          {"quality", quality_json(report.quality)},
           {"film", report.film}};
 }
 

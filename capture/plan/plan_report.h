@@ -8,6 +8,7 @@
 
 #include "capture/plan/capture_plan.h"
 #include "capture/plan/capture_time.h"
+#include "capture/plan/quality_report.h"
 
 namespace raywalk::capture {
 
@@ -50,6 +51,7 @@ struct PlanReport {
   CaptureTime time{};
   std::optional<double> picture_mb{};      // of one exposure; none if it cannot be estimated
   std::optional<SpacingReport> spacing{};  // none if camera.width_px is unknown
+  std::optional<QualityReport> quality{};  // none if scene.nearest_m is unknown
 
   std::size_t pictures() const { return (stations + validation_stations) * exposures; }
 };
