@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/base/listed_frames.h"
 #include "calibrate/base/session_frames.h"
 #include "core/base/error.h"
-#include "core/base/median.h"
 #include "core/files/image_file.h"
 #include "core/files/turned_pictures.h"
-#include "core/geometry/line_search.h"
+#include "core/geometry/line_gaps.h"
+#include "core/geometry/plan_line.h"
 #include "core/session/session_file.h"
 
 namespace raywalk::calibrate {
@@ -34,7 +35,7 @@ CaptureSet read_frames(const CaptureInput& input) {
 
 // Orders the frames line by line and drops lines without frames.
 void number_frames(CaptureSet* set) {
-  for (std::size_t i = 0; i < set->frames.size(); ++i) {
+  for (std::size_t i = 0; i < set->stations(); ++i) {
     set->lines[static_cast<std::size_t>(set->frames[i].line)].frames.push_back(static_cast<int>(i));
   }
   std::vector<CaptureLine> lines;
@@ -56,11 +57,18 @@ void require_one_size(CaptureSet* set) {
   const fs::path& first = set->frames.front().file;
   set->frame = header_of(first, set->layout).size;
   TurnedPictures turned;
-  const auto require_same = [&](const fs::path& file) {
+  const auto require_same = [&](const CaptureFrame& frame, const fs::path& file) {
     const PictureHeader header = header_of(file, set->layout);
     const PanoramaSize size = header.size;
     turned.add(file, header.orientation);
     if (size == set->frame) return;
+    if (frame.held_out()) {
+      throw Error(fmt::format(
+          "{}: {} is {}x{}, but the frames of poses.csv are {}x{}; held-out frames must be of the "
+          "same camera and setting: remove the row, or move gt.csv away",
+          frame.where, file.string(), size.width, size.height, set->frame.width,
+          set->frame.height));
+    }
     throw Error(
         fmt::format("{}: {}x{}, but {} is {}x{}; all frames must be of one camera and one "
                     "setting: remove the others",
@@ -68,8 +76,8 @@ void require_one_size(CaptureSet* set) {
                     set->frame.height));
   };
   for (const CaptureFrame& frame : set->frames) {
-    require_same(frame.file);
-    if (frame.back) require_same(*frame.back);
+    require_same(frame, frame.file);
+    if (frame.back) require_same(frame, *frame.back);
   }
   turned.warn();
 }
@@ -94,7 +102,7 @@ NominalLine nominal_line(const CaptureSet& set, const CaptureLine& captured) {
   for (std::size_t i = 1; i < nominal.along_m.size(); ++i) {
     gaps_m.push_back(nominal.along_m[i] - nominal.along_m[i - 1]);
   }
-  nominal.spacing_m = median(std::move(gaps_m));
+  nominal.spacing_m = covering_spacing(std::move(gaps_m));
   return nominal;
 }
 
@@ -113,10 +121,21 @@ bool is_near(const NominalLine& line, const Eigen::Vector2d& point) {
 
 }  // namespace
 
+std::size_t CaptureSet::stations() const {
+  return static_cast<std::size_t>(std::count_if(
+      frames.begin(), frames.end(), [](const CaptureFrame& frame) { return !frame.held_out(); }));
+}
+
 double CaptureSet::rail_m(int frame_index) const {
   const CaptureFrame& of = frames[static_cast<std::size_t>(frame_index)];
   const bool along_x = lines[static_cast<std::size_t>(of.line)].axis == LineAxis::kX;
   return along_x ? of.nominal_m.x() : of.nominal_m.z();
+}
+
+double CaptureSet::nominal_distance_m(int a, int b) const {
+  return (frames[static_cast<std::size_t>(b)].nominal_m -
+          frames[static_cast<std::size_t>(a)].nominal_m)
+      .norm();
 }
 
 std::optional<int> CaptureSet::find(const std::string& name) const {
@@ -137,7 +156,14 @@ CaptureSet read_capture_set(const CaptureInput& input) {
   CaptureSet set = read_frames(input);
   number_frames(&set);
   require_one_size(&set);
+  require_usable_masks(set);
   return set;
+}
+
+CaptureSet stations_only(const CaptureSet& set) {
+  CaptureSet stations = set;
+  stations.frames.resize(set.stations());
+  return stations;
 }
 
 std::vector<LineCrossing> crossings_of(const CaptureSet& set) {

@@ -1,5 +1,5 @@
 // The input of a calibration: the frames of a capture session, or of a folder with poses.csv,
-// grouped into lines.
+// grouped into lines; and the frames of a gt.csv beside poses.csv, which are held out of the lines.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,16 +18,25 @@ enum class FrameLayout {
   kDualFisheye,  // two image circles, in one picture or in two
 };
 
-// One station's picture. World frame of core/geometry/sphere.h.
+// CaptureFrame::line of a frame of gt.csv.
+inline constexpr int kHeldOut = -1;
+
+// One station's picture, or a held-out one. World frame of core/geometry/sphere.h.
 struct CaptureFrame {
   std::string name{};                           // of the station, unique in the set: "x0_007"
-  int line = 0;                                 // index into CaptureSet::lines
+  int line = 0;                                 // index into CaptureSet::lines, or kHeldOut
   std::filesystem::path file{};                 // the picture, or the front lens's
   std::optional<std::filesystem::path> back{};  // the back lens's, for cameras with two files
   Eigen::Vector3d nominal_m{0, 0, 0};           // position by the slider's feedback and the plan
   std::optional<Attitude> nominal_attitude{};   // nullopt: looks along +z, upright
   std::string sha256{};                         // of file and back, as the session recorded them;
                                                 // empty: not recorded
+  // Of the size of `file`, in the camera's axes, 8-bit grey, 0 = masked; nullopt: nothing is.
+  std::optional<std::filesystem::path> mask{};
+  std::string where{};  // its row of a frame list, "poses.csv:12"; empty: of a session
+
+  // Posed and rectified with the others, but no station of a line.
+  bool held_out() const { return line == kHeldOut; }
 };
 
 // One placement of the rail.
@@ -44,11 +53,16 @@ struct CaptureSet {
   FrameLayout layout = FrameLayout::kPanorama;
   PanoramaSize frame{};  // of every picture (of one half where there are two files)
   std::vector<CaptureLine> lines{};
-  std::vector<CaptureFrame> frames{};  // line by line, by rail position
+  // Line by line, by rail position; then those held out, in the order of gt.csv.
+  std::vector<CaptureFrame> frames{};
 
+  // Number of frames on lines: frames[0] to frames[stations() - 1].
+  std::size_t stations() const;
   const std::string& line_id(int line) const { return lines[static_cast<std::size_t>(line)].id; }
-  // The slider's position at a frame by its feedback, metres along the line's axis.
+  // The slider's position at a station by its feedback, metres along the line's axis.
   double rail_m(int frame_index) const;
+  // Distance of two frames' nominal positions; on a slider's line that of their rail positions.
+  double nominal_distance_m(int a, int b) const;
   // Index of the frame of that name; nullopt if there is none.
   std::optional<int> find(const std::string& name) const;
   // Index of the line of that id; nullopt if there is none.
@@ -67,17 +81,20 @@ struct CaptureInput {
   int exposure = 0;           // of a session's bracket
   bool partial = false;       // accept a session with stations not captured yet
   bool dual_fisheye = false;  // layout of a frame list; a session stores its own
-  std::optional<double>
-      line_tolerance_mm{};  // of a frame list, as GridTolerance; nullopt: its default
+  GridTolerance tolerance{};  // how the lines of a frame list are found
 };
 
 // Reads a directory: a session (session.db; docs/session.md), else a frame list poses.csv, whose
 // lines are found as raywalk-build-lf finds them; frames are then named by the stem of their file,
-// or by their whole path where stems repeat ("front/000.jpg": "front_000"). Throws Error naming
-// what is missing or damaged: neither of the two, no frames, pictures missing or of different
-// sizes, panoramas that are not 2:1, a station of a session not captured (unless `partial`);
-// UsageError for an exposure it lacks.
+// or by their whole path where stems repeat ("front/000.jpg": "front_000"). A gt.csv beside
+// poses.csv, with the same columns, lists held-out frames. Throws Error naming what is missing or
+// damaged: neither of the two, no frames, pictures missing or of different sizes, panoramas that
+// are not 2:1, a mask that cannot be used (frame_masks.h), a frame both in poses.csv and in gt.csv,
+// a station of a session not captured (unless `partial`); UsageError for an exposure it lacks.
 CaptureSet read_capture_set(const CaptureInput& input);
+
+// The set without its held-out frames. The other frames keep their indices.
+CaptureSet stations_only(const CaptureSet& set);
 
 // Every pair of lines of different axes whose stations come within one median spacing of where the
 // two cross. Validation lines count. In the order of the lines.

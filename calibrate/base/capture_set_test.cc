@@ -145,7 +145,8 @@ TEST_F(CaptureSetTest, StationsOffTheirLineNeedATolerance) {
       "a0.png,-0.1,0,0.5\na1.png,0,0,0.52\na2.png,0.1,0,0.5\n"
       "b0.png,0.3,0,-0.1\nb1.png,0.3,0,0\nb2.png,0.3,0,0.1\n");
   EXPECT_NE(error(), "no error");
-  const CaptureSet set = read_capture_set({.directory = folder_.path(), .line_tolerance_mm = 30.0});
+  const CaptureSet set =
+      read_capture_set({.directory = folder_.path(), .tolerance = {.off_line_m = 0.03}});
   EXPECT_EQ(set.lines.size(), 2U);
 }
 

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/files/frame_list.h"
+#include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"
 
 namespace raywalk::calibrate {
@@ -55,9 +56,76 @@ double mean_across(const Line& line) {
   return sum_m / static_cast<double>(line.stations.size());
 }
 
+// The same for different spellings of one file, and for links to it.
+std::string identity_of(const fs::path& file) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(file, error);
+  return (error ? file.lexically_normal() : canonical).string();
+}
+
+void require_listed_once(const std::vector<Frame>& stations, const std::vector<Frame>& held_out) {
+  std::map<std::string, std::string> listed;  // file -> where
+  for (const Frame& frame : stations) listed.emplace(identity_of(frame.path), frame.where);
+  for (const Frame& frame : held_out) {
+    const auto [first, is_new] = listed.emplace(identity_of(frame.path), frame.where);
+    if (is_new) continue;
+    throw Error(fmt::format(
+        "{}: {} is already listed at {}; a frame is either a station or held out: remove one row",
+        frame.where, frame.file, first->second));
+  }
+}
+
+// Names unlike those of the stations, which do not depend on gt.csv.
+std::vector<std::string> held_out_names(std::span<const std::string> files,
+                                        const std::vector<std::string>& of_stations,
+                                        const fs::path& list) {
+  const auto are_new = [&](std::vector<std::string> names) {
+    names.insert(names.end(), of_stations.begin(), of_stations.end());
+    return are_unique(names);
+  };
+  for (std::vector<std::string> names :
+       {names_by(files, stem_of), names_by(files, joined_path_of)}) {
+    if (are_new(names)) return names;
+  }
+  throw Error(list.string() +
+              ": a file differs from another of it or of poses.csv only in its extension; rename "
+              "one of them");
+}
+
+CaptureFrame captured(const Frame& listed, const std::string& name, int line) {
+  return {.name = name,
+          .line = line,
+          .file = listed.path,
+          .nominal_m = listed.position_m,
+          .nominal_attitude = listed.attitude,
+          .mask = listed.mask,
+          .where = listed.where};
+}
+
+std::vector<std::string> files_of(const std::vector<Frame>& frames) {
+  std::vector<std::string> files;
+  files.reserve(frames.size());
+  for (const Frame& frame : frames) files.push_back(frame.file);
+  return files;
+}
+
+void add_held_out(const fs::path& list, const std::vector<Frame>& stations,
+                  const std::vector<std::string>& names_of_stations, CaptureSet* set) {
+  // Also a link to nowhere is a list, one that cannot be read.
+  if (!fs::exists(fs::symlink_status(list))) return;
+  const std::vector<Frame> listed = read_frame_list(list);
+  require_listed_once(stations, listed);
+  const std::vector<std::string> names = held_out_names(files_of(listed), names_of_stations, list);
+  for (std::size_t row = 0; row < listed.size(); ++row) {
+    set->frames.push_back(captured(listed[row], names[row], kHeldOut));
+  }
+}
+
 }  // namespace
 
 fs::path frame_list_of(const fs::path& directory) { return directory / "poses.csv"; }
+
+fs::path held_out_list_of(const fs::path& directory) { return directory / "gt.csv"; }
 
 std::vector<std::string> frame_names(std::span<const std::string> files, const fs::path& list) {
   std::vector<std::string> names = names_by(files, stem_of);
@@ -72,17 +140,12 @@ std::vector<std::string> frame_names(std::span<const std::string> files, const f
 CaptureSet read_listed_frames(const CaptureInput& input) {
   const fs::path list = frame_list_of(input.directory);
   const std::vector<Frame> listed = read_frame_list(list);
-  GridTolerance tolerance;
-  if (input.line_tolerance_mm) tolerance.off_line_m = *input.line_tolerance_mm / 1000.0;
-  const Grid grid = find_grid(stations_of(listed), tolerance);
+  const Grid grid = find_grid(stations_of(listed), input.tolerance);
   if (const auto doubt = doubt_of_unit(grid)) spdlog::warn("{}: {}", list.string(), *doubt);
-  std::vector<std::string> files;
+  for (const std::string& note : line_notes(grid)) spdlog::warn("{}: {}", list.string(), note);
   std::map<std::string, std::size_t> row_of;
-  for (std::size_t row = 0; row < listed.size(); ++row) {
-    files.push_back(listed[row].file);
-    row_of[listed[row].file] = row;
-  }
-  const std::vector<std::string> names = frame_names(files, list);
+  for (std::size_t row = 0; row < listed.size(); ++row) row_of[listed[row].file] = row;
+  const std::vector<std::string> names = frame_names(files_of(listed), list);
   CaptureSet set;
   set.source = input.directory;
   set.layout = input.dual_fisheye ? FrameLayout::kDualFisheye : FrameLayout::kPanorama;
@@ -91,13 +154,10 @@ CaptureSet read_listed_frames(const CaptureInput& input) {
     set.lines.push_back({.id = line.id, .axis = line.axis, .across_m = mean_across(line)});
     for (const Station& station : line.stations) {
       const std::size_t row = row_of.at(station.file);
-      set.frames.push_back({.name = names[row],
-                            .line = line_index,
-                            .file = listed[row].path,
-                            .nominal_m = listed[row].position_m,
-                            .nominal_attitude = listed[row].attitude});
+      set.frames.push_back(captured(listed[row], names[row], line_index));
     }
   }
+  add_held_out(held_out_list_of(input.directory), listed, names, &set);
   return set;
 }
 

@@ -35,6 +35,10 @@ fs::path panorama_file(const CaptureFrame& frame) {
   return fs::path("panoramas") / (frame.name + ".png");
 }
 
+fs::path panorama_mask_file(const CaptureFrame& frame) {
+  return fs::path("panoramas") / "masks" / (frame.name + ".png");
+}
+
 std::string file_line(const fs::path& file) {
   return fs::absolute(file).string() + " " + stamp_of(file).text() + "\n";
 }
@@ -72,7 +76,10 @@ std::string poses_options_text(const PosesOptions& poses) {
 }
 
 std::string rectify_options_text(const CalibrationOptions& options) {
-  return fmt::format("{} {}\n", options.rectify.equalise_gain, options.rectify.measure_connection);
+  const GridTolerance& tolerance = options.input.tolerance;
+  return fmt::format("{} {} {} {}\n", options.rectify.equalise_gain,
+                     options.rectify.measure_connection, tolerance.off_line_m.value_or(0.0),
+                     tolerance.same_station_m.value_or(0.0));
 }
 
 void require_lens(const CalibrationOptions& options) {
@@ -185,10 +192,7 @@ void Calibration::run_lens() {
   for (const char* file : {"lens.json", "lens.html"}) fs::remove(in_out(file));
 }
 
-void Calibration::run_mask() {
-  if (write_mask(panoramas(), options_.mask)) return;
-  for (const char* file : {"mask.png", "mask.json", "mask.html"}) fs::remove(in_out(file));
-}
+void Calibration::run_mask() { write_mask(panoramas(), options_.mask); }
 
 void Calibration::run_poses() {
   const CaptureSet set = panoramas();
@@ -214,6 +218,7 @@ void Calibration::run_rectify() {
   const FramePoses poses = final_poses();
   RectifyOptions rectify = options_.rectify;
   rectify.mask = mask();
+  rectify.tolerance = options_.input.tolerance;
   if (options_.pose_table) {
     rectify_set(set, poses, nullptr, rectify);
     return;
@@ -248,6 +253,9 @@ CaptureSet Calibration::panoramas() const {
     frame.file = options_.out / panorama_file(frame);
     frame.back.reset();
     frame.sha256.clear();
+    if (!frame.mask) continue;
+    require_file(panorama_mask_file(frame).generic_string(), CalibrationStep::kStitch);
+    frame.mask = options_.out / panorama_mask_file(frame);
   }
   stitched.frame = panorama_size_of(stitched.frames.front().file);
   return stitched;
@@ -300,9 +308,10 @@ std::string Calibration::frames_fingerprint() const {
   for (const CaptureFrame& frame : captured_.frames) {
     const Attitude attitude = frame.nominal_attitude.value_or(Attitude{});
     text += fmt::format("{} {} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} ", frame.name,
-                        captured_.lines[static_cast<std::size_t>(frame.line)].id,
+                        frame.held_out() ? "held out" : captured_.line_id(frame.line),
                         frame.nominal_m.x(), frame.nominal_m.y(), frame.nominal_m.z(),
                         attitude.yaw_rad, attitude.pitch_rad, attitude.roll_rad);
+    if (frame.mask) text += "mask " + file_line(*frame.mask);
     if (!frame.sha256.empty()) {
       text += frame.sha256 + "\n";
       continue;
@@ -365,7 +374,10 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
       outputs = {"lens.yaml"};
       break;
     case CalibrationStep::kStitch:
-      for (const CaptureFrame& frame : captured_.frames) outputs.push_back(panorama_file(frame));
+      for (const CaptureFrame& frame : captured_.frames) {
+        outputs.push_back(panorama_file(frame));
+        if (frame.mask) outputs.push_back(panorama_mask_file(frame));
+      }
       break;
     case CalibrationStep::kMask:
       add_if_there("mask.png");

@@ -35,18 +35,33 @@ std::string stitch_numbers(const Calibration& calibration) {
 std::string mask_numbers(const Calibration& calibration) {
   if (!std::filesystem::exists(calibration.out() / "mask.json")) return "nothing is masked";
   const CheckedJson mask = report_of(calibration, "mask.json", CalibrationStep::kMask);
-  return fmt::format("{:.2f} % of the sphere is masked", 100.0 * mask.at("masked_share").number());
+  const double share = mask.at("masked_share").number();
+  std::string text = fmt::format("{:.2f} % of the sphere is masked", 100.0 * share);
+  if (!mask.has("frame_masks")) return text;
+  const CheckedJson own = mask.at("frame_masks");
+  const std::string with_own =
+      fmt::format("{:.2f} % in the {} of {} frames with a mask of their own",
+                  100.0 * own.at("masked_share").number(), own.at("frames").integer(),
+                  own.at("of_frames").integer());
+  return share > 0.0 ? fmt::format("{} in all frames, {}", text, with_own)
+                     : fmt::format("masked of the sphere: {}", with_own);
 }
 
 std::string poses_numbers(const Calibration& calibration) {
   const CheckedJson poses = report_of(calibration, "poses-report.json", CalibrationStep::kPoses);
   const int keyframes = poses.at("keyframes").integer(0),
             stations = poses.at("stations").integer(0);
+  std::string held_out;
+  if (poses.has("held_out")) {
+    const CheckedJson frames = poses.at("held_out");
+    held_out = fmt::format(", {} of {} held-out frames", frames.at("posed").integer(),
+                           frames.at("frames").integer());
+  }
   return fmt::format(
-      "{} of {} stations posed{}, residual {:.2f} px (W = 4096), positions to {:.2f} "
+      "{} of {} stations posed{}{}, residual {:.2f} px (W = 4096), positions to {:.2f} "
       "mm, attitudes to {:.3f} deg",
       poses.at("posed").integer(0), keyframes,
-      keyframes < stations ? fmt::format(" ({} in all)", stations) : "",
+      keyframes < stations ? fmt::format(" ({} in all)", stations) : "", held_out,
       poses.at("residual_px").number_or(0.0), poses.at("position_sigma_mm").number_or(0.0),
       poses.at("rotation_sigma_deg").number_or(0.0));
 }
@@ -54,7 +69,7 @@ std::string poses_numbers(const Calibration& calibration) {
 std::string grid_numbers(const Calibration& calibration) {
   const GridResult grid = calibration.grid();
   const std::string set =
-      fmt::format("{} stations on {} lines", grid.poses.size(), grid.lines.size());
+      fmt::format("{} stations on {} lines", calibration.captured().stations(), grid.lines.size());
   if (grid.crossings.empty()) return set + ", no crossings";
   const auto largest = [&](auto figure) {
     double value = 0.0;
@@ -79,6 +94,9 @@ std::string rectify_numbers(const Calibration& calibration) {
     text += fmt::format(", {} for validation", result.validation_frames);
   }
   if (!result.left_out.empty()) text += fmt::format(", {} left out", result.left_out.size());
+  if (result.masks.frames > 0) {
+    text += fmt::format(", {} with a mask of their own", result.masks.frames);
+  }
   if (!result.connection.rows.empty()) {
     const ConnectionAtK& last = result.connection.rows.back();
     text += fmt::format(", connection error {:.1f} at k = {:g} deg, before {:.1f}", last.after,

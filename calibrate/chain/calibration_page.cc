@@ -127,7 +127,7 @@ void write_calibration_page(const Calibration& calibration, const CalibrationSum
   const GridResult grid = calibration.grid();
   const RectifyResult rectified = calibration.rectified();
   HtmlPage page("Calibration of " + set.source.string(),
-                fmt::format("{} stations on {} lines, {}", set.frames.size(), set.lines.size(),
+                fmt::format("{} stations on {} lines, {}", set.stations(), set.lines.size(),
                             grid.method == GridMethod::kPoses
                                 ? "poses from COLMAP and the slider"
                                 : "lines aligned at their crossings without solved poses"));

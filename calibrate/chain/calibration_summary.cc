@@ -114,6 +114,7 @@ void write_calibration_json(const Calibration& calibration, const CalibrationSum
       {"frames", frame_poses_json(calibration.captured(), calibration.final_poses())},
       {"e_connect", rectified.at("e_connect")},
       {"line_tolerance_mm", rectified.at("line_tolerance_mm")},
+      {"same_station_mm", rectified.at("same_station_mm")},
       {"keyframe_trade", keyframe_json(summary.trade)},
       {"steps", steps_json(summary.steps)}};
   write_file_atomically(

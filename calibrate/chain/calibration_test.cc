@@ -71,6 +71,32 @@ TEST_F(CalibrationTest, StepIsDoneUntilItsInputsOrOptionsChange) {
   EXPECT_FALSE(mask_is_done());
 }
 
+TEST_F(CalibrationTest, MasksAndHeldOutFramesAreInputs) {
+  Calibration(options_).run(CalibrationStep::kMask);
+  ASSERT_TRUE(mask_is_done());
+  folder_.add_picture("t.png");
+  const auto hold_out = [&](const std::string& row) {
+    write_file_atomically(folder_ / "gt.csv", "file,x,y,z,mask\n" + row + "\n");
+  };
+  const auto write_own = [&](int valid_rows) {
+    cv::Mat own(8, 16, CV_8UC1, cv::Scalar(0));
+    own.rowRange(0, valid_rows).setTo(255);
+    write_image(folder_ / "own.png", own);
+  };
+  write_own(4);
+  for (const char* row : {"t.png,0,0,0,", "t.png,0.01,0,0,", "t.png,0.01,0,0,own.png"}) {
+    hold_out(row);
+    EXPECT_FALSE(mask_is_done()) << row;
+    Calibration(options_).run(CalibrationStep::kMask);
+    EXPECT_TRUE(mask_is_done()) << row;
+  }
+  write_own(5);
+  EXPECT_FALSE(mask_is_done());
+  Calibration(options_).run(CalibrationStep::kMask);
+  std::filesystem::remove(folder_ / "gt.csv");
+  EXPECT_FALSE(mask_is_done());
+}
+
 TEST_F(CalibrationTest, StepWithoutOutputsOrRecordIsNotDone) {
   Calibration(options_).run(CalibrationStep::kMask);
   std::filesystem::remove(folder_ / "calibration/mask.png");

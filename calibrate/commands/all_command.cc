@@ -68,6 +68,9 @@ void add_all(CLI::App* app) {
       "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
       "--cone-deg 25\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"
+      "A column mask of poses.csv is honoured by every step. Frames of a gt.csv beside poses.csv "
+      "are\n"
+      "posed and rectified too, for raywalk-render validate, but have no part in the lines.\n"
       "An interrupted run is resumed by the same command; steps whose inputs and options have not\n"
       "changed are skipped. The exit code is 1 on an error or if the result is not trustworthy.");
   command->callback([arguments] { run(*arguments); });

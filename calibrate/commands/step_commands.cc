@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/chain/calibration_numbers.h"
 #include "calibrate/chain/calibration_summary.h"
 #include "calibrate/commands/commands.h"
@@ -60,7 +61,8 @@ void run_stitch(const StepArguments& arguments) {
 
 void run_mask(const StepArguments& arguments) {
   const MaskOptions& mask = arguments.options.mask;
-  if (mask.cone_deg == 0.0 && arguments.mask_picture.empty() && !mask.automatic) {
+  const bool defined = mask.cone_deg != 0.0 || !arguments.mask_picture.empty() || mask.automatic;
+  if (!defined && !any_masks(read_capture_set(options_of(arguments).input))) {
     throw UsageError("no mask is defined; give --cone-deg, --mask-picture or --auto-mask");
   }
   run_step(arguments, CalibrationStep::kMask);
@@ -116,7 +118,9 @@ void add_mask(CLI::App* app) {
   add_mask_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate mask hall --cone-deg 25\n"
-      "  raywalk-calibrate mask hall --auto-mask");
+      "  raywalk-calibrate mask hall --auto-mask\n"
+      "Masks that poses.csv names for its frames (column mask) are joined with this one by every\n"
+      "step.");
   command->callback([arguments] { run_mask(*arguments); });
 }
 
@@ -126,6 +130,7 @@ void add_poses(CLI::App* app) {
   add_poses_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
+      "Frames of a gt.csv beside poses.csv are solved with the stations, all of them.\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run_step(*arguments, CalibrationStep::kPoses); });
 }
@@ -137,7 +142,9 @@ void add_grid(CLI::App* app) {
   add_method_option(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate grid hall\n"
-      "  raywalk-calibrate grid hall --method rotation");
+      "  raywalk-calibrate grid hall --method rotation\n"
+      "Frames of a gt.csv beside poses.csv have no part in the lines; those that were solved are\n"
+      "corrected as the stations near them.");
   command->callback([arguments] { run_grid(*arguments); });
 }
 
@@ -151,7 +158,10 @@ void add_rectify(CLI::App* app) {
   add_rectify_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate rectify hall\n"
-      "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf");
+      "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"
+      "Masks of frames are turned with them. Frames of a gt.csv beside poses.csv are listed in "
+      "the\n"
+      "gt.csv of the result.");
   command->callback([arguments] { run_rectify(*arguments); });
 }
 

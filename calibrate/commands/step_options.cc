@@ -31,7 +31,8 @@ void read_squares(const std::string& text, CharucoBoard* board) {
 void add_input(CLI::App* command, StepArguments* arguments) {
   command
       ->add_option("input", arguments->input,
-                   "Capture session, or folder with poses.csv (file,x,y,z in metres)")
+                   "Capture session, or folder with poses.csv (file,x,y,z in metres, "
+                   "[yaw,pitch,roll],[mask]) and perhaps gt.csv (held-out frames, same columns)")
       ->required();
   command->add_option("-o,--out", arguments->out,
                       "Directory of the calibration (default: INPUT/calibration)");
@@ -43,12 +44,7 @@ void add_input(CLI::App* command, StepArguments* arguments) {
                     "Accept a session with stations not captured yet");
   command->add_flag("--dual-fisheye", arguments->options.input.dual_fisheye,
                     "The frames of poses.csv are dual-fisheye pictures");
-  command
-      ->add_option(
-          "--line-tolerance-mm", arguments->line_tolerance_mm,
-          "Largest distance of a station of poses.csv from its line (default: a tenth of the "
-          "spacing)")
-      ->check(CLI::Range(1e-6, 1e6));
+  add_line_tolerance_options(command, &arguments->lines);
   add_threads_option(command, &arguments->threads);
 }
 
@@ -153,9 +149,7 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   CalibrationOptions options = arguments.options;
   options.input.directory = arguments.input;
   options.out = arguments.out;
-  if (arguments.line_tolerance_mm > 0.0) {
-    options.input.line_tolerance_mm = arguments.line_tolerance_mm;
-  }
+  options.input.tolerance = tolerance_of(arguments.lines);
   options.lens.start = arguments.lens_start;
   if (!arguments.lens_file.empty()) options.lens_file = arguments.lens_file;
   if (!arguments.board.empty()) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "calibrate/chain/calibration.h"
+#include "core/command_line/command_options.h"
 
 namespace CLI {
 class App;
@@ -28,7 +29,7 @@ struct StepArguments {
   bool no_balance = false;
   bool no_gain = false;
   bool no_connection = false;
-  double line_tolerance_mm = 0.0;
+  LineToleranceArguments lines{};
   int threads = 0;
 };
 

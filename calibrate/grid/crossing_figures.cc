@@ -8,6 +8,7 @@
 
 #include "calibrate/grid/rail_model.h"
 #include "core/base/median.h"
+#include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -216,7 +217,7 @@ GridScale grid_scale(const CaptureSet& set) {
     if (length_m > 0.0) lengths.push_back(length_m);
   }
   GridScale scale{.pixel_rad = kTwoPi / std::max(1, set.frame.width)};
-  if (!spacings.empty()) scale.spacing_m = median(std::move(spacings));
+  if (!spacings.empty()) scale.spacing_m = covering_spacing(std::move(spacings));
   if (!lengths.empty()) scale.length_m = median(std::move(lengths));
   return scale;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/grid/panorama_features.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -50,12 +51,13 @@ std::map<int, PanoramaFeatures> features_of(const CaptureSet& set,
   std::vector<std::pair<int, PanoramaFeatures*>> work;
   work.reserve(features.size());
   for (auto& [frame, found] : features) work.emplace_back(frame, &found);
-  const FeatureFinder finder(set.frame, mask.value_or(cv::Mat()));
+  const FeatureFinder finder(set.frame);
   Progress progress("features at crossings", static_cast<std::int64_t>(work.size()), "frames");
   parallel_for(0, static_cast<int>(work.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const auto& [frame, found] = work[static_cast<size_t>(i)];
-      *found = finder.find(panorama_of(set, frame));
+      *found =
+          finder.find(panorama_of(set, frame), joint_mask(set, frame, mask.value_or(cv::Mat())));
       progress.advance();
     }
   });

@@ -49,7 +49,8 @@ std::vector<int> nearest_frames(const CaptureSet& set, int line, PlanPoint cross
 // feature is in both, whichever frames saw it.
 bool in_held_out_patch(const Eigen::Vector3d& world_direction);
 
-// Reads each picture of the frames at the crossings once. Throws Error for a picture that cannot be
+// Reads each picture of the frames at the crossings once. `mask` is that of all frames, which their
+// own masks are joined with. Throws Error for a picture that cannot be
 // read or is not a panorama of the set's size; Interrupted.
 std::vector<CrossingMatches> find_crossing_matches(const CaptureSet& set, const FramePoses& start,
                                                    const std::optional<cv::Mat>& mask,

@@ -5,7 +5,8 @@
 // and a twist where the data support them (rail_fit.h), and a deviation of each station. The pose
 // of a station with a solved pose is that pose fused with the rail's prediction, weighted by
 // inverse variance. A station without one gets the prediction, with the stations' scatter as its
-// sigma.
+// sigma. Held-out frames have no part in the estimate; those with a solved pose get that pose,
+// corrected as the stations near it (held_out_poses.h).
 //
 // Half of the matches at a crossing are held out of the estimate and used to check it: a result
 // that they contradict is reported as not trustworthy.
@@ -28,7 +29,8 @@ struct GridOptions {
   GridMethod method = GridMethod::kPoses;
   // Initial poses by frame. A frame without one starts at its nominal pose.
   FramePoses start{};
-  // CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked.
+  // Of all frames: CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked. Masks of
+  // single frames (frame_masks.h) are honoured as well.
   std::optional<cv::Mat> mask{};
   // The lenses the panoramas were stitched from; nullopt: one centre of projection for all rays.
   std::optional<DualFisheyeLayout> lenses{};

@@ -118,7 +118,7 @@ struct CrossingFigures {
 
 struct GridResult {
   GridMethod method = GridMethod::kPoses;
-  FramePoses poses{};  // every frame has one
+  FramePoses poses{};  // every station has one, and every held-out frame that was solved
   std::vector<LineFit> lines{};
   std::vector<CrossingFigures> crossings{};
   double scale = 1.0;  // factor applied to solved positions to match the slider's lengths

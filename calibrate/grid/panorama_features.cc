@@ -70,7 +70,7 @@ std::vector<Eigen::Vector3d> turned(const std::vector<Eigen::Vector3d>& bearings
 
 }  // namespace
 
-FeatureFinder::FeatureFinder(PanoramaSize size, cv::Mat mask) : mask_(std::move(mask)) {
+FeatureFinder::FeatureFinder(PanoramaSize size) {
   for (const Attitude& axis :
        {Attitude{0, 0, 0}, Attitude{kHalfPi, 0, 0}, Attitude{kPi, 0, 0}, Attitude{-kHalfPi, 0, 0},
         Attitude{0, kHalfPi, 0}, Attitude{0, -kHalfPi, 0}}) {
@@ -111,21 +111,19 @@ cv::Mat FeatureFinder::picture_of(const View& view, const PanoramaSampler& panor
   return grey;
 }
 
-bool FeatureFinder::allowed(const Eigen::Vector3d& direction) const {
-  return mask_.at<uchar>(nearest_pixel(direction, mask_.size())) != 0;
-}
-
 // Whether the mask allows the feature's whole neighbourhood: its middle and a ring at the radius of
 // its descriptor (three times the size of the feature in SIFT).
-bool FeatureFinder::allowed(const View& view, const cv::KeyPoint& point) const {
-  if (mask_.empty()) return true;
-  if (!allowed(view.direction(point.pt.x, point.pt.y))) return false;
+bool FeatureFinder::allowed(const cv::Mat& mask, const View& view, const cv::KeyPoint& point) {
+  if (mask.empty()) return true;
+  const auto valid = [&](double u, double v) {
+    return mask.at<uchar>(nearest_pixel(view.direction(u, v), mask.size())) != 0;
+  };
+  if (!valid(point.pt.x, point.pt.y)) return false;
   constexpr int kAround = 8;
   for (int i = 0; i < kAround; ++i) {
     const double angle = i * kTwoPi / kAround;
     const double radius = 1.5 * static_cast<double>(point.size);
-    if (!allowed(view.direction(point.pt.x + radius * std::cos(angle),
-                                point.pt.y + radius * std::sin(angle)))) {
+    if (!valid(point.pt.x + radius * std::cos(angle), point.pt.y + radius * std::sin(angle))) {
       return false;
     }
   }
@@ -137,7 +135,7 @@ bool FeatureFinder::belongs_to(const View& view, const Eigen::Vector3d& directio
   return direction.dot(view.camera_from_view.col(2)) >= direction.cwiseAbs().maxCoeff() - 1e-12;
 }
 
-PanoramaFeatures FeatureFinder::find(const cv::Mat& panorama) const {
+PanoramaFeatures FeatureFinder::find(const cv::Mat& panorama, const cv::Mat& mask) const {
   const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(kFeaturesPerView);
   const PanoramaSampler sampler(panorama);
   PanoramaFeatures features;
@@ -148,7 +146,7 @@ PanoramaFeatures FeatureFinder::find(const cv::Mat& panorama) const {
     sift->detectAndCompute(picture_of(view, sampler), cv::noArray(), points, descriptors);
     for (size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3d bearing = view.direction(points[i].pt.x, points[i].pt.y);
-      if (!belongs_to(view, bearing) || !allowed(view, points[i])) continue;
+      if (!belongs_to(view, bearing) || !allowed(mask, view, points[i])) continue;
       features.bearings.push_back(bearing);
       rows.push_back(descriptors.row(static_cast<int>(i)).clone());
     }

@@ -20,11 +20,11 @@ struct PanoramaFeatures {
 // Finds features in panoramas of one size. Safe to use from several threads at once.
 class FeatureFinder {
  public:
-  // `mask`, CV_8UC1 of the panoramas' size or empty, is 0 where features are discarded.
-  FeatureFinder(PanoramaSize size, cv::Mat mask);
+  explicit FeatureFinder(PanoramaSize size);
 
-  // `panorama` is CV_8UC3 of the size.
-  PanoramaFeatures find(const cv::Mat& panorama) const;
+  // `panorama` is CV_8UC3 of the size; `mask`, CV_8UC1 of the size or empty, is 0 where features
+  // are discarded.
+  PanoramaFeatures find(const cv::Mat& panorama, const cv::Mat& mask) const;
 
  private:
   // A perspective view and the positions of its pixels in a panorama.
@@ -38,13 +38,12 @@ class FeatureFinder {
   };
 
   static cv::Mat picture_of(const View& view, const PanoramaSampler& panorama);
-  bool allowed(const Eigen::Vector3d& direction) const;
-  bool allowed(const View& view, const cv::KeyPoint& point) const;
   static View make_view(const Attitude& axis, PanoramaSize size);
   static bool belongs_to(const View& view, const Eigen::Vector3d& direction);
 
+  static bool allowed(const cv::Mat& mask, const View& view, const cv::KeyPoint& point);
+
   std::vector<View> views_;
-  cv::Mat mask_;
 };
 
 // Matches of two panoramas: mutual nearest neighbours by descriptor that pass the ratio test and

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/lens/feature_tracks.h"
 #include "calibrate/lens/fit_details.h"
@@ -44,6 +45,7 @@ LensPictures read_pictures(const CaptureFrame& frame) {
   LensPictures pictures;
   pictures.front = read_picture(frame.file);
   pictures.back = frame.back ? read_picture(*frame.back) : pictures.front;
+  pictures.mask = own_mask(frame, {pictures.front.cols, pictures.front.rows});
   return pictures;
 }
 

@@ -86,6 +86,17 @@ Detection detect(const cv::Mat& picture, double scale) {
   return result;
 }
 
+// Whether the neighbourhood of a feature, a square around it, holds no masked pixel.
+bool unmasked(const Found& found, const cv::Mat& mask) {
+  if (mask.empty()) return true;
+  const int reach = static_cast<int>(std::ceil(found.point.size));
+  const cv::Rect around(static_cast<int>(std::lround(found.seen.u)) - reach,
+                        static_cast<int>(std::lround(found.seen.v)) - reach, 2 * reach + 1,
+                        2 * reach + 1);
+  const cv::Rect inside = around & cv::Rect({0, 0}, mask.size());
+  return cv::countNonZero(mask(inside)) == inside.area();
+}
+
 bool usable(const Found& found, const FisheyeLens& lens, const Eigen::Matrix3d& camera_from_lens,
             const FeatureOptions& options) {
   const double margin_px = std::max(3.0, static_cast<double>(found.point.size));
@@ -151,6 +162,7 @@ LensFeatures find_lens_features(const LensPictures& pictures, const DualFisheyeC
     std::vector<Found> of_lens;
     for (const Found& found : detection.found) {
       if (!camera.two_files && belongs_to_back(layout, found.seen) != back) continue;
+      if (!unmasked(found, pictures.mask)) continue;
       if (usable(found, lens, camera_from_lens, options)) of_lens.push_back(found);
     }
     for (const Found& found : spread(std::move(of_lens), lens, options.most_per_lens)) {

@@ -26,11 +26,12 @@ struct LensFeatures {
 struct LensPictures {
   cv::Mat front{};  // CV_8UC3
   cv::Mat back{};
+  cv::Mat mask{};  // CV_8UC1 of their size, 0 = masked; empty: nothing is
 };
 
 // Up to `most_per_lens` features of each lens, spread over its image circle, none within
 // `ignore_below_rad` of `down` (camera's frame) and none whose neighbourhood crosses the rim of the
-// circle.
+// circle or touches what is masked.
 struct FeatureOptions {
   int most_per_lens = 2500;
   double ignore_below_rad = 0.0;

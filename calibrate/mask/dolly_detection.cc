@@ -1,10 +1,13 @@
 #include "calibrate/mask/dolly_detection.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "calibrate/base/frame_masks.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
@@ -41,6 +44,12 @@ Polar polar_at(int u, int v) {
   return {kPixel_deg * std::hypot(right, forward), std::atan2(right, forward)};
 }
 
+// A station's view down.
+struct StationView {
+  cv::Mat levels{};  // CV_32FC3
+  cv::Mat valid{};   // CV_8UC1, 255 or 0; empty: all of it is
+};
+
 cv::Mat view_down(const cv::Mat& panorama) {
   const PanoramaSampler sampler(panorama);
   // Averaged first to about the resolution of the view.
@@ -56,13 +65,39 @@ cv::Mat view_down(const cv::Mat& panorama) {
   return view;
 }
 
-cv::Mat read_view(const CaptureFrame& frame) {
+cv::Mat reduced(const cv::Mat& panorama) {
   constexpr int kWidth_px = static_cast<int>(360.0 / kPixel_deg);
-  cv::Mat panorama = read_panorama(frame.file);
-  if (panorama.cols > kWidth_px) {
-    cv::resize(panorama, panorama, {kWidth_px, kWidth_px / 2}, 0.0, 0.0, cv::INTER_AREA);
+  if (panorama.cols <= kWidth_px) return panorama;
+  cv::Mat small;
+  cv::resize(panorama, small, {kWidth_px, kWidth_px / 2}, 0.0, 0.0, cv::INTER_AREA);
+  return small;
+}
+
+// 255 where view_down reads only whole pixels of the reduced panorama that are not masked.
+cv::Mat valid_down(const cv::Mat& mask) {
+  constexpr int kReach_px = 2;  // of cubic interpolation
+  const cv::Mat whole = reduced(mask) == 255;
+  cv::Mat least;
+  const int side = 2 * kReach_px + 1;
+  cv::erode(with_wrapped_border(whole, kReach_px), least, cv::Mat::ones(side, side, CV_8UC1));
+  least = least(cv::Rect({kReach_px, kReach_px}, whole.size()));
+  cv::Mat valid(kSide_px, kSide_px, CV_8UC1);
+  for (int v = 0; v < kSide_px; ++v) {
+    for (int u = 0; u < kSide_px; ++u) {
+      const Polar polar = polar_at(u, v);
+      const double phi = -kHalfPi + radians_from_degrees(polar.off_nadir_deg);
+      valid.at<unsigned char>(v, u) = least.at<unsigned char>(
+          nearest_pixel(direction_from_angles({polar.theta_rad, phi}), least.size()));
+    }
   }
-  return view_down(panorama);
+  return valid;
+}
+
+StationView read_view(const CaptureSet& set, int station) {
+  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(station)];
+  const cv::Mat mask = own_mask(frame, set.frame);
+  return {view_down(reduced(read_panorama(frame.file))),
+          mask.empty() ? cv::Mat() : valid_down(mask)};
 }
 
 std::vector<int> spread_stations(const CaptureLine& line) {
@@ -74,13 +109,13 @@ std::vector<int> spread_stations(const CaptureLine& line) {
   return spread;
 }
 
-std::vector<cv::Mat> read_views(const CaptureSet& set, const std::vector<int>& stations,
-                                Progress* progress) {
-  std::vector<cv::Mat> views(stations.size());
+std::vector<StationView> read_views(const CaptureSet& set, const std::vector<int>& stations,
+                                    Progress* progress) {
+  std::vector<StationView> views(stations.size());
   parallel_for(0, static_cast<int>(stations.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      views[at] = read_view(set.frames[static_cast<std::size_t>(stations[at])]);
+      views[at] = read_view(set, stations[at]);
       progress->advance();
     }
   });
@@ -105,21 +140,60 @@ double median_of(const cv::Mat& values, const cv::Mat& where) {
 }
 
 // Exposure may drift from station to station; the mount, if there is one, measures it.
-void equalise(std::vector<cv::Mat>* views, const cv::Mat& mount) {
+void equalise(std::vector<StationView>* views, const cv::Mat& mount) {
   const auto brightness = [&](const cv::Mat& view) {
     const cv::Scalar mean = cv::mean(view, mount);
     return mean[0] + mean[1] + mean[2] + 1.0;
   };
-  const double first = brightness(views->front());
-  for (cv::Mat& view : *views) view *= first / brightness(view);
+  const double first = brightness(views->front().levels);
+  for (StationView& view : *views) view.levels *= first / brightness(view.levels);
+}
+
+// 255 where every station is valid.
+cv::Mat valid_everywhere(const std::vector<StationView>& views) {
+  cv::Mat valid(kSide_px, kSide_px, CV_8UC1, cv::Scalar(255));
+  for (const StationView& view : views) {
+    if (!view.valid.empty()) valid &= view.valid;
+  }
+  return valid;
+}
+
+// Number of stations that are valid, CV_32FC1.
+cv::Mat valid_count(const std::vector<StationView>& views) {
+  cv::Mat count(kSide_px, kSide_px, CV_32FC1, cv::Scalar(0));
+  for (const StationView& view : views) {
+    if (view.valid.empty()) {
+      count += 1.0;
+    } else {
+      cv::add(count, cv::Scalar(1.0), count, view.valid);
+    }
+  }
+  return count;
+}
+
+// The sums of levels / count and of levels^2 / count over the stations that are valid at a pixel.
+void add_masked(const std::vector<StationView>& views, const cv::Mat& count, cv::Mat* sum,
+                cv::Mat* squares) {
+  cv::Mat counts;
+  cv::merge(std::vector<cv::Mat>(3, cv::max(count, 1.0)), counts);
+  for (const StationView& view : views) {
+    cv::add(*sum, view.levels / counts, *sum, view.valid);
+    cv::add(*squares, view.levels.mul(view.levels) / counts, *squares, view.valid);
+  }
 }
 
 // Standard deviation over the stations, maximum over the colours, CV_32FC1.
-cv::Mat deviation_of(const std::vector<cv::Mat>& views) {
+cv::Mat deviation_of(const std::vector<StationView>& views, const cv::Mat& count) {
   cv::Mat sum(kSide_px, kSide_px, CV_32FC3, cv::Scalar::all(0)), squares = sum.clone();
-  for (const cv::Mat& view : views) {
-    sum += view / static_cast<double>(views.size());
-    squares += view.mul(view) / static_cast<double>(views.size());
+  const bool masked =
+      std::any_of(views.begin(), views.end(), [](const auto& view) { return !view.valid.empty(); });
+  if (masked) {
+    add_masked(views, count, &sum, &squares);
+  } else {
+    for (const StationView& view : views) {
+      sum += view.levels / static_cast<double>(views.size());
+      squares += view.levels.mul(view.levels) / static_cast<double>(views.size());
+    }
   }
   cv::Mat variance = squares - sum.mul(sum), deviation;
   cv::sqrt(cv::max(variance, 0.0), deviation);
@@ -144,16 +218,25 @@ cv::Mat connected_with_nadir(const cv::Mat& still) {
 }
 
 // 255 in the static region of a line around the nadir; empty if there is none.
-cv::Mat still_region(std::vector<cv::Mat> views) {
-  const cv::Mat mount = within(kMount_deg), view = within(kReach_deg);
+cv::Mat still_region(std::vector<StationView> views) {
+  const cv::Mat mount = within(kMount_deg) & valid_everywhere(views), view = within(kReach_deg);
+  if (cv::countNonZero(mount) == 0) {
+    spdlog::info("the frames' masks hide what is below the camera; no dolly is looked for there");
+    return {};
+  }
   equalise(&views, mount);
-  cv::Mat deviation = deviation_of(views);
+  const cv::Mat count = valid_count(views);
+  const cv::Mat known = count >= static_cast<double>(kFewestStations);
+  cv::Mat deviation = deviation_of(views, count);
   cv::GaussianBlur(deviation, deviation, {3, 3}, 0.0);
   const double noise = std::max(median_of(deviation, mount), kLeastNoise_levels);
   // The room's deviation is measured in the outer half of the view, outside of a dolly.
-  const double moving = median_of(deviation, view - within(kReach_deg * std::sqrt(0.5)));
+  const cv::Mat outside = (view - within(kReach_deg * std::sqrt(0.5))) & known;
+  if (cv::countNonZero(outside) == 0) return {};
+  const double moving = median_of(deviation, outside);
   if (noise > kStillShare * moving) return {};
-  return connected_with_nadir((deviation < std::min(kNoiseFactor * noise, moving)) & view);
+  const cv::Mat still = (deviation < std::min(kNoiseFactor * noise, moving)) | ~known;
+  return connected_with_nadir(still & view) & known;
 }
 
 double reach_of(const cv::Mat& region) {

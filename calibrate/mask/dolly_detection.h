@@ -17,7 +17,9 @@ struct DollyDetection {
 };
 
 // The mask covers the region connected to the nadir that is static within the noise on all lines,
-// plus a margin of 2 degrees. nullopt if the nadir itself moves as the rest does. Throws Error if
+// plus a margin of 2 degrees. What the frames' own masks hide (frame_masks.h) is not looked at, but
+// connects what is around it with the nadir. nullopt if the nadir itself moves as the rest does, or
+// is hidden by the frames' masks. Throws Error if
 // no line has 8 stations, if the static region reaches 60 degrees from the nadir (a floor without
 // texture looks static), and for unreadable frames; Interrupted.
 std::optional<DollyDetection> detect_dolly(const CaptureSet& panoramas);

@@ -93,6 +93,39 @@ TEST_F(DollyDetectionTest, FindsWhatMovesWithTheCamera) {
   }
 }
 
+// Somebody stands still beside the dolly at most stations, and their masks say so.
+TEST_F(DollyDetectionTest, WhatTheFramesMaskIsNotLookedAt) {
+  CaptureSet set = line_of(20, {.dolly_deg = 12.0});
+  const cv::Rect person(0, 135, 60, 45);  // to the back left, up to 45 degrees from the nadir
+  for (std::size_t i = 0; i < 12; ++i) {
+    cv::Mat picture = read_panorama(set.frames[i].file);
+    picture(person).setTo(cv::Scalar::all(30));
+    write_image(set.frames[i].file, picture);
+    cv::Mat mask(kDollySize.height, kDollySize.width, CV_8UC1, cv::Scalar(255));
+    mask(person).setTo(0);
+    set.frames[i].mask = set.frames[i].file.string() + "_mask.png";
+    write_image(*set.frames[i].mask, mask);
+  }
+  const auto found = detect_dolly(set);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->reach_deg, 14.0, 2.0);
+  // The other eight stations see the floor there, which moves, and the dolly, which does not.
+  EXPECT_EQ(found->mask.at<uchar>(145, 30), 255);
+  EXPECT_EQ(found->mask.at<uchar>(171, 30), 0);
+  EXPECT_EQ(found->mask.at<uchar>(175, 200), 0);
+}
+
+TEST_F(DollyDetectionTest, NothingIsLookedForBelowMasksOfTheNadir) {
+  CaptureSet set = line_of(10, {.dolly_deg = 20.0});
+  cv::Mat mask(kDollySize.height, kDollySize.width, CV_8UC1, cv::Scalar(255));
+  mask.rowRange(160, kDollySize.height).setTo(0);
+  for (CaptureFrame& frame : set.frames) {
+    frame.mask = frame.file.string() + "_mask.png";
+    write_image(*frame.mask, mask);
+  }
+  EXPECT_FALSE(detect_dolly(set));
+}
+
 TEST_F(DollyDetectionTest, BareFloorIsNotADolly) {
   EXPECT_FALSE(detect_dolly(line_of(10, {.dolly_deg = 0.0})));
 }

@@ -41,14 +41,28 @@ std::string mask_json(const MaskReport& report, PanoramaSize size) {
                          {"lines", report.dolly->lines},
                          {"stations", report.dolly->stations}};
   }
+  if (report.of_frames.frames > 0) {
+    json["frame_masks"] = {{"frames", report.of_frames.frames},
+                           {"of_frames", report.frames},
+                           {"masked_share", report.of_frames.share}};
+  }
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama) {
   HtmlPage page("Mask of the frames",
-                "The same in every frame: it hides what moves with the camera");
+                report.of_frames.frames > 0
+                    ? "What moves with the camera, and what the frames' own masks hide"
+                    : "The same in every frame: it hides what moves with the camera");
   std::vector<HtmlFact> facts{
       {"of the sphere is masked", fmt::format("{:.2f} %", 100.0 * report.masked_share)}};
+  if (report.of_frames.frames > 0) {
+    facts.front().name = "of the sphere is masked in all frames";
+    facts.push_back({"frames with a mask of their own",
+                     fmt::format("{} of {}", report.of_frames.frames, report.frames)});
+    facts.push_back(
+        {"of their sphere is masked", fmt::format("{:.2f} %", 100.0 * report.of_frames.share)});
+  }
   if (report.options.cone_deg > 0.0) {
     facts.push_back({"cone about the nadir", fmt::format("{:g} degrees", report.options.cone_deg)});
   }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/mask/dolly_detection.h"
 #include "calibrate/mask/nadir_mask.h"
 
@@ -12,16 +13,20 @@ namespace raywalk::calibrate {
 
 struct MaskReport {
   MaskOptions options{};
-  double masked_share = 0.0;  // of the sphere
+  double masked_share = 0.0;  // of the sphere, in all frames
   std::string station{};      // shown on the page
   std::optional<DollyDetection> dolly{};
+  int frames = 0;           // of the capture
+  MaskFigures of_frames{};  // masks of single frames
 };
 
 // Keys: format_version, width_px, height_px, masked_share, cone_deg, picture (null: none),
-// automatic (null: disabled, or nothing found) {reach_deg, lines, stations}.
+// automatic (null: disabled, or nothing found) {reach_deg, lines, stations}; and, only if frames
+// have masks of their own, frame_masks {frames, of_frames, masked_share (with the common mask,
+// mean)}.
 std::string mask_json(const MaskReport& report, PanoramaSize size);
 
-// `panorama` is that of the station, CV_8UC3, of the mask's size.
+// `panorama` is that of the station, CV_8UC3, `mask` what is masked in it, of the same size.
 std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama);
 
 }  // namespace raywalk::calibrate

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/mask/dolly_detection.h"
 #include "calibrate/mask/mask_report.h"
 #include "core/base/error.h"
@@ -47,18 +48,24 @@ void require_unmasked_area(const cv::Mat& mask) {
   throw Error("the mask hides everything; draw the masked area black and all else white");
 }
 
-}  // namespace
-
-double masked_share(const cv::Mat& mask) {
-  double share = 0.0;
-  for (int v = 0; v < mask.rows; ++v) {
-    const double phi =
-        angles_from_pixel({0.0, static_cast<double>(v)}, {mask.cols, mask.rows}).phi_rad;
-    const int hidden = mask.cols - cv::countNonZero(mask.row(v));
-    share += hidden * std::cos(phi) * kHalfPi / (static_cast<double>(mask.cols) * mask.rows);
-  }
-  return share;
+// On the middle station's panorama, with its own mask.
+void write_report(const CaptureSet& panoramas, const cv::Mat& mask,
+                  const std::optional<DollyDetection>& dolly, const MaskOptions& options) {
+  const std::size_t shown = panoramas.stations() / 2;
+  const CaptureFrame& sample = panoramas.frames[shown];
+  const MaskReport report{.options = options,
+                          .masked_share = masked_share(mask),
+                          .station = sample.name,
+                          .dolly = dolly,
+                          .frames = static_cast<int>(panoramas.frames.size()),
+                          .of_frames = mask_figures(panoramas, mask)};
+  write_file_atomically(options.out / "mask.html",
+                        mask_page(report, joint_mask(panoramas, static_cast<int>(shown), mask),
+                                  read_panorama(sample.file)));
+  write_file_atomically(options.out / "mask.json", mask_json(report, panoramas.frame));
 }
+
+}  // namespace
 
 cv::Mat make_mask(PanoramaSize size, const MaskOptions& options) {
   require_cone(options.cone_deg);
@@ -85,19 +92,18 @@ std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions
           "picture of the mask");
     }
   }
-  if (cv::countNonZero(mask) == mask.rows * mask.cols) {
+  const bool masks_nothing = cv::countNonZero(mask) == mask.rows * mask.cols;
+  if (masks_nothing) {
     for (const char* name : {"mask.png", "mask.json", "mask.html"}) {
       std::filesystem::remove(options.out / name);
     }
-    return std::nullopt;
+    if (!any_masks(panoramas)) return std::nullopt;
+  } else {
+    require_unmasked_area(mask);
   }
-  require_unmasked_area(mask);
-  const CaptureFrame& sample = panoramas.frames[panoramas.frames.size() / 2];
-  const MaskReport report{options, masked_share(mask), sample.name, dolly};
   make_directories(options.out);
-  write_file_atomically(options.out / "mask.html",
-                        mask_page(report, mask, read_panorama(sample.file)));
-  write_file_atomically(options.out / "mask.json", mask_json(report, panoramas.frame));
+  write_report(panoramas, mask, dolly, options);
+  if (masks_nothing) return std::nullopt;
   write_image(options.out / "mask.png", mask);
   return mask;
 }

@@ -24,13 +24,12 @@ struct MaskOptions {
 // is unreadable, not grey or not 2:1, and for a mask that leaves under a hundredth of the sphere.
 cv::Mat make_mask(PanoramaSize size, const MaskOptions& options);
 
-// The union of make_mask and, if enabled, detect_dolly; writes options.out/mask.png, mask.json and
-// mask.html. If the options define no mask or nothing is detected, returns nullopt and removes the
-// files of an earlier run. Throws Error as make_mask and detect_dolly do, and for frames that are
-// not panoramas.
+// The mask common to all frames: the union of make_mask and, if enabled, detect_dolly. Masks of
+// single frames (frame_masks.h) stay what they are; every step joins the two. Writes
+// options.out/mask.png, mask.json and mask.html. If the options define no mask or nothing is
+// detected, returns nullopt, writes no mask.png, and mask.json and mask.html only if frames have
+// masks of their own; files of an earlier run are removed. Throws Error as make_mask, detect_dolly
+// and joint_mask do, and for frames that are not panoramas.
 std::optional<cv::Mat> write_mask(const CaptureSet& panoramas, const MaskOptions& options);
-
-// Share of the sphere that is masked, 0..1.
-double masked_share(const cv::Mat& mask);
 
 }  // namespace raywalk::calibrate

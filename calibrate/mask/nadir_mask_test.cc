@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/base/frame_masks.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
@@ -102,6 +103,28 @@ TEST_F(NadirMaskTest, WritesMaskFiguresAndPage) {
   const std::string page = read_file(options.out / "mask.html");
   EXPECT_EQ(markup_fault(page), "");
   EXPECT_THAT(page, HasSubstr("6.70 %"));
+}
+
+TEST_F(NadirMaskTest, ReportTellsOfMasksOfSingleFrames) {
+  CaptureSet set = one_panorama();
+  cv::Mat own(kMaskSize.height, kMaskSize.width, CV_8UC1, cv::Scalar(255));
+  own.rowRange(0, kMaskSize.height / 2).setTo(0);
+  set.frames[0].mask = directory_ / "own.png";
+  write_image(*set.frames[0].mask, own);
+  const MaskOptions options{.cone_deg = 30.0, .out = directory_ / "out"};
+  const auto mask = write_mask(set, options);
+  ASSERT_TRUE(mask);
+  EXPECT_EQ(mask->at<uchar>(0, 0), 255);  // that of all frames is as without
+  const auto masks = nlohmann::json::parse(read_file(options.out / "mask.json")).at("frame_masks");
+  EXPECT_EQ(masks.at("frames"), 1);
+  EXPECT_EQ(masks.at("of_frames"), 1);
+  EXPECT_NEAR(masks.at("masked_share").get<double>(), 0.567, 0.001);
+  EXPECT_THAT(read_file(options.out / "mask.html"), HasSubstr("56.70 %"));
+  // Also without a mask of all frames, of which there is then no file.
+  EXPECT_FALSE(write_mask(set, {.out = options.out}));
+  EXPECT_FALSE(std::filesystem::exists(options.out / "mask.png"));
+  EXPECT_EQ(markup_fault(read_file(options.out / "mask.html")), "");
+  EXPECT_THAT(read_file(options.out / "mask.html"), HasSubstr("50.00 %"));
 }
 
 TEST_F(NadirMaskTest, MaskIsRemovedWhenDisabled) {

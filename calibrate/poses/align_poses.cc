@@ -49,7 +49,7 @@ std::vector<double> rail_ratios(const CaptureSet& set, const FramePoses& solved)
       const double solved_m = (solved[static_cast<std::size_t>(a)]->position_m -
                                solved[static_cast<std::size_t>(b)]->position_m)
                                   .norm();
-      const double rail_m = std::abs(set.rail_m(b) - set.rail_m(a));
+      const double rail_m = set.nominal_distance_m(a, b);
       if (solved_m > 0.0 && rail_m > 0.0) ratios.push_back(rail_m / solved_m);
     }
   }

@@ -27,8 +27,9 @@ struct PoseAlignment {
 // different lines are no better than the rails were placed. Rotation: the least-squares rotation
 // of solved centres onto nominal ones. Where the centres leave it undetermined (the roll about a
 // single line, all of it at a single point), it is the chordal mean of the differences between the
-// frames' orientations. Translation: from the mean of the centres. Throws Error if no frame has
-// both poses.
+// frames' orientations. Translation: from the mean of the centres. Frames without a nominal pose,
+// also those beyond the end of `nominal`, have no part in it. Throws Error if no frame has both
+// poses.
 PoseAlignment align_poses(const CaptureSet& set, const FramePoses& solved,
                           const FramePoses& nominal);
 

@@ -4,10 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <opencv2/imgproc.hpp>
 #include <system_error>
 #include <utility>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/poses/colmap_database.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -29,6 +32,9 @@ constexpr int kWorkspaceVersion = 1;
 constexpr int kMostFeatures = 1024;
 // Features closer to the seam may come from either lens.
 constexpr double kSeam_deg = 2.0;
+// Half the neighbourhood of a small feature, as a share of a face's side: what is found nearer to
+// the edge of a frame's own mask may be that edge.
+constexpr double kMaskMargin = 4.0 / 512.0;
 // COLMAP's minimum number of matches between two pictures.
 constexpr std::size_t kLeastPairMatches = 15;
 constexpr double kRoundFace_px = 512.0;  // unit of TriangulationRound::error_px
@@ -40,6 +46,13 @@ std::int64_t count_rows(const fs::path& database, const std::string& table) {
     return 0;
   }
   return connection.integer("SELECT count(*) FROM " + table);
+}
+
+cv::Mat with_margin(const cv::Mat& face_mask) {
+  const int side = 1 + 2 * static_cast<int>(std::ceil(kMaskMargin * face_mask.cols));
+  cv::Mat smaller;
+  cv::erode(face_mask, smaller, cv::Mat::ones(side, side, CV_8UC1));
+  return smaller;
 }
 
 void remove_directory(const fs::path& directory) {
@@ -72,8 +85,9 @@ std::string ColmapWorkspace::inputs_text() const {
                   colmap_.release().number, options_.face_px, options_.lenses.has_value());
   if (options_.mask) text += "mask " + sha256_of_pixels(*options_.mask) + "\n";
   for (const int frame : keyframes_) {
-    const fs::path& file = set_.frames[static_cast<std::size_t>(frame)].file;
-    text += file.string() + " " + stamp_of(file).text() + "\n";
+    const CaptureFrame& of = set_.frames[static_cast<std::size_t>(frame)];
+    text += of.file.string() + " " + stamp_of(of.file).text() + "\n";
+    if (of.mask) text += "mask " + of.mask->string() + " " + stamp_of(*of.mask).text() + "\n";
   }
   return text;
 }
@@ -116,8 +130,13 @@ bool ColmapWorkspace::cut_faces() {
   return false;
 }
 
+// COLMAP needs a mask for every picture if it is given any.
+bool ColmapWorkspace::has_masks() const {
+  return options_.mask || options_.lenses || any_masks(set_);
+}
+
 void ColmapWorkspace::cut_masks() {
-  if (!options_.mask && !options_.lenses) return;
+  if (!has_masks()) return;
   const cv::Size size(set_.frame.width, set_.frame.height);
   const cv::Mat mask = options_.mask ? *options_.mask : cv::Mat(size, CV_8UC1, cv::Scalar(255));
   const FaceCutter cutter(faces_, set_.frame, options_.face_px);
@@ -127,12 +146,37 @@ void ColmapWorkspace::cut_masks() {
     make_directories(folder);
     const fs::path one = options_.directory / "masks" / fmt::format("f{}.png", face);
     write_image(one, cut[static_cast<std::size_t>(face)]);
-    // COLMAP needs a mask for every picture, named like it plus ".png"; all of a face are the same.
+    // Named like the picture plus ".png"; all of a face are the same.
     for (const int frame : keyframes_) {
+      if (set_.frames[static_cast<std::size_t>(frame)].mask) continue;
       const fs::path link = options_.directory / "masks" / (image_name(frame, face) + ".png");
       if (!fs::is_symlink(link)) fs::create_symlink(fs::path("..") / one.filename(), link);
     }
   }
+  cut_own_masks(cutter, mask);
+}
+
+void ColmapWorkspace::cut_own_masks(const FaceCutter& cutter, const cv::Mat& common) {
+  std::vector<int> missing;
+  const fs::path folder = options_.directory / "masks";
+  const auto file_of = [&](int frame, int face) {
+    return folder / (image_name(frame, face) + ".png");
+  };
+  for (const int frame : keyframes_) {
+    const bool own = set_.frames[static_cast<std::size_t>(frame)].mask.has_value();
+    // Written in order, so the last one marks completion.
+    if (own && !fs::exists(file_of(frame, kFaceCount - 1))) missing.push_back(frame);
+  }
+  parallel_for(0, static_cast<int>(missing.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const int frame = missing[static_cast<std::size_t>(i)];
+      const auto cut =
+          cutter.cut_mask(joint_mask(set_, frame, common), options_.lenses ? kSeam_deg : 0.0);
+      for (int face = 0; face < kFaceCount; ++face) {
+        write_image(file_of(frame, face), with_margin(cut[static_cast<std::size_t>(face)]));
+      }
+    }
+  });
 }
 
 bool ColmapWorkspace::find_features() {
@@ -162,7 +206,7 @@ bool ColmapWorkspace::find_features() {
         "1",
         "--SiftExtraction.first_octave",
         "0"};
-    if (options_.mask || options_.lenses) {
+    if (has_masks()) {
       arguments.insert(arguments.end(),
                        {"--ImageReader.mask_path", (options_.directory / "masks").string()});
     }

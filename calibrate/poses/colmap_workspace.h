@@ -1,7 +1,8 @@
 // The directory that COLMAP works in, and its steps: faces cut from the panoramas, features,
 // matches of chosen pairs, triangulation from given poses.
 //
-//   images/f<face>/<frame>.png, masks/f<face>/<frame>.png.png, database.db, model/, log.txt
+//   images/f<face>/<frame>.png, masks/f<face>/<frame>.png.png (frames without a mask of their own
+//   share one file), database.db, model/, log.txt
 //   inputs.txt: fingerprint of the inputs; if they are unchanged an interrupted run is resumed,
 //   else the directory is emptied
 #pragma once
@@ -30,7 +31,7 @@ struct WorkspaceOptions {
   std::filesystem::path directory{};
   int face_px = 512;
   int threads = 1;
-  std::optional<cv::Mat> mask{};              // CV_8UC1 of the panoramas' size
+  std::optional<cv::Mat> mask{};              // CV_8UC1 of the panoramas' size, of all frames
   std::optional<DualFisheyeLayout> lenses{};  // whose seams are kept clear of features
 };
 
@@ -80,7 +81,9 @@ class ColmapWorkspace {
   void start_anew_if_changed();
   std::string inputs_text() const;
   std::string image_name(int frame, int face) const;
+  bool has_masks() const;
   void cut_masks();
+  void cut_own_masks(const FaceCutter& cutter, const cv::Mat& common);
   void match_in_batches(std::span<const std::string> list) const;
   void read_images();
   void read_matches();

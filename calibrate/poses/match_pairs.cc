@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "core/base/median.h"
 
@@ -115,6 +116,54 @@ std::vector<int> spread_around(const CaptureSet& set, const std::vector<int>& fr
   return {chosen.begin(), chosen.end()};
 }
 
+double plan_distance_m(const CaptureFrame& a, const CaptureFrame& b) {
+  return std::hypot(a.nominal_m.x() - b.nominal_m.x(), a.nominal_m.z() - b.nominal_m.z());
+}
+
+// The last keyframe before a rail position and the first one behind it.
+std::vector<int> around(const CaptureSet& set, const std::vector<int>& frames, double at_m) {
+  const auto behind = std::find_if(frames.begin(), frames.end(),
+                                   [&](int frame) { return set.rail_m(frame) >= at_m; });
+  std::vector<int> found;
+  if (behind != frames.begin()) found.push_back(*(behind - 1));
+  if (behind != frames.end()) found.push_back(*behind);
+  return found;
+}
+
+// Lines with keyframes, those nearest to a frame.
+std::vector<std::size_t> nearest_lines(const CaptureSet& set, const CaptureFrame& held_out,
+                                       const std::vector<std::vector<int>>& by_line) {
+  constexpr std::size_t kLines = 2;
+  std::vector<std::pair<double, std::size_t>> lines;
+  for (std::size_t line = 0; line < by_line.size(); ++line) {
+    double least_m = std::numeric_limits<double>::infinity();
+    for (const int frame : by_line[line]) {
+      least_m =
+          std::min(least_m, plan_distance_m(held_out, set.frames[static_cast<std::size_t>(frame)]));
+    }
+    if (!by_line[line].empty()) lines.emplace_back(least_m, line);
+  }
+  std::sort(lines.begin(), lines.end());
+  std::vector<std::size_t> nearest;
+  for (std::size_t i = 0; i < std::min(kLines, lines.size()); ++i) {
+    nearest.push_back(lines[i].second);
+  }
+  return nearest;
+}
+
+void add_held_out(const CaptureSet& set, int index, const std::vector<std::vector<int>>& by_line,
+                  double reach_m, std::set<FramePair>* pairs) {
+  const CaptureFrame& held_out = set.frames[static_cast<std::size_t>(index)];
+  const PlanPoint place{held_out.nominal_m.x(), held_out.nominal_m.z()};
+  for (const std::size_t line : nearest_lines(set, held_out, by_line)) {
+    const double at_m = rail_position_m(set.lines[line], place);
+    for (const int frame : around(set, by_line[line], at_m)) add_pair(index, frame, pairs);
+    for (const int frame : spread_around(set, by_line[line], at_m, reach_m)) {
+      add_pair(index, frame, pairs);
+    }
+  }
+}
+
 }  // namespace
 
 double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossings) {
@@ -144,7 +193,7 @@ std::vector<int> choose_keyframes(const CaptureSet& set, std::span<const LineCro
   }
   std::vector<int> keyframes;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (chosen[i]) keyframes.push_back(static_cast<int>(i));
+    if (chosen[i] || set.frames[i].held_out()) keyframes.push_back(static_cast<int>(i));
   }
   return keyframes;
 }
@@ -159,15 +208,19 @@ std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineC
     add_along(set, frames, kReachAlong * side_m, &pairs);
   }
   for (const LineCrossing& crossing : crossings) {
-    const auto around = [&](int line) {
+    const auto near = [&](int line) {
       const auto index = static_cast<std::size_t>(line);
       return spread_around(set, by_line[index], rail_position_m(set.lines[index], crossing.at),
                            kReachAcross * side_m);
     };
-    const std::vector<int> along_z = around(crossing.along_z);
-    for (const int a : around(crossing.along_x)) {
+    const std::vector<int> along_z = near(crossing.along_z);
+    for (const int a : near(crossing.along_x)) {
       for (const int b : along_z) add_pair(a, b, &pairs);
     }
+  }
+  for (const int frame : keyframes) {
+    if (!set.frames[static_cast<std::size_t>(frame)].held_out()) continue;
+    add_held_out(set, frame, by_line, kReachAcross * side_m, &pairs);
   }
   return {pairs.begin(), pairs.end()};
 }

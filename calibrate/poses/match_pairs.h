@@ -20,7 +20,7 @@ double cell_side_m(const CaptureSet& set, std::span<const LineCrossing> crossing
 
 // Indices of frames in ascending order: on every line, stations at most `keyframes_mm` apart where
 // the line is dense enough, with the first, the last and the two around each crossing. 0 selects
-// all.
+// all. Held-out frames are always among them, as no rail predicts them.
 std::vector<int> choose_keyframes(const CaptureSet& set, std::span<const LineCrossing> crossings,
                                   double keyframes_mm);
 
@@ -37,7 +37,8 @@ struct FramePair {
 // Along a line: each keyframe with the next and the 4th, 16th, … after it within a quarter of the
 // cell's side (near pairs make long tracks, far ones limit drift); where the 4th is further, with
 // the two next. Across: at every crossing, five keyframes of each line, spread over a fifth of the
-// cell's side on both sides of it, all pairs. Sorted, without duplicates.
+// cell's side on both sides of it, all pairs. Held-out frames: each with keyframes of the two lines
+// nearest to it, the two around it and five spread likewise. Sorted, without duplicates.
 std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineCrossing> crossings,
                                     std::span<const int> keyframes);
 

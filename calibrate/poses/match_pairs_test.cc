@@ -32,6 +32,39 @@ TEST(Keyframes, AreAllStationsByDefault) {
   EXPECT_EQ(all_frames(set).size(), set.frames.size());
 }
 
+TEST(HeldOutFrames, AreKeyframesMatchedWithTheStationsAroundThem) {
+  CaptureSet set = test_grid(61);  // 25 mm apart
+  const std::vector<LineCrossing> crossings = crossings_of(set);
+  const std::vector<int> before = choose_keyframes(set, crossings, 150.0);
+  const std::vector<FramePair> pairs_before = choose_pairs(set, crossings, before);
+  const int held_out = static_cast<int>(set.frames.size());
+  set.frames.push_back({.name = "t", .line = kHeldOut, .nominal_m = {0.1, 0.0, -0.3}});
+  std::vector<int> expected = before;
+  expected.push_back(held_out);
+  const std::vector<int> keyframes = choose_keyframes(set, crossings, 150.0);
+  ASSERT_EQ(keyframes, expected);
+  // The stations are matched as without it.
+  std::vector<FramePair> pairs = choose_pairs(set, crossings, keyframes);
+  std::vector<int> partners;
+  std::erase_if(pairs, [&](const FramePair& pair) {
+    if (pair.second == held_out) partners.push_back(pair.first);
+    return pair.second == held_out;
+  });
+  EXPECT_EQ(pairs, pairs_before);
+  // x0 at z = -0.5 and z1 at x = 0.5 are nearest.
+  bool left = false, right = false;
+  for (const int partner : partners) {
+    const CaptureFrame& station = set.frames[static_cast<std::size_t>(partner)];
+    EXPECT_THAT(set.line_id(station.line), ::testing::AnyOf("x0", "z1"));
+    EXPECT_LT((station.nominal_m - Eigen::Vector3d(0.1, 0.0, -0.3)).norm(), 0.5);
+    left = left || (station.line == 0 && station.nominal_m.x() < 0.1);
+    right = right || (station.line == 0 && station.nominal_m.x() >= 0.1);
+  }
+  EXPECT_TRUE(left);
+  EXPECT_TRUE(right);
+  EXPECT_GE(partners.size(), 6U);
+}
+
 TEST(Keyframes, HaveTheRequestedSpacingAndIncludeEndsAndCrossings) {
   const CaptureSet set = test_grid(61);  // 25 mm apart; crossings at stations 10 and 50
   const std::vector<LineCrossing> crossings = crossings_of(set);

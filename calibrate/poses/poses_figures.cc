@@ -111,21 +111,21 @@ std::string unposed_reason(const CaptureSet& set, const MatchSummary& summary, i
     const auto found = counts.find(frame);
     return found == counts.end() ? 0 : found->second;
   };
-  const auto of_frame = [&](const CaptureLine& line) {
-    return std::find(line.frames.begin(), line.frames.end(), frame) != line.frames.end();
-  };
-  const auto line = std::find_if(set.lines.begin(), set.lines.end(), of_frame);
-  const auto index = static_cast<std::size_t>(line - set.lines.begin());
-  if (index < summary.motions.size() && summary.motions[index] == RailMotion::kReversed) {
+  const CaptureFrame& of = set.frames[static_cast<std::size_t>(frame)];
+  const auto line = static_cast<std::size_t>(of.line);
+  if (!of.held_out() && line < summary.motions.size() &&
+      summary.motions[line] == RailMotion::kReversed) {
     return "its line runs against the slider";
   }
   const int features = count(summary.features);
   if (features < kFewFeatures) {
-    return fmt::format("only {} features: too dark, too blurred or too plain", features);
+    return fmt::format("only {} features: too dark, too blurred or too plain{}", features,
+                       of.mask ? ", or too much of it is masked" : "");
   }
   const int matches = count(summary.matches);
   if (matches == 0) {
-    return "no matches with its neighbours: is it a picture of this station?";
+    return of.held_out() ? "no matches with the stations near it: is it a picture of this place?"
+                         : "no matches with its neighbours: is it a picture of this station?";
   }
   return fmt::format("too few scene points in common with the others ({} matches)", matches);
 }
@@ -148,6 +148,12 @@ std::vector<std::string> pose_warnings(const CaptureSet& set,
         fmt::format("lines {} and {} have only {} scene points in common where they should cross: "
                     "they are connected only by other crossings",
                     set.line_id(crossing.along_x), set.line_id(crossing.along_z), crossing.points));
+  }
+  for (const UnposedFrame& unposed : result.unposed) {
+    const CaptureFrame& frame = set.frames[static_cast<std::size_t>(unposed.frame)];
+    if (!frame.held_out()) continue;
+    warnings.push_back(fmt::format("held-out frame {} ({}) has no pose and is left out: {}",
+                                   frame.name, frame.where, unposed.reason));
   }
   return warnings;
 }

@@ -20,10 +20,16 @@ const std::string& frame_name(const CaptureSet& set, int frame) {
   return set.frames[static_cast<std::size_t>(frame)].name;
 }
 
-int posed_count(const PosesResult& result) {
-  return static_cast<int>(std::count_if(result.poses.begin(), result.poses.end(),
-                                        [](const auto& pose) { return pose.has_value(); }));
+// Frames with a pose, of the stations or of those held out.
+int posed_count(const CaptureSet& set, const PosesResult& result, bool held_out) {
+  int count = 0;
+  for (std::size_t i = 0; i < result.poses.size(); ++i) {
+    if (result.poses[i] && set.frames[i].held_out() == held_out) ++count;
+  }
+  return count;
 }
+
+std::size_t held_out_count(const CaptureSet& set) { return set.frames.size() - set.stations(); }
 
 double total_seconds(const PosesResult& result) {
   double seconds = 0.0;
@@ -50,9 +56,9 @@ Json alignment_json(const PoseAlignment& alignment) {
 
 Json report_json(const CaptureSet& set, const PosesResult& result) {
   Json json{{"format_version", 1},
-            {"stations", set.frames.size()},
-            {"keyframes", result.keyframes.size()},
-            {"posed", posed_count(result)},
+            {"stations", set.stations()},
+            {"keyframes", result.keyframes.size() - held_out_count(set)},
+            {"posed", posed_count(set, result, false)},
             {"faces", result.faces},
             {"face_px", result.face_px},
             {"matched_pairs", result.matched_pairs},
@@ -84,6 +90,9 @@ Json report_json(const CaptureSet& set, const PosesResult& result) {
     json["unposed"].push_back(
         {{"name", frame_name(set, unposed.frame)}, {"reason", unposed.reason}});
   }
+  if (held_out_count(set) > 0) {
+    json["held_out"] = {{"frames", held_out_count(set)}, {"posed", posed_count(set, result, true)}};
+  }
   json["warnings"] = result.warnings;
   json["seconds"] = Json::array();
   for (const StepTime& time : result.times) {
@@ -94,12 +103,19 @@ Json report_json(const CaptureSet& set, const PosesResult& result) {
 }
 
 void add_headline(const CaptureSet& set, const PosesResult& result, HtmlPage* page) {
-  page->add_facts(
-      {{"stations with a pose", fmt::format("{} of {}", posed_count(result), set.frames.size())},
-       {"position, 1 sigma", fmt::format("{:.3f} mm", result.position_sigma_mm)},
-       {"rotation, 1 sigma", fmt::format("{:.4f}°", result.rotation_sigma_deg)},
-       {"residual", fmt::format("{:.2f} px", result.residual_px)},
-       {"time", fmt::format("{:.0f} s", total_seconds(result))}});
+  std::vector<HtmlFact> facts{
+      {"stations with a pose",
+       fmt::format("{} of {}", posed_count(set, result, false), set.stations())},
+      {"position, 1 sigma", fmt::format("{:.3f} mm", result.position_sigma_mm)},
+      {"rotation, 1 sigma", fmt::format("{:.4f}°", result.rotation_sigma_deg)},
+      {"residual", fmt::format("{:.2f} px", result.residual_px)},
+      {"time", fmt::format("{:.0f} s", total_seconds(result))}};
+  if (held_out_count(set) > 0) {
+    facts.insert(facts.begin() + 1,
+                 {"held-out frames with a pose",
+                  fmt::format("{} of {}", posed_count(set, result, true), held_out_count(set))});
+  }
+  page->add_facts(facts);
   for (const std::string& warning : result.warnings) page->add_paragraph("Warning: " + warning);
   page->add_paragraph(fmt::format(
       "{} of {} stations were solved as keyframes; the others are predicted from their rail "
@@ -107,7 +123,7 @@ void add_headline(const CaptureSet& set, const PosesResult& result, HtmlPage* pa
       "known only to the carriage's repeatability, a solved one to the sigma above. Residuals are "
       "in pixels of a panorama 4096 wide; sigmas are medians over the stations, each against all "
       "others.",
-      result.keyframes.size(), set.frames.size()));
+      result.keyframes.size() - held_out_count(set), set.stations()));
 }
 
 void add_lines(const CaptureSet& set, const PosesResult& result, HtmlPage* page) {
@@ -149,7 +165,7 @@ void add_unposed(const CaptureSet& set, const PosesResult& result, HtmlPage* pag
   for (const UnposedFrame& unposed : result.unposed) {
     table.rows.push_back({{frame_name(set, unposed.frame)}, {unposed.reason}});
   }
-  page->add_section("Stations without a pose");
+  page->add_section(held_out_count(set) > 0 ? "Frames without a pose" : "Stations without a pose");
   page->add_table(table);
 }
 
@@ -228,7 +244,7 @@ void add_times(const PosesResult& result, HtmlPage* page) {
 void write_poses_report(const std::filesystem::path& out, const CaptureSet& set,
                         const FramePoses& start, const PosesResult& result) {
   HtmlPage page("Poses of " + set.source.filename().string(),
-                fmt::format("{} lines, {} stations", set.lines.size(), set.frames.size()));
+                fmt::format("{} lines, {} stations", set.lines.size(), set.stations()));
   add_headline(set, result, &page);
   add_lines(set, result, &page);
   add_crossings(set, result, &page);

@@ -21,6 +21,7 @@
 #include "core/base/median.h"
 #include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
+#include "core/geometry/line_gaps.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -74,12 +75,23 @@ class RailResidual {
   double sigma_m_;
 };
 
-// Neighbouring stations on a rail that both have a pose, and the slider's distance.
+// Neighbouring stations on a rail that both have a pose, and their nominal distance. Its error
+// grows with `scale_m`, the distance or, if this is larger, the stations' spacing: what stations of
+// two passes are off does not shrink with the distance between them.
 struct RailStep {
   std::size_t a = 0;
   std::size_t b = 0;
   double distance_m = 0.0;
+  double scale_m = 0.0;
 };
+
+void set_scales(std::vector<RailStep>* steps) {
+  std::vector<double> distances_m;
+  for (const RailStep& step : *steps) distances_m.push_back(step.distance_m);
+  if (distances_m.empty()) return;
+  const double spacing_m = covering_spacing(std::move(distances_m));
+  for (RailStep& step : *steps) step.scale_m = std::max(step.distance_m, spacing_m);
+}
 
 std::vector<RailStep> rail_steps(const CaptureSet& set, const FramePoses& poses) {
   std::vector<RailStep> steps;
@@ -88,7 +100,7 @@ std::vector<RailStep> rail_steps(const CaptureSet& set, const FramePoses& poses)
     for (const int frame : line.frames) {
       if (!poses[static_cast<std::size_t>(frame)]) continue;
       if (last) {
-        const double distance_m = std::abs(set.rail_m(frame) - set.rail_m(*last));
+        const double distance_m = set.nominal_distance_m(frame, *last);
         if (distance_m > 0.0) {
           steps.push_back(
               {static_cast<std::size_t>(*last), static_cast<std::size_t>(frame), distance_m});
@@ -97,6 +109,7 @@ std::vector<RailStep> rail_steps(const CaptureSet& set, const FramePoses& poses)
       last = frame;
     }
   }
+  set_scales(&steps);
   return steps;
 }
 
@@ -106,7 +119,7 @@ double rail_spread(const std::vector<RailStep>& steps, const FramePoses& poses) 
   std::vector<double> deviations;
   for (const RailStep& step : steps) {
     const double distance_m = (poses[step.b]->position_m - poses[step.a]->position_m).norm();
-    deviations.push_back(std::abs(distance_m / step.distance_m - 1.0));
+    deviations.push_back(std::abs(distance_m - step.distance_m) / step.scale_m);
   }
   return deviations.empty() ? kLeastRailSpread
                             : std::max(kLeastRailSpread, robust_sigma(std::move(deviations)));
@@ -198,7 +211,7 @@ class Adjustment {
     using Cost = ceres::AutoDiffCostFunction<RailResidual, 1, 6, 6>;
     for (const RailStep& step : steps) {
       auto cost = std::make_unique<Cost>(
-          std::make_unique<RailResidual>(step.distance_m, spread * step.distance_m).release());
+          std::make_unique<RailResidual>(step.distance_m, spread * step.scale_m).release());
       problem_.AddResidualBlock(cost.release(), nullptr, parameters_[step.a].data(),
                                 parameters_[step.b].data());
     }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/colmap_workspace.h"
 #include "calibrate/poses/frame_links.h"
@@ -43,7 +44,7 @@ class PoseSolver {
       : set_(set),
         options_(options),
         start_(nominal_poses(set)),
-        nominal_(nominal_poses(set)),
+        nominal_(nominal_poses(stations_only(set))),
         crossings_(crossings_of(set)),
         threads_(options.threads > 0 ? options.threads : thread_count()),
         anchor_{kAnchorCells * cell_side_m(set, crossings_), kAnchor_rad} {
@@ -105,31 +106,33 @@ class PoseSolver {
       const auto [first, second] = pair.frames;
       summary_.matches[first] += static_cast<int>(pair.matches.size());
       summary_.matches[second] += static_cast<int>(pair.matches.size());
-      if (line_of(first) != line_of(second)) continue;
-      evidence[line_of(first)].push_back(motion_evidence(*start_[static_cast<std::size_t>(first)],
-                                                         *start_[static_cast<std::size_t>(second)],
-                                                         pair.matches));
+      const auto line = line_of(first);
+      if (!line || line != line_of(second)) continue;
+      evidence[*line].push_back(motion_evidence(*start_[static_cast<std::size_t>(first)],
+                                                *start_[static_cast<std::size_t>(second)],
+                                                pair.matches));
     }
     for (const std::vector<double>& of_line : evidence) {
       summary_.motions.push_back(rail_motion(of_line));
     }
   }
 
-  std::size_t line_of(int frame) const {
-    const auto holds = [frame](const CaptureLine& line) {
-      return std::find(line.frames.begin(), line.frames.end(), frame) != line.frames.end();
-    };
-    return static_cast<std::size_t>(std::find_if(set_.lines.begin(), set_.lines.end(), holds) -
-                                    set_.lines.begin());
+  // nullopt for a held-out frame.
+  std::optional<std::size_t> line_of(int frame) const {
+    const CaptureFrame& of = set_.frames[static_cast<std::size_t>(frame)];
+    if (of.held_out()) return std::nullopt;
+    return static_cast<std::size_t>(of.line);
   }
 
-  // Initial poses of the first round: the keyframes of lines that do not run against the slider.
+  // Initial poses of the first round: the held-out frames, and the keyframes of lines that do not
+  // run against the slider.
   FramePoses first_poses() const {
     FramePoses poses(set_.frames.size());
     for (const int frame : result_.keyframes) {
-      const std::size_t line = line_of(frame);
+      const auto line = line_of(frame);
       const auto index = static_cast<std::size_t>(frame);
-      if (summary_.motions[line] != RailMotion::kReversed) poses[index] = start_[index];
+      if (line && summary_.motions[*line] == RailMotion::kReversed) continue;
+      poses[index] = start_[index];
     }
     return poses;
   }
@@ -209,9 +212,9 @@ class PoseSolver {
             : static_cast<double>(features) / static_cast<double>(result_.keyframes.size());
     return fmt::format(
         "no pose could be solved: {:.0f} features per panorama, {} pairs of faces match; the "
-        "pictures are too plain, too dark or too far apart, or not of this capture: check them, "
+        "pictures are too plain, too dark or too far apart, or not of this capture{}: check them, "
         "capture stations closer together, or use --method rotation",
-        each, result_.matched_pairs);
+        each, result_.matched_pairs, any_masks(set_) ? ", or their masks hide too much" : "");
   }
 
   // Fills in the figures and writes the files, poses.json only if there are poses.
@@ -226,6 +229,7 @@ class PoseSolver {
         result_.unposed.push_back({frame, unposed_reason(set_, summary_, frame)});
         continue;
       }
+      if (set_.frames[static_cast<std::size_t>(frame)].held_out()) continue;
       position_mm.push_back(pose->position_sigma_mm);
       rotation_deg.push_back(pose->rotation_sigma_deg);
     }
@@ -243,7 +247,7 @@ class PoseSolver {
   const CaptureSet& set_;
   const PosesOptions& options_;
   FramePoses start_;
-  FramePoses nominal_;
+  FramePoses nominal_;  // of the stations
   std::vector<LineCrossing> crossings_;
   int threads_;
   PoseAnchor anchor_;

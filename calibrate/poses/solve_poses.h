@@ -1,6 +1,7 @@
 // Solves the poses of the panoramas: COLMAP finds and matches features on flat faces of the
 // panoramas, then rounds of triangulation (COLMAP) and bundle adjustment (refine_poses.h) refine
-// the nominal poses.
+// the nominal poses. Held-out frames are matched with the stations near them and adjusted with all
+// others; the world frame and the scale are those of the stations alone.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +18,11 @@
 namespace raywalk::calibrate {
 
 struct PosesOptions {
-  double keyframes_mm = 0;        // largest distance between the stations solved; 0: every station
-  int face_px = 0;                // side of a face; 0: default_face_px()
-  std::optional<cv::Mat> mask{};  // CV_8UC1 of the panoramas' size, 0 = masked
+  double keyframes_mm = 0;  // largest distance between the stations solved; 0: every station
+  int face_px = 0;          // side of a face; 0: default_face_px()
+  // Of all frames: CV_8UC1 of the panoramas' size, 0 = masked. Masks of single frames
+  // (frame_masks.h) are honoured as well.
+  std::optional<cv::Mat> mask{};
   std::optional<DualFisheyeLayout> lenses{};  // of stitched panoramas: the lenses' positions
   FramePoses start{};                         // initial poses; empty: nominal
   std::filesystem::path out{};                // the calibration's directory, created if missing
@@ -61,7 +64,7 @@ struct PosesResult {
   std::vector<int> keyframes{};  // indices into CaptureSet::frames
   std::vector<LinePoses> lines{};
   std::vector<CrossingPoints> crossings{};
-  std::vector<UnposedFrame> unposed{};  // keyframes only
+  std::vector<UnposedFrame> unposed{};  // keyframes only, held-out frames among them
   PoseAlignment alignment{};            // of the last round
   int face_px = 0;
   int faces = 0;          // of each panorama
@@ -69,7 +72,7 @@ struct PosesResult {
   int points = 0;         // of the scene
   int observations = 0;
   double residual_px = 0.0;        // robust standard deviation, panorama 4096 wide
-  double position_sigma_mm = 0.0;  // median over the frames
+  double position_sigma_mm = 0.0;  // median over the stations
   double rotation_sigma_deg = 0.0;
   std::vector<StepTime> times{};
   // Unconnected lines, frames without a pose, lines that are not where they were planned.

@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "calibrate/poses/colmap_program.h"
+#include "calibrate/poses/colmap_workspace.h"
 #include "calibrate/poses/poses_report.h"
 #include "calibrate/poses/test_rail_scene.h"
 #include "capture/simulated/virtual_room/test_rooms.h"
@@ -148,6 +149,92 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
                                     [](const StepTime& time) { return time.reused; });
   EXPECT_EQ(reused, 3);
   EXPECT_LT(relative_error(again.poses, truth, 1, 5).position_m, 0.5e-3);
+}
+
+// Written beside the pictures; `masked` is 0 in the mask.
+void add_mask(CaptureFrame* frame, const cv::Rect& masked) {
+  cv::Mat mask(corner_set().frame.height, corner_set().frame.width, CV_8UC1, cv::Scalar(255));
+  mask(masked).setTo(0);
+  frame->mask = frame->file.string() + "_mask.png";
+  cv::imwrite(frame->mask->string(), mask);
+}
+
+TEST_F(SolvePoses, HeldOutFramesArePosedWithTheStations) {
+  const TestDirectory directory;
+  CaptureSet set = captured(directory.path(), [](int, cv::Mat*) {});
+  FramePoses truth = corner_truth();
+  const capture::VirtualRoom room(capture::furnished_room(5));
+  FramePose pose{.position_m = {-0.44, 0.02, -0.42},
+                 .world_from_camera = world_from_camera({0.03, -0.02, 0.01})};
+  const auto add = [&](const std::string& name, const cv::Mat& picture) {
+    set.frames.push_back({.name = name,
+                          .line = kHeldOut,
+                          .file = directory / (name + ".png"),
+                          .nominal_m = pose.position_m + Eigen::Vector3d(0.01, 0.02, -0.01),
+                          .where = "gt.csv:2"});
+    cv::imwrite(set.frames.back().file.string(), picture);
+    truth.emplace_back(pose);
+  };
+  add("true", room.panorama({pose.position_m, Attitude{0.03, -0.02, 0.01}}, set.frame,
+                            capture::Sampling::kFine));
+  cv::Mat noise(set.frame.height, set.frame.width, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  add("noise", noise);
+  const PosesResult result = solve_poses(set, options_in(directory));
+  EXPECT_EQ(std::count(result.poses.begin(), result.poses.end(), std::nullopt), 1);
+  ASSERT_TRUE(result.poses[8]);
+  const PoseDifference error = relative_error(result.poses, truth, 1, 8);
+  EXPECT_LT(error.position_m, 1e-3);
+  EXPECT_LT(error.rotation_rad * kResidualPx_per_rad, 0.7);
+  EXPECT_THAT(result.warnings,
+              Contains(AllOf(HasSubstr("held-out frame noise (gt.csv:2)"), HasSubstr("left out"))));
+  const auto json = nlohmann::json::parse(read_file(directory / "out/poses-report.json"));
+  EXPECT_EQ(json["stations"], 8);
+  EXPECT_EQ(json["posed"], 8);
+  EXPECT_EQ(json["held_out"]["frames"], 2);
+  EXPECT_EQ(json["held_out"]["posed"], 1);
+  EXPECT_EQ(markup_fault(read_file(directory / "out/poses.html")), "");
+}
+
+// Half of a picture is of somewhere else, and its mask says so; of another one all but a corner is
+// masked.
+TEST_F(SolvePoses, MaskedPixelsGiveNoFeatures) {
+  const TestDirectory directory;
+  const cv::Rect right(256, 0, 256, 256);
+  CaptureSet set = captured(directory.path(), [&](int frame, cv::Mat* picture) {
+    if (frame == 1) corner_pictures()[6](right).copyTo((*picture)(right));
+  });
+  add_mask(&set.frames[1], right);
+  add_mask(&set.frames[3], cv::Rect(0, 0, 512, 250));
+  const ColmapProgram colmap = ColmapProgram::find();
+  const FramePoses start = nominal_poses(set);
+  ColmapWorkspace workspace(set, {0, 1, 2, 3, 5, 6}, colmap,
+                            {.directory = directory / "colmap", .face_px = 256, .threads = 2});
+  workspace.cut_faces();
+  workspace.find_features();
+  const std::vector<FramePair> pairs{{0, 1}, {1, 2}, {1, 5}, {1, 6}, {2, 3}};
+  workspace.match(pairs, start);
+  EXPECT_EQ(workspace.feature_counts().at(3), 0);
+  EXPECT_GT(workspace.feature_counts().at(1), 20);
+  EXPECT_LT(workspace.feature_counts().at(1), 0.7 * workspace.feature_counts().at(0));
+  std::size_t matches = 0;
+  for (const FrameMatches& pair : workspace.matches()) {
+    for (const BearingMatch& match : pair.matches) {
+      if (pair.frames.first == 1) {
+        EXPECT_LT(match.in_first.x(), 0.0);
+      }
+      if (pair.frames.second == 1) {
+        EXPECT_LT(match.in_second.x(), 0.0);
+      }
+      ++matches;
+    }
+  }
+  EXPECT_GT(matches, 30U);
+  // Another mask is other work.
+  add_mask(&set.frames[3], cv::Rect(0, 0, 10, 10));
+  ColmapWorkspace changed(set, {0, 1, 2, 3, 5, 6}, colmap,
+                          {.directory = directory / "colmap", .face_px = 256, .threads = 2});
+  EXPECT_FALSE(changed.cut_faces());
 }
 
 TEST_F(SolvePoses, ReportsAMirroredCamera) {

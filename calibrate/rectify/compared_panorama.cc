@@ -46,7 +46,7 @@ const std::array<double, 256>& light_of_levels() {
 
 }  // namespace
 
-ComparedPanorama::ComparedPanorama(const cv::Mat& panorama, const cv::Mat& mask,
+ComparedPanorama::ComparedPanorama(const cv::Mat& panorama, const cv::Mat& mask, bool own_mask,
                                    const FramePose& pose)
     : position_m_(pose.position_m), camera_from_world_(pose.world_from_camera.transpose()) {
   const cv::Mat levels = reduced(panorama);
@@ -56,6 +56,7 @@ ComparedPanorama::ComparedPanorama(const cv::Mat& panorama, const cv::Mat& mask,
   levels_ = with_wrapped_border(levels, kBorder_px);
   grey_ = with_wrapped_border(grey, kBorder_px);
   usable_ = with_wrapped_border(usable_pixels(levels, mask), kBorder_px);
+  if (own_mask) hidden_ = with_wrapped_border(reduced(mask) != 255, kBorder_px);
   find_texture();
 }
 
@@ -68,6 +69,12 @@ void ComparedPanorama::find_texture() {
   constexpr double kPart_deg = 14.0;
   cv::Mat contrast;
   cv::cornerMinEigenVal(grey_, contrast, kPatchSide_px, kSobel);
+  if (!hidden_.empty()) {
+    // The edge of a mask is not texture.
+    cv::Mat near;
+    cv::dilate(hidden_, near, cv::Mat::ones(kPatchSide_px + 2, kPatchSide_px + 2, CV_8UC1));
+    contrast.setTo(-1.0, near);
+  }
   const int height = width_ / 2;
   const int part_px = std::max(1, static_cast<int>(kPart_deg / 360.0 * width_));
   const Eigen::Matrix3d world_from_camera = camera_from_world_.transpose();
@@ -79,8 +86,10 @@ void ComparedPanorama::find_texture() {
       const int left = part * width_ / parts;
       const int right = (part + 1) * width_ / parts;
       cv::Point best;
+      double most = 0.0;
       cv::minMaxLoc(contrast(cv::Rect(left + kBorder_px, top + kBorder_px, right - left, rows)),
-                    nullptr, nullptr, nullptr, &best);
+                    nullptr, &most, nullptr, &best);
+      if (!hidden_.empty() && most < 0.0) continue;
       const SphereAngles angles =
           angles_from_pixel({static_cast<double>(left + best.x), static_cast<double>(top + best.y)},
                             {width_, height});
@@ -102,6 +111,12 @@ ComparedPanorama::Place ComparedPanorama::place_of(const Eigen::Vector3d& direct
   const int col = static_cast<int>(u);
   const int row = static_cast<int>(v);
   return {row, col, static_cast<float>(u - col), static_cast<float>(v - row)};
+}
+
+bool ComparedPanorama::hidden(const Eigen::Vector3d& direction) const {
+  if (hidden_.empty()) return false;
+  const Place at = place_of(direction);
+  return cv::countNonZero(hidden_(cv::Rect(at.col, at.row, 2, 2))) > 0;
 }
 
 float ComparedPanorama::grey(const Eigen::Vector3d& direction) const {

@@ -19,8 +19,10 @@ class ComparedPanorama {
  public:
   // Empty; only to be assigned to.
   ComparedPanorama() = default;
-  // `panorama` is CV_8UC3; `mask` is CV_8UC1 of its size, 0 = masked, or empty.
-  ComparedPanorama(const cv::Mat& panorama, const cv::Mat& mask, const FramePose& pose);
+  // `panorama` is CV_8UC3; `mask` is CV_8UC1 of its size, 0 = masked, or empty. `own_mask`: it is,
+  // at least in part, of this frame alone and may hide anything, so that no patch may touch it.
+  ComparedPanorama(const cv::Mat& panorama, const cv::Mat& mask, bool own_mask,
+                   const FramePose& pose);
 
   const Eigen::Vector3d& position_m() const { return position_m_; }
   // The angle between neighbouring pixels at the horizon.
@@ -34,6 +36,8 @@ class ComparedPanorama {
   // Linear light, red, green and blue, 0 to 1. Returns false where a pixel is masked, nearly black
   // or nearly clipped.
   bool light(const Eigen::Vector3d& direction, Eigen::Array3d* rgb) const;
+  // Whether a patch with a sample in this direction would touch what the frame's own mask hides.
+  bool hidden(const Eigen::Vector3d& direction) const;
   // The direction in the camera's axes.
   Eigen::Vector3d seen_by_camera(const Eigen::Vector3d& direction) const {
     return camera_from_world_ * direction;
@@ -53,6 +57,7 @@ class ComparedPanorama {
   cv::Mat levels_;  // with a border of one pixel: CV_8UC3
   cv::Mat grey_;    // CV_8UC1
   cv::Mat usable_;  // CV_8UC1, 0: masked, black or clipped
+  cv::Mat hidden_;  // CV_8UC1, 255: masked by the frame's own mask; empty if it has none
   int width_ = 0;
   std::vector<Eigen::Vector3d> textured_{};
 };

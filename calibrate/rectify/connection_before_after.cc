@@ -101,14 +101,18 @@ ConnectionErrorMeasurement measure(const ConnectionInput& input, PanoramaSize si
                                    const std::optional<fs::path>& programs, const fs::path& work,
                                    Progress* progress) {
   const WorkDirectory directory(work);
-  const auto grid = grid_of(input.frames, input.lines);
+  const auto grid = grid_of(input.frames, input.lines, input.tolerance);
   if (!grid || grid->cells.empty()) throw Error("no four lines of the grid form a cell");
   const fs::path list = work / "poses.csv", room = work / "room.lf", log = work / "log.txt";
   write_file_atomically(list, frame_list_text(shrunk_frames(input.frames, size, work / "frames")));
   std::vector<std::string> pack{"pack", "--frames", list.string(), "--out", room.string()};
-  const double tolerance_mm = line_tolerance_needed_mm(input.frames, input.lines).value_or(0.0);
+  const double tolerance_mm =
+      line_tolerance_needed_mm(input.frames, input.lines, input.tolerance).value_or(0.0);
   if (tolerance_mm > 0.0) {
     pack.insert(pack.end(), {"--line-tolerance-mm", fmt::format("{}", tolerance_mm)});
+  }
+  if (const auto& same_m = input.tolerance.same_station_m) {
+    pack.insert(pack.end(), {"--same-station-mm", fmt::format("{}", *same_m * 1e3)});
   }
   run(program_in(programs, "raywalk-build-lf"), pack, log);
   progress->advance();

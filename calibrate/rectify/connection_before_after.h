@@ -29,6 +29,7 @@ struct ConnectionBeforeAfter {
 struct ConnectionInput {
   std::vector<ListedFrame> frames{};
   int lines = 0;
+  GridTolerance tolerance{};  // how the lines of the capture were found
 };
 
 // `programs` is the directory of the two programs; nullopt: that of the running executable. Works

@@ -29,14 +29,17 @@ struct HorizonWindow {
   int height = 0;
 };
 
-// The window, 90 degrees wide and 40 high, with the most texture in `panorama` (CV_8UC3).
-HorizonWindow most_textured_window(const cv::Mat& panorama);
+// The window, 90 degrees wide and 40 high, with the most texture in `panorama` (CV_8UC3), where
+// `valid` (CV_8UC1 of its size, 0 = masked; empty: everywhere) allows.
+HorizonWindow most_textured_window(const cv::Mat& panorama, const cv::Mat& valid = cv::Mat());
 
 struct Overlay {
-  cv::Mat picture{};               // CV_8UC3: the first in red, the second in cyan
-  double difference_levels = 0.0;  // root mean square of their grey levels, over the window
+  cv::Mat picture{};  // CV_8UC3: the first in red, the second in cyan
+  // Root mean square of their grey levels, over what is valid in the window; NaN if nothing is.
+  double difference_levels = 0.0;
 };
-// Of two CV_8UC3 panoramas of one size.
-Overlay overlay_of(const cv::Mat& first, const cv::Mat& second, const HorizonWindow& window);
+// Of two CV_8UC3 panoramas of one size; `valid` as above, of both.
+Overlay overlay_of(const cv::Mat& first, const cv::Mat& second, const HorizonWindow& window,
+                   const cv::Mat& valid = cv::Mat());
 
 }  // namespace raywalk::calibrate

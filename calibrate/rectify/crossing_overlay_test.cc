@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/core.hpp>
 
 #include "calibrate/base/test_capture_folder.h"
@@ -58,6 +59,23 @@ TEST(CrossingOverlayTest, PairIsTheNearestWithPoses) {
   EXPECT_NE(next->along_x, pair->along_x);
   for (auto& pose : poses) pose.reset();
   EXPECT_FALSE(nearest_pair(set, crossing, poses));
+}
+
+// Most texture, and all of the difference, is where a mask hides it.
+TEST(CrossingOverlayTest, MaskedPixelsAreNotCompared) {
+  cv::Mat first(90, 180, CV_8UC3, cv::Scalar::all(100)), valid(90, 180, CV_8UC1, cv::Scalar(255));
+  for (int u = 0; u < 20; ++u) first.col(20 + 2 * u).setTo(cv::Scalar::all(200));
+  first.col(130).setTo(cv::Scalar::all(120));
+  cv::Mat second = first.clone();
+  second.colRange(0, 70).setTo(cv::Scalar::all(0));
+  valid.colRange(0, 70).setTo(0);
+  const HorizonWindow window = most_textured_window(first, valid);
+  EXPECT_TRUE(window.left <= 130 && 130 < window.left + window.width) << window.left;
+  const HorizonWindow partly_masked{40, 45, 35, 20};
+  EXPECT_EQ(overlay_of(first, second, partly_masked, valid).difference_levels, 0.0);
+  EXPECT_GT(overlay_of(first, second, partly_masked).difference_levels, 50.0);
+  valid.setTo(0);
+  EXPECT_TRUE(std::isnan(overlay_of(first, second, window, valid).difference_levels));
 }
 
 }  // namespace

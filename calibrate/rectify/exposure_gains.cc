@@ -219,16 +219,16 @@ double loop_error(std::span<const LinkPatches> links, int frames, const Eigen::V
   return root_mean_square(left);
 }
 
-LightGain gain_of(double brightness, double red, double blue) {
-  return {std::exp(-brightness - red), std::exp(-brightness + red + blue),
-          std::exp(-brightness - blue)};
-}
-
 }  // namespace
 
 const char* light_kind_name(int kind) {
   constexpr std::array<const char*, kLightKinds> kNames{"brightness", "red", "blue"};
   return kNames[static_cast<std::size_t>(kind)];
+}
+
+LightGain gain_of(double brightness, double red, double blue) {
+  return {std::exp(-brightness - red), std::exp(-brightness + red + blue),
+          std::exp(-brightness - blue)};
 }
 
 ExposureResult measure_exposures(std::span<const LinkPatches> links, int frames,

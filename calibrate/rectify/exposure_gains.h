@@ -54,6 +54,9 @@ struct ExposureResult {
   std::array<MeasuredLight, kLightKinds> light{};
 };
 
+// What undoes these differences of the logarithm of light, one for each kind.
+LightGain gain_of(double brightness, double red, double blue);
+
 struct LinkPatches {
   FrameLink link{};
   std::vector<MatchedPatch> patches{};

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/geometry/line_search.h"
+#include "core/geometry/station_spacing.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -54,16 +54,32 @@ struct FoundGrid {
   double tolerance_mm = 0.0;
 };
 
-std::optional<FoundGrid> find_with_tolerance(const std::vector<ListedFrame>& frames, int lines) {
+// The tolerances to try, millimetres, in ascending order.
+std::vector<double> tolerances_mm(const std::vector<StationPose>& stations,
+                                  const GridTolerance& given) {
+  const double spacing_mm = 1000.0 * typical_spacing(stations);
+  std::vector<double> tolerances;
+  if (spacing_mm > 0.0) {
+    for (const double share : {0.15, 0.2, 0.3, 0.4, 0.5}) {
+      // Rounded to two significant digits for the command line.
+      const double step_mm = std::pow(10.0, std::floor(std::log10(share * spacing_mm)) - 1.0);
+      tolerances.push_back(std::round(share * spacing_mm / step_mm) * step_mm);
+    }
+  }
+  if (given.off_line_m) tolerances.push_back(1000.0 * *given.off_line_m);
+  std::sort(tolerances.begin(), tolerances.end());
+  return tolerances;
+}
+
+std::optional<FoundGrid> find_with_tolerance(const std::vector<ListedFrame>& frames, int lines,
+                                             const GridTolerance& given) {
   if (frames.empty()) return std::nullopt;
   const std::vector<StationPose> stations = stations_of(frames);
-  if (auto grid = grid_at(stations, {}, lines)) return FoundGrid{std::move(*grid), 0.0};
-  const double spacing_mm = 1000.0 * median_nearest_distance(stations);
-  for (const double share : {0.15, 0.2, 0.3, 0.4, 0.5}) {
-    // Rounded to two significant digits for the command line.
-    const double step_mm = std::pow(10.0, std::floor(std::log10(share * spacing_mm)) - 1.0);
-    const double tolerance_mm = std::round(share * spacing_mm / step_mm) * step_mm;
-    if (auto grid = grid_at(stations, {.off_line_m = tolerance_mm / 1000.0}, lines)) {
+  GridTolerance tolerance{.off_line_m = std::nullopt, .same_station_m = given.same_station_m};
+  if (auto grid = grid_at(stations, tolerance, lines)) return FoundGrid{std::move(*grid), 0.0};
+  for (const double tolerance_mm : tolerances_mm(stations, given)) {
+    tolerance.off_line_m = tolerance_mm / 1000.0;
+    if (auto grid = grid_at(stations, tolerance, lines)) {
       return FoundGrid{std::move(*grid), tolerance_mm};
     }
   }
@@ -97,13 +113,15 @@ std::string frame_list_text(const std::vector<ListedFrame>& frames) {
   return text;
 }
 
-std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines) {
-  const auto found = find_with_tolerance(frames, lines);
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
+                                               const GridTolerance& given) {
+  const auto found = find_with_tolerance(frames, lines, given);
   return found ? std::optional(found->tolerance_mm) : std::nullopt;
 }
 
-std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines) {
-  auto found = find_with_tolerance(frames, lines);
+std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines,
+                            const GridTolerance& given) {
+  auto found = find_with_tolerance(frames, lines, given);
   return found ? std::optional(std::move(found->grid)) : std::nullopt;
 }
 

@@ -24,10 +24,14 @@ struct ListedFrame {
 std::string frame_list_text(const std::vector<ListedFrame>& frames);
 
 // The --line-tolerance-mm with which raywalk-build-lf pack finds these frames on `lines` lines; 0:
-// its default is sufficient. nullopt if no tolerance up to half the stations' spacing is.
-std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines);
+// its default is sufficient. nullopt if none is, neither that with which the capture's lines were
+// found (`given`) nor one up to half the stations' spacing. Its --same-station-mm is that of
+// `given`.
+std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
+                                               const GridTolerance& given = {});
 
 // The grid of these frames at that tolerance; nullopt if there is none.
-std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines);
+std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines,
+                            const GridTolerance& given = {});
 
 }  // namespace raywalk::calibrate

@@ -63,6 +63,14 @@ TEST(FrameTablesTest, ToleranceIsNeededOnlyIfTheDefaultFails) {
   EXPECT_EQ(grid->lines.size(), 2U);
 }
 
+TEST(FrameTablesTest, ToleranceOfTheCaptureIsTriedToo) {
+  // One line with stations on both sides, by more than half the spacing.
+  std::vector<ListedFrame> frames = cross(20, 0.15);
+  std::erase_if(frames, [](const ListedFrame& frame) { return frame.file[0] == 'b'; });
+  EXPECT_FALSE(line_tolerance_needed_mm(frames, 1));
+  EXPECT_EQ(line_tolerance_needed_mm(frames, 1, {.off_line_m = 0.16}), 160.0);
+}
+
 TEST(FrameTablesTest, NoGridIsNotAnError) {
   EXPECT_FALSE(line_tolerance_needed_mm({}, 0));
   EXPECT_FALSE(grid_of({{.file = "one", .position_m = {0, 0, 0}}}, 1));

@@ -143,7 +143,7 @@ struct PatchLight {
   double contrast = 0.0;  // standard deviation of the light over its mean
 };
 
-// nullopt if more than a third of the patch is not usable in both.
+// nullopt if more than a third of the patch is not usable in both, or either hides some of it.
 std::optional<PatchLight> light_of(const ComparedPanorama& from, const ComparedPanorama& to,
                                    const PatchSearch& search, const Eigen::Vector3d& centre,
                                    double parallax) {
@@ -153,6 +153,7 @@ std::optional<PatchLight> light_of(const ComparedPanorama& from, const ComparedP
   int count = 0;
   for (const Eigen::Vector3d& ray : patch.rays) {
     Eigen::Array3d here, there;
+    if (from.hidden(ray) || to.hidden(search.seen_there(ray, parallax))) return std::nullopt;
     if (!from.light(ray, &here)) continue;
     if (!to.light(search.seen_there(ray, parallax), &there)) continue;
     light.from += here;

@@ -18,16 +18,25 @@ const capture::VirtualRoom& room() {
   return room;
 }
 
-// A station at `position_m`, turned, exposed by `light`; `mask` may be empty.
-ComparedPanorama station(const Eigen::Vector3d& position_m, double light, const cv::Mat& mask) {
+// A station at `position_m`, turned, exposed by `light`; `mask` may be empty. What the frame's own
+// mask hides is painted over.
+ComparedPanorama station(const Eigen::Vector3d& position_m, double light, const cv::Mat& mask,
+                         bool own_mask = false) {
   const Attitude attitude{0.3 * position_m.x(), 0.02, -0.03};
   cv::Mat picture = room().panorama({position_m, attitude}, kSeen);
   const LevelsUnderGain levels(LightGain{light, light, light});
   for (auto pixel = picture.begin<cv::Vec3b>(); pixel != picture.end<cv::Vec3b>(); ++pixel) {
     *pixel = cv::Vec3b(levels(cv::Vec3f(*pixel)));
   }
-  return {
-      picture, mask, {.position_m = position_m, .world_from_camera = world_from_camera(attitude)}};
+  if (own_mask) {
+    cv::Mat paint(picture.size(), CV_8UC3);
+    cv::randu(paint, 40, 200);
+    paint.copyTo(picture, mask == 0);
+  }
+  return {picture,
+          mask,
+          own_mask,
+          {.position_m = position_m, .world_from_camera = world_from_camera(attitude)}};
 }
 
 double median(std::vector<double> values) {
@@ -73,6 +82,21 @@ TEST(MatchedPatchesTest, MaskedSurfacesAreNotUsed) {
   for (const MatchedPatch& patch : patches) {
     EXPECT_GT(patch.seen_from.y(), -0.06);
     EXPECT_GT(patch.seen_to.y(), -0.06);
+  }
+}
+
+// The same lower half of the same picture, which would match well.
+TEST(MatchedPatchesTest, NoPatchTouchesWhatAFramesOwnMaskHides) {
+  cv::Mat mask(kSeen.height, kSeen.width, CV_8UC1, cv::Scalar(255));
+  mask.rowRange(kSeen.height / 2, kSeen.height) = cv::Scalar(0);
+  const Eigen::Vector3d here(0.05, 0.0, 0.0);
+  const auto patches =
+      match_patches(station(here, 1.0, mask, true), station(here, 1.0, mask, true));
+  EXPECT_GT(patches.size(), 100U);
+  const double patch_rad = kPatchRadius_px * kTwoPi / kSeen.width;
+  for (const MatchedPatch& patch : patches) {
+    EXPECT_GT(patch.seen_from.y(), patch_rad);
+    EXPECT_GT(patch.seen_to.y(), patch_rad);
   }
 }
 

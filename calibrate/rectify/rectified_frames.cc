@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "calibrate/base/frame_masks.h"
+#include "calibrate/rectify/held_out_light.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -43,6 +45,9 @@ std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
       inputs += fmt::format(" {:.17g}", element);
     }
     for (const double gain : gains[i]) inputs += fmt::format(" {:.17g}", gain);
+    if (const auto& own = set.frames[i].mask) {
+      inputs += fmt::format(" {} {}", fs::absolute(*own).string(), stamp_of(*own).text());
+    }
     inputs += '\n';
   }
   if (!mask.empty()) inputs += sha256_of_pixels(mask);
@@ -59,12 +64,25 @@ void prepare(const fs::path& partial, const std::string& inputs) {
   }
 }
 
-void write_frame(const CaptureFrame& frame, const FramePose& pose, const LightGain& gain,
+// `mask` is that of all frames.
+void write_mask(const CaptureSet& set, int index, const FramePose& pose, const cv::Mat& mask,
+                const fs::path& file) {
+  const cv::Mat rotated = rotate_mask(joint_mask(set, index, mask), pose.world_from_camera);
+  if (cv::countNonZero(rotated) > 0) return write_image(file, rotated);
+  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(index)];
+  throw Error(fmt::format(
+      "{}: of what the mask of frame {} leaves, nothing remains after rotation; give it a mask "
+      "that leaves more than single pixels",
+      frame.where.empty() ? set.source.string() : frame.where, frame.name));
+}
+
+void write_frame(const CaptureSet& set, int index, const FramePose& pose, const LightGain& gain,
                  const cv::Mat& mask, const fs::path& directory) {
+  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(index)];
   const fs::path picture = directory / rectified_file(frame).filename();
   const fs::path masked = directory / "masks" / rectified_mask_file(frame).filename();
-  if (!mask.empty() && !fs::exists(masked)) {
-    write_image(masked, rotate_mask(mask, pose.world_from_camera));
+  if ((!mask.empty() || frame.mask) && !fs::exists(masked)) {
+    write_mask(set, index, pose, mask, masked);
   }
   if (fs::exists(picture)) return;
   const cv::Mat panorama = read_panorama(frame.file);
@@ -93,8 +111,10 @@ std::vector<ComparedPanorama> compared_panoramas(const CaptureSet& panoramas,
   parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
-      pictures[frame] =
-          ComparedPanorama(read_panorama(panoramas.frames[frame].file), mask, *poses[frame]);
+      const CaptureFrame& of = panoramas.frames[frame];
+      pictures[frame] = ComparedPanorama(read_panorama(of.file),
+                                         joint_mask(panoramas, static_cast<int>(frame), mask),
+                                         of.mask.has_value(), *poses[frame]);
       progress.advance();
     }
   });
@@ -127,9 +147,12 @@ Eigen::Vector3d middle_m(const FramePoses& poses) {
 ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& poses,
                                  const cv::Mat& mask) {
   const auto count = static_cast<int>(panoramas.frames.size());
+  const auto stations = static_cast<int>(panoramas.stations());
   const std::vector<ComparedPanorama> pictures = compared_panoramas(panoramas, poses, mask);
   std::vector<LinkPatches> links;
   for (const FrameLink link : links_of(panoramas, poses)) links.push_back({.link = link});
+  const std::size_t of_stations = links.size();
+  for (const FrameLink link : held_out_links(panoramas, poses)) links.push_back({.link = link});
   Progress progress("Comparing exposures", static_cast<std::int64_t>(links.size()), "pairs");
   parallel_for(0, static_cast<int>(links.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
@@ -139,7 +162,13 @@ ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& 
       progress.advance();
     }
   });
-  return measure_exposures(links, count, posed_lines(panoramas, poses), middle_m(poses));
+  const std::vector<PictureLine> lines = posed_lines(panoramas, poses);
+  const Eigen::Vector3d centre_m =
+      middle_m({poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(stations)});
+  ExposureResult result =
+      measure_exposures(std::span(links).first(of_stations), stations, lines, centre_m);
+  if (count > stations) add_held_out_light(links, count, lines, centre_m, &result);
+  return result;
 }
 
 fs::path rectified_file(const CaptureFrame& frame) {
@@ -162,11 +191,14 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
   parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
-      write_frame(panoramas.frames[frame], *poses[frame], gains[frame], mask, partial);
+      write_frame(panoramas, static_cast<int>(frame), *poses[frame], gains[frame], mask, partial);
       progress.advance();
     }
   });
-  move_into_place(partial, directory, !mask.empty());
+  const bool masked = !mask.empty() || std::any_of(frames.begin(), frames.end(), [&](int frame) {
+    return panoramas.frames[static_cast<std::size_t>(frame)].mask.has_value();
+  });
+  move_into_place(partial, directory, masked);
 }
 
 }  // namespace raywalk::calibrate

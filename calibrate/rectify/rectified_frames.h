@@ -13,7 +13,8 @@
 
 namespace raywalk::calibrate {
 
-// Compares the light of all frames with a pose (exposure_gains.h).
+// Compares the light of all frames with a pose (exposure_gains.h); that of held-out frames with the
+// stations', which they have no part in (held_out_light.h). `mask` is that of all frames, or empty.
 ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& poses,
                                  const cv::Mat& mask);
 
@@ -22,10 +23,11 @@ std::filesystem::path rectified_file(const CaptureFrame& frame);
 std::filesystem::path rectified_mask_file(const CaptureFrame& frame);
 
 // Writes OUT/rectified: every frame with a pose, rotated by its attitude, its light times its gain;
-// with a mask (CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked; may be empty) also
-// the mask, rotated alike. The directory is created under the name OUT/rectified.partial and
-// replaces OUT/rectified when complete; an interrupted run with the same inputs is resumed. Throws
-// Error naming a file that cannot be read or written; Interrupted.
+// where it is masked by `mask` (CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked;
+// may be empty) or by a mask of its own, also the two together, rotated alike. The directory is
+// created under the name OUT/rectified.partial and replaces OUT/rectified when complete; an
+// interrupted run with the same inputs is resumed. Throws Error naming a file that cannot be read
+// or written, and a frame of which a mask leaves nothing; Interrupted.
 void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
                             const std::vector<LightGain>& gains, const cv::Mat& mask,
                             const std::filesystem::path& out);

@@ -64,17 +64,25 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
   }
   ordered_json exposure;
   if (result.exposure) exposure = exposure_json(set, *result.exposure);
-  ordered_json tolerance;
+  ordered_json tolerance, same_station;
   if (result.line_tolerance_mm) tolerance = *result.line_tolerance_mm;
-  return {{"format_version", kFormatVersion},
-          {"grid_frames", result.frames},
-          {"validation_frames", result.validation_frames},
-          {"left_out", result.left_out},
-          {"line_tolerance_mm", tolerance},
-          {"crossings", crossings},
-          {"e_connect", connection_json(result.connection)},
-          {"exposure", exposure},
-          {"frames", frames}};
+  if (result.same_station_mm) same_station = *result.same_station_mm;
+  ordered_json document{{"format_version", kFormatVersion},
+                        {"grid_frames", result.frames},
+                        {"validation_frames", result.validation_frames},
+                        {"left_out", result.left_out},
+                        {"line_tolerance_mm", tolerance},
+                        {"same_station_mm", same_station},
+                        {"crossings", crossings},
+                        {"e_connect", connection_json(result.connection)},
+                        {"exposure", exposure},
+                        {"frames", frames}};
+  if (result.masks.frames > 0) {
+    document["frame_masks"] = {{"frames", result.masks.frames},
+                               {"of_frames", set.frames.size()},
+                               {"masked_share", result.masks.share}};
+  }
+  return document;
 }
 
 int line_named(const CaptureSet& set, const CheckedJson& id) {
@@ -124,6 +132,13 @@ RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
   result.connection = connection_of(document.at("e_connect"));
   const CheckedJson tolerance = document.at("line_tolerance_mm");
   if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.number();
+  const CheckedJson same_station = document.at("same_station_mm");
+  if (!same_station.is_null()) result.same_station_mm = same_station.number();
+  if (document.has("frame_masks")) {
+    const CheckedJson masks = document.at("frame_masks");
+    result.masks = {.frames = masks.at("frames").integer(),
+                    .share = masks.at("masked_share").number()};
+  }
   return result;
 }
 
@@ -135,6 +150,11 @@ void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) 
   std::vector<HtmlFact> facts{{"frames", std::to_string(result.frames)},
                               {"validation frames", std::to_string(result.validation_frames)},
                               {"left out", std::to_string(result.left_out.size())}};
+  if (result.masks.frames > 0) {
+    facts.push_back({"frames with a mask of their own", std::to_string(result.masks.frames)});
+    facts.push_back(
+        {"of their sphere is masked", fmt::format("{:.2f} %", 100.0 * result.masks.share)});
+  }
   if (!result.connection.rows.empty()) {
     const ConnectionAtK& row = result.connection.rows.back();
     facts.push_back({fmt::format("E_connect at k = {:g}", row.k_deg),
@@ -159,6 +179,9 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
       fmt::format("raywalk-build-lf pack --frames {} --out ROOM.lf", (out / "poses.csv").string());
   if (result.line_tolerance_mm.value_or(0.0) > 0.0) {
     command += fmt::format(" --line-tolerance-mm {:g}", *result.line_tolerance_mm);
+  }
+  if (result.same_station_mm) {
+    command += fmt::format(" --same-station-mm {:g}", *result.same_station_mm);
   }
   return command;
 }

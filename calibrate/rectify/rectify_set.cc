@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_validation(const CaptureSet& set, const CaptureFrame& frame) {
-  return set.lines[static_cast<std::size_t>(frame.line)].validation;
+  return frame.held_out() || set.lines[static_cast<std::size_t>(frame.line)].validation;
 }
 
 // Rows of poses.csv, or of gt.csv.
@@ -33,21 +33,54 @@ std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses&
     if (!poses[i] || is_validation(set, frame) != validation) continue;
     rows.push_back(
         {.file = rectified_file(frame).generic_string(), .position_m = poses[i]->position_m});
-    if (masked) rows.back().mask = rectified_mask_file(frame).generic_string();
+    if (masked || frame.mask) rows.back().mask = rectified_mask_file(frame).generic_string();
   }
   return rows;
 }
 
+// Masks of the frames as captured, for the time of a measurement.
+class StartMasks {
+ public:
+  // `common` may be empty.
+  StartMasks(const CaptureSet& set, const cv::Mat& common, const fs::path& directory)
+      : set_(set), common_(common), directory_(fs::absolute(directory)) {
+    if (common.empty()) return;
+    make_directories(directory_);
+    write_image(directory_ / "common.png", common);
+  }
+  ~StartMasks() {
+    std::error_code ignored;
+    fs::remove_all(directory_, ignored);
+  }
+  StartMasks(const StartMasks&) = delete;
+  StartMasks& operator=(const StartMasks&) = delete;
+
+  // The file of a frame's mask; "" if nothing is masked.
+  std::string file_of(int frame) const {
+    const auto& own = set_.frames[static_cast<std::size_t>(frame)].mask;
+    if (common_.empty()) return own ? fs::absolute(*own).string() : "";
+    if (!own) return (directory_ / "common.png").string();
+    const fs::path file = directory_ / fmt::format("{}.png", frame);
+    write_image(file, joint_mask(set_, frame, common_));
+    return file.string();
+  }
+
+ private:
+  const CaptureSet& set_;
+  const cv::Mat& common_;
+  fs::path directory_;
+};
+
 // The frames before calibration: at their initial positions, in the camera's axes.
 std::vector<ListedFrame> start_rows(const CaptureSet& set, const FramePoses& start,
-                                    const FramePoses& poses, const std::string& mask) {
+                                    const FramePoses& poses, const StartMasks& masks) {
   std::vector<ListedFrame> rows;
   for (std::size_t i = 0; i < set.frames.size(); ++i) {
     if (!poses[i] || is_validation(set, set.frames[i])) continue;
     rows.push_back({.file = fs::absolute(set.frames[i].file).string(),
                     .position_m = start[i]->position_m,
                     .attitude = attitude_from_world_from_camera(start[i]->world_from_camera),
-                    .mask = mask});
+                    .mask = masks.file_of(static_cast<int>(i))});
   }
   return rows;
 }
@@ -71,9 +104,25 @@ std::vector<ListedFrame> absolute_rows(std::vector<ListedFrame> rows, const fs::
   return rows;
 }
 
+// What neither frame hides, each mask turned by the frame's pose; empty unless one of the frames
+// has a mask of its own.
+cv::Mat valid_in_both(const CaptureSet& set, const CrossingPair& pair, const FramePoses& poses,
+                      const cv::Mat& common) {
+  const auto own = [&](int i) { return set.frames[static_cast<std::size_t>(i)].mask.has_value(); };
+  if (!own(pair.along_x) && !own(pair.along_z)) return {};
+  const PanoramaSize size = set.frame;
+  cv::Mat valid(size.height, size.width, CV_8UC1, cv::Scalar(255));
+  for (const int i : {pair.along_x, pair.along_z}) {
+    const cv::Mat mask = joint_mask(set, i, common);
+    if (mask.empty()) continue;
+    valid &= rotate_mask(mask, poses[static_cast<std::size_t>(i)]->world_from_camera);
+  }
+  return valid;
+}
+
 CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossing,
-                              const CrossingPair& pair, const FramePoses& start,
-                              const fs::path& out) {
+                              const CrossingPair& pair, const FramePoses& poses,
+                              const FramePoses& start, const cv::Mat& mask, const fs::path& out) {
   const auto frame_of = [&](int i) -> const CaptureFrame& {
     return set.frames[static_cast<std::size_t>(i)];
   };
@@ -83,9 +132,11 @@ CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossin
   };
   const auto after = [&](int i) { return read_panorama(out / rectified_file(frame_of(i))); };
   const cv::Mat first = after(pair.along_x);
-  const HorizonWindow window = most_textured_window(first);
-  const Overlay agreed = overlay_of(first, after(pair.along_z), window);
-  const Overlay captured = overlay_of(before(pair.along_x), before(pair.along_z), window);
+  const cv::Mat valid = valid_in_both(set, pair, poses, mask);
+  const HorizonWindow window = most_textured_window(first, valid);
+  const Overlay agreed = overlay_of(first, after(pair.along_z), window, valid);
+  const Overlay captured = overlay_of(before(pair.along_x), before(pair.along_z), window,
+                                      valid_in_both(set, pair, start, mask));
   const std::string name =
       fmt::format("{}_{}", set.lines[static_cast<std::size_t>(crossing.along_x)].id,
                   set.lines[static_cast<std::size_t>(crossing.along_z)].id);
@@ -103,22 +154,31 @@ CrossingComparison compare_at(const CaptureSet& set, const LineCrossing& crossin
 }
 
 std::vector<CrossingComparison> compare_crossings(const CaptureSet& set, const FramePoses& poses,
-                                                  const FramePoses& start, const fs::path& out) {
+                                                  const FramePoses& start, const cv::Mat& mask,
+                                                  const fs::path& out) {
   make_directories(out / "crossings");
   std::vector<CrossingComparison> comparisons;
   for (const LineCrossing& crossing : crossings_of(set)) {
     throw_if_interrupted();
     const auto pair = nearest_pair(set, crossing, poses);
-    if (pair) comparisons.push_back(compare_at(set, crossing, *pair, start, out));
+    if (pair) comparisons.push_back(compare_at(set, crossing, *pair, poses, start, mask, out));
   }
   return comparisons;
 }
 
-void require_pose(const FramePoses& poses) {
-  if (std::any_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); })) {
-    return;
+void require_pose(const CaptureSet& set, const FramePoses& poses) {
+  for (std::size_t i = 0; i < set.stations(); ++i) {
+    if (poses[i]) return;
   }
   throw Error("no frame has a pose; there is nothing to rectify");
+}
+
+void warn_of_left_out(const CaptureSet& set, const FramePoses& poses) {
+  for (std::size_t i = set.stations(); i < set.frames.size(); ++i) {
+    if (poses[i]) continue;
+    spdlog::warn("{}: held-out frame {} has no pose and is left out of gt.csv", set.frames[i].where,
+                 set.frames[i].name);
+  }
 }
 
 void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& rows,
@@ -135,7 +195,7 @@ void write_tables(const RectifyResult& result, const std::vector<ListedFrame>& r
 
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const GridResult* grid, const RectifyOptions& options) {
-  require_pose(poses);
+  require_pose(panoramas, poses);
   make_directories(options.out);
   const cv::Mat mask = options.mask.value_or(cv::Mat());
   const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
@@ -154,18 +214,22 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (!poses[i]) result.left_out.push_back(panoramas.frames[i].name);
   }
-  result.line_tolerance_mm = line_tolerance_needed_mm(rows, count_lines(panoramas, poses));
+  warn_of_left_out(panoramas, poses);
+  result.masks = mask_figures(panoramas, mask);
+  result.line_tolerance_mm =
+      line_tolerance_needed_mm(rows, count_lines(panoramas, poses), options.tolerance);
+  if (options.tolerance.same_station_m) {
+    result.same_station_mm = *options.tolerance.same_station_m * 1e3;
+  }
   write_tables(result, rows, truth, options.out);
-  result.crossings = compare_crossings(panoramas, poses, start, options.out);
+  result.crossings = compare_crossings(panoramas, poses, start, mask, options.out);
   if (options.measure_connection) {
-    const fs::path camera_mask = fs::absolute(options.out / "connection_mask.png");
-    if (!mask.empty()) write_image(camera_mask, mask);
+    const StartMasks masks(panoramas, mask, options.out / "connection_masks");
     const int lines = count_lines(panoramas, poses);
-    result.connection = measure_connection(
-        {start_rows(panoramas, start, poses, mask.empty() ? "" : camera_mask.string()), lines},
-        {absolute_rows(rows, options.out), lines}, options.programs,
-        options.out / "connection.partial");
-    fs::remove(camera_mask);
+    result.connection =
+        measure_connection({start_rows(panoramas, start, poses, masks), lines, options.tolerance},
+                           {absolute_rows(rows, options.out), lines, options.tolerance},
+                           options.programs, options.out / "connection.partial");
   } else {
     result.connection.note = "disabled by --no-connection";
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/grid/grid_result.h"
 #include "calibrate/rectify/connection_before_after.h"
@@ -17,8 +18,10 @@
 namespace raywalk::calibrate {
 
 struct RectifyOptions {
-  std::optional<cv::Mat>
-      mask{};  // CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked
+  // Of all frames: CV_8UC1 of the panoramas' size in the camera's frame, 0 = masked. Masks of
+  // single frames (frame_masks.h) are honoured as well.
+  std::optional<cv::Mat> mask{};
+  GridTolerance tolerance{};  // how the lines of the capture were found
   bool equalise_gain = true;
   bool measure_connection = true;
   // Poses before the calibration, for comparison; empty: nominal_poses.
@@ -41,7 +44,7 @@ struct CrossingComparison {
 
 struct RectifyResult {
   int frames = 0;                            // in poses.csv
-  int validation_frames = 0;                 // in gt.csv
+  int validation_frames = 0;                 // in gt.csv: of validation lines, or held out
   std::vector<std::string> left_out{};       // frames without a pose
   std::vector<LightGain> gains{};            // by frame; exactly 1 where nothing is corrected
   std::optional<ExposureResult> exposure{};  // nullopt: not measured, or read from a file
@@ -49,12 +52,15 @@ struct RectifyResult {
   ConnectionBeforeAfter connection{};
   // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: no lines found.
   std::optional<double> line_tolerance_mm{};
+  MaskFigures masks{};  // of single frames
+  // Its --same-station-mm; nullopt: the default.
+  std::optional<double> same_station_mm{};
 };
 
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
-// (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines, rectify.json and rectify.html.
-// Positions are those of `poses`. `grid` adds its figures to the page; may be null. Throws Error if
-// no frame has a pose, or a file cannot be read or written; Interrupted.
+// (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines or held-out frames, rectify.json
+// and rectify.html. Positions are those of `poses`. `grid` adds its figures to the page; may be
+// null. Throws Error if no frame has a pose, or a file cannot be read or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const GridResult* grid, const RectifyOptions& options);
 

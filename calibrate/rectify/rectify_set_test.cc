@@ -188,6 +188,7 @@ TEST_F(RectifySetTest, OverlaysShowTheLinesAgree) {
   EXPECT_EQ(read.crossings[0].before, result.crossings[0].before);
   EXPECT_EQ(read.crossings[0].along_z, result.crossings[0].along_z);
   EXPECT_EQ(read.line_tolerance_mm, result.line_tolerance_mm);
+  EXPECT_FALSE(read.same_station_mm);
 }
 
 TEST_F(RectifySetTest, FramesWithoutAPoseAreListed) {
@@ -209,7 +210,115 @@ TEST_F(RectifySetTest, NoteSaysWhyConnectionsWereNotMeasured) {
   EXPECT_TRUE(result.connection.rows.empty());
   EXPECT_THAT(result.connection.note, HasSubstr("raywalk-build-lf does not exist"));
   EXPECT_FALSE(fs::exists(in_out("connection.partial")));
-  EXPECT_FALSE(fs::exists(in_out("connection_mask.png")));
+  EXPECT_FALSE(fs::exists(in_out("connection_masks")));
+}
+
+// A frame between the stations, brighter than any, that is no station.
+struct WithHeldOut {
+  CaptureSet set{};
+  FramePoses poses{};
+
+  WithHeldOut(const CaptureSet& stations, const FramePoses& posed, const fs::path& directory,
+              const capture::VirtualRoom& room)
+      : set(stations), poses(posed) {
+    FramePose pose{.position_m = {0.02, 0.0, 0.03},
+                   .world_from_camera = world_from_camera({0.1, 0.0, 0.02})};
+    cv::Mat seen = room.panorama({pose.position_m, {0.1, 0.0, 0.02}}, kSize);
+    const LevelsUnderGain levels(LightGain{1.2, 1.2, 1.2});
+    for (auto pixel = seen.begin<cv::Vec3b>(); pixel != seen.end<cv::Vec3b>(); ++pixel) {
+      *pixel = cv::Vec3b(levels(cv::Vec3f(*pixel)));
+    }
+    for (const char* name : {"t0", "unposed"}) {
+      write_image(directory / (std::string(name) + ".png"), seen);
+      set.frames.push_back({.name = name,
+                            .line = kHeldOut,
+                            .file = directory / (std::string(name) + ".png"),
+                            .nominal_m = pose.position_m,
+                            .where = "gt.csv:2"});
+    }
+    poses.emplace_back(pose);
+    poses.emplace_back(std::nullopt);
+  }
+};
+
+TEST_F(RectifySetTest, HeldOutFramesAreRectifiedApartFromTheStations) {
+  RectifyOptions equalised = options();
+  equalised.equalise_gain = true;
+  const RectifyResult alone = rectify_set(*set_, *poses_, nullptr, equalised);
+  const std::string stations = read_file(in_out("poses.csv"));
+  const std::string picture = read_file(in_out("rectified/x0_1.png"));
+  const WithHeldOut more(*set_, *poses_, out_.path(), *room_);
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  const RectifyResult result = rectify_set(more.set, more.poses, nullptr, equalised);
+  const std::string said =
+      testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr("held-out frame unposed has no pose"));
+  EXPECT_THAT(result.left_out, ElementsAre("unposed"));
+  EXPECT_EQ(result.frames, alone.frames);
+  EXPECT_EQ(result.validation_frames, kStations + 1);
+  EXPECT_EQ(read_file(in_out("poses.csv")), stations);
+  EXPECT_EQ(read_file(in_out("rectified/x0_1.png")), picture);
+  const std::vector<Frame> truth = read_frame_list(in_out("gt.csv"));
+  ASSERT_EQ(truth.size(), static_cast<std::size_t>(kStations + 1));
+  EXPECT_EQ(truth.back().file, "rectified/t0.png");
+  // As bright as the stations are now.
+  double light = 0.0;
+  for (int i = 0; i < 3 * kStations; ++i) {
+    EXPECT_EQ(result.gains[static_cast<std::size_t>(i)], alone.gains[static_cast<std::size_t>(i)]);
+    light += std::log(exposure(i)) / (3.0 * kStations);
+  }
+  EXPECT_NEAR(result.gains[3 * kStations][1] * 1.2, std::exp(light), 0.015);
+  EXPECT_EQ(result.gains.back()[1], 1.0);
+  EXPECT_EQ(read_rectify_result(in_out("rectify.json"), more.set).gains, result.gains);
+}
+
+TEST_F(RectifySetTest, MasksOfFramesAreTurnedWithThemAndJoinedWithThatOfAll) {
+  WithHeldOut more(*set_, *poses_, out_.path(), *room_);
+  cv::Mat own(kSize.height, kSize.width, CV_8UC1, cv::Scalar(1));
+  own(cv::Rect(kSize.width / 2 - 8, kSize.height / 2 - 8, 16, 16)) = cv::Scalar(0);
+  const fs::path file = out_.path() / "own.png";
+  write_image(file, own);
+  more.set.frames[0].mask = file;
+  more.set.frames[3 * kStations].mask = file;
+  more.poses[0]->world_from_camera = world_from_camera({radians_from_degrees(30.0), 0.0, 0.0});
+  const RectifyResult result = rectify_set(more.set, more.poses, nullptr, options());
+  EXPECT_EQ(result.masks.frames, 2);
+  EXPECT_NEAR(result.masks.share, 256.0 / (256.0 * 128.0) * kHalfPi, 1e-3);
+  const std::vector<Frame> listed = read_frame_list(in_out("poses.csv"));
+  ASSERT_TRUE(listed[0].mask);
+  EXPECT_FALSE(listed[1].mask);
+  const cv::Mat turned = read_mask(*listed[0].mask, kSize);
+  const int right = kSize.width / 2 + kSize.width * 30 / 360;
+  EXPECT_EQ(turned.at<uchar>(kSize.height / 2, right), 0);
+  EXPECT_EQ(turned.at<uchar>(kSize.height / 2, kSize.width / 2 - 4), 255);
+  // All that reads a masked pixel, and so a little more than was masked.
+  EXPECT_GT(cv::countNonZero(turned == 0), 16 * 16);
+  EXPECT_LT(cv::countNonZero(turned == 0), 21 * 21);
+  EXPECT_TRUE(read_frame_list(in_out("gt.csv")).back().mask);
+  EXPECT_EQ(read_rectify_result(in_out("rectify.json"), more.set).masks.frames, 2);
+  EXPECT_THAT(read_file(in_out("rectify.html")), HasSubstr("with a mask of their own"));
+
+  RectifyOptions joined = options();
+  joined.mask = cv::Mat(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
+  joined.mask->rowRange(120, 128).setTo(0);
+  rectify_set(more.set, more.poses, nullptr, joined);
+  const std::vector<Frame> again = read_frame_list(in_out("poses.csv"));
+  const cv::Mat both = read_mask(*again[0].mask, kSize);
+  EXPECT_EQ(both.at<uchar>(kSize.height / 2, right), 0);
+  EXPECT_EQ(both.at<uchar>(127, 0), 0);
+  ASSERT_TRUE(again[1].mask);
+  EXPECT_EQ(read_mask(*again[1].mask, kSize).at<uchar>(kSize.height / 2, right), 255);
+  // A mask of single pixels is no mask after rotation.
+  own.setTo(0);
+  own.at<uchar>(40, 40) = 255;
+  write_image(file, own);
+  try {
+    rectify_set(more.set, more.poses, nullptr, options());
+    FAIL() << "rectified";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("nothing remains after rotation"));
+  }
 }
 
 // A frame that cannot be read stops the run; finished frames are kept only for the same inputs.

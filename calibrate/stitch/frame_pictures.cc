@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/base/frame_masks.h"
 #include "core/base/error.h"
 #include "core/files/image_file.h"
 
@@ -59,6 +60,7 @@ FramePictures read_frame_pictures(const CaptureFrame& frame, const DualFisheyeCa
   FramePictures pictures;
   cv::Mat border = border_of(camera.picture);
   pictures.front = read_checked(frame.file, camera.picture);
+  pictures.mask = own_mask(frame, camera.picture);
   clear_circle(camera.layout.front, &border);
   if (!frame.back) {
     clear_circle(camera.layout.back, &border);

@@ -12,10 +12,11 @@ namespace raywalk::calibrate {
 struct FramePictures {
   cv::Mat front{};
   cv::Mat back{};
+  cv::Mat mask{};  // CV_8UC1 of their size, 0 = masked; empty: nothing is
 };
 
-// Throws Error naming the file if it is unreadable or damaged, of another size than the camera's
-// pictures, or bright outside of the image circles.
+// Throws Error as own_mask (frame_masks.h), and naming the file if it is unreadable or damaged, of
+// another size than the camera's pictures, or bright outside of the image circles.
 FramePictures read_frame_pictures(const CaptureFrame& frame, const DualFisheyeCamera& camera);
 
 }  // namespace raywalk::calibrate

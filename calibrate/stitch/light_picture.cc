@@ -16,11 +16,13 @@ constexpr double kSmoothing_px = 1.5;
 constexpr double kDarkest_levels = 16.0;
 constexpr double kBrightest_levels = 240.0;
 
-// 255 where no colour of any pixel of the patch is too dark or too bright.
-cv::Mat usable_in(const cv::Mat& picture) {
+// 255 where no pixel of the patch is masked and no colour of it is too dark or too bright. `mask`
+// was reduced like the picture.
+cv::Mat usable_in(const cv::Mat& picture, const cv::Mat& mask) {
   cv::Mat in_range, usable;
   cv::inRange(picture, cv::Scalar::all(kDarkest_levels), cv::Scalar::all(kBrightest_levels),
               in_range);
+  if (!mask.empty()) in_range &= mask == 255;
   const int side = 2 * static_cast<int>(kPatchRadius_px) + 1;
   cv::erode(in_range, usable, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}), {-1, -1},
             1, cv::BORDER_CONSTANT, cv::Scalar::all(0));
@@ -29,13 +31,17 @@ cv::Mat usable_in(const cv::Mat& picture) {
 
 }  // namespace
 
-LightPicture::LightPicture(const cv::Mat& picture, int shrink) : full_(picture.size()) {
-  cv::Mat small;
-  cv::resize(picture, small,
-             {std::max(1, picture.cols / shrink), std::max(1, picture.rows / shrink)}, 0.0, 0.0,
-             cv::INTER_AREA);
+LightPicture::LightPicture(const cv::Mat& picture, const cv::Mat& mask, int shrink)
+    : full_(picture.size()) {
+  const auto reduce = [&](const cv::Mat& full, cv::Mat* reduced) {
+    cv::resize(full, *reduced, {std::max(1, full.cols / shrink), std::max(1, full.rows / shrink)},
+               0.0, 0.0, cv::INTER_AREA);
+  };
+  cv::Mat small, small_mask;
+  reduce(picture, &small);
+  if (!mask.empty()) reduce(mask, &small_mask);
   cv::cvtColor(small, grey_, cv::COLOR_BGR2GRAY);
-  usable_ = usable_in(small);
+  usable_ = usable_in(small, small_mask);
   small.convertTo(levels_, CV_32F);
   cv::GaussianBlur(levels_, levels_, {0, 0}, kSmoothing_px);
 }

@@ -12,11 +12,12 @@ namespace raywalk::calibrate {
 // Light is measured as means over patches without clipped pixels.
 class LightPicture {
  public:
-  // Averages over `shrink` pixels (at least 1) in each direction. `picture` is CV_8UC3.
-  LightPicture(const cv::Mat& picture, int shrink);
+  // Averages over `shrink` pixels (at least 1) in each direction. `picture` is CV_8UC3; `mask` is
+  // CV_8UC1 of its size, 0 = masked, or empty.
+  LightPicture(const cv::Mat& picture, const cv::Mat& mask, int shrink);
 
   // Mean levels (blue, green, red) of the patch around a position of the full picture; nullopt if
-  // it reaches beyond the picture or contains pixels that are too dark or too bright.
+  // it reaches beyond the picture or contains pixels that are masked, too dark or too bright.
   std::optional<std::array<double, 3>> levels_at(PixelPosition full) const;
 
   // CV_8UC1, for tracking features.

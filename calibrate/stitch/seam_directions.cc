@@ -80,9 +80,9 @@ std::vector<SeamDirection> seam_directions(const DualFisheyeCamera& camera) {
 }
 
 LightPictures light_pictures(const FramePictures& pictures, int shrink) {
-  LightPicture front(pictures.front, shrink);
+  LightPicture front(pictures.front, pictures.mask, shrink);
   if (pictures.front.data == pictures.back.data) return {front, front};
-  return {std::move(front), LightPicture(pictures.back, shrink)};
+  return {std::move(front), LightPicture(pictures.back, pictures.mask, shrink)};
 }
 
 std::vector<LightRatio> seam_ratios(const LightPictures& pictures,

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "calibrate/base/frame_masks.h"
 #include "calibrate/stitch/frame_pictures.h"
 #include "calibrate/stitch/measure_balance.h"
 #include "calibrate/stitch/stitch_page.h"
@@ -81,6 +82,7 @@ std::string fingerprint_of(const CaptureSet& set, const DualFisheyeCamera& camer
     text += "\n" + frame.name + " ";
     append(&text, frame.file);
     if (frame.back) append(&text, *frame.back);
+    if (frame.mask) append(&text, *frame.mask);
   }
   return sha256_hex(text);
 }
@@ -96,6 +98,10 @@ class SetStitcher {
 
   PanoramaSize size() const { return {width_, width_ / 2}; }
   fs::path panorama_of(const CaptureFrame& frame) const { return folder_ / (frame.name + ".png"); }
+
+  fs::path mask_of(const CaptureFrame& frame) const {
+    return folder_ / "masks" / (frame.name + ".png");
+  }
 
   void run() {
     const std::string fingerprint = fingerprint_of(set_, camera_, options_, width_);
@@ -126,14 +132,16 @@ class SetStitcher {
                .frames = static_cast<int>(set_.frames.size())};
     record_.balance = measure_balance(set_, camera_, options_.balance);
     fs::remove_all(folder_);
-    make_directories(folder_);
+    make_directories(any_masks(set_) ? folder_ / "masks" : folder_);
     write_file_atomically(options_.out / "stitch.json", to_json(record_));
   }
 
   std::vector<int> missing_frames() const {
     std::vector<int> missing;
     for (std::size_t i = 0; i < set_.frames.size(); ++i) {
-      if (!fs::exists(panorama_of(set_.frames[i]))) missing.push_back(static_cast<int>(i));
+      const CaptureFrame& frame = set_.frames[i];
+      const bool has_mask = !frame.mask || fs::exists(mask_of(frame));
+      if (!has_mask || !fs::exists(panorama_of(frame))) missing.push_back(static_cast<int>(i));
     }
     return missing;
   }
@@ -168,18 +176,21 @@ class SetStitcher {
 
   void stitch(const Stitcher& stitcher, const CaptureFrame& frame) const {
     const FramePictures pictures = read_frame_pictures(frame, camera_);
-    write_image(panorama_of(frame), stitcher.stitch(pictures.front, pictures.back));
+    const StitchedFrame stitched = stitcher.stitch(pictures.front, pictures.back, pictures.mask);
+    if (frame.mask) write_image(mask_of(frame), stitched.mask);
+    write_image(panorama_of(frame), stitched.panorama);
   }
 
   void finish(const Stitcher& stitcher) {
-    const CaptureFrame& frame = set_.frames[set_.frames.size() / 2];
+    const CaptureFrame& frame = set_.frames[set_.stations() / 2];
     const FramePictures pictures = read_frame_pictures(frame, camera_);
     StitcherOptions hard = stitcher_options();
     hard.blend = BlendMethod::kFeather;
     hard.blend_deg = kHardSeam_deg;
     const Stitcher unbalanced(camera_, width_, hard, {});
-    const StitchSample sample{frame.name, stitcher.stitch(pictures.front, pictures.back),
-                              unbalanced.stitch(pictures.front, pictures.back)};
+    const StitchSample sample{
+        frame.name, stitcher.stitch(pictures.front, pictures.back, pictures.mask).panorama,
+        unbalanced.stitch(pictures.front, pictures.back)};
     write_file_atomically(options_.out / "stitch.html", stitch_page(record_, sample));
     record_.complete = true;
     write_file_atomically(options_.out / "stitch.json", to_json(record_));
@@ -210,6 +221,7 @@ CaptureSet stitch_set(const CaptureSet& set, const std::optional<DualFisheyeCame
     frame.file = stitcher.panorama_of(frame);
     frame.back.reset();
     frame.sha256.clear();
+    if (frame.mask) frame.mask = stitcher.mask_of(frame);
   }
   return panoramas;
 }

@@ -21,10 +21,11 @@ struct StitchOptions {
   std::filesystem::path out{};  // of the calibration
 };
 
-// Writes options.out/panoramas/NAME.png for every frame, stitch.json and stitch.html, and returns
-// the set with these files and layout kPanorama; a set of panoramas is returned unchanged and
-// nothing is written. Existing panoramas are kept if they have the same frames, camera and options
-// by stitch.json.
+// Writes options.out/panoramas/NAME.png for every frame, panoramas/masks/NAME.png for those with a
+// mask (a lens's masked pixels are taken from the other one where the two are blended), stitch.json
+// and stitch.html, and returns the set with these files and layout kPanorama; a set of panoramas is
+// returned unchanged and nothing is written. Existing panoramas are kept if they have the same
+// frames, camera and options by stitch.json.
 //
 // Throws UsageError without a camera and for options out of range; Error for a camera that does not
 // fit the frames (aspect ratio, number of files, a gap between the fields of view), a frame without

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -96,6 +97,39 @@ class StitchSetTest : public testing::Test {
   TestDirectory directory_;
   DualFisheyeCamera camera_ = test_camera(220, 0.01);
 };
+
+// Dark glass is before a part of the front lens's rim at all stations; the masks say so.
+TEST_F(StitchSetTest, MasksGoWithTheirFramesAndCountNotInTheBalance) {
+  CaptureSet set = line(6);
+  cv::Mat mask(camera_.picture.height, camera_.picture.width, CV_8UC1, cv::Scalar(255));
+  const PixelPosition centre = camera_.layout.front.centre;
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < centre.u; ++u) {
+      if (std::hypot(u - centre.u, v - centre.v) > 80.0) mask.at<uchar>(v, u) = 0;
+    }
+  }
+  for (CaptureFrame& frame : set.frames) {
+    cv::Mat picture = read_picture(frame.file);
+    const cv::Mat dark = 0.5 * picture;
+    dark.copyTo(picture, mask == 0);
+    write_image(frame.file, picture);
+  }
+  const auto back_gain = [&] {
+    stitch_set(set, camera_, options());
+    return read_stitch_record(directory_ / "out/stitch.json")->balance.fit.balance.back_gain[1];
+  };
+  EXPECT_GT(std::abs(back_gain() - std::exp2(0.2)), 0.05);
+  EXPECT_FALSE(fs::exists(directory_ / "out/panoramas/masks"));
+  write_image(directory_ / "mask.png", mask);
+  for (CaptureFrame& frame : set.frames) frame.mask = directory_ / "mask.png";
+  EXPECT_NEAR(back_gain(), std::exp2(0.2), 0.03);
+  const CaptureSet stitched = stitch_set(set, camera_, options());
+  ASSERT_EQ(stitched.frames[2].mask, directory_ / "out/panoramas/masks/x0_2.png");
+  const cv::Mat warped = read_mask(*stitched.frames[2].mask, stitched.frame);
+  EXPECT_EQ(warped.at<uchar>(64, 128 - 60), 0);    // to the left
+  EXPECT_EQ(warped.at<uchar>(64, 128 + 60), 255);  // to the right
+  EXPECT_EQ(warped.at<uchar>(64, 10), 255);        // behind
+}
 
 TEST_F(StitchSetTest, WritesPanoramasFiguresAndPage) {
   const CaptureSet set = stitch_set(line(3), camera_, options());

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/stitch/masked_halves.h"
 #include "core/base/error.h"
 
 namespace raywalk::calibrate {
@@ -95,17 +96,26 @@ Stitcher::Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOpt
   }
 }
 
-cv::Mat Stitcher::stitch(const cv::Mat& front, const cv::Mat& back) const {
+StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
+                               const cv::Mat& mask) const {
   const cv::Mat front_padded = padded(front);
   const cv::Mat back_padded = front.data == back.data ? front_padded : padded(back);
   cv::Mat levels = sampled(front_padded, tables_.front, ColourRoots{}, tables_.size);
-  seam_.blend(&levels, sampled(back_padded, tables_.back, back_roots_, tables_.size));
-  cv::Mat fine;
-  levels.convertTo(fine, CV_8U, 1.0 / kLevelParts);
-  if (oversampling_ == 1) return fine;
-  cv::Mat panorama;
-  cv::resize(fine, panorama, {size_.width, size_.height}, 0.0, 0.0, cv::INTER_AREA);
-  return panorama;
+  cv::Mat back_levels = sampled(back_padded, tables_.back, back_roots_, tables_.size);
+  StitchedFrame stitched;
+  if (!mask.empty()) stitched.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
+  seam_.blend(&levels, back_levels);
+  levels.convertTo(stitched.panorama, CV_8U, 1.0 / kLevelParts);
+  if (oversampling_ == 1) return stitched;
+  const auto reduce = [&](cv::Mat* picture) {
+    cv::Mat fine = *picture;
+    cv::resize(fine, *picture, {size_.width, size_.height}, 0.0, 0.0, cv::INTER_AREA);
+  };
+  reduce(&stitched.panorama);
+  if (stitched.mask.empty()) return stitched;
+  reduce(&stitched.mask);
+  stitched.mask = stitched.mask == 255;
+  return stitched;
 }
 
 }  // namespace raywalk::calibrate

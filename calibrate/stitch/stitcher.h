@@ -15,6 +15,11 @@ namespace raywalk::calibrate {
 // focal lengths, rounded to a multiple of 16.
 int default_panorama_width(const DualFisheyeCamera& camera);
 
+struct StitchedFrame {
+  cv::Mat panorama{};  // CV_8UC3
+  cv::Mat mask{};      // CV_8UC1 of its size, 0 = masked, 255 valid; empty: nothing is masked
+};
+
 // Construct once for all frames of a camera: its tables take about a second. A panorama coarser
 // than the frames is stitched at a multiple of its size and averaged down to avoid aliasing.
 // Thread-safe; each frame is stitched by one thread.
@@ -34,7 +39,11 @@ class Stitcher {
   // The panorama, CV_8UC3, of a frame that holds both image circles, or of one picture for each
   // lens. They are CV_8UC3 and of the camera's picture size.
   cv::Mat stitch(const cv::Mat& both) const { return stitch(both, both); }
-  cv::Mat stitch(const cv::Mat& front, const cv::Mat& back) const;
+  cv::Mat stitch(const cv::Mat& front, const cv::Mat& back) const {
+    return stitch(front, back, cv::Mat()).panorama;
+  }
+  // With the frame's mask (masked_halves.h), CV_8UC1 of the picture's size, 0 = masked, or empty.
+  StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask) const;
 
  private:
   PanoramaSize size_;

@@ -110,6 +110,44 @@ TEST(StitcherTest, TwoFilesGiveTheSamePanoramaAsOne) {
             1.0);
 }
 
+// What one lens hides is taken from the other where both are blended, and masked elsewhere; nothing
+// of it reaches other pixels.
+TEST(StitcherTest, MaskedPixelsAreReplacedAlongTheSeamAndMaskedElsewhere) {
+  const DualFisheyeCamera camera = test_camera(kFrameHeight, 0.0);
+  const cv::Mat frame = frame_of(camera);
+  cv::Mat mask(frame.size(), CV_8UC1, cv::Scalar(255)), spoilt = frame.clone();
+  // From the rim of the front lens, to the right, towards its middle.
+  const cv::Rect hidden(200, 120, 90, 40);
+  mask(hidden).setTo(0);
+  spoilt(hidden).setTo(cv::Scalar(255, 0, 255));
+  for (const BlendMethod blend : {BlendMethod::kMultiBand, BlendMethod::kFeather}) {
+    const Stitcher stitcher(camera, kWidth, {.blend = blend, .blend_deg = 4.0}, {});
+    const StitchedFrame stitched = stitcher.stitch(spoilt, spoilt, mask);
+    ASSERT_EQ(stitched.mask.size(), stitched.panorama.size());
+    const int masked = cv::countNonZero(stitched.mask == 0);
+    EXPECT_GT(masked, 1000);
+    EXPECT_LT(masked, 8000);
+    // Ahead to the right, and behind the seam at 90 degrees.
+    EXPECT_EQ(stitched.mask.at<uchar>(128, 256 + 128 * 80 / 90), 0);
+    EXPECT_EQ(stitched.mask.at<uchar>(128, 256 + 128 * 91 / 90), 255);
+    EXPECT_GT(psnr_db(stitched.panorama, truth(), stitched.mask), 33.0);
+    const StitchedFrame whole = stitcher.stitch(frame, frame, cv::Mat());
+    EXPECT_TRUE(whole.mask.empty());
+    // In the blended band there are as many pixels that both lenses would have shown.
+    cv::Mat changed;
+    cv::absdiff(whole.panorama, stitched.panorama, changed);
+    cv::cvtColor(changed, changed, cv::COLOR_BGR2GRAY);
+    EXPECT_EQ(cv::countNonZero((changed > 60) & stitched.mask), 0);
+  }
+  // Coarser than the frame: a pixel of which a part is masked is masked.
+  const Stitcher coarse(camera, kWidth / 4, {}, {});
+  const StitchedFrame reduced = coarse.stitch(spoilt, spoilt, mask);
+  EXPECT_EQ(reduced.mask.size(), cv::Size(kWidth / 4, kWidth / 8));
+  cv::Mat averaged;
+  cv::resize(truth(), averaged, reduced.panorama.size(), 0, 0, cv::INTER_AREA);
+  EXPECT_GT(psnr_db(reduced.panorama, averaged, reduced.mask), 36.0);
+}
+
 // Light times 1.3 in the back lens, and falling off in both.
 TEST(StitcherTest, BalanceCorrectsGainAndFalloff) {
   const DualFisheyeCamera camera = grey_camera();
