@@ -9,37 +9,17 @@
 #include <system_error>
 #include <vector>
 
+#include "build_lf/distances_lock.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/directory_moves.h"
-#include "core/files/file_lock.h"
 #include "core/room/connection_errors.h"
 
 namespace raywalk::build_lf {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Held while a room's distances change; the file is removed with it.
-class DistancesLock {
- public:
-  explicit DistancesLock(const fs::path& room)
-      : file_(room / "distances.lock"),
-        lock_(file_,
-              "another raywalk-build-lf is changing this room's distances; wait for it to finish") {
-  }
-  ~DistancesLock() {
-    std::error_code ignored;
-    fs::remove(file_, ignored);
-  }
-  DistancesLock(const DistancesLock&) = delete;
-  DistancesLock& operator=(const DistancesLock&) = delete;
-
- private:
-  fs::path file_;
-  FileLock lock_;
-};
 
 void write_manifest(const fs::path& room, const RoomManifest& manifest) {
   write_file_atomically(manifest_path(room), manifest_to_json(manifest));

@@ -6,6 +6,8 @@
 
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/distance_sets.h"
+#include "build_lf/gains/make_gains.h"
+#include "build_lf/gains/stored_gains.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
@@ -23,12 +25,13 @@ struct Arguments {
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RequireOptions require{};
-  double line_tolerance_mm = 0.0;
+  LineToleranceArguments lines{};
   int threads = 0;
   std::string room;
   bool json = false;
   std::string use;
   bool record = false;
+  bool remove = false;
 };
 
 void add_pack(CLI::App* app, Arguments* arguments) {
@@ -46,17 +49,13 @@ void add_pack(CLI::App* app, Arguments* arguments) {
       "Directory of distance maps: <frame's stem>.png, 16-bit millimetres, 0 = no surface");
   add_force_flag(pack, &arguments->pack.replace,
                  "Replace the room in --out once the new one is complete");
-  CLI::Option* tolerance =
-      pack->add_option(
-              "--line-tolerance-mm", arguments->line_tolerance_mm,
-              "Maximum distance of a station from its line (default: a tenth of the spacing)")
-          ->check(CLI::Range(1e-6, 1e6));
+  add_line_tolerance_options(pack, &arguments->lines);
   add_threads_option(pack, &arguments->threads);
   pack->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
       "The same command resumes a stopped run.");
-  pack->callback([arguments, tolerance] {
-    if (*tolerance) arguments->pack.off_line_m = arguments->line_tolerance_mm * 1e-3;
+  pack->callback([arguments] {
+    arguments->pack.tolerance = tolerance_of(arguments->lines);
     set_thread_count(arguments->threads);
     if (arguments->pack.out.empty()) {
       arguments->pack.out = default_room_name(arguments->pack.frames);
@@ -82,8 +81,14 @@ void add_depth(CLI::App* app, Arguments* arguments) {
   depth->add_option("--hold-out", options->hold_out,
                     "Leave out one of every n stations and write the maps to room.lf/held-out, for "
                     "raywalk-render trade --held-out; 0 = use all");
+  depth->add_flag_callback(
+      "--keep-moving", [options] { options->leave_out_moving = false; },
+      "Also use what single stations show and the others contradict: people and cars that moved");
   depth->add_flag("--truth", options->compare_truth,
                   "Compare with the distances packed with the room");
+  depth->add_flag("!--no-gains", options->gains,
+                  "Leave the room's gains as they are (default: solve for them with the new "
+                  "distances, as `gains` does)");
   add_threads_option(depth, &arguments->threads);
   depth->footer(
       "Example:\n  raywalk-build-lf depth room.lf\n"
@@ -93,6 +98,31 @@ void add_depth(CLI::App* app, Arguments* arguments) {
     arguments->depth.method = depth_method_from_name(arguments->depth_method);
     set_thread_count(arguments->threads);
     fmt::print("{}", text_of(estimate_depth(arguments->depth)));
+  });
+}
+
+void add_gains(CLI::App* app, Arguments* arguments) {
+  CLI::App* gains = app->add_subcommand(
+      "gains", "Make the exposures of a room's panoramas agree in views, also locally");
+  gains->add_option("room", arguments->room, "Room directory")->required();
+  gains->add_flag("--remove", arguments->remove, "Remove the room's gains instead");
+  add_threads_option(gains, &arguments->threads);
+  gains->footer(
+      "Example:\n  raywalk-build-lf gains room.lf\n"
+      "The gains are solved from surfaces that several stations see, so the room needs distances;\n"
+      "`depth` does the same at its end. Panoramas are not changed: views multiply what they "
+      "read,\n"
+      "unless they are rendered with --no-gains.");
+  gains->callback([arguments] {
+    set_thread_count(arguments->threads);
+    if (!arguments->remove) {
+      const std::string text = text_of(make_gains(arguments->room));
+      fmt::print("{}\n", escaped(arguments->room + ": " + text));
+      return;
+    }
+    const bool removed = remove_gains(arguments->room);
+    fmt::print("{}\n",
+               escaped(arguments->room + (removed ? ": the gains are removed" : ": has no gains")));
   });
 }
 
@@ -183,6 +213,7 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_pack(&app, &arguments);
   raywalk::build_lf::add_depth(&app, &arguments);
   raywalk::build_lf::add_distances(&app, &arguments);
+  raywalk::build_lf::add_gains(&app, &arguments);
   raywalk::build_lf::add_info(&app, &arguments);
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);

@@ -144,6 +144,29 @@ TEST_F(PackInputsTest, MillimetresAreWarnedOf) {
                                 HasSubstr("1000 m wide")));
 }
 
+// Two passes 60 mm apart are two lines within the default tolerance, one with the tolerance that
+// the warning proposes.
+TEST_F(PackInputsTest, PassesSideBySideAreWarnedOf) {
+  std::ofstream list(capture_.list());
+  list << "file,x,y,z\n";
+  for (int i = 0; i < TestCapture::kStationsPerLine; ++i) {
+    list << fmt::format("front_{}.png,{},0,0\n", i, 0.25 * i);
+    list << fmt::format("back_{}.png,{},0,0.06\n", i, 0.25 * i + 0.1);
+  }
+  list.close();
+  {
+    const CapturedLog log;
+    pack_room(options_);
+    EXPECT_THAT(log.text(),
+                AllOf(HasSubstr("x0 and x1 are 60 mm apart"), HasSubstr("--line-tolerance-mm 60")));
+  }
+  options_.replace = true;
+  options_.tolerance.off_line_m = 0.06;
+  const CapturedLog log;
+  pack_room(options_);
+  EXPECT_THAT(log.text(), IsEmpty());
+}
+
 TEST_F(PackInputsTest, ExifOrientationIsWarnedOf) {
   // An EXIF segment whose orientation is 3.
   const std::string exif(

@@ -19,6 +19,7 @@
 #include "core/files/image_header.h"
 #include "core/files/sha256.h"
 #include "core/files/turned_pictures.h"
+#include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"
 #include "core/room/room.h"
 
@@ -161,7 +162,9 @@ std::string stamp_lines(const fs::path& file) {
 std::string fingerprint_of(const PackOptions& options, const std::string& list,
                            const PackPlan& plan) {
   std::string text = fmt::format("room format {}\n", kRoomFormatVersion);
-  text += options.off_line_m ? fmt::format("tolerance {}\n", *options.off_line_m) : "";
+  const GridTolerance& tolerance = options.tolerance;
+  if (tolerance.off_line_m) text += fmt::format("tolerance {}\n", *tolerance.off_line_m);
+  if (tolerance.same_station_m) text += fmt::format("same station {}\n", *tolerance.same_station_m);
   text += list;
   for (const std::vector<StationSource>& line : plan.sources) {
     for (const StationSource& source : line) {
@@ -177,9 +180,12 @@ Grid grid_of(const std::vector<Frame>& frames, const PackOptions& options) {
   std::vector<StationPose> poses;
   poses.reserve(frames.size());
   for (const Frame& frame : frames) poses.push_back({frame.file, frame.position_m, frame.where});
-  Grid grid = find_grid(poses, {options.off_line_m});
+  Grid grid = find_grid(poses, options.tolerance);
   if (const auto doubt = doubt_of_unit(grid)) {
     spdlog::warn("{}: {}", input_name(options.frames), *doubt);
+  }
+  for (const std::string& note : line_notes(grid)) {
+    spdlog::warn("{}: {}", input_name(options.frames), note);
   }
   return grid;
 }

@@ -18,7 +18,7 @@ struct PackOptions {
   std::filesystem::path frames;                    // the frame list, poses.csv; "-": standard input
   std::filesystem::path out;                       // the room directory to create
   std::optional<std::filesystem::path> distances;  // directory of distance maps
-  std::optional<double> off_line_m;                // GridTolerance::off_line_m
+  GridTolerance tolerance{};                       // how lines are found
   // Free bytes of the disk that holds a directory, for tests; none: as the system says.
   std::function<std::optional<std::uint64_t>(const std::filesystem::path&)> free_bytes{};
   bool replace = false;  // a room at `out` is replaced

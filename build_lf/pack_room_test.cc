@@ -176,8 +176,11 @@ TEST_F(PackRoomTest, FingerprintFollowsEveryInput) {
   EXPECT_EQ(plan_pack(options()).fingerprint, first);
   EXPECT_NE(plan_pack(options(true)).fingerprint, first);
   PackOptions tolerant = options();
-  tolerant.off_line_m = 0.01;
-  EXPECT_NE(plan_pack(tolerant).fingerprint, first);
+  tolerant.tolerance.off_line_m = 0.01;
+  const std::string with_tolerance = plan_pack(tolerant).fingerprint;
+  EXPECT_NE(with_tolerance, first);
+  tolerant.tolerance.same_station_m = 0.001;
+  EXPECT_NE(plan_pack(tolerant).fingerprint, with_tolerance);
   capture_.write_list("# a note\n");
   EXPECT_NE(plan_pack(options()).fingerprint, first);
 }

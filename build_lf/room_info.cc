@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -175,6 +176,10 @@ RoomInfo info_of(const Room& room) {
   }
   info.masked_share /= info.stations;
   info.distances = room.distances_origin();
+  for (const auto& line : room.gains()) {
+    info.stations_with_gains += static_cast<int>(std::ranges::count_if(line, std::not_fn(is_one)));
+  }
+  if (!room.gains().empty()) info.bytes += bytes_of(gains_path(room.directory()));
   set_distance_sets(room, &info);
   return info;
 }
@@ -193,6 +198,10 @@ std::string summary_of(const RoomInfo& info, const std::string& name) {
 
 std::string text_of(const RoomInfo& info, const std::string& name) {
   std::string text = summary_of(info, name) + "\n" + use_text(info, name) + "\n";
+  if (info.stations_with_gains > 0) {
+    text += fmt::format("views apply gains to {} of {}\n", info.stations_with_gains,
+                        counted(static_cast<std::size_t>(info.stations), "station"));
+  }
   text += fmt::format("{:<5} {:>8} {:>9} {:>19} {:>8}  {:>23}  {:>15} {:>8}  {:<22} {:>9}\n",
                       "line", "stations", "at m", "from .. to m", "oblique",
                       "spacing min/med/max m", "overhang m", "masked", "distance maps", "MB");
@@ -247,6 +256,7 @@ std::string json_of(const RoomInfo& info) {
       {"distances", info.distances},
       {"distance_sets", std::move(sets)},
       {"distance_faults", info.distance_faults},
+      {"stations_with_gains", info.stations_with_gains},
       {"bytes", info.bytes},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};

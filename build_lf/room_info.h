@@ -45,7 +45,8 @@ struct RoomInfo {
   std::string distances;      // where those in use come from: Room::distances_origin
   std::vector<DistancesInfo> distance_sets;
   std::vector<std::string> distance_faults;  // why recorded ones that are not in use cannot be used
-  std::uintmax_t bytes = 0;  // of the manifest, the volumes and the distances in use
+  int stations_with_gains = 0;               // whose gains are not 1
+  std::uintmax_t bytes = 0;  // of the manifest, the volumes, the distances and gains in use
 };
 
 RoomInfo info_of(const Room& room);

@@ -187,9 +187,9 @@ std::string text_of(const VerifiedCounts& counts, const Room& room) {
                                ? ""
                                : "; those not in use (" + counts.kept_distances + ") match too";
   return fmt::format(
-      "{}: {} panoramas and {} distance maps match their checksums; distances in use: {}{}",
+      "{}: {} panoramas and {} distance maps match their checksums; distances in use: {}{}{}",
       room.directory().string(), counts.panoramas, counts.distance_maps, room.distances_origin(),
-      kept);
+      kept, room.gains().empty() ? "" : "; the gains match too");
 }
 
 }  // namespace raywalk::build_lf

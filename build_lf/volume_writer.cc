@@ -149,6 +149,13 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
           progress->advance();
         });
   }
+  if (!maps.left_out.empty()) {
+    hdf5.write_int32("left_out", maps.left_out,
+                     std::array<std::size_t, 2>{maps.left_out.size() / 4, 4});
+    describe_dataset(&hdf5, "left_out", "run, (station, theta, first row, one past the last)",
+                     "pixels of the maps; what moved: not to be used where another station sees "
+                     "the place");
+  }
   describe_dataset(&hdf5, "distance_m", "map, theta, phi", "m along the ray; inf: no surface");
   describe_dataset(&hdf5, "confidence", "map, theta, phi", "0: unknown, 255: certain");
   write_checksums(&hdf5, sha256,

@@ -38,6 +38,8 @@ struct DistanceMaps {
   PanoramaSize size;
   std::string origin;                                 // kGivenOrigin, or the method of estimation
   std::function<StationDistances(std::size_t)> read;  // the map of stations[i]; called in parallel
+  // LeftOutPixels of the line as runs: [run][station, theta, first row, one past the last row].
+  std::vector<std::int32_t> left_out{};
 };
 
 // distances/<id>.h5 as core/room/distance_volume.h describes it, with `sha256` [map] and the root

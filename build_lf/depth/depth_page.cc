@@ -81,6 +81,41 @@ void add_stations(const DepthSummary& summary, HtmlPage* page) {
   page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the sphere of each map")});
 }
 
+void add_left_out(const DepthSummary& summary, HtmlPage* page) {
+  page->add_section("Left out");
+  page->add_paragraph(
+      "People, cars and other things that moved: what these stations show and the stations around "
+      "them contradict. Views read the place from other stations, and use these pixels only where "
+      "no other station sees it. raywalk-build-lf depth --keep-moving keeps them.");
+  HtmlTable table{.header = {"line", "station", "file", "left out"}};
+  for (const LeftOutSummary& station : summary.left_out) {
+    table.rows.push_back({{station.line},
+                          {fmt::format("{}", station.station)},
+                          {station.file},
+                          {fmt::format("{:.2f} %", 100.0 * station.share)}});
+  }
+  page->add_table(table);
+}
+
+PlotSeries wrong_series(const std::string& name, const std::vector<ConfidenceBand>& bands) {
+  PlotSeries series{.name = name, .style = PlotStyle::kLineAndPoints};
+  for (const ConfidenceBand& band : bands) {
+    series.points.push_back({band.confidence, band.wrong_share});
+  }
+  return series;
+}
+
+HtmlTable table_of(const std::vector<ConfidenceBand>& bands) {
+  HtmlTable table{.header = {"confidence", "pixels", "off by more than 1 px", "median error, px"}};
+  for (const ConfidenceBand& band : bands) {
+    table.rows.push_back({{fmt::format("{:.2f}", band.confidence)},
+                          {fmt::format("{}", band.pixels)},
+                          {fmt::format("{:.1f} %", 100.0 * band.wrong_share)},
+                          {fmt::format("{:.2f}", band.median_error_px)}});
+  }
+  return table;
+}
+
 void add_truth(const TruthComparison& truth, HtmlPage* page) {
   page->add_section("Comparison with the given distances");
   page->add_paragraph(
@@ -90,18 +125,15 @@ void add_truth(const TruthComparison& truth, HtmlPage* page) {
                 .y_label = "share of pixels off by more than 1 px",
                 .x_range = AxisRange{0.0, 1.0},
                 .y_range = AxisRange{0.0, 1.0}};
-  PlotSeries wrong{.name = "wrong", .style = PlotStyle::kLineAndPoints};
-  HtmlTable table{.header = {"confidence", "pixels", "off by more than 1 px", "median error, px"}};
-  for (const ConfidenceBand& band : truth.calibration) {
-    wrong.points.push_back({band.confidence, band.wrong_share});
-    table.rows.push_back({{fmt::format("{:.2f}", band.confidence)},
-                          {fmt::format("{}", band.pixels)},
-                          {fmt::format("{:.1f} %", 100.0 * band.wrong_share)},
-                          {fmt::format("{:.2f}", band.median_error_px)}});
+  plot.series.push_back(wrong_series("all pixels", truth.calibration));
+  if (!truth.completed.empty()) {
+    plot.series.push_back(wrong_series("completed pixels", truth.completed));
   }
-  plot.series.push_back(std::move(wrong));
   page->add_figures({svg_figure(svg_from_plot(plot), "Calibration of the confidence")});
-  page->add_table(table);
+  page->add_table(table_of(truth.calibration));
+  if (truth.completed.empty()) return;
+  page->add_paragraph("Of these, the pixels completed from their surroundings:");
+  page->add_table(table_of(truth.completed));
 }
 
 }  // namespace
@@ -111,21 +143,31 @@ std::string depth_page(const Room& room, const DepthSummary& summary,
   HtmlPage page("Distances of " + summary.room,
                 fmt::format("{} maps by {} at {} x {}", summary.maps.size(), summary.method,
                             summary.size.width, summary.size.height));
-  page.add_facts({{"maps", fmt::format("{} of {} stations", summary.maps.size(), summary.stations)},
-                  {"longest baseline", fmt::format("{:.3g} m", summary.reach_m)},
-                  {"layers", fmt::format("{}", summary.layers)},
-                  {fmt::format("confidence below {:.2f}", kMinConfidence / 255.0),
-                   fmt::format("{:.1f} %", 100.0 * summary.low_confidence_share())},
-                  {"in use by views", summary.distances},
-                  {"time", fmt::format("{:.0f} s", summary.seconds)},
-                  {"memory", fmt::format("{:.0f} MB", summary.peak_memory_mb)},
-                  {"gains differ by", fmt::format("{:.1f} %", 100.0 * summary.gain_spread)}});
+  page.add_facts(
+      {{"maps", fmt::format("{} of {} stations", summary.maps.size(), summary.stations)},
+       {"longest baseline", fmt::format("{:.3g} m", summary.reach_m)},
+       {"layers", fmt::format("{}", summary.layers)},
+       {fmt::format("confidence below {:.2f}", kMinConfidence / 255.0),
+        fmt::format("{:.1f} %", 100.0 * summary.low_confidence_share())},
+       {"left out, as it moved", summary.leave_out_moving
+                                     ? fmt::format("{:.2g} %", 100.0 * summary.left_out_share())
+                                     : "not looked for"},
+       {"in use by views", summary.distances},
+       {"time", fmt::format("{:.0f} s", summary.seconds)},
+       {"memory", fmt::format("{:.0f} MB", summary.peak_memory_mb)},
+       {"gains differ by", fmt::format("{:.1f} %", 100.0 * summary.gain_spread)}});
+  if (summary.gains) {
+    page.add_section("Gains");
+    page.add_paragraph("By the surfaces that several stations see, " + text_of(*summary.gains) +
+                       ".");
+  }
   if (!summary.warnings.empty()) {
     page.add_section("Warnings");
     for (const std::string& warning : summary.warnings) page.add_paragraph(warning);
   }
   add_maps(room, shown, &page);
   add_stations(summary, &page);
+  if (!summary.left_out.empty()) add_left_out(summary, &page);
   if (summary.truth) add_truth(*summary.truth, &page);
   return page.html();
 }

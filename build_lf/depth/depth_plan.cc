@@ -22,7 +22,21 @@ constexpr double kCandidateGap = 0.1;
 constexpr int kOwnVoters = 4;
 constexpr int kOtherVoters = 8;
 
-double reach_of(const Grid& grid) {
+// The median distance between neighbours on the lines.
+double median_gap_m(const Grid& grid) {
+  std::vector<double> gaps_m;
+  for (const Line& line : grid.lines) {
+    for (size_t i = 1; i < line.stations.size(); ++i) {
+      gaps_m.push_back(line.stations[i].along_m - line.stations[i - 1].along_m);
+    }
+  }
+  if (gaps_m.empty()) return 0.0;
+  const auto middle = gaps_m.begin() + static_cast<std::ptrdiff_t>(gaps_m.size() / 2);
+  std::nth_element(gaps_m.begin(), middle, gaps_m.end());
+  return *middle;
+}
+
+double reach_of(const Grid& grid, double surfaces_m) {
   double reach = std::numeric_limits<double>::infinity();
   for (const Cell& cell : grid.cells) {
     reach =
@@ -31,7 +45,9 @@ double reach_of(const Grid& grid) {
   if (!grid.cells.empty()) return reach;
   double longest = 0.0;
   for (const Line& line : grid.lines) longest = std::max(longest, line.last_m() - line.first_m());
-  return 0.25 * longest;
+  // What two stations see of a surface from directions farther apart differs too much to compare.
+  const double most = std::tan(radians_from_degrees(30.0));
+  return std::min(0.25 * longest, std::max(most * surfaces_m, median_gap_m(grid)));
 }
 
 // The sweep starts at a quarter of the width, of which the height is half.
@@ -103,11 +119,11 @@ DepthMethod depth_method_from_name(const std::string& name) {
 
 std::string name_of(DepthMethod method) { return method == DepthMethod::kSweep ? "sweep" : "flow"; }
 
-DepthPlan plan_depth(const Room& room, const DepthOptions& options) {
+DepthPlan plan_depth(const Room& room, const DepthOptions& options, double surfaces_m) {
   if (options.every < 0)
     throw UsageError("--every: give 1 or more, or 0 to choose by the cell size");
   const Grid& grid = room.grid();
-  DepthPlan plan{map_size(room, options.width), reach_of(grid), {}, {}};
+  DepthPlan plan{map_size(room, options.width), reach_of(grid, surfaces_m), {}, {}};
   for (int l = 0; l < static_cast<int>(grid.lines.size()); ++l) {
     const Line& line = grid.lines[static_cast<size_t>(l)];
     const auto position = [&](int s) { return line.stations[static_cast<size_t>(s)].position_m; };

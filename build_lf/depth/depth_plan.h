@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,12 +32,17 @@ struct DepthOptions {
   // Leave out one of every `hold_out` stations (held_out_stations()) and store the maps in
   // held_out_directory(), for raywalk-render trade --held-out; 0 uses all stations.
   int hold_out = 0;
+  // Marks what single stations show and the others contradict, so that views leave it out.
+  bool leave_out_moving = true;
+  // Whether to solve for the room's gains (build_lf/gains) with the new maps; not with hold_out.
+  bool gains = true;
 };
 
 struct DepthPlan {
   PanoramaSize size;
   // Half the side of the smallest cell, which is the largest distance of a viewpoint from the
-  // nearest line; also the longest baseline used. Without cells, a quarter of the longest line.
+  // nearest line; also the longest baseline used. Without cells, a quarter of the longest line, or
+  // less if surfaces are near (plan_depth).
   double reach_m = 0.0;
   std::vector<SweepReference> maps;  // in the order of lines and stations
   // Stations to compare with, thinned where they are closer than a tenth of the reach.
@@ -47,9 +53,12 @@ struct DepthPlan {
   double pixels_per_omega_m() const { return reach_m * size.width / kTwoPi; }
 };
 
-// Throws UsageError if `every` or `width` is out of range, Error if panoramas are less than 32
-// wide.
-DepthPlan plan_depth(const Room& room, const DepthOptions& options);
+// `surfaces_m`: the distance of near surfaces (near_distance_m), infinity while it is not known.
+// Without cells it limits the reach: such a surface is seen from the ends of the longest baseline
+// at angles at most 30 degrees apart, unless even neighbours on the lines are farther apart. Throws
+// UsageError if `every` or `width` is out of range, Error if panoramas are less than 32 wide.
+DepthPlan plan_depth(const Room& room, const DepthOptions& options,
+                     double surfaces_m = std::numeric_limits<double>::infinity());
 
 // Removes stations from a plan, both as maps and as candidates. Throws Error if no map is left, or
 // no line has two stations left.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
 
@@ -99,6 +100,27 @@ TEST(DepthPlanTest, SingleLineIsComparedOverAQuarterOfItsLength) {
   const DepthPlan plan = plan_depth(room.room(), {});
   EXPECT_NEAR(plan.reach_m, 0.5, 1e-12);
   EXPECT_GE(plan.maps.size(), 2U);
+}
+
+// Without cells: tan(30 degrees) times the distance of near surfaces, at least the usual gap
+// between neighbours, at most a quarter of the line.
+TEST(DepthPlanTest, NearSurfacesShortenTheReachOfASingleLine) {
+  SyntheticRoomSpec spec = tiny_room(2.0);
+  spec.cells_z = 0;
+  const DepthTestRoom room(spec);
+  const double gap_m = 2.0 * 0.0625;
+  const auto reach_m = [&](double surfaces_m) {
+    return plan_depth(room.room(), {}, surfaces_m).reach_m;
+  };
+  EXPECT_NEAR(reach_m(1e8), 0.5, 1e-12);
+  EXPECT_NEAR(reach_m(0.6), 0.6 / std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(reach_m(1e-6), gap_m, 1e-9);
+  EXPECT_GT(plan_depth(room.room(), {}, 0.3).maps.size(), plan_depth(room.room(), {}).maps.size());
+}
+
+TEST(DepthPlanTest, NearSurfacesDoNotChangeTheReachAroundCells) {
+  const DepthTestRoom room(tiny_room(1.0));
+  EXPECT_DOUBLE_EQ(plan_depth(room.room(), {}, 1e-3).reach_m, 0.5);
 }
 
 // With irregular stations, no point of a line is too far from a map, and no two maps are needlessly

@@ -12,20 +12,33 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json json_of(const TruthComparison& truth) {
-  ordered_json bands = ordered_json::array();
-  for (const ConfidenceBand& band : truth.calibration) {
-    bands.push_back({{"confidence", band.confidence},
-                     {"pixels", band.pixels},
-                     {"wrong_share", band.wrong_share},
-                     {"median_error_px", band.median_error_px}});
+ordered_json json_of(const std::vector<ConfidenceBand>& bands) {
+  ordered_json json = ordered_json::array();
+  for (const ConfidenceBand& band : bands) {
+    json.push_back({{"confidence", band.confidence},
+                    {"pixels", band.pixels},
+                    {"wrong_share", band.wrong_share},
+                    {"median_error_px", band.median_error_px}});
   }
+  return json;
+}
+
+ordered_json json_of(const TruthComparison& truth) {
   return {{"maps", truth.maps},
           {"within_1px_share", truth.within_1px_share},
           {"within_2px_share", truth.within_2px_share},
           {"within_4px_share", truth.within_4px_share},
           {"median_relative_error", truth.median_relative_error},
-          {"calibration", std::move(bands)}};
+          {"calibration", json_of(truth.calibration)},
+          {"completed", json_of(truth.completed)}};
+}
+
+ordered_json json_of(const GainsSummary& gains) {
+  return {{"stations", gains.stations},
+          {"corrected", gains.corrected},
+          {"local", gains.local},
+          {"spread", gains.spread},
+          {"largest", gains.largest}};
 }
 
 ordered_json json_of(const FrameFinding& finding) {
@@ -61,6 +74,12 @@ double DepthSummary::low_confidence_share() const {
   return maps.empty() ? 0.0 : sum / static_cast<double>(maps.size());
 }
 
+double DepthSummary::left_out_share() const {
+  double sum = 0.0;
+  for (const LeftOutSummary& station : left_out) sum += station.share;
+  return stations == 0 ? 0.0 : sum / stations;
+}
+
 std::string text_of(const TruthComparison& truth) {
   return fmt::format(
       "{:.1f} % of the pixels within 1 px of parallax at the reach, {:.1f} % within 2, {:.1f} % "
@@ -75,11 +94,18 @@ std::string text_of(const DepthSummary& summary) {
       "low confidence (below {:.2f}) in {:.1f} % of the solid angle\n",
       summary.room, summary.maps.size(), summary.size.width, summary.size.height, summary.method,
       summary.page, kMinConfidence / 255.0, 100.0 * summary.low_confidence_share());
+  if (!summary.left_out.empty()) {
+    text += fmt::format(
+        "left out of views, as it moved: {:.2g} % of the solid angle, in {}; --keep-moving keeps "
+        "it\n",
+        100.0 * summary.left_out_share(), counted(summary.left_out.size(), "station"));
+  }
   if (summary.truth) {
     text += fmt::format("compared with the given distances, {}: {}\n",
                         counted(static_cast<std::size_t>(summary.truth->maps), "map"),
                         text_of(*summary.truth));
   }
+  if (summary.gains) text += text_of(*summary.gains) + "\n";
   return text + use_text(summary) + "\n";
 }
 
@@ -102,6 +128,8 @@ std::string depth_summary_to_json(const DepthSummary& summary) {
                     {"distances", summary.distances},
                     {"low_confidence_below", kMinConfidence / 255.0},
                     {"low_confidence_share", summary.low_confidence_share()},
+                    {"leave_out_moving", summary.leave_out_moving},
+                    {"left_out_share", summary.left_out_share()},
                     {"seconds", summary.seconds},
                     {"peak_memory_mb", summary.peak_memory_mb},
                     {"warnings", summary.warnings}};
@@ -109,7 +137,15 @@ std::string depth_summary_to_json(const DepthSummary& summary) {
   for (const FrameFinding& finding : summary.frame_findings) {
     json["frame_findings"].push_back(json_of(finding));
   }
+  json["left_out"] = ordered_json::array();
+  for (const LeftOutSummary& station : summary.left_out) {
+    json["left_out"].push_back({{"line", station.line},
+                                {"station", station.station},
+                                {"file", station.file},
+                                {"share", station.share}});
+  }
   json["truth"] = summary.truth ? json_of(*summary.truth) : ordered_json(nullptr);
+  json["gains"] = summary.gains ? json_of(*summary.gains) : ordered_json(nullptr);
   json["maps"] = ordered_json::array();
   for (const MapSummary& map : summary.maps) json["maps"].push_back(json_of(map));
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

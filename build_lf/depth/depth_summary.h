@@ -8,6 +8,7 @@
 
 #include "build_lf/depth/frame_checks.h"
 #include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/gains/make_gains.h"
 
 namespace raywalk::build_lf {
 
@@ -26,6 +27,7 @@ struct TruthComparison {
   double within_4px_share = 0.0;
   double median_relative_error = 0.0;  // of distances, where both are finite
   std::vector<ConfidenceBand> calibration{};
+  std::vector<ConfidenceBand> completed{};  // the same where complete_map() decided
 };
 
 struct MapSummary {
@@ -35,6 +37,14 @@ struct MapSummary {
   double mean_confidence = 0.0;  // in [0, 1], over the solid angle
   double low_share = 0.0;        // of the solid angle, below kMinConfidence
   double parallax_share = 0.0;   // of the solid angle, moves 1 px or more over the reach
+};
+
+// A station part of which views leave out, as the other stations contradict it.
+struct LeftOutSummary {
+  std::string line{};
+  int station = 0;
+  std::string file{};
+  double share = 0.0;  // of the solid angle
 };
 
 struct DepthSummary {
@@ -53,21 +63,26 @@ struct DepthSummary {
   double seconds = 0.0;
   double peak_memory_mb = 0.0;
   std::vector<MapSummary> maps{};
+  bool leave_out_moving = true;            // DepthOptions::leave_out_moving
+  std::vector<LeftOutSummary> left_out{};  // stations of which anything is left out
   std::vector<FrameFinding> frame_findings{};
   std::vector<std::string> warnings{};  // frame and line findings, as sentences
   std::optional<TruthComparison> truth{};
-  std::string page{};        // path of the HTML page
-  std::string distances{};   // in use by views after the run: Room::distances_origin()
+  std::string page{};                   // path of the HTML page
+  std::string distances{};              // in use by views after the run: Room::distances_origin()
+  std::optional<GainsSummary> gains{};  // of the room, where solved
   std::string kept_given{};  // directory of given distances that are not in use; empty: none
 
   // Share of the solid angle of all maps with a confidence below kMinConfidence.
   double low_confidence_share() const;
+  // Share of the solid angle of all stations that is left out.
+  double left_out_share() const;
 };
 
 std::string depth_summary_to_json(const DepthSummary& summary);
 
 // For a terminal: where the result is, how much of it has low confidence, the comparison with the
-// truth, and which distances views now use.
+// truth, the gains, and which distances views now use.
 std::string text_of(const DepthSummary& summary);
 
 // One sentence without a full stop: "92.8 % of the pixels within 1 px of parallax ...".

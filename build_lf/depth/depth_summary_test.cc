@@ -60,6 +60,7 @@ TEST(DepthSummaryTest, EveryFigureHasItsKey) {
   EXPECT_EQ(json["maps"][1]["low_share"], 0.25);
   EXPECT_EQ(json["maps"][1]["parallax_share"], 0.375);
   EXPECT_TRUE(json["truth"].is_null());
+  EXPECT_TRUE(json["gains"].is_null());
   EXPECT_EQ(json["distances"], "estimated by sweep");
   EXPECT_EQ(json["low_confidence_share"], 0.1875);
   EXPECT_NEAR(json["low_confidence_below"], 0.25, 0.002);
@@ -86,7 +87,8 @@ TEST(DepthSummaryTest, TextSaysWhatWasMadeAndWhatViewsUse) {
 
 TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   DepthSummary summary = some_summary();
-  summary.truth = TruthComparison{2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}};
+  summary.truth = TruthComparison{
+      2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}, {{0.3125, 10, 0.5, 1.5}}};
   const auto truth = nlohmann::json::parse(depth_summary_to_json(summary))["truth"];
   EXPECT_EQ(truth["maps"], 2);
   EXPECT_EQ(truth["within_1px_share"], 0.5);
@@ -98,6 +100,8 @@ TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   EXPECT_EQ(truth["calibration"][0]["pixels"], 1000);
   EXPECT_EQ(truth["calibration"][0]["wrong_share"], 0.9);
   EXPECT_EQ(truth["calibration"][0]["median_error_px"], 2.5);
+  ASSERT_EQ(truth["completed"].size(), 1U);
+  EXPECT_EQ(truth["completed"][0]["pixels"], 10);
 }
 
 }  // namespace

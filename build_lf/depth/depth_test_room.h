@@ -143,6 +143,13 @@ inline void add_noise(StationIndex station, double deviation, cv::Mat* frame) {
   cv::add(*frame, noise, *frame, cv::noArray(), CV_8U);
 }
 
+// Gain fields of 1 for every station.
+inline std::vector<std::vector<GainField>> unit_fields(const Grid& grid) {
+  std::vector<std::vector<GainField>> fields;
+  for (const Line& line : grid.lines) fields.emplace_back(line.stations.size());
+  return fields;
+}
+
 // Gains of 1 for every station.
 inline std::vector<std::vector<ColourGain>> unit_gains(const Grid& grid) {
   std::vector<std::vector<ColourGain>> gains;

@@ -9,7 +9,7 @@
 namespace raywalk::build_lf {
 namespace {
 
-constexpr int kBands = 8;
+constexpr size_t kBands = 8;
 
 // A histogram of pixel errors, to compute medians without storing every error.
 class ErrorHistogram {
@@ -36,6 +36,28 @@ class ErrorHistogram {
   static constexpr double kBins = 4096.0;
   std::vector<std::int64_t> counts_ = std::vector<std::int64_t>(static_cast<size_t>(kBins));
   std::int64_t total_ = 0;
+};
+
+// Errors by confidence.
+class ErrorsByConfidence {
+ public:
+  void add(std::uint8_t confidence, double error_px) {
+    bands_[confidence * kBands / 256].add(error_px);
+  }
+  // The bands that hold pixels.
+  std::vector<ConfidenceBand> bands() const {
+    std::vector<ConfidenceBand> filled;
+    for (size_t i = 0; i < bands_.size(); ++i) {
+      const ErrorHistogram& band = bands_[i];
+      if (band.total() == 0) continue;
+      filled.push_back({(static_cast<double>(i) + 0.5) / kBands, band.total(),
+                        1.0 - band.share_below(1.0), band.median()});
+    }
+    return filled;
+  }
+
+ private:
+  std::vector<ErrorHistogram> bands_ = std::vector<ErrorHistogram>(kBands);
 };
 
 }  // namespace
@@ -75,18 +97,24 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   TruthComparison comparison;
   ErrorHistogram all;
   ErrorHistogram relative;
-  std::vector<ErrorHistogram> bands(kBands);
+  ErrorsByConfidence calibration;
+  ErrorsByConfidence completed;
   const double px_per_omega = plan.pixels_per_omega_m();
   for (const SweepReference& reference : plan.maps) {
     const auto truth = given.omega_of(reference.station, plan.size);
     const auto map = partial.load(kFinalStage, reference.station, reference.position_m, plan.size);
     if (!truth || !map) continue;
+    const auto voted =
+        partial.load(kVotedStage, reference.station, reference.position_m, plan.size);
     ++comparison.maps;
     for (size_t p = 0; p < truth->size(); ++p) {
       const double true_omega = (*truth)[p];
       const double error_px = std::fabs(map->omega[p] - true_omega) * px_per_omega;
       all.add(error_px);
-      bands[static_cast<size_t>(map->confidence[p] * kBands / 256)].add(error_px);
+      calibration.add(map->confidence[p], error_px);
+      if (voted && voted->confidence[p] != map->confidence[p]) {
+        completed.add(map->confidence[p], error_px);
+      }
       // In percent, so that the bins are fine enough.
       if (true_omega > 0.0) relative.add(100.0 * std::fabs(map->omega[p] / true_omega - 1.0));
     }
@@ -100,11 +128,8 @@ TruthComparison compare_with_truth(const GivenDistances& given, const DepthPlan&
   comparison.within_2px_share = all.share_below(2.0);
   comparison.within_4px_share = all.share_below(4.0);
   comparison.median_relative_error = 0.01 * relative.median();
-  for (size_t i = 0; i < bands.size(); ++i) {
-    if (bands[i].total() == 0) continue;
-    comparison.calibration.push_back({(static_cast<double>(i) + 0.5) / kBands, bands[i].total(),
-                                      1.0 - bands[i].share_below(1.0), bands[i].median()});
-  }
+  comparison.calibration = calibration.bands();
+  comparison.completed = completed.bands();
   return comparison;
 }
 

@@ -97,6 +97,31 @@ TEST_F(DepthTruthTest, CalibrationGroupsErrorsByConfidence) {
   EXPECT_LT(sure.median_error_px, 0.01);
 }
 
+// Pixels that completion decided have a calibration of their own.
+TEST_F(DepthTruthTest, CompletedPixelsAreJudgedByThemselves) {
+  room_.give_distances(spec().scene, kTruthSize);
+  PartialMaps partial(room_.room().directory(), "inputs");
+  std::int64_t count = 0;
+  for (const SweepReference& reference : plan_.maps) {
+    InverseDistanceMap map = true_map(spec().scene, reference.position_m, plan_.size);
+    map.station = reference.station;
+    InverseDistanceMap voted = map;
+    for (size_t pixel = 0; pixel < map.omega.size(); pixel += 8, ++count) {
+      voted.confidence[pixel] = 20;
+      map.confidence[pixel] = 100;
+      if (pixel % 32 == 0) map.omega[pixel] += static_cast<float>(3.0 * pixel_per_m());
+    }
+    partial.store(kVotedStage, voted);
+    partial.store(kFinalStage, map);
+  }
+  const TruthComparison comparison =
+      compare_with_truth(GivenDistances(room_.room()), plan_, partial);
+  ASSERT_THAT(comparison.completed, SizeIs(1));
+  EXPECT_EQ(comparison.completed[0].pixels, count);
+  EXPECT_DOUBLE_EQ(comparison.completed[0].wrong_share, 0.25);
+  EXPECT_THAT(comparison.calibration, SizeIs(2));
+}
+
 TEST_F(DepthTruthTest, InfinityIsComparedAsParallax) {
   SyntheticScene sky = spec().scene;
   sky.infinitely_far = true;

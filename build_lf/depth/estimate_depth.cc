@@ -4,10 +4,13 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
+#include "build_lf/depth/contradictions.h"
 #include "build_lf/depth/depth_page.h"
 #include "build_lf/depth/depth_truth.h"
 #include "build_lf/depth/flow_depth.h"
@@ -16,6 +19,8 @@
 #include "build_lf/depth/stored_maps.h"
 #include "build_lf/depth/sweep_depth.h"
 #include "build_lf/distance_sets.h"
+#include "build_lf/gains/make_gains.h"
+#include "build_lf/gains/room_gains.h"
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -31,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Increment when the estimation changes: maps of another version are not resumed.
-constexpr int kEstimatorVersion = 1;
+constexpr int kEstimatorVersion = 2;
 
 double peak_memory_mb() {
   rusage usage{};
@@ -50,6 +55,7 @@ std::string fingerprint_of(const Room& room, const DepthOptions& options, const 
   }
   RoomManifest manifest = room.manifest();
   manifest.distances.reset();          // they are not used, and a run changes them
+  manifest.gains.clear();              // the same
   text += manifest_to_json(manifest);  // station positions
   if (options.valid_mask) text += read_file(*options.valid_mask);
   return sha256_hex(text);
@@ -188,24 +194,70 @@ void flow_maps(const Room& room, const DepthPlan& plan, const StationGains& gain
   }
 }
 
-// Makes the final maps and records statistics in `summary`.
-void make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
-               const StationGains& gains, const cv::Mat& valid, PartialMaps* partial,
-               DepthSummary* summary) {
-  if (method == DepthMethod::kFlow) {
-    flow_maps(room, plan, gains, partial);
-    return;
+// The stations' gains by what the coarse maps show, which agree locally too.
+GainFields gains_for_matching(const Room& room, const DepthPlan& plan, const StationGains& gains,
+                              const cv::Mat& valid, const PartialMaps& partial) {
+  const PanoramaSize size = coarse_size(plan);
+  std::map<StationIndex, Eigen::Vector3d> position_m;
+  SurfaceMaps maps{size,
+                   {},
+                   [&](StationIndex station) {
+                     return partial.load_stored(kCoarseStage, station, position_m.at(station),
+                                                size);
+                   },
+                   valid};
+  for (const SweepReference& map : plan.maps) {
+    maps.stations.push_back(map.station);
+    position_m.emplace(map.station, map.position_m);
   }
-  const double max_per_m = find_nearest_surfaces(room, plan, gains.gain, valid, partial);
-  summary->nearest_m = 1.0 / max_per_m;
-  summary->layers = sweep_layers(max_per_m, plan.reach_m, plan.size).count;
-  sweep_maps(room, plan, max_per_m, gains.gain, valid, partial);
-  fuse_swept_maps(plan, room.masked(), partial);
+  std::vector<StationIndex> stations = maps.stations;
+  for (const SweepCandidate& candidate : plan.candidates) stations.push_back(candidate.station);
+  std::sort(stations.begin(), stations.end());
+  stations.erase(std::unique(stations.begin(), stations.end()), stations.end());
+  return solve_room_gains(room, stations, maps, whole_fields(gains));
 }
 
-// Checks the frames, warns about outliers and removes them from the plan. Returns the gains of the
-// stations.
-StationGains examine_frames(const Room& room, DepthPlan* plan, DepthSummary* summary) {
+// Makes the final maps and records statistics in `summary`. Returns the gains of the stations.
+GainFields make_maps(const Room& room, DepthMethod method, const DepthPlan& plan,
+                     const StationGains& gains, const cv::Mat& valid, PartialMaps* partial,
+                     DepthSummary* summary) {
+  if (method == DepthMethod::kFlow) {
+    flow_maps(room, plan, gains, partial);
+    return whole_fields(gains);
+  }
+  const double max_per_m = find_nearest_surfaces(room, plan, whole_fields(gains), valid, partial);
+  summary->nearest_m = 1.0 / max_per_m;
+  summary->layers = sweep_layers(max_per_m, plan.reach_m, plan.size).count;
+  GainFields fields = gains_for_matching(room, plan, gains, valid, *partial);
+  sweep_maps(room, plan, max_per_m, fields, valid, partial);
+  fuse_swept_maps(room, plan, partial);
+  return fields;
+}
+
+// What views leave out, recorded in `summary`.
+Contradictions what_moved(const Room& room, const DepthOptions& options, const DepthPlan& plan,
+                          const std::vector<std::vector<GainField>>& gains,
+                          const PartialMaps& partial, DepthSummary* summary) {
+  if (!options.leave_out_moving) return {plan.size, {}};
+  Contradictions moved = find_contradictions(
+      room, plan, gains,
+      [&](const SweepReference& reference) { return final_map(partial, plan, reference); });
+  for (const ContradictedStation& found : moved.stations) {
+    const Line& line = room.grid().lines[static_cast<size_t>(found.station.line)];
+    summary->left_out.push_back({line.id, found.station.station,
+                                 line.stations[static_cast<size_t>(found.station.station)].file,
+                                 found.share});
+  }
+  return moved;
+}
+
+struct ExaminedFrames {
+  StationGains gains;
+  std::vector<StationIndex> outliers;
+};
+
+// Checks the frames, warns about outliers and removes them from the plan.
+ExaminedFrames examine_frames(const Room& room, DepthPlan* plan, DepthSummary* summary) {
   const std::vector<StationLink> links = measure_links(room, pairs_to_compare(room.grid()));
   StationGains gains = solve_gains(room.grid(), links);
   const FrameChecks checks = check_frames(room, links, gains, plan->reach_m);
@@ -213,8 +265,18 @@ StationGains examine_frames(const Room& room, DepthPlan* plan, DepthSummary* sum
   summary->largest_exposure_step = largest_step_of(gains);
   summary->frame_findings = checks.frames;
   warn(warnings_of(room, checks), summary);
-  exclude_stations(outlier_frames(checks), plan);
-  return gains;
+  ExaminedFrames examined{std::move(gains), outlier_frames(checks)};
+  exclude_stations(examined.outliers, plan);
+  return examined;
+}
+
+// The plan for a room without cells, whose lines do not tell how far away the scene is.
+DepthPlan plan_by_surfaces(const Room& room, const DepthOptions& options, const DepthPlan& plan,
+                           const ExaminedFrames& frames, const cv::Mat& valid) {
+  const double surfaces_m = near_distance_m(room, plan, whole_fields(frames.gains), valid);
+  DepthPlan near = plan_depth(room, options, surfaces_m);
+  exclude_stations(frames.outliers, &near);
+  return near;
 }
 
 int stations_of(const Grid& grid) {
@@ -268,20 +330,27 @@ DepthSummary estimate_depth(const DepthOptions& options) {
                        .every = options.every,
                        .hold_out = options.hold_out,
                        .valid_mask = options.valid_mask.value_or(fs::path()).string(),
-                       .reach_m = plan.reach_m};
-  const StationGains gains = examine_frames(room, &plan, &summary);
+                       .leave_out_moving = options.leave_out_moving};
+  const ExaminedFrames frames = examine_frames(room, &plan, &summary);
+  if (room.grid().cells.empty() && options.method == DepthMethod::kSweep) {
+    plan = plan_by_surfaces(room, options, plan, frames, valid);
+  }
+  summary.reach_m = plan.reach_m;
   const fs::path output = output_of(options);
   PartialMaps partial(output, fingerprint_of(room, options, plan));
-  make_maps(room, options.method, plan, gains, valid, &partial, &summary);
+  const auto fields =
+      make_maps(room, options.method, plan, frames.gains, valid, &partial, &summary);
   for (const SweepReference& reference : plan.maps) {
     summary.maps.push_back(summary_of(room, plan, final_map(partial, plan, reference)));
   }
   warn(parallax_warnings(summary.maps, plan.pixels_per_omega_m()), &summary);
   if (truth) summary.truth = compare_with_truth(*truth, plan, partial);
   const std::vector<InverseDistanceMap> shown = maps_to_show(room, plan, partial);
-  write_volumes(room, options.method, plan, partial);
+  const Contradictions moved = what_moved(room, options, plan, fields, partial, &summary);
+  write_volumes(room, options.method, plan, partial, moved);
   install(options, &partial);
   set_use(options.room, &summary);
+  if (options.gains && options.hold_out == 0) summary.gains = make_gains(options.room);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_memory_mb = peak_memory_mb();
   summary.page = (output / "depth.html").string();

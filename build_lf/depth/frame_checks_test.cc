@@ -130,6 +130,26 @@ TEST(FrameChecksTest, FindAMisplacedFrameAlsoAtTheEnds) {
   }
 }
 
+// A camera's lenses may differ in exposure, and differently at every station.
+TEST(FrameChecksTest, AcceptExposuresThatDifferOnlyInPartsOfThePicture) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const DepthTestRoom room(
+        line_of_scale(1.0, seed), [seed](StationIndex station, cv::Mat* frame) {
+          cv::RNG random(1000 * seed + static_cast<unsigned>(station.station) + 1);
+          for (int quarter = 0; quarter < 4; ++quarter) {
+            const int width = frame->cols / 4;
+            cv::Mat part = frame->colRange(quarter * width, (quarter + 1) * width);
+            part *= 0.9 + random.gaussian(0.1);
+          }
+        });
+    const FrameChecks checks = checks_of(room.room());
+    for (const FrameFinding& finding : checks.frames) {
+      EXPECT_EQ(finding.fault, FrameFault::kExposureStep)
+          << ::testing::PrintToString(described(checks));
+    }
+  }
+}
+
 TEST(FrameChecksTest, FindAnExposureStep) {
   const DepthTestRoom room(line_of_scale(1.0), [](StationIndex station, cv::Mat* frame) {
     if (station.station >= 10) *frame *= 0.8;

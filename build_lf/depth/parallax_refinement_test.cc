@@ -20,7 +20,7 @@ class RefinementCase {
                           const DepthTestRoom::Edit& edit = nullptr)
       : room_(spec, edit),
         plan_(plan_depth(room_.room(), {.every = 8})),
-        gains_(unit_gains(room_.grid())),
+        gains_(unit_fields(room_.grid())),
         pictures_(room_.room(), kRefinedSize, gains_, valid, 100),
         truth_(true_map(spec.scene, reference().position_m, kRefinedSize)) {}
 
@@ -63,7 +63,7 @@ class RefinementCase {
 
   DepthTestRoom room_;
   DepthPlan plan_;
-  std::vector<std::vector<ColourGain>> gains_;
+  std::vector<std::vector<GainField>> gains_;
   PictureCache pictures_;
   InverseDistanceMap truth_;
 };

@@ -13,6 +13,8 @@ namespace raywalk::build_lf {
 
 // The stage of finished maps.
 inline constexpr const char* kFinalStage = "final";
+// The stage of the same maps before complete_map(). Only the sweep has it.
+inline constexpr const char* kVotedStage = "voted";
 
 class PartialMaps {
  public:

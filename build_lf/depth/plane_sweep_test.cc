@@ -36,7 +36,7 @@ class Sweeper {
  public:
   explicit Sweeper(const Room& room, const cv::Mat& valid = {})
       : room_(room),
-        gains_(unit_gains(room.grid())),
+        gains_(unit_fields(room.grid())),
         valid_(valid),
         pictures_(room, kSweptSize, gains_, valid_, 100) {
     for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
@@ -68,7 +68,7 @@ class Sweeper {
 
  private:
   const Room& room_;
-  std::vector<std::vector<ColourGain>> gains_;
+  std::vector<std::vector<GainField>> gains_;
   cv::Mat valid_;
   PictureCache pictures_;
   std::vector<SweepCandidate> candidates_;
@@ -122,7 +122,7 @@ TEST(PlaneSweepTest, FindsInfinityFarAway) {
 
 TEST(PlaneSweepTest, IsUnknownWithoutOtherStations) {
   const DepthTestRoom room(line_of_scale(1.0));
-  const auto gains = unit_gains(room.grid());
+  const auto gains = unit_fields(room.grid());
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kSweptSize, gains, all_valid, 4);
   const SweepReference reference{{0, 8}, {0, 0, 0}, {1, 0, 0}};

@@ -54,6 +54,15 @@ StationGains solve_gains(const Grid& grid, std::span<const StationLink> links) {
   return result;
 }
 
+std::vector<std::vector<GainField>> whole_fields(const StationGains& gains) {
+  std::vector<std::vector<GainField>> fields;
+  for (const std::vector<ColourGain>& line : gains.gain) {
+    std::vector<GainField>& of_line = fields.emplace_back();
+    for (const ColourGain& gain : line) of_line.push_back({gain, {}});
+  }
+  return fields;
+}
+
 // Levels times gains agree, so levels are inversely proportional to gains.
 double log_exposure_step(std::span<const ColourGain> gains, int station) {
   const ColourGain& before = gains[static_cast<size_t>(station) - 1];

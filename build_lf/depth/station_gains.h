@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "build_lf/depth/station_links.h"
-#include "build_lf/depth/station_picture.h"
 #include "core/geometry/grid.h"
+#include "core/panorama/gain_field.h"
 
 namespace raywalk::build_lf {
 
@@ -18,6 +18,9 @@ struct StationGains {
   // channel. Stations without a link (all clipped or black) have a gain of 1.
   std::vector<std::vector<ColourGain>> gain;
 };
+
+// The same as fields without local factors.
+std::vector<std::vector<GainField>> whole_fields(const StationGains& gains);
 
 // Solves for the gains from the links' log ratios. Robust to outliers, such as links of a frame
 // with moving objects.

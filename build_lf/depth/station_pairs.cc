@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/geometry/line_gaps.h"
+
 namespace raywalk::build_lf {
 namespace {
 
@@ -32,7 +34,7 @@ std::optional<StationPair> pair_at_crossing(const Grid& grid, int a, int b) {
   const StationPair pair{{a, nearest_station(line_a, crossing)},
                          {b, nearest_station(line_b, crossing)}};
   constexpr double kSteps = 2.0;
-  const double near_m = kSteps * std::max(median_spacing_m(line_a), median_spacing_m(line_b));
+  const double near_m = kSteps * std::max(covering_spacing(line_a), covering_spacing(line_b));
   const double apart_m = distance_m(line_a.stations[static_cast<size_t>(pair.from.station)],
                                     line_b.stations[static_cast<size_t>(pair.to.station)]);
   return apart_m <= near_m ? std::optional(pair) : std::nullopt;

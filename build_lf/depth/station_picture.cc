@@ -35,6 +35,20 @@ cv::Mat detail_of(const cv::Mat& colours) {
   return cv::max(detail, static_cast<double>(kInvalidDetail + 1));
 }
 
+// Colours relative to their local means, so that exposures need not agree.
+cv::Mat level(const cv::Mat& colours) {
+  constexpr double kSigmaPx = 6.0;
+  constexpr double kDarkLevels = 4.0;  // keeps noise in the dark small
+  constexpr double kMeanLevel = 100.0;
+  cv::Mat values, mean, result;
+  colours.convertTo(values, CV_32F);
+  values += cv::Scalar::all(kDarkLevels);
+  cv::GaussianBlur(values, mean, {}, kSigmaPx);
+  cv::divide(values, mean, values, kMeanLevel);
+  values.convertTo(result, CV_8U);
+  return result;
+}
+
 // Margin that keeps masked pixels out of the high-pass filter of the detail.
 constexpr int kMaskMarginPx = 3;
 
@@ -50,10 +64,11 @@ void invalidate(const cv::Mat& valid, cv::Mat* samples) {
 }  // namespace
 
 StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
-                                    const ColourGain& gain, const cv::Mat& valid) {
+                                    const GainField& gains, const cv::Mat& valid, bool levelled) {
   cv::Mat colours = station_image(room, station, map_size);
-  cv::multiply(colours, cv::Scalar(gain[0], gain[1], gain[2]), colours);
+  apply_gains(gains, &colours);
   colours = with_border(colours, kBorder);
+  if (levelled) colours = level(colours);
   cv::Mat samples;
   std::vector<cv::Mat> channels;
   cv::split(colours, channels);
@@ -74,13 +89,14 @@ StationPicture make_station_picture(const Room& room, StationIndex station, Pano
 }
 
 PictureCache::PictureCache(const Room& room, PanoramaSize map_size,
-                           const std::vector<std::vector<ColourGain>>& gains, cv::Mat valid,
-                           std::size_t capacity)
+                           const std::vector<std::vector<GainField>>& gains, cv::Mat valid,
+                           std::size_t capacity, bool levelled)
     : room_(room),
       map_size_(map_size),
       gains_(gains),
       valid_(std::move(valid)),
-      capacity_(capacity) {}
+      capacity_(capacity),
+      levelled_(levelled) {}
 
 std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
   {
@@ -91,10 +107,10 @@ std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
       return found->second;
     }
   }
-  const ColourGain& gain =
+  const GainField& gains =
       gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
   auto picture = std::make_shared<const StationPicture>(
-      make_station_picture(room_, station, map_size_, gain, valid_));
+      make_station_picture(room_, station, map_size_, gains, valid_, levelled_));
   const std::lock_guard lock(mutex_);
   if (pictures_.emplace(station, picture).second) order_.push_front(station);
   while (order_.size() > capacity_) {

@@ -10,6 +10,7 @@
 
 #include "build_lf/depth/inverse_distance_map.h"
 #include "build_lf/depth/matching_kernels.h"
+#include "core/panorama/gain_field.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -24,13 +25,12 @@ struct StationPicture {
   bool all_valid = true;                // no sample is invalid
 };
 
-// Factors applied to a station's colours before comparison: red, green, blue.
-using ColourGain = cv::Vec3f;
-
 // The picture of a station for maps of `map_size`. `valid` is empty or a mask of map_size, CV_8UC1:
-// pixels that are 0 there, or masked in the station's own mask, become invalid.
+// pixels that are 0 there, or masked in the station's own mask, become invalid. `levelled`: colours
+// relative to their local means.
 StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
-                                    const ColourGain& gain, const cv::Mat& valid);
+                                    const GainField& gains, const cv::Mat& valid,
+                                    bool levelled = false);
 
 // A least-recently-used cache of `capacity` pictures, made on demand, so that memory does not grow
 // with the number of stations. Thread-safe; a picture lives as long as a caller holds it.
@@ -38,17 +38,18 @@ class PictureCache {
  public:
   // `gains` is [line][station]. The room and the gains must outlive the cache.
   PictureCache(const Room& room, PanoramaSize map_size,
-               const std::vector<std::vector<ColourGain>>& gains, cv::Mat valid,
-               std::size_t capacity);
+               const std::vector<std::vector<GainField>>& gains, cv::Mat valid,
+               std::size_t capacity, bool levelled = false);
   std::shared_ptr<const StationPicture> get(StationIndex station);
   PanoramaSize map_size() const { return map_size_; }
 
  private:
   const Room& room_;
   PanoramaSize map_size_;
-  const std::vector<std::vector<ColourGain>>& gains_;
+  const std::vector<std::vector<GainField>>& gains_;
   cv::Mat valid_;
   std::size_t capacity_;
+  bool levelled_;
   std::mutex mutex_;
   std::map<StationIndex, std::shared_ptr<const StationPicture>> pictures_;
   std::list<StationIndex> order_;  // most recently used first

@@ -81,7 +81,7 @@ TEST(StationImageTest, WrapsAroundTheSphere) {
 TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
   const DepthTestRoom room(small_line());
   const cv::Mat image = station_image(room.room(), {0, 2}, kPictureSize);
-  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
+  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, {});
   ASSERT_EQ(picture.size, (PanoramaSize{256, 128}));
   ASSERT_EQ(picture.samples.size(), size_t{256 * 128});
   // Mean difference of each pixel's samples from those of the pixel at the given offset.
@@ -107,10 +107,10 @@ TEST(StationPictureTest, HoldsFourSamplesPerPixelAroundItsColour) {
 TEST(StationPictureTest, AppliesTheGain) {
   const DepthTestRoom room(small_line());
   const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.7; });
-  const auto expected = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
+  const auto expected = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, {});
   const float gain = 1.0f / 0.7f;
   const auto picture =
-      make_station_picture(darker.room(), {0, 2}, kPictureSize, {gain, gain, gain}, {});
+      make_station_picture(darker.room(), {0, 2}, kPictureSize, {{gain, gain, gain}}, {});
   for (int channel = 0; channel < 3; ++channel) {
     EXPECT_LE(difference_of(picture, expected, channel).most, 2);
   }
@@ -119,8 +119,8 @@ TEST(StationPictureTest, AppliesTheGain) {
 TEST(StationPictureTest, DetailIsNearlyIndependentOfExposure) {
   const DepthTestRoom room(small_line());
   const DepthTestRoom darker(small_line(), [](StationIndex, cv::Mat* frame) { *frame *= 0.6; });
-  const auto bright = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
-  const auto dark = make_station_picture(darker.room(), {0, 2}, kPictureSize, {1, 1, 1}, {});
+  const auto bright = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, {});
+  const auto dark = make_station_picture(darker.room(), {0, 2}, kPictureSize, {}, {});
   EXPECT_GT(difference_of(bright, dark, 0).mean, 30.0);
   EXPECT_LT(difference_of(bright, dark, 3).mean, 8.0);
 }
@@ -129,7 +129,7 @@ TEST(StationPictureTest, MarksInvalidPixels) {
   const DepthTestRoom room(small_line());
   cv::Mat valid(kPictureSize.height, kPictureSize.width, CV_8UC1, cv::Scalar(255));
   valid.at<std::uint8_t>(40, 100) = 0;
-  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {1, 1, 1}, valid);
+  const auto picture = make_station_picture(room.room(), {0, 2}, kPictureSize, {}, valid);
   int invalid = 0;
   for (const MatchingSample sample : picture.samples) {
     invalid += channel_of(sample, 3) == static_cast<int>(kInvalidDetail) ? 1 : 0;
@@ -144,8 +144,8 @@ TEST(StationPictureTest, MarksInvalidPixels) {
 
 TEST(PictureCacheTest, ReturnsTheRightPictureAtAnyCapacity) {
   const DepthTestRoom room(small_line());
-  auto gains = unit_gains(room.grid());
-  gains[0][3] = {0.5f, 1.0f, 1.0f};
+  auto gains = unit_fields(room.grid());
+  gains[0][3].whole = {0.5f, 1.0f, 1.0f};
   const cv::Mat all_valid;
   PictureCache pictures(room.room(), kPictureSize, gains, all_valid, 2);
   const auto held = pictures.get({0, 0});

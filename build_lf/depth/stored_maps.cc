@@ -23,10 +23,24 @@ StationDistances stored_distances(const InverseDistanceMap& map) {
   return station;
 }
 
+// The contradicted pixels of a line's stations as DistanceMaps::left_out.
+std::vector<std::int32_t> left_out_of(const Contradictions& contradictions, int line) {
+  std::vector<std::int32_t> runs;
+  for (const ContradictedStation& found : contradictions.stations) {
+    if (found.station.line != line) continue;
+    for (std::size_t i = 0; i < found.runs.size(); i += 3) {
+      runs.insert(runs.end(),
+                  {found.station.station, found.runs[i], found.runs[i + 1], found.runs[i + 2]});
+    }
+  }
+  return runs;
+}
+
 }  // namespace
 
 void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
-                   const PartialMaps& partial) {
+                   const PartialMaps& partial, const Contradictions& contradictions) {
+  const double half_pixel_per_m = 0.5 / plan.pixels_per_omega_m();
   // An interrupted run can have left the volumes it replaced there.
   for (const fs::directory_entry& entry : fs::directory_iterator(partial.volumes())) {
     fs::remove(entry.path());
@@ -42,9 +56,12 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
     }
     if (of_line.empty()) continue;
     maps.read = [&](std::size_t i) {
-      return stored_distances(
-          partial.load_stored(kFinalStage, of_line[i].station, of_line[i].position_m, plan.size));
+      InverseDistanceMap map =
+          partial.load_stored(kFinalStage, of_line[i].station, of_line[i].position_m, plan.size);
+      show_behind(contradictions, half_pixel_per_m, &map);
+      return stored_distances(map);
     };
+    maps.left_out = left_out_of(contradictions, l);
     const Line& line = room.grid().lines[static_cast<size_t>(l)];
     write_distance_volume(partial.volumes() / (line.id + ".h5"), line, maps, &progress);
   }

@@ -45,7 +45,7 @@ class StoredMapsTest : public ::testing::Test {
 TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   PartialMaps partial(room_.room().directory(), "inputs");
   store_maps(&partial);
-  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial);
+  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {});
   partial.complete("");
   const Room room = Room::open(room_.room().directory());
   EXPECT_EQ(room.distances(2).maps(), 0);
@@ -73,7 +73,7 @@ TEST_F(StoredMapsTest, DamagedMapIsNamedAndItsLineNotWritten) {
   for (const auto& entry : fs::directory_iterator(partial.volumes().parent_path())) {
     if (entry.path().filename() == "final-0-8.map") std::ofstream(entry.path()) << "damaged";
   }
-  EXPECT_THAT([&] { write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial); },
+  EXPECT_THAT([&] { write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {}); },
               ThrowsMessage<Error>(HasSubstr("run the command again")));
   EXPECT_TRUE(fs::is_empty(partial.volumes()));
 }

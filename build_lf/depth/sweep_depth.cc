@@ -1,11 +1,15 @@
 #include "build_lf/depth/sweep_depth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
+#include "build_lf/depth/map_completion.h"
 #include "build_lf/depth/map_fusion.h"
 #include "build_lf/depth/parallax_refinement.h"
 #include "build_lf/depth/semi_global.h"
+#include "build_lf/depth/station_image.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 
@@ -24,6 +28,16 @@ struct SweepRun {
   bool refine;
 };
 
+InverseDistanceMap sweep_station(const DepthPlan& plan, const SweepReference& reference,
+                                 const SweepLayers& layers, PictureCache* pictures,
+                                 CostVolume* volume, SemiGlobalScratch* scratch, bool refine) {
+  const TileViews views(reference, candidates_near(plan, reference), plan.reach_m, pictures);
+  sweep(views, layers, volume);
+  InverseDistanceMap map = regularise(*volume, reference, scratch);
+  if (refine) refine_parallax(views, plan.reach_m, &map);
+  return map;
+}
+
 // Sweeps the stations without a stored map of the stage. `see` is called with every map, in order.
 template <typename See>
 void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* pictures,
@@ -37,10 +51,7 @@ void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* picture
     auto map =
         partial->load(run.stage, reference.station, reference.position_m, pictures->map_size());
     if (!map) {
-      const TileViews views(reference, candidates_near(plan, reference), plan.reach_m, pictures);
-      sweep(views, layers, &volume);
-      map = regularise(volume, reference, &scratch);
-      if (run.refine) refine_parallax(views, plan.reach_m, &*map);
+      map = sweep_station(plan, reference, layers, pictures, &volume, &scratch, run.refine);
       partial->store(run.stage, *map);
     }
     see(*map);
@@ -48,60 +59,103 @@ void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* picture
   }
 }
 
+// Inverse distances from 0 to a limit by solid angle.
+class OmegaHistogram {
+ public:
+  explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m) {}
+
+  // Counts the confident pixels of a map.
+  void add(const InverseDistanceMap& map) {
+    constexpr int kConfident = 64;
+    const auto rows = static_cast<size_t>(map.size.height);
+    for (size_t p = 0; p < map.omega.size(); ++p) {
+      if (map.confidence[p] < kConfident) continue;
+      const double phi_rad = angles_from_pixel({0.0, double(p % rows)}, map.size).phi_rad;
+      const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
+      share_[static_cast<size_t>(bin)] += std::cos(phi_rad);
+      total_ += std::cos(phi_rad);
+    }
+  }
+  // The largest inverse distance of the bin above which less than `share` of the solid angle lies.
+  double exceeded_by(double share) const {
+    int bin = kBins - 1;
+    for (double nearer = 0.0; bin > 0; --bin) {
+      nearer += share_[static_cast<size_t>(bin)];
+      if (nearer > share * total_) break;
+    }
+    return limit_per_m_ * (bin + 1) / kBins;
+  }
+  bool empty() const { return total_ <= 0.0; }
+
+ private:
+  static constexpr int kBins = 1024;
+  double limit_per_m_;
+  std::array<double, kBins> share_{};
+  double total_ = 0.0;
+};
+
+// The nearest distance looked for, as a share of the reach.
+constexpr double kNearestPerReach = 0.25;
+
 }  // namespace
 
-double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
-                             const std::vector<std::vector<ColourGain>>& gains,
-                             const cv::Mat& valid, PartialMaps* partial) {
+PanoramaSize coarse_size(const DepthPlan& plan) {
   constexpr int kReduction = 4;
-  constexpr double kNearestPerReach = 0.25;
-  // Minimum confidence of the pixels counted, and the share of them that may lie nearer than the
-  // sweep's near limit: false matches are spread over all layers.
-  constexpr int kConfident = 64;
+  return {plan.size.width / kReduction, plan.size.height / kReduction};
+}
+
+double near_distance_m(const Room& room, const DepthPlan& plan,
+                       const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid) {
+  const PanoramaSize size = coarse_size(plan);
+  const double limit = 1.0 / (kNearestPerReach * plan.reach_m);
+  const SweepLayers layers = sweep_layers(limit, plan.reach_m, size);
+  OmegaHistogram histogram(limit);
+  PictureCache pictures(room, size, gains, valid, kPicturesKept, true);
+  CostVolume volume;
+  SemiGlobalScratch scratch;
+  for (const SweepReference& reference : plan.maps) {
+    throw_if_interrupted();
+    histogram.add(sweep_station(plan, reference, layers, &pictures, &volume, &scratch, false));
+  }
+  constexpr double kNear = 0.25;
+  const double near_per_m = histogram.exceeded_by(kNear);
+  if (histogram.empty() || near_per_m < 2.0 * layers.step_per_m) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return 1.0 / near_per_m;
+}
+
+double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
+                             const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
+                             PartialMaps* partial) {
+  // The share of the pixels that may lie nearer than the sweep's near limit: false matches are
+  // spread over all layers.
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
-  constexpr int kBins = 1024;
-  const PanoramaSize size{plan.size.width / kReduction, plan.size.height / kReduction};
   const double limit = 1.0 / (kNearestPerReach * plan.reach_m);
-  std::vector<double> histogram(kBins);
-  double total = 0.0;
-  PictureCache pictures(room, size, gains, valid, kPicturesKept);
-  sweep_all(
-      plan, {"looking for the nearest surfaces", "coarse", limit, false}, &pictures, partial,
-      [&](const InverseDistanceMap& map) {
-        for (size_t p = 0; p < map.omega.size(); ++p) {
-          if (map.confidence[p] < kConfident) continue;
-          const double phi_rad =
-              angles_from_pixel({0.0, double(p % static_cast<size_t>(size.height))}, size).phi_rad;
-          const auto bin =
-              static_cast<size_t>(std::clamp(map.omega[p] / limit * kBins, 0.0, kBins - 1.0));
-          histogram[bin] += std::cos(phi_rad);
-          total += std::cos(phi_rad);
-        }
-      });
-  int bin = kBins - 1;
-  for (double nearer = 0.0; bin > 0; --bin) {
-    nearer += histogram[static_cast<size_t>(bin)];
-    if (nearer > kNearer * total) break;
-  }
-  return std::min(limit, kMargin * limit * (bin + 1) / kBins);
+  OmegaHistogram histogram(limit);
+  PictureCache pictures(room, coarse_size(plan), gains, valid, kPicturesKept, true);
+  sweep_all(plan, {"looking for the nearest surfaces", kCoarseStage, limit, false}, &pictures,
+            partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
+  return std::min(limit, kMargin * histogram.exceeded_by(kNearer));
 }
 
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
-                const std::vector<std::vector<ColourGain>>& gains, const cv::Mat& valid,
+                const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                 PartialMaps* partial) {
   PictureCache pictures(room, plan.size, gains, valid, kPicturesKept);
   sweep_all(plan, {"sweeping", kSweptStage, max_per_m, true}, &pictures, partial,
             [](const InverseDistanceMap&) {});
 }
 
-void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
+void fuse_swept_maps(const Room& room, const DepthPlan& plan, PartialMaps* partial) {
   // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
   // do not coincide.
   constexpr double kAgreePx = 1.5;
   // With six voters, two maps that agree are enough for kMinConfidence.
   constexpr int kMinVoters = 6;
   FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
+  const bool masked = room.masked();
   if (masked) options.min_voters = kMinVoters;
   const int count = static_cast<int>(plan.maps.size());
   Progress progress("fusing", count, "maps");
@@ -121,7 +175,12 @@ void fuse_swept_maps(const DepthPlan& plan, bool masked, PartialMaps* partial) {
         maps.push_back(
             partial->load_stored(kSweptStage, reference.station, reference.position_m, plan.size));
       }
-      partial->store(kFinalStage, fuse_maps(maps, 0, options));
+      InverseDistanceMap map = fuse_maps(maps, 0, options);
+      partial->store(kVotedStage, map);
+      complete_map(station_image(room, own.station, plan.size),
+                   station_validity(room, own.station, plan.size, 0), options.tolerance_per_m,
+                   &map);
+      partial->store(kFinalStage, map);
     }
     progress.advance();
   }

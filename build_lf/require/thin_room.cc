@@ -87,7 +87,8 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
       {.stations = {distances.stations().begin(), distances.stations().end()},
        .size = {width, width / 2},
        .origin = distances.origin(),
-       .read = [&](size_t i) { return distances_of(distances, static_cast<int>(i), width); }},
+       .read = [&](size_t i) { return distances_of(distances, static_cast<int>(i), width); },
+       .left_out = distances.left_out().stored_runs({width, width / 2})},
       progress);
 }
 

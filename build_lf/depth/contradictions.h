@@ -1,0 +1,54 @@
+// What single stations show and the others contradict: people and cars that moved.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "build_lf/depth/depth_plan.h"
+#include "build_lf/depth/inverse_distance_map.h"
+#include "core/panorama/gain_field.h"
+#include "core/room/room.h"
+
+namespace raywalk::build_lf {
+
+// A surface that other stations see at a contradicted pixel.
+struct SurfaceBehind {
+  int theta = 0;  // pixel of a map of Contradictions::size
+  int phi = 0;
+  float omega = 0.0f;  // inverse distance, 1/m; negative: not known
+};
+
+struct ContradictedStation {
+  StationIndex station;
+  double share = 0.0;              // of the sphere that is contradicted, in (0, 1]
+  std::vector<std::int32_t> runs;  // [run][theta, first row, one past the last], pixels of the maps
+  std::vector<SurfaceBehind> behind;
+};
+
+struct Contradictions {
+  PanoramaSize size;                          // in which they were looked for
+  std::vector<ContradictedStation> stations;  // that have any, in the order of lines and stations
+};
+
+// The finished map of a station of the plan.
+using FinalMap = std::function<InverseDistanceMap(const SweepReference&)>;
+
+// Compares every station of the room, with or without a map, with the nearest stations that have
+// maps. Their maps tell which surfaces they see in each direction; a pixel is contradicted where at
+// least three of them see a surface and agree on its colour, but the station shows another, and
+// no other surface that any of them sees there explains its colour. Colours are compared after
+// `gains` ([line][station]), within one pixel, as distances are never exact to the pixel at edges,
+// and relative to the noise of the pictures; what is clipped agrees with all that is brighter (or
+// darker). Regions narrower than about five pixels of 512 around the horizon are left alone: they
+// are edges and thin things that maps miss. Throws Interrupted.
+Contradictions find_contradictions(const Room& room, const DepthPlan& plan,
+                                   const std::vector<std::vector<GainField>>& gains,
+                                   const FinalMap& final_map);
+
+// Replaces the distances of what moved by those of the surfaces behind it, with the lowest
+// confidence that views use; confidence 0 where they are not known.
+void show_behind(const Contradictions& contradictions, double tolerance_per_m,
+                 InverseDistanceMap* map);
+
+}  // namespace raywalk::build_lf

@@ -1,0 +1,156 @@
+#include "build_lf/depth/contradictions.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <functional>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "build_lf/depth/depth_test_room.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr StationIndex kVisited{0, 8};   // the station that sees a person
+const cv::Rect kPerson(60, 30, 12, 30);  // in its frame of 128 x 64
+
+SyntheticRoomSpec plain_room() { return room_of_scale(1.0); }
+
+// Paints a person of one colour into the frames of the given stations.
+DepthTestRoom::Edit person_in(std::vector<StationIndex> stations, double noise = 0.0) {
+  return [stations, noise](StationIndex station, cv::Mat* frame) {
+    if (std::ranges::find(stations, station) != stations.end()) {
+      (*frame)(kPerson) = cv::Scalar(20, 30, 240);
+    }
+    if (noise > 0.0) add_noise(station, noise, frame);
+  };
+}
+
+class ContradictionsTest : public testing::Test {
+ protected:
+  // With exact maps at every `every`-th station, edited by `edit`.
+  static Contradictions contradictions_of(
+      const DepthTestRoom& room, int every = 2,
+      const std::function<void(InverseDistanceMap*)>& edit = nullptr) {
+    const DepthPlan plan = plan_depth(room.room(), {.every = every});
+    return find_contradictions(
+        room.room(), plan, unit_fields(room.grid()), [&](const SweepReference& reference) {
+          InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
+          map.station = reference.station;
+          if (edit) edit(&map);
+          return map;
+        });
+  }
+  // Share of the pixels of `rect` that are left out of the only station of which anything is.
+  static double share_found(const Contradictions& found, cv::Rect rect) {
+    if (found.stations.size() != 1 || !(found.stations[0].station == kVisited)) return -1.0;
+    cv::Mat mask = cv::Mat::zeros(64, 128, CV_8UC1);
+    const auto& runs = found.stations[0].runs;
+    for (size_t i = 0; i < runs.size(); i += 3) {
+      mask.col(runs[i]).rowRange(runs[i + 1], runs[i + 2]).setTo(1);
+    }
+    return cv::countNonZero(mask(rect)) / static_cast<double>(rect.area());
+  }
+};
+
+TEST_F(ContradictionsTest, AreNoneInARoomWhereNothingMoves) {
+  EXPECT_THAT(contradictions_of(DepthTestRoom(plain_room())).stations, IsEmpty());
+  EXPECT_THAT(contradictions_of(DepthTestRoom(plain_room(), person_in({}, 4.0))).stations,
+              IsEmpty());
+}
+
+TEST_F(ContradictionsTest, APersonAtOneStationIsLeftOut) {
+  const DepthTestRoom room(plain_room(), person_in({kVisited}));
+  const Contradictions found = contradictions_of(room);
+  EXPECT_EQ(share_found(found, kPerson), 1.0);
+  // Not much more than the person: of the sphere it covers 4.8 %.
+  EXPECT_LT(found.stations.at(0).share, 0.08);
+  EXPECT_GT(found.stations.at(0).share, 0.045);
+}
+
+TEST_F(ContradictionsTest, AStationWithoutAMapIsComparedToo) {
+  const StationIndex without_map{0, 7};
+  const DepthTestRoom room(plain_room(), person_in({without_map}));
+  const Contradictions found = contradictions_of(room);
+  ASSERT_EQ(found.stations.size(), 1u);
+  EXPECT_EQ(found.stations[0].station, without_map);
+}
+
+TEST_F(ContradictionsTest, APersonWithADistanceOfItsOwnIsLeftOutWithIt) {
+  const DepthTestRoom room(plain_room(), person_in({kVisited}));
+  const auto nearer = [&](InverseDistanceMap* map) {
+    if (!(map->station == kVisited)) return;
+    for (int u = kPerson.x; u < kPerson.x + kPerson.width; ++u) {
+      for (int v = kPerson.y; v < kPerson.y + kPerson.height; ++v) {
+        map->omega[pixel_index(u, v, map->size)] = 1.0f / 0.8f;
+      }
+    }
+  };
+  const Contradictions found = contradictions_of(room, 2, nearer);
+  EXPECT_GT(share_found(found, kPerson), 0.98);
+  // The map gets the wall behind the person.
+  const Eigen::Vector3d position_m = room.grid().lines[0].stations[8].position_m;
+  const PanoramaSize size{128, 64};
+  const InverseDistanceMap truth = true_map(plain_room().scene, position_m, size);
+  InverseDistanceMap map = truth;
+  map.station = kVisited;
+  nearer(&map);
+  show_behind(found, 0.01, &map);
+  const auto on_person = [&](size_t pixel) {
+    const cv::Point at(static_cast<int>(pixel) / size.height,
+                       static_cast<int>(pixel) % size.height);
+    return kPerson.contains(at);
+  };
+  EXPECT_GT(share_within(map, truth, 0.05, on_person), 0.95);
+}
+
+TEST_F(ContradictionsTest, TheSameInNoisyFrames) {
+  const DepthTestRoom room(plain_room(), person_in({kVisited}, 4.0));
+  EXPECT_GT(share_found(contradictions_of(room), kPerson), 0.98);
+}
+
+TEST_F(ContradictionsTest, ExposuresAreComparedAfterTheirGains) {
+  const DepthTestRoom room(plain_room(), [](StationIndex station, cv::Mat* frame) {
+    if (station == kVisited) frame->convertTo(*frame, -1, 0.7);
+  });
+  const DepthPlan plan = plan_depth(room.room(), {.every = 2});
+  auto gains = unit_fields(room.grid());
+  gains[0][8].whole = {1.0F / 0.7F, 1.0F / 0.7F, 1.0F / 0.7F};
+  const auto exact = [&](const SweepReference& reference) {
+    InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
+    map.station = reference.station;
+    return map;
+  };
+  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
+}
+
+TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
+  const DepthTestRoom room(plain_room(), [](StationIndex station, cv::Mat* frame) {
+    if (station == kVisited) frame->convertTo(*frame, -1, 1.8);
+  });
+  const DepthPlan plan = plan_depth(room.room(), {.every = 2});
+  auto gains = unit_fields(room.grid());
+  gains[0][8].whole = {1.0F / 1.8F, 1.0F / 1.8F, 1.0F / 1.8F};
+  const auto exact = [&](const SweepReference& reference) {
+    InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
+    map.station = reference.station;
+    return map;
+  };
+  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
+}
+
+TEST_F(ContradictionsTest, MaskedPixelsAreNeitherComparedNorBelieved) {
+  const auto mask = [](StationIndex) {
+    cv::Mat valid(64, 128, CV_8UC1, cv::Scalar(255));
+    valid.rowRange(kPerson.y, 64).setTo(0);
+    return valid;
+  };
+  const DepthTestRoom room(plain_room(), synthetic_grid(plain_room()), person_in({kVisited}), mask);
+  EXPECT_THAT(contradictions_of(room).stations, IsEmpty());
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf

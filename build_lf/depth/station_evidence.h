@@ -1,0 +1,63 @@
+// What a station tells about colours and surfaces, for the comparison of stations.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <utility>
+#include <vector>
+
+#include "build_lf/depth/contradictions.h"
+
+namespace raywalk::build_lf {
+
+// A range of colours, 8-bit levels.
+struct ColourRange {
+  cv::Vec3b least;
+  cv::Vec3b most;
+};
+
+// Largest distance, over the channels, of two ranges from each other; 0 where they overlap.
+int gap_between(const ColourRange& a, const ColourRange& b);
+
+// All of one size, [theta][phi].
+struct StationEvidence {
+  StationIndex station;
+  Eigen::Vector3d position_m{0, 0, 0};
+  std::vector<float> omega;  // inverse distances, 1/m; negative: not known. Empty: no map
+  cv::Mat colour;            // CV_8UC3 after the gains
+  cv::Mat least, most;       // of the pixels around; 0 and 255 where dark or clipped
+  cv::Mat valid;             // CV_8UC1, 0 = masked; empty: all valid
+
+  bool shows(int theta, int phi) const { return valid.empty() || valid.at<uchar>(theta, phi) != 0; }
+  ColourRange range(int theta, int phi) const {
+    return {least.at<cv::Vec3b>(theta, phi), most.at<cv::Vec3b>(theta, phi)};
+  }
+};
+
+// Evidence without a map. `size` is that of the panoramas or smaller.
+StationEvidence evidence_without_map(const Room& room, StationIndex station, PanoramaSize size,
+                                     const GainField& gains);
+
+// The stations with maps, made on demand; the least recently used are dropped.
+class EvidenceCache {
+ public:
+  // The arguments must outlive the cache.
+  EvidenceCache(const Room& room, const DepthPlan& plan, PanoramaSize size,
+                const std::vector<std::vector<GainField>>& gains, const FinalMap& final_map);
+  // Of plan.maps[which].
+  std::shared_ptr<const StationEvidence> get(int which);
+  PanoramaSize size() const { return size_; }
+
+ private:
+  const Room& room_;
+  const DepthPlan& plan_;
+  PanoramaSize size_;
+  const std::vector<std::vector<GainField>>& gains_;
+  const FinalMap& final_map_;
+  std::list<std::pair<int, std::shared_ptr<const StationEvidence>>> kept_;  // latest first
+};
+
+}  // namespace raywalk::build_lf

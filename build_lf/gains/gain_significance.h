@@ -1,0 +1,32 @@
+// Keeps of measured gains what is beyond their errors.
+//
+// Gains are measured with errors of their own: surfaces are not quite matt, distances not quite
+// right. Applied to pictures that agree already, they would only do harm, so what may be error
+// stays 1 exactly.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace raywalk::build_lf {
+
+// The log gains of one station's patches, [channel][patch] (patch_ratios.h).
+using PatchGains = std::array<std::span<const double>, 3>;
+
+// What is applied of a station's gains.
+struct KeptGains {
+  std::array<double, 3> whole{};  // log gain of the whole picture
+  bool local = false;             // whether patches differ from it
+  // [channel][patch], log gains beyond `whole`; empty unless `local`.
+  std::array<std::vector<double>, 3> patches{};
+};
+
+// `gains` were solved from all ratios, `halves` each from one half of them, whose differences show
+// how well the gains are determined. The whole picture's gain and that of its patches are judged
+// apart: each is dropped below twice its error, applied whole from four times its error on, and in
+// proportion between. `measured` tells the patches that have ratios; others are not judged.
+KeptGains keep_significant(const PatchGains& gains, const std::array<PatchGains, 2>& halves,
+                           std::span<const bool> measured);
+
+}  // namespace raywalk::build_lf

@@ -1,0 +1,34 @@
+// The local gains of a room's stations that best fit the ratios measured between their patches.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace raywalk::build_lf {
+
+// log gain(from) - log gain(to) = difference, for patches numbered through all stations: station *
+// kPatches + patch. Levels times gains agree, so `difference` is the log ratio of the levels, `to`
+// over `from`. Red, green, blue.
+struct PatchEquation {
+  int from = 0;
+  int to = 0;
+  std::array<float, 3> difference{};
+  std::array<float, 3> error{};  // standard error, above 0
+};
+
+// Which equations to solve: all, or those from the black or the white fields of a chessboard of
+// patches. Two halves tell how well the gains are determined.
+enum class Part { kAll, kBlack, kWhite };
+
+// The log gains of one channel of `stations` stations, [station][patch]: minimises
+//   sum over the equations  h((g_from - g_to - difference) / error)
+// + sum over neighbouring patches of a station  h((g - g') / 0.03)  + sum (g / 0.1)^2,
+// h(r) = r^2 up to Huber's k = 1.345 and 2 k |r| - k^2 beyond, which bounds the influence of
+// outliers and lets the gain jump where one lens ends and the next begins. The last term keeps the
+// gains near 1 where nothing is measured; its weight is that of differences of 10 % being common.
+// Patches that narrow towards the poles differ less.
+std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, Part part,
+                                      size_t channel, int stations);
+
+}  // namespace raywalk::build_lf

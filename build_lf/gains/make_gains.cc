@@ -1,0 +1,105 @@
+#include "build_lf/gains/make_gains.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "build_lf/gains/room_gains.h"
+#include "build_lf/gains/stored_gains.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+std::vector<StationIndex> all_stations(const Grid& grid) {
+  std::vector<StationIndex> stations;
+  for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
+    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
+    for (int station = 0; station < count; ++station) stations.push_back({line, station});
+  }
+  return stations;
+}
+
+// Adds up the solid angle and the squared log gains of a station.
+struct Totals {
+  double weight = 0.0;
+  double square = 0.0;
+  double largest_log = 0.0;  // in absolute value
+
+  void add(const ColourGain& gain, double solid_angle) {
+    for (int c = 0; c < 3; ++c) {
+      const double log_gain = std::log(static_cast<double>(gain[c]));
+      weight += solid_angle;
+      square += solid_angle * log_gain * log_gain;
+      if (std::fabs(log_gain) > std::fabs(largest_log)) largest_log = log_gain;
+    }
+  }
+
+  void add(const GainField& field) {
+    if (field.local.empty()) {
+      add(field.whole, 1.0);
+      return;
+    }
+    const int thetas = field.local.rows;
+    const int phis = field.local.cols;
+    for (int theta = 0; theta < thetas; ++theta) {
+      for (int phi = 0; phi < phis; ++phi) {
+        // Of a row of patches: the integral of cos phi, over 2 for the whole sphere.
+        const double top = std::cos(phi * kPi / phis);
+        const double bottom = std::cos((phi + 1) * kPi / phis);
+        add(field.whole.mul(field.local.at<cv::Vec3f>(theta, phi)), 0.5 * (top - bottom) / thetas);
+      }
+    }
+  }
+};
+
+}  // namespace
+
+GainsSummary summary_of(const GainFields& fields) {
+  GainsSummary summary;
+  Totals totals;
+  for (const auto& line : fields) {
+    for (const GainField& field : line) {
+      ++summary.stations;
+      summary.corrected += is_one(field) ? 0 : 1;
+      summary.local += field.local.empty() ? 0 : 1;
+      totals.add(field);
+    }
+  }
+  if (totals.weight > 0.0) summary.spread = std::sqrt(totals.square / totals.weight);
+  summary.largest = std::exp(totals.largest_log);
+  return summary;
+}
+
+std::string text_of(const GainsSummary& summary) {
+  const auto stations = [](int count) {
+    return counted(static_cast<std::size_t>(count), "station");
+  };
+  if (summary.corrected == 0) {
+    return fmt::format("the exposures of {} agree within what can be measured; views need no gains",
+                       stations(summary.stations));
+  }
+  return fmt::format(
+      "views apply gains to {} of {}, {} of them locally: {:.1f} % in the mean, at most a factor "
+      "of {:.2f}",
+      summary.corrected, stations(summary.stations), summary.local,
+      100.0 * std::expm1(summary.spread), summary.largest);
+}
+
+GainsSummary make_gains(const std::filesystem::path& directory) {
+  const Room room = Room::open_without_gains(directory);
+  if (!room.has_distances()) {
+    throw Error(
+        fmt::format("{}: no distances, which tell the surfaces that stations share; "
+                    "`raywalk-build-lf depth {}` estimates them",
+                    directory.string(), directory.string()));
+  }
+  const GainFields fields = solve_room_gains(room, all_stations(room.grid()), surface_maps_of(room),
+                                             unit_gain_fields(room.grid()));
+  replace_gains(directory, fields);
+  return summary_of(fields);
+}
+
+}  // namespace raywalk::build_lf

@@ -1,0 +1,265 @@
+#include "build_lf/gains/room_gains.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <opencv2/core.hpp>
+
+#include "build_lf/gains/gain_significance.h"
+#include "build_lf/gains/gain_solver.h"
+#include "build_lf/gains/gain_spots.h"
+#include "build_lf/gains/patch_ratios.h"
+#include "core/base/median.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/base/robust_sigma.h"
+#include "core/panorama/gain_graph.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+struct StationRatios {
+  int from = 0;  // index in the list of stations
+  int to = 0;
+  std::vector<PatchRatio> patches;
+};
+
+Eigen::Vector3d position_of(const Room& room, StationIndex station) {
+  const Line& line = room.grid().lines[static_cast<size_t>(station.line)];
+  return line.stations[static_cast<size_t>(station.station)].position_m;
+}
+
+// The stations with maps that a station is compared with: the nearest on its own line, where the
+// views are most alike, and the nearest on others, which tie the lines together.
+std::vector<StationIndex> partners_of(const Room& room, StationIndex station,
+                                      const SurfaceMaps& maps) {
+  constexpr int kOwn = 4;
+  constexpr int kOthers = 6;
+  const Eigen::Vector3d here_m = position_of(room, station);
+  std::vector<StationIndex> order;
+  for (const StationIndex other : maps.stations) {
+    if (other != station) order.push_back(other);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](StationIndex a, StationIndex b) {
+    return (position_of(room, a) - here_m).squaredNorm() <
+           (position_of(room, b) - here_m).squaredNorm();
+  });
+  std::vector<StationIndex> partners;
+  int own = 0;
+  int others = 0;
+  for (const StationIndex other : order) {
+    const bool same_line = other.line == station.line;
+    int& count = same_line ? own : others;
+    if (count == (same_line ? kOwn : kOthers)) continue;
+    ++count;
+    partners.push_back(other);
+  }
+  return partners;
+}
+
+// Pictures and maps of the stations that a run of consecutive stations is compared with; these are
+// mostly the same.
+class Surfaces {
+ public:
+  Surfaces(const Room& room, const SurfaceMaps& maps) : room_(room), maps_(maps) {}
+
+  const SurfacePicture& picture(StationIndex station) {
+    const auto found = pictures_.find(station);
+    if (found != pictures_.end()) return found->second;
+    return pictures_.emplace(station, surface_picture(room_, station, maps_.size, maps_.valid))
+        .first->second;
+  }
+
+  // Null if the station has none.
+  const InverseDistanceMap* map(StationIndex station) {
+    const auto found = read_.find(station);
+    if (found != read_.end()) return &found->second;
+    if (!std::binary_search(maps_.stations.begin(), maps_.stations.end(), station)) return nullptr;
+    return &read_.emplace(station, maps_.read(station)).first->second;
+  }
+
+ private:
+  const Room& room_;
+  const SurfaceMaps& maps_;
+  std::map<StationIndex, SurfacePicture> pictures_;
+  std::map<StationIndex, InverseDistanceMap> read_;
+};
+
+// Compares all stations with their partners; ordered by station.
+std::vector<StationRatios> compare_all(const Room& room, std::span<const StationIndex> stations,
+                                       const SurfaceMaps& maps) {
+  std::map<StationIndex, int> number;
+  for (const StationIndex station : stations) {
+    number.emplace(station, static_cast<int>(number.size()));
+  }
+  std::vector<std::vector<StationRatios>> of_station(stations.size());
+  Progress progress("comparing surfaces", static_cast<std::int64_t>(stations.size()), "stations");
+  constexpr int kStationsPerTask = 8;
+  parallel_for(0, static_cast<int>(stations.size()), kStationsPerTask, [&](int begin, int end) {
+    Surfaces surfaces(room, maps);
+    for (int i = begin; i < end; ++i) {
+      const StationIndex to = stations[static_cast<size_t>(i)];
+      for (const StationIndex from : partners_of(room, to, maps)) {
+        const auto from_number = number.find(from);
+        if (from_number == number.end()) continue;
+        std::vector<PatchRatio> patches = compare_surfaces(
+            surfaces.picture(from), *surfaces.map(from), surfaces.picture(to), surfaces.map(to));
+        of_station[static_cast<size_t>(i)].push_back({from_number->second, i, std::move(patches)});
+      }
+      progress.advance();
+    }
+  });
+  std::vector<StationRatios> all;
+  for (std::vector<StationRatios>& ratios : of_station) {
+    std::move(ratios.begin(), ratios.end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+// What a station's initial gains add to a log ratio is taken off, so that the rest is solved for.
+void take_off(const GainFields& initial, std::span<const StationIndex> stations,
+              std::vector<StationRatios>* all) {
+  const auto log_gains = [&](int number) {
+    const StationIndex station = stations[static_cast<size_t>(number)];
+    const ColourGain& whole =
+        initial[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)].whole;
+    return std::array<float, 3>{std::log(whole[0]), std::log(whole[1]), std::log(whole[2])};
+  };
+  for (StationRatios& ratios : *all) {
+    const auto from = log_gains(ratios.from);
+    const auto to = log_gains(ratios.to);
+    for (PatchRatio& patch : ratios.patches) {
+      for (size_t c = 0; c < 3; ++c) patch.log_ratio[c] -= from[c] - to[c];
+    }
+  }
+}
+
+// The log gains of whole pictures in one channel: two pictures differ by the median of their
+// patches.
+std::vector<double> whole_gains(const std::vector<StationRatios>& all, size_t channel,
+                                int stations) {
+  constexpr double kModelError = 0.005;
+  std::vector<GainEquation> equations;
+  for (const StationRatios& ratios : all) {
+    if (ratios.patches.empty()) continue;
+    std::vector<double> values;
+    for (const PatchRatio& patch : ratios.patches) {
+      values.push_back(static_cast<double>(patch.log_ratio[channel]));
+    }
+    const double middle = median(values);
+    const auto count = static_cast<double>(values.size());
+    for (double& value : values) value = std::fabs(value - middle);
+    const double error = robust_sigma(std::move(values)) / std::sqrt(count);
+    equations.push_back({ratios.from, ratios.to, middle, std::hypot(error, kModelError)});
+  }
+  const Eigen::VectorXd solved = solve_gain_graph(equations, stations);
+  return {solved.data(), solved.data() + solved.size()};
+}
+
+// Log gains of whole pictures, [channel][station].
+using WholeGains = std::array<std::vector<double>, 3>;
+
+// The ratios less those of the whole pictures' gains.
+std::vector<PatchEquation> equations_of(const std::vector<StationRatios>& all,
+                                        const WholeGains& whole) {
+  std::vector<PatchEquation> equations;
+  for (const StationRatios& ratios : all) {
+    for (const PatchRatio& patch : ratios.patches) {
+      PatchEquation& equation = equations.emplace_back();
+      equation.from = ratios.from * kPatches + patch.from;
+      equation.to = ratios.to * kPatches + patch.to;
+      equation.error = patch.error;
+      for (size_t c = 0; c < 3; ++c) {
+        const double of_whole =
+            whole[c][static_cast<size_t>(ratios.from)] - whole[c][static_cast<size_t>(ratios.to)];
+        equation.difference[c] = patch.log_ratio[c] - static_cast<float>(of_whole);
+      }
+    }
+  }
+  return equations;
+}
+
+// Log gains of all patches, [channel][station * kPatches + patch].
+using RoomPatches = std::array<std::vector<double>, 3>;
+
+// Solves a part of the equations and adds the whole pictures' gains.
+RoomPatches solve_part(std::span<const PatchEquation> equations, Part part,
+                       const WholeGains& whole) {
+  RoomPatches patches;
+  const auto stations = static_cast<int>(whole[0].size());
+  parallel_for(0, 3, 1, [&](int begin, int end) {
+    for (auto c = static_cast<size_t>(begin); c < static_cast<size_t>(end); ++c) {
+      const std::vector<double> solved = solve_patch_gains(equations, part, c, stations);
+      for (size_t s = 0; s < whole[c].size(); ++s) {
+        for (const double gain : without_spots(std::span(solved).subspan(s * kPatches, kPatches))) {
+          patches[c].push_back(whole[c][s] + gain);
+        }
+      }
+    }
+  });
+  return patches;
+}
+
+PatchGains station_of(const RoomPatches& patches, size_t station) {
+  const auto part = [&](size_t c) {
+    return std::span(patches[c]).subspan(station * kPatches, kPatches);
+  };
+  return {part(0), part(1), part(2)};
+}
+
+// [station][patch]: whether a ratio tells the patch's gain.
+std::vector<std::array<bool, kPatches>> measured_patches(const std::vector<StationRatios>& all,
+                                                         size_t stations) {
+  std::vector<std::array<bool, kPatches>> measured(stations);
+  for (const StationRatios& ratios : all) {
+    for (const PatchRatio& patch : ratios.patches) {
+      measured[static_cast<size_t>(ratios.from)][static_cast<size_t>(patch.from)] = true;
+      measured[static_cast<size_t>(ratios.to)][static_cast<size_t>(patch.to)] = true;
+    }
+  }
+  return measured;
+}
+
+void multiply(const KeptGains& kept, GainField* field) {
+  for (int c = 0; c < 3; ++c) {
+    field->whole[c] *= static_cast<float>(std::exp(kept.whole[static_cast<size_t>(c)]));
+  }
+  if (!kept.local) return;
+  field->local.create(kPatchesTheta, kPatchesPhi, CV_32FC3);
+  for (int patch = 0; patch < kPatches; ++patch) {
+    auto& gain = field->local.at<cv::Vec3f>(patch / kPatchesPhi, patch % kPatchesPhi);
+    for (int c = 0; c < 3; ++c) {
+      const auto& log_gains = kept.patches[static_cast<size_t>(c)];
+      gain[c] = static_cast<float>(std::exp(log_gains[static_cast<size_t>(patch)]));
+    }
+  }
+}
+
+}  // namespace
+
+GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
+                            const SurfaceMaps& maps, const GainFields& initial) {
+  std::vector<StationRatios> all = compare_all(room, stations, maps);
+  take_off(initial, stations, &all);
+  WholeGains whole;
+  for (size_t c = 0; c < 3; ++c) whole[c] = whole_gains(all, c, static_cast<int>(stations.size()));
+  const std::vector<PatchEquation> equations = equations_of(all, whole);
+  const auto measured = measured_patches(all, stations.size());
+  all = {};  // frees the memory
+  const RoomPatches patches = solve_part(equations, Part::kAll, whole);
+  const RoomPatches black = solve_part(equations, Part::kBlack, whole);
+  const RoomPatches white = solve_part(equations, Part::kWhite, whole);
+  GainFields fields = initial;
+  for (size_t i = 0; i < stations.size(); ++i) {
+    const KeptGains kept = keep_significant(
+        station_of(patches, i), {station_of(black, i), station_of(white, i)}, measured[i]);
+    multiply(
+        kept,
+        &fields[static_cast<size_t>(stations[i].line)][static_cast<size_t>(stations[i].station)]);
+  }
+  return fields;
+}
+
+}  // namespace raywalk::build_lf
