@@ -144,6 +144,9 @@ void add_trade_flags(CLI::App* command, ViewFlags* flags) {
           "Skip work that would move a pixel by at most this many captured pixels (default 0: "
           "skip nothing)")
       ->check(CLI::Range(0.0, 4.0));
+  command->add_flag("--no-gains", flags->no_gains,
+                    "Show the panoramas' own exposures instead of those made equal by the room's "
+                    "gains (raywalk-build-lf gains)");
 }
 
 void add_connection_flags(CLI::App* command, ViewFlags* flags) {

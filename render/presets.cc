@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/geometry/line_gaps.h"
 #include "core/geometry/spacing.h"
 #include "core/room/distance_samples.h"
 #include "core/room/requirements.h"
@@ -33,7 +34,7 @@ double reach_of(const Grid& grid) {
 
 double spacing_of(const Grid& grid) {
   std::vector<double> spacings_m;
-  for (const Line& line : grid.lines) spacings_m.push_back(median_spacing_m(line));
+  for (const Line& line : grid.lines) spacings_m.push_back(covering_spacing(line));
   return median(std::move(spacings_m));
 }
 

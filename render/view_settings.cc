@@ -34,7 +34,8 @@ SettingsSchema schema_of(ViewSettings* settings) {
       .integer("station_stride", &settings->station_stride, 1, kMaxStationStride)
       .integer("distance_maps", &settings->distance_maps, 1, kMaxDistanceMaps)
       .integer("fill_stations", &settings->fill_stations, 0, kMaxFillStations)
-      .number("skip_px", &settings->skip_px, 0.0, kMaxSkip_px);
+      .number("skip_px", &settings->skip_px, 0.0, kMaxSkip_px)
+      .choice("gains", &settings->gains, {"on", "off"});
   return schema;
 }
 
@@ -110,6 +111,7 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
   mode.options.distance_maps = settings.distance_maps;
   mode.options.fill_stations = settings.fill_stations;
   mode.options.skip_px = settings.skip_px;
+  mode.options.gains = settings.gains == "on";
   if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
     mode.options.k_deg = *k_deg;
     mode.k_source = settings.connection == "hybrid" ? "given" : "fixed by the connection";
@@ -154,6 +156,7 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
   override_with(flags.distance_maps, &settings.distance_maps);
   override_with(flags.fill_stations, &settings.fill_stations);
   override_with(flags.skip_px, &settings.skip_px);
+  if (flags.no_gains) settings.gains = "off";
   require_consistent(settings);
   return settings;
 }

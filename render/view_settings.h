@@ -46,6 +46,7 @@ struct ViewSettings {
   int distance_maps = 4;                 // 1..4
   int fill_stations = 32;                // 0..32
   double skip_px = 0.0;                  // 0..4
+  std::string gains = "on";              // on or off
 
   friend bool operator==(const ViewSettings&, const ViewSettings&) = default;
 };
@@ -69,6 +70,7 @@ struct ViewFlags {
   std::optional<int> distance_maps{};
   std::optional<int> fill_stations{};
   std::optional<double> skip_px{};
+  bool no_gains = false;
 };
 
 // The settings of the file, if one is given, on top of `base`, with the flags on top. Throws

@@ -45,7 +45,7 @@ TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
   const ViewSettings by_file = view_settings(
       file_flags("interpolation: cubic\narithmetic: double\nsecond_side: where-hidden\n"
                  "stations_mixed: 1\nstation_stride: 3\ndistance_maps: 2\nfill_stations: 5\n"
-                 "skip_px: 0.25\n"));
+                 "skip_px: 0.25\ngains: off\n"));
   ViewSettings expected;
   expected.interpolation = "cubic";
   expected.arithmetic = "double";
@@ -55,6 +55,7 @@ TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
   expected.distance_maps = 2;
   expected.fill_stations = 5;
   expected.skip_px = 0.25;
+  expected.gains = "off";
   EXPECT_TRUE(by_file == expected);
   ViewFlags flags;
   flags.interpolation = "cubic";
@@ -65,6 +66,7 @@ TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
   flags.distance_maps = 2;
   flags.fill_stations = 5;
   flags.skip_px = 0.25;
+  flags.no_gains = true;
   EXPECT_TRUE(view_settings(flags) == expected);
   // And they reach the renderer.
   write_synthetic_room({.width = 32}, directory_ / "room.lf");
@@ -77,6 +79,7 @@ TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
   EXPECT_EQ(options.distance_maps, 2);
   EXPECT_EQ(options.fill_stations, 5);
   EXPECT_EQ(options.skip_px, 0.25);
+  EXPECT_FALSE(options.gains);
 }
 
 TEST_F(ViewSettingsTest, ParametersOutOfRangeAreRejected) {

@@ -239,6 +239,13 @@ struct ColumnKernels {
                        ColumnTarget target, const float* omega_map, float tolerance,
                        float* refined);
 
+  // Where a distance map (as in refine_omega) sees the points of a column: their inverse distances
+  // from the map's station, and the indices of the upper pixels to the left and to the right of
+  // their directions; the lower ones follow.
+  void (*look_up_points)(RowTable table, const float* omega, int rows, ColumnOffset offset,
+                         ColumnTarget target, float* omega_there, std::int32_t* left,
+                         std::int32_t* right);
+
   // Copies `count` columns of rgb, `column_bytes` apart, into rows of a bgr image. The four bytes
   // after each column must be readable.
   void (*write_rows)(const std::uint8_t* columns, std::size_t column_bytes, int count, int rows,

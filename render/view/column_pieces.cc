@@ -214,6 +214,7 @@ ColumnRenderer::StoredRows ColumnRenderer::stored_rows(int u, const RaySource& s
   for (int next = 0; next < 2; ++next) {
     if (!reads(usual_reading(source), next)) continue;
     const std::uint8_t* first = volume.column(source.station + next, u).data() + 3 * rows.begin;
+    stored.stations[static_cast<size_t>(stored.count)] = source.station + next;
     stored.columns[static_cast<size_t>(stored.count++)] = first;
     scratch_->reader.count_stored(source.line, first, rows.end - rows.begin);
   }
@@ -230,11 +231,23 @@ void ColumnRenderer::mix_piece(int u, double theta_rad, const RaySource& source,
     scratch_->reader.mix(samples_of(theta_rad, source, piece), rgb + 3 * rows.begin);
     return;
   }
-  const StoredRows stored = stored_rows(u, source, rows);
+  mix_stored(u, source, stored_rows(u, source, rows), rows, rgb + 3 * rows.begin);
+}
+
+void ColumnRenderer::mix_stored(int u, const RaySource& source, const StoredRows& stored,
+                                RowRun rows, std::uint8_t* rgb) {
+  const int count = rows.end - rows.begin;
   const std::int16_t weights[] = {static_cast<std::int16_t>(kWeightOne - stored.share),
                                   stored.share};
-  kernels_.mix_columns(stored.columns.data(), weights, 2, 3 * (rows.end - rows.begin),
-                       rgb + 3 * rows.begin);
+  kernels_.mix_columns(stored.columns.data(), weights, 2, 3 * count, rgb);
+  scratch_->reader.gains().apply_stored(shares_of(source, stored), u, rows.begin, count, rgb);
+}
+
+std::array<StationShare, 2> ColumnRenderer::shares_of(const RaySource& source,
+                                                      const StoredRows& stored) {
+  const float second = static_cast<float>(stored.share) / static_cast<float>(kWeightOne);
+  return {{{source.line, stored.stations[0], 1.0F - second},
+           {source.line, stored.stations[stored.count == 2 ? 1 : 0], second}}};
 }
 
 void ColumnRenderer::add_piece(int u, double theta_rad, const RaySource& source,
@@ -254,7 +267,12 @@ void ColumnRenderer::add_piece(int u, double theta_rad, const RaySource& source,
     scratch_->reader.accumulate(samples_of(theta_rad, source, piece), weight, sum);
     return;
   }
-  const StoredRows stored = stored_rows(u, source, rows);
+  StoredRows stored = stored_rows(u, source, rows);
+  if (scratch_->reader.gains().change(shares_of(source, stored))) {
+    std::uint8_t* const levels = scratch_->levels.data() + 3 * rows.begin;
+    mix_stored(u, source, stored, rows, levels);
+    stored.columns = {levels, levels};
+  }
   kernels_.accumulate_stored(stored.columns[0], stored.columns[1], stored.share, weight,
                              rows.end - rows.begin, sum);
 }
@@ -309,7 +327,7 @@ void ColumnRenderer::read_second_side_where_hidden(
     rest.assign(rows, 0);
     if (!all_seen) {
       const auto usable = usable_rows(theta_rad, depth_theta, sources[i], i);
-      for (size_t row = 0; row < rows; ++row) rest[row] = usable[row] && !seen[row];
+      for (size_t row = 0; row < rows; ++row) rest[row] = seen[row] != 0 ? 0 : usable[row];
     }
     visible[i] = rest;
   }

@@ -45,8 +45,9 @@ PixelCounts ColumnRenderer::counts() const {
 
 void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   counts_.all += view_.output.height;
+  scratch_->unresolved.clear();
   if (sources.empty()) {
-    fill_empty(u, rgb);
+    render_unserved(u, rgb);
   } else if (view_.distances == nullptr) {
     render_initial(u, sources, rgb);
   } else {
@@ -61,13 +62,17 @@ bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, 
     return false;
   }
   counts_.all += view_.output.height;
+  scratch_->unresolved.clear();
   render_corrected(
       u, sources, common_rows(rows_between_polar_caps(view_.output.height, step), view_.rows), rgb);
   return true;
 }
 
+std::span<const RowRun> ColumnRenderer::unknown_rows() const { return scratch_->unresolved; }
+
 void ColumnRenderer::fill_empty(int u, std::uint8_t* rgb) {
   counts_.empty += view_.output.height;
+  scratch_->unresolved.assign(1, {0, view_.output.height});
   const int stripe = std::max(1, view_.output.height / 32);
   for (int row = 0; row < view_.output.height; ++row) {
     const bool dark = ((u + row) / stripe) % 2 == 0;
@@ -75,13 +80,29 @@ void ColumnRenderer::fill_empty(int u, std::uint8_t* rgb) {
   }
 }
 
+void ColumnRenderer::render_unserved(int u, std::uint8_t* rgb) {
+  fill_empty(u, rgb);
+  if (view_.distances == nullptr) return;
+  const std::int64_t filled = counts_.filled;
+  scratch_->unresolved.clear();
+  const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
+  const int depth_theta = depth_column(theta_rad);
+  prepare_omega(u);
+  begin_depth_column(depth_theta);
+  std::ranges::fill(scratch_->hidden, kSeen);
+  fill_hidden(theta_rad, depth_theta, rgb);
+  counts_.filled = filled;  // counted as empty
+}
+
+int ColumnRenderer::depth_column(double theta_rad) const {
+  const PanoramaSize size = view_.distances->size();
+  return split_column(std::round(pixel_from_angles({theta_rad, 0.0}, size).u), size.width).whole;
+}
+
 void ColumnRenderer::render_corrected(int u, std::span<const RaySource> sources, RowRun rows,
                                       std::uint8_t* rgb) {
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
-  const PanoramaSize depth_size = view_.distances->size();
-  const int depth_theta =
-      split_column(std::round(pixel_from_angles({theta_rad, 0.0}, depth_size).u), depth_size.width)
-          .whole;
+  const int depth_theta = depth_column(theta_rad);
   prepare_omega(u);
   weigh_sources(theta_rad, depth_theta, sources);
   if (sources.size() == 1) {
@@ -139,15 +160,19 @@ void ColumnRenderer::prepare_omega(int u) {
                           scratch_->omega.data());
 }
 
+void ColumnRenderer::begin_depth_column(int depth_theta) {
+  DepthColumn& depth = scratch_->depth;
+  if (depth.theta == depth_theta) return;
+  depth.theta = depth_theta;
+  depth.visible.clear();
+  depth.visible.reserve(8);  // four lines, in front and behind: returned spans stay valid
+  depth.fill.assign(static_cast<size_t>(view_.distances->size().height), Scratch::kUnknown);
+}
+
 std::span<const std::uint8_t> ColumnRenderer::visible_rows(int depth_theta,
                                                            const RaySource& source) {
+  begin_depth_column(depth_theta);
   DepthColumn& depth = scratch_->depth;
-  if (depth.theta != depth_theta) {
-    depth.theta = depth_theta;
-    depth.visible.clear();
-    depth.visible.reserve(8);  // four lines, in front and behind: returned spans stay valid
-    depth.fill.assign(static_cast<size_t>(view_.distances->size().height), Scratch::kUnknown);
-  }
   const bool behind = source.d_p_m < 0.0;
   for (const auto& known : depth.visible) {
     if (known.line == source.line && known.behind == behind) return known.rows;
@@ -156,14 +181,40 @@ std::span<const std::uint8_t> ColumnRenderer::visible_rows(int depth_theta,
   visible.line = source.line;
   visible.behind = behind;
   scratch_->ring->compute(*view_.distances, depth_theta, source.d_p_m, visible.rows);
+  remove_hidden_from_stations(depth_theta, source, visible.rows);
+  weigh_visibility(view_.distances->trust(depth_theta), visible.rows);
   return visible.rows;
+}
+
+void ColumnRenderer::remove_hidden_from_stations(int depth_theta, const RaySource& source,
+                                                 std::vector<std::uint8_t>& visible) {
+  auto& seen_by_line = scratch_->seen_by_line;
+  seen_by_line = visible;
+  const Reading reading = usual_reading(source);
+  scratch_->stations->remove_hidden(
+      {source.line, source.station, {reads(reading, 0), reads(reading, 1)}}, depth_theta, visible);
+  for (size_t row = 0; row < visible.size(); ++row) {
+    if (visible[row] == seen_by_line[row]) continue;
+    // Where every station sees something nearer, so does the viewpoint, and its distance is wrong.
+    if (fill_of(depth_theta, static_cast<int>(row)) == Scratch::kNone) visible[row] = 1;
+  }
+}
+
+void ColumnRenderer::weigh_visibility(const float* trust, std::span<std::uint8_t> rows) {
+  for (size_t row = 0; row < rows.size(); ++row) {
+    const float doubt = trust == nullptr ? 0.0f : 1.0f - trust[row];
+    rows[row] = rows[row] != 0 ? kSeen : static_cast<std::uint8_t>(std::lround(doubt * kSeen));
+  }
 }
 
 std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int depth_theta,
                                                           const RaySource& source, size_t which) {
   const auto visible = visible_rows(depth_theta, source);
   const LineVolume& volume = view_.room.volume(source.line);
-  if (!volume.masked()) return visible;
+  const LeftOutPixels& left_out = view_.room.distances(source.line).left_out();
+  if (!volume.masked() && !left_out.any(source.station) && !left_out.any(source.station + 1)) {
+    return visible;
+  }
   // Visibility changes little within a column of the distances and is shared by its output columns;
   // masks must be exact to the pixel, so they are looked up at the actual sample positions.
   auto& usable = scratch_->usable[which];
@@ -174,9 +225,12 @@ std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int 
     if (!reads(usual_reading(source), next)) continue;
     const RowRun all{0, view_.output.height};
     const SamplePositions at = find_run(theta_rad, source, next, all).positions;
-    SampleCheck check(volume, source.station + next);
+    SampleCheck masks(volume, source.station + next);
+    LeftOutCheck moved(left_out, source.station + next, volume.panorama());
     for (size_t row = 0; row < scratch_->omega.size(); ++row) {
-      if (check.valid(at.offset_left[row], at.offset_right[row])) continue;
+      const std::int32_t left = at.offset_left[row];
+      const std::int32_t right = at.offset_right[row];
+      if (masks.valid(left, right) && moved.valid(left, right)) continue;
       usable[static_cast<size_t>(scratch_->mapping->nearest[row])] = 0;
     }
   }
@@ -201,8 +255,8 @@ void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
   if (sources.size() == 1) {
     for (size_t row = 0; row < rows; ++row) {
       scratch_->needed[row] = visible[0][row];
-      scratch_->hidden[row] = !visible[0][row];
-      scratch_->any_hidden |= !visible[0][row];
+      scratch_->hidden[row] = kSeen - visible[0][row];
+      scratch_->any_hidden |= visible[0][row] < kSeen;
     }
     return;
   }
@@ -216,17 +270,19 @@ void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
   for (size_t row = 0; row < rows; ++row) {
     float total = 0.0f;
     int seeing = 0;
+    std::uint8_t most = 0;
+    const auto part = [&](size_t i) { return share[i] * (visible[i][row] / float{kSeen}); };
     for (size_t i = 0; i < sources.size(); ++i) {
-      total += visible[i][row] ? share[i] : 0.0f;
-      seeing += visible[i][row];
+      total += part(i);
+      seeing += visible[i][row] > 0 ? 1 : 0;
+      most = std::max(most, visible[i][row]);
     }
-    scratch_->hidden[row] = total <= 0.0f;
-    scratch_->any_hidden |= total <= 0.0f;
+    scratch_->hidden[row] = kSeen - most;
+    scratch_->any_hidden |= most < kSeen;
     scratch_->any_shared |= seeing > 1;
     const float scale = total > 0.0f ? static_cast<float>(kWeightOne) / total : 0.0f;
     for (size_t i = 0; i < sources.size(); ++i) {
-      scratch_->source_weights[i][row] =
-          static_cast<std::int16_t>(visible[i][row] ? share[i] * scale : 0.0f);
+      scratch_->source_weights[i][row] = static_cast<std::int16_t>(part(i) * scale);
     }
   }
 }

@@ -8,8 +8,10 @@
 // front and behind, each where it sees the point, weighted by the other's distance so that the
 // picture is continuous when the viewpoint crosses a line.
 // Rays masked in a station (outside LineVolume::valid_rows) count as not seen by it: the point is
-// read from other lines and stations that see it. An initial view, which has no distances,
-// stretches the valid rows of the column instead.
+// read from other lines and stations that see it. Where the distances cannot be relied on, a line
+// is not left out because it does not seem to see a point. An initial view, which has no distances,
+// stretches the valid rows of the column instead. What no station sees is stretched too, until the
+// finished picture is filled (picture_fill.h).
 #pragma once
 
 #include <array>
@@ -28,8 +30,10 @@
 
 namespace raywalk::render {
 
+class RoomGains;
 class TouchedRays;
 struct RowSamples;
+struct StationShare;
 
 // Input shared by all columns of a view. References must outlive the renderers.
 struct ViewInputs {
@@ -48,7 +52,8 @@ struct ViewInputs {
   int stations_mixed = 2;
   SecondSide second_side = SecondSide::kBlend;
   double skip_px = 0.0;
-  TouchedRays* touched = nullptr;  // counts the bytes read; null: not counted
+  const RoomGains* gains = nullptr;  // null: all are 1
+  TouchedRays* touched = nullptr;    // counts the bytes read; null: not counted
 };
 
 // Output rows per row of the distances where sample positions are computed at the distances' rows
@@ -84,7 +89,7 @@ struct PixelCounts {
   std::int64_t all = 0;
   std::int64_t filled = 0;     // hidden from the lines in use, read from another station
   std::int64_t stretched = 0;  // seen by no station: taken from the farther neighbour in the column
-  std::int64_t empty = 0;  // no line serves the column, or all of it is masked; shown as a pattern
+  std::int64_t empty = 0;      // no line serves the column, or all of it is masked
   WorkCounts work{};
 
   PixelCounts& operator+=(const PixelCounts& other) {
@@ -111,8 +116,8 @@ class ColumnRenderer {
   ColumnRenderer& operator=(const ColumnRenderer&) = delete;
 
   // Renders output column `u` from the given lines into height * 3 rgb bytes. Only the rows of
-  // ViewInputs::rows are valid; one byte beyond is scratch. Without sources the column is filled
-  // with a grey pattern.
+  // ViewInputs::rows are valid; one byte beyond is scratch. Without sources the column shows what
+  // other stations see, else a grey pattern.
   void render(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
 
   // The same, but in columns with more rows than their distances it may skip the polar caps outside
@@ -120,11 +125,17 @@ class ColumnRenderer {
   // mean of the columns step / 2 to both sides.
   bool render_sparsely(int u, std::span<const RaySource> sources, int step, std::uint8_t* rgb);
 
+  // The rows of the last column that no station shows. What they hold, a neighbour's colour or the
+  // grey pattern, stands in for what the rest of the picture tells (picture_fill.h).
+  std::span<const RowRun> unknown_rows() const;
+
   PixelCounts counts() const;
 
  private:
   struct Scratch;
   struct DepthColumn;
+
+  static constexpr std::uint8_t kSeen = 255;
 
   // Output columns that coincide with captured columns: mixed without resampling.
   void mix_stored_columns(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
@@ -133,10 +144,25 @@ class ColumnRenderer {
   RowRun valid_rows_of_cut(int u, int line, int station) const;
   void render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
   void render_corrected(int u, std::span<const RaySource> sources, RowRun rows, std::uint8_t* rgb);
+  // A column without sources: what other stations see of it.
+  void render_unserved(int u, std::uint8_t* rgb);
+  // The column of the distances nearest to a direction.
+  int depth_column(double theta_rad) const;
+  // Forgets what is known of another column of the distances.
+  void begin_depth_column(int depth_theta);
   void prepare_omega(int u);
   void weigh_sources(double theta_rad, int depth_theta, std::span<const RaySource> sources);
+  // How well a source sees the rows of the distances, 0 to kSeen.
   std::span<const std::uint8_t> visible_rows(int depth_theta, const RaySource& source);
-  // visible_rows() without those whose samples are masked; `which` is the source's index.
+  // Sets visible[row] = 0 where a station of the source does not see the point and another one
+  // does.
+  void remove_hidden_from_stations(int depth_theta, const RaySource& source,
+                                   std::vector<std::uint8_t>& visible);
+  // A line that does not seem to see a point is not used for it; the less the distances can be
+  // relied on (`trust`, null: entirely), the more it is used after all.
+  static void weigh_visibility(const float* trust, std::span<std::uint8_t> rows);
+  // visible_rows() without those whose samples are masked or left out; `which` is the source's
+  // index.
   std::span<const std::uint8_t> usable_rows(double theta_rad, int depth_theta,
                                             const RaySource& source, size_t which);
   void mix_source(int u, double theta_rad, const RaySource& source, RowRun rows, std::uint8_t* rgb);
@@ -182,10 +208,15 @@ class ColumnRenderer {
   // A run of rows of the plain cut; the same station twice where only one is used.
   struct StoredRows {
     std::array<const std::uint8_t*, 2> columns{};
+    std::array<int, 2> stations{};
     int count = 0;
     std::int16_t share = 0;  // of the second
   };
   StoredRows stored_rows(int u, const RaySource& source, RowRun rows);
+  // Writes the rows, mixed and multiplied by their gains.
+  void mix_stored(int u, const RaySource& source, const StoredRows& stored, RowRun rows,
+                  std::uint8_t* rgb);
+  static std::array<StationShare, 2> shares_of(const RaySource& source, const StoredRows& stored);
   RowSamples samples_of(double theta_rad, const RaySource& source, const RowPiece& piece);
   // The samples of a run of output rows.
   StationSamples find_run(double theta_rad, const RaySource& source, int next, RowRun rows);
@@ -201,13 +232,25 @@ class ColumnRenderer {
   ColumnOffset offset_from(int line, int station, double theta_rad) const;
   Eigen::Vector3d viewpoint_m() const;
   void fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb);
+  // Shows a station in hidden rows of the output, each as far as it is hidden.
+  void show_station(double theta_rad, const MapStation& map, RowRun rows, std::uint8_t* rgb);
+  // Marks those of the rows that nothing else is shown in.
+  void leave_unresolved(RowRun rows);
+  // What no source sees of an output row, 0 to kSeen.
+  std::uint8_t hidden_part(int row) const;
   int find_fill_station(int depth_theta, int depth_row);
+  // The same, remembered for the current column of the distances.
+  int fill_of(int depth_theta, int depth_row);
+  // The same where the distances cannot be relied on.
+  int find_unmasked_station(const Eigen::Vector3f& direction, float omega) const;
   // Whether the pixels of a station that a pixel of the distances covers are unmasked.
   bool is_unmasked(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
+  // Whether one of the pixels of a station around a pixel of the distances is left out.
+  bool is_left_out(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
+  // Whether a station is shown in a hidden row although its pixels there are left out, as no other
+  // station sees the place.
+  bool shows_moved(const MapStation& map, int row) const;
   void add_unresolved(RowRun run);
-  // Marks those of rows [begin, end) as unresolved that were filled from masked rays of a station,
-  // which happens where an interpolated distance differs from those of the rows around it.
-  void unresolve_masked(const MapStation& map, int begin, int end, SamplePositions positions);
   // `rendered`: the rows already rendered where they are visible.
   void stretch_unresolved(int u, std::span<const RaySource> sources, RowRun rendered,
                           std::uint8_t* rgb);

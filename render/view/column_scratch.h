@@ -10,6 +10,7 @@
 #include "render/view/column_renderer.h"
 #include "render/view/precise_positions.h"
 #include "render/view/sample_reader.h"
+#include "render/view/station_visibility.h"
 #include "render/view/visibility.h"
 
 namespace raywalk::render {
@@ -38,7 +39,8 @@ struct ColumnRenderer::Scratch {
         exact_omega(omega),
         zero_omega(omega),
         samples{PositionArrays(view.output.height), PositionArrays(view.output.height)},
-        reader(view.room, view.interpolation, view.touched),
+        reader(view.room, view.interpolation, view.touched, view.gains),
+        levels(3 * omega.size() + kSampleLookAhead),
         sum(omega.size() * 4),
         row_weight(omega.size()) {
     if (view.arithmetic == Arithmetic::kDouble) {
@@ -49,7 +51,12 @@ struct ColumnRenderer::Scratch {
       depth_omega.resize(static_cast<size_t>(depth_rows));
       fraction.resize(omega.size());
       hidden.resize(static_cast<size_t>(depth_rows));
+      fill.resize(3 * omega.size() + 1);  // a byte beyond is scratch
       ring = std::make_unique<RingVisibility>(depth_rows);
+      stations = std::make_unique<StationVisibility>(
+          view.room, *view.distances,
+          Eigen::Vector3d(view.plan.viewpoint().x_m, view.plan.height_m(),
+                          view.plan.viewpoint().z_m));
       depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
       needed.resize(static_cast<size_t>(depth_rows));
       if (rows_per_distance > 1) {
@@ -66,6 +73,7 @@ struct ColumnRenderer::Scratch {
   PositionArrays samples[2];  // of the two stations around A
   SampleReader reader;
   std::vector<RowPiece> pieces;
+  std::vector<std::uint8_t> levels;  // stored rows before they are blended
   std::vector<std::int16_t> sum, row_weight;
   std::vector<RowRun> unresolved;  // hidden rows that no station sees
   std::unique_ptr<RowMapping> mapping;
@@ -75,7 +83,8 @@ struct ColumnRenderer::Scratch {
   std::vector<float> shift_u, shift_v;
   std::vector<std::vector<std::int16_t>> source_weights;  // [source][depth row]
   std::array<std::vector<std::uint8_t>, 4> usable;        // [source][depth row], of masked lines
-  std::vector<std::uint8_t> hidden;                       // [depth row]
+  std::vector<std::uint8_t> hidden;  // [depth row]: what no source sees of it, 0 to kSeen
+  std::vector<std::uint8_t> fill;    // rgb of a run of hidden rows
   bool any_hidden = false;
   double skip_px = 0.0;    // of the current column (work_skipped.h)
   bool any_shared = true;  // whether any row is blended from several sources
@@ -85,6 +94,8 @@ struct ColumnRenderer::Scratch {
   std::vector<std::uint8_t> near;                      // [depth row] or [row]
   std::vector<Reading> readings;                       // the same
   std::unique_ptr<RingVisibility> ring;
+  std::unique_ptr<StationVisibility> stations;
+  std::vector<std::uint8_t> seen_by_line;  // [depth row], of one source
   DepthColumn depth;
 };
 

@@ -50,6 +50,10 @@ void ColumnWorker::render(int first, int begin, int end, const SourcesOf& source
     return i - step / 2 >= begin && i + step / 2 < end ? step : 1;
   };
   std::vector<SparseColumn> sparse;
+  unknown_.resize(static_cast<std::size_t>(end - begin));
+  const auto unknown_of = [&](int i) -> UnknownRows& {
+    return unknown_[static_cast<std::size_t>(i - begin)];
+  };
   for (int i = begin; i < end; ++i) {
     const int u = (first + i) % view_.output.width;
     const auto sources = sources_of(u);
@@ -59,12 +63,18 @@ void ColumnWorker::render(int first, int begin, int end, const SourcesOf& source
     } else if (renderer_.render_sparsely(u, sources, step, column_of(i))) {
       sparse.push_back({i, step});
     }
+    const auto unknown = renderer_.unknown_rows();
+    unknown_of(i).assign(unknown.begin(), unknown.end());
   }
   // Larger steps first: the others are means of these columns.
   std::ranges::stable_sort(sparse, std::greater(), &SparseColumn::step);
   for (const auto& [i, step] : sparse) {
     fill_polar_caps(column_of(i - step / 2), column_of(i + step / 2), view_.output.height, step,
                     column_of(i));
+    // What is a mean of unknown pixels is not known either.
+    for (const int beside : {i - step / 2, i + step / 2}) {
+      for (const RowRun& rows : unknown_of(beside)) unknown_of(i).push_back(rows);
+    }
   }
 }
 

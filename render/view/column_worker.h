@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "render/view/column_renderer.h"
+#include "render/view/picture_fill.h"
 #include "render/view/read_ahead.h"
 
 namespace raywalk::render {
@@ -33,6 +35,8 @@ class ColumnWorker {
 
   // The columns of the last render(): rgb, spread_column_bytes() apart.
   const std::uint8_t* columns() const { return columns_.data(); }
+  // The rows of each of these columns that no station shows.
+  std::span<const UnknownRows> unknown() const { return unknown_; }
   PixelCounts counts() const { return renderer_.counts(); }
 
  private:
@@ -41,6 +45,7 @@ class ColumnWorker {
   ReadAhead read_ahead_;
   ColumnRenderer renderer_;
   std::vector<std::uint8_t> columns_;
+  std::vector<UnknownRows> unknown_;
 };
 
 // A pool of workers: creating their tables and memory costs more than rendering a few columns.

@@ -176,11 +176,47 @@ void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
   double total_unseen = 0.0;
   for (const int count : unseen) total_unseen += count;
   unseen_share_ = total_unseen / static_cast<double>(pixels);
-  if (total_unseen == 0.0) return;
-  parallel_for(0, size_.width / 2, 16, [&](int begin, int end) {
-    for (int theta = begin; theta < end; ++theta) {
-      const auto at = static_cast<size_t>(theta);
-      if (unseen[at] + unseen[at + static_cast<size_t>(size_.width / 2)] > 0) fill_unseen(theta);
+  const bool doubted = find_trust(room, maps, viewpoint_m);
+  if (total_unseen > 0.0) {
+    parallel_for(0, size_.width / 2, 16, [&](int begin, int end) {
+      for (int theta = begin; theta < end; ++theta) {
+        const auto at = static_cast<size_t>(theta);
+        if (unseen[at] + unseen[at + static_cast<size_t>(size_.width / 2)] > 0) fill_unseen(theta);
+      }
+    });
+  }
+  if (doubted) smooth_doubted();
+}
+
+bool DistanceView::find_trust(const Room& room, std::span<const MapStation> maps,
+                              const Eigen::Vector3d& viewpoint_m) {
+  std::vector<TrustedMap> trusted(maps.size());
+  parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const MapStation& map = maps[static_cast<size_t>(i)];
+      trusted[static_cast<size_t>(i)].trust.compute(volume_of(room, map), map.map);
+      trusted[static_cast<size_t>(i)].offset_m = (viewpoint_m - map.position_m).cast<float>();
+    }
+  });
+  trust_.clear();
+  doubted_.clear();
+  if (std::ranges::all_of(trusted, [](const auto& map) { return map.trust.everywhere(); })) {
+    return false;
+  }
+  smooth_.compute(omega_, size_, trusted);
+  return true;
+}
+
+void DistanceView::smooth_doubted() {
+  const auto rows = static_cast<size_t>(size_.height);
+  trust_.resize(omega_.size());
+  doubted_.resize(static_cast<size_t>(size_.width));
+  parallel_for(0, size_.width, 16, [&](int begin, int end) {
+    for (auto theta = static_cast<size_t>(begin); theta < static_cast<size_t>(end); ++theta) {
+      const std::span trust(trust_.data() + theta * rows, rows);
+      doubted_[theta] = smooth_.trust(static_cast<int>(theta), trust) ? 1 : 0;
+      if (doubted_[theta] == 0) continue;
+      smooth_.smooth(static_cast<int>(theta), trust, {omega_.data() + theta * rows, rows});
     }
   });
 }

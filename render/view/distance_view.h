@@ -3,8 +3,9 @@
 // The few maps nearest to the viewpoint are projected into it; where several see a surface, the
 // nearest surface wins, and among maps that agree on it the nearest map. Pixels that no map sees
 // with sufficient confidence (kMinConfidence) take the farther of their neighbours along the
-// great circle, because a near object hides background. A view without any confident pixel equals
-// the initial view.
+// great circle, because a near object hides background. Where most of the maps' pixels are of low
+// confidence, all take a smooth distance (smooth_distances.h). A view without any confident pixel
+// equals the initial view.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,6 +16,7 @@
 #include "core/room/room.h"
 #include "render/view/depth_layers.h"
 #include "render/view/row_table.h"
+#include "render/view/smooth_distances.h"
 #include "render/view/view_plan.h"
 
 namespace raywalk::render {
@@ -55,6 +57,11 @@ class DistanceView {
   const float* column(int theta) const {
     return omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(size_.height);
   }
+  // How far the distances of a column can be relied on, 0 to 1 for each row; null where all are 1.
+  const float* trust(int theta) const {
+    if (doubted_.empty() || doubted_[static_cast<size_t>(theta)] == 0) return nullptr;
+    return trust_.data() + static_cast<size_t>(theta) * static_cast<size_t>(size_.height);
+  }
   // Neighbouring pixels are on one surface where their inverse distances differ by no more than
   // this, relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
   float surface_tolerance() const { return tolerance_; }
@@ -67,14 +74,21 @@ class DistanceView {
   int merge_column(const Room& room, std::span<const MapStation> maps,
                    const Eigen::Vector3d& viewpoint_m, int theta);
   void fill_unseen(int theta);
+  // Returns whether any map is doubted; smooth_ then knows where.
+  bool find_trust(const Room& room, std::span<const MapStation> maps,
+                  const Eigen::Vector3d& viewpoint_m);
+  void smooth_doubted();
 
   PanoramaSize size_;
   float tolerance_ = 0.0f;
   double unseen_share_ = 0.0;
   std::unique_ptr<LatitudeTable> latitudes_;  // of size_.height rows
   int latitudes_rows_ = 0;
-  std::vector<float> omega_;                // [theta][phi]; negative while unseen
-  std::vector<float> projected_;            // [map][theta][phi]; negative where a map sees nothing
+  std::vector<float> omega_;      // [theta][phi]; negative while unseen
+  std::vector<float> projected_;  // [map][theta][phi]; negative where a map sees nothing
+  SmoothDistances smooth_;
+  std::vector<float> trust_;                // [theta][phi]; of doubted columns
+  std::vector<std::uint8_t> doubted_;       // [theta]; empty where nothing is doubted
   std::vector<std::vector<float>> stored_;  // stored inverse distances of each map; < 0 unknown
 };
 

@@ -36,6 +36,23 @@ bool ColumnRenderer::is_unmasked(const MapStation& map, const Eigen::Vector3f& d
   return true;
 }
 
+bool ColumnRenderer::is_left_out(const MapStation& map, const Eigen::Vector3f& direction,
+                                 float omega) const {
+  const LeftOutPixels& left_out = view_.room.distances(map.line).left_out();
+  if (!left_out.any(map.station)) return false;
+  const Eigen::Vector3d seen =
+      direction.cast<double>() + double(omega) * (viewpoint_m() - map.position_m);
+  const PixelPosition at = pixel_from_angles(angles_from_direction(seen), left_out.size());
+  const auto row = static_cast<int>(std::lround(at.v));
+  const auto column = static_cast<int>(std::lround(at.u));
+  for (int u = column - 1; u <= column + 1; ++u) {
+    for (const RowRun& run : left_out.rows(map.station, wrapped_column(u, left_out.size().width))) {
+      if (row - 1 < run.end && row + 1 >= run.begin) return true;
+    }
+  }
+  return false;
+}
+
 int ColumnRenderer::find_fill_station(int depth_theta, int depth_row) {
   const DistanceView& distances = *view_.distances;
   const float omega = distances.column(depth_theta)[depth_row];
@@ -44,58 +61,124 @@ int ColumnRenderer::find_fill_station(int depth_theta, int depth_row) {
           angles_from_pixel({double(depth_theta), double(depth_row)}, distances.size()))
           .cast<float>();
   const float tolerance = distances.surface_tolerance();
+  const float* const trust = distances.trust(depth_theta);
+  if (trust != nullptr && trust[depth_row] < 0.5f) {
+    return find_unmasked_station(direction, omega);
+  }
   // Next to a silhouette a captured pixel is part foreground: a station that sees the point away
   // from nearer surfaces is preferred to a nearer one that sees it at a silhouette.
   int just_sees = Scratch::kNone;
+  // What moved is shown only where no other station sees the place.
+  int shows_moved = Scratch::kNone;
   for (size_t i = 0; i < view_.fill_maps.size(); ++i) {
     const MapLookup there =
         look_up(view_.room, view_.fill_maps[i], direction, omega, viewpoint_m(), tolerance);
     const float hides = there.omega_there * (1.0f + tolerance);
     if (there.omega_map < 0.0f || there.omega_map > hides) continue;
     if (!is_unmasked(view_.fill_maps[i], direction, omega)) continue;
+    if (is_left_out(view_.fill_maps[i], direction, omega)) {
+      if (shows_moved == Scratch::kNone) shows_moved = static_cast<int>(i);
+      continue;
+    }
     if (there.omega_around <= hides) return static_cast<int>(i);
     if (just_sees == Scratch::kNone) just_sees = static_cast<int>(i);
   }
-  return just_sees;
+  return just_sees != Scratch::kNone ? just_sees : shows_moved;
+}
+
+int ColumnRenderer::fill_of(int depth_theta, int depth_row) {
+  int& fill = scratch_->depth.fill[static_cast<size_t>(depth_row)];
+  if (fill == Scratch::kUnknown) fill = find_fill_station(depth_theta, depth_row);
+  return fill;
+}
+
+int ColumnRenderer::find_unmasked_station(const Eigen::Vector3f& direction, float omega) const {
+  // Without a distance to rely on it is not known which stations see the point, and farther
+  // stations would show something else.
+  const size_t nearest = std::min(view_.fill_maps.size(), size_t{2});
+  for (size_t i = 0; i < nearest; ++i) {
+    if (is_unmasked(view_.fill_maps[i], direction, omega)) return static_cast<int>(i);
+  }
+  return Scratch::kNone;
 }
 
 void ColumnRenderer::fill_hidden(double theta_rad, int depth_theta, std::uint8_t* rgb) {
   const int depth_rows = view_.distances->size().height;
-  const auto fill_of = [&](int depth_row) {
-    int& fill = scratch_->depth.fill[static_cast<size_t>(depth_row)];
-    if (fill == Scratch::kUnknown) fill = find_fill_station(depth_theta, depth_row);
-    return fill;
-  };
   const auto hidden = [&](int depth_row) {
     return scratch_->hidden[static_cast<size_t>(depth_row)] != 0;
   };
-  scratch_->unresolved.clear();
   for (int depth_row = 0; depth_row < depth_rows;) {
     const int begin = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
     if (!hidden(depth_row)) {
       ++depth_row;
       continue;
     }
-    const int fill = fill_of(depth_row);
+    const int fill = fill_of(depth_theta, depth_row);
     do {
       ++depth_row;
-    } while (depth_row < depth_rows && hidden(depth_row) && fill_of(depth_row) == fill);
+    } while (depth_row < depth_rows && hidden(depth_row) &&
+             fill_of(depth_theta, depth_row) == fill);
     const int end = scratch_->mapping->first_row[static_cast<size_t>(depth_row)];
     if (begin == end) continue;
-    if (fill == Scratch::kNone) add_unresolved({begin, end});
-    if (fill >= 0) {
-      const MapStation& map = view_.fill_maps[static_cast<size_t>(fill)];
-      const StationSamples samples = find_samples(theta_rad, map.line, map.station, begin,
-                                                  end - begin, scratch_->samples[0].positions());
-      scratch_->reader.mix({.line = map.line,
-                            .count = 1,
-                            .station = {map.station},
-                            .at = {samples},
-                            .rows = end - begin},
-                           rgb + 3 * begin);
-      counts_.filled += end - begin;
-      unresolve_masked(map, begin, end, samples.positions);
+    if (fill == Scratch::kNone) {
+      leave_unresolved({begin, end});
+    } else {
+      show_station(theta_rad, view_.fill_maps[static_cast<size_t>(fill)], {begin, end}, rgb);
     }
+  }
+}
+
+bool ColumnRenderer::shows_moved(const MapStation& map, int row) const {
+  const DistanceView& distances = *view_.distances;
+  const int theta = scratch_->depth.theta;
+  const int depth_row = scratch_->mapping->nearest[static_cast<size_t>(row)];
+  const Eigen::Vector3d direction = direction_from_angles(
+      angles_from_pixel({double(theta), double(depth_row)}, distances.size()));
+  return is_left_out(map, direction.cast<float>(), distances.column(theta)[depth_row]);
+}
+
+std::uint8_t ColumnRenderer::hidden_part(int row) const {
+  return scratch_
+      ->hidden[static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)])];
+}
+
+void ColumnRenderer::leave_unresolved(RowRun rows) {
+  for (int row = rows.begin; row < rows.end; ++row) {
+    if (hidden_part(row) == kSeen) add_unresolved({row, row + 1});
+  }
+}
+
+void ColumnRenderer::show_station(double theta_rad, const MapStation& map, RowRun rows,
+                                  std::uint8_t* rgb) {
+  const int count = rows.end - rows.begin;
+  const StationSamples samples = find_samples(theta_rad, map.line, map.station, rows.begin, count,
+                                              scratch_->samples[0].positions());
+  std::uint8_t* const shown = scratch_->fill.data();
+  scratch_->reader.mix(
+      {.line = map.line, .count = 1, .station = {map.station}, .at = {samples}, .rows = count},
+      shown);
+  const LineVolume& volume = view_.room.volume(map.line);
+  const LeftOutPixels& left_out = view_.room.distances(map.line).left_out();
+  const bool anything_moved = left_out.any(map.station);
+  SampleCheck masks(volume, map.station);
+  LeftOutCheck moved(left_out, map.station, volume.panorama());
+  for (int i = 0; i < count; ++i) {
+    const int row = rows.begin + i;
+    const std::int32_t left = samples.positions.offset_left[i];
+    const std::int32_t right = samples.positions.offset_right[i];
+    // A sample may be masked or left out where an interpolated distance differs from those of the
+    // rows around.
+    if ((volume.masked() && !masks.valid(left, right)) ||
+        (anything_moved && !moved.valid(left, right) && !shows_moved(map, row))) {
+      leave_unresolved({row, row + 1});
+      continue;
+    }
+    const int part = hidden_part(row);
+    for (int c = 0; c < 3; ++c) {
+      std::uint8_t& held = rgb[3 * row + c];
+      held = static_cast<std::uint8_t>(held + ((shown[3 * i + c] - held) * part) / kSeen);
+    }
+    if (part > kSeen / 2) ++counts_.filled;
   }
 }
 
@@ -108,22 +191,10 @@ void ColumnRenderer::add_unresolved(RowRun run) {
   }
 }
 
-void ColumnRenderer::unresolve_masked(const MapStation& map, int begin, int end,
-                                      SamplePositions positions) {
-  const LineVolume& volume = view_.room.volume(map.line);
-  if (!volume.masked()) return;
-  SampleCheck check(volume, map.station);
-  for (int i = 0; i < end - begin; ++i) {
-    if (check.valid(positions.offset_left[i], positions.offset_right[i])) continue;
-    add_unresolved({begin + i, begin + i + 1});
-    --counts_.filled;
-  }
-}
-
 void ColumnRenderer::render_row(int u, std::span<const RaySource> sources, int row,
                                 std::uint8_t* rgb) {
   const auto depth_row = static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)]);
-  if (scratch_->hidden[depth_row] != 0) return;  // filled already
+  if (scratch_->hidden[depth_row] == kSeen) return;  // filled already
   const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
   const std::uint8_t beyond = rgb[3 * row + 3];
   if (sources.size() == 1) {

@@ -72,6 +72,7 @@ void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> source
   std::uint8_t* const out = rgb + 3 * view_.rows.begin;
   const std::uint8_t* columns[4];
   std::int16_t weights[4];
+  std::array<StationShare, 4> shares;
   int count = 0;
   for (const RaySource& source : sources) {
     const LineVolume& volume = view_.room.volume(source.line);
@@ -79,7 +80,10 @@ void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> source
       if (!reads(usual_reading(source), next)) continue;
       columns[count] = volume.column(source.station + next, u).data() + 3 * view_.rows.begin;
       scratch_->reader.count_stored(source.line, columns[count], rows);
-      weights[count++] = fixed_weight(source.weight * station_share(source, next));
+      const double share = source.weight * station_share(source, next);
+      shares[static_cast<size_t>(count)] = {source.line, source.station + next,
+                                            static_cast<float>(share)};
+      weights[count++] = fixed_weight(share);
     }
   }
   if (count == 1) {
@@ -87,6 +91,8 @@ void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> source
   } else {
     kernels_.mix_columns(columns, weights, count, 3 * rows, out);
   }
+  scratch_->reader.gains().apply_stored(std::span(shares).first(static_cast<size_t>(count)), u,
+                                        view_.rows.begin, rows, out);
 }
 
 void ColumnRenderer::render_cut(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
@@ -141,6 +147,9 @@ void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, s
     return;
   }
   render_cut(u, sources_of(sources, shares), rgb);
+  for (const RowRun& masked : {RowRun{0, valid.begin}, RowRun{valid.end, rows}}) {
+    if (!masked.empty()) add_unresolved(masked);
+  }
   for (int row = 0; row < rows; ++row) {
     if (row >= valid.begin && row < valid.end) continue;
     const int nearest = row < valid.begin ? valid.begin : valid.end - 1;

@@ -19,21 +19,23 @@
 namespace raywalk::render {
 namespace {
 
-constexpr int kMapsPerLine = 2;      // the nearest, and one for points hidden from it
 constexpr int kMaxFartherMaps = 32;  // more maps for points that masks hide
+constexpr size_t kReadable = 2;      // bytes before the first sample of a part and after the last
 
-// Length over which the maps of a view are spread: the shorter side of the viewpoint's cell, or in
-// an open grid the longest line.
-double plan_scale_m(const Room& room, PlanPoint viewpoint) {
-  if (const auto cell = find_cell(room.grid(), viewpoint)) {
-    const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
-    return std::min(c.x_max_m - c.x_min_m, c.z_max_m - c.z_min_m);
-  }
-  double longest = 0.0;
-  for (const Line& line : room.grid().lines) {
-    longest = std::max(longest, line.last_m() - line.first_m());
-  }
-  return longest;
+// How the maps of a view are chosen (nearest_maps).
+struct MapSpread {
+  double gap_m = 0.0;
+  int most_per_line = 0;
+};
+
+// In a cell maps are spread over its lines: of each the nearest, and one for points hidden from it.
+// Where no lines close a cell, the nearest maps on both sides tell most.
+MapSpread map_spread(const Room& room, PlanPoint viewpoint) {
+  const auto cell = find_cell(room.grid(), viewpoint);
+  if (!cell) return {.gap_m = 0.0, .most_per_line = std::numeric_limits<int>::max()};
+  const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
+  const double side_m = std::min(c.x_max_m - c.x_min_m, c.z_max_m - c.z_min_m);
+  return {.gap_m = 0.125 * side_m, .most_per_line = 2};
 }
 
 double largest_d_p(const ViewPlan& plan) {
@@ -72,6 +74,7 @@ Renderer::Renderer(const Room& room, const ViewOptions& options)
         "give them to raywalk-build-lf pack --distance DIR, or use --generation initial",
         room.directory().string(), generation_name(options.generation)));
   }
+  if (options_.gains && !room_.gains().empty()) gains_ = std::make_unique<RoomGains>(room_);
   // A panorama much smaller than the captured ones is rendered larger and averaged down, so that
   // fine texture does not alias.
   supersampling_ = std::max(
@@ -130,16 +133,17 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
                                      .stations_mixed = options_.stations_mixed,
                                      .second_side = options_.second_side,
                                      .skip_px = options_.skip_px,
+                                     .gains = gains_.get(),
                                      .touched = touched_.get()});
   view_.layers_ = 0;
   if (options_.generation == Generation::kInitial) return view_;
 
   const Eigen::Vector3d viewpoint_m(viewpoint.x_m, view_.plan_->height_m(), viewpoint.z_m);
-  const double gap_m = 0.125 * plan_scale_m(room_, viewpoint);
+  const MapSpread spread = map_spread(room_, viewpoint);
   const auto lines = view_.plan_->lines();
-  view_.maps_ =
-      nearest_maps(room_, lines, viewpoint_m, gap_m, kMapsPerLine, options_.distance_maps);
-  view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, gap_m, options_.fill_stations,
+  view_.maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, spread.most_per_line,
+                             options_.distance_maps);
+  view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, options_.fill_stations,
                                   options_.fill_stations);
   if (room_.masked() && options_.fill_stations > 0) {
     const auto farther = farther_maps(room_, view_.fill_maps_, viewpoint_m, kMaxFartherMaps);
@@ -174,10 +178,12 @@ void Renderer::render_columns(int first, int count, const ColumnSink& sink, View
     return sources(view_.plan_->column(angles_from_pixel({double(u), 0.0}, size).theta_rad));
   };
   ColumnWorkers workers(*view_.inputs_);
+  unknown_.resize(static_cast<size_t>(count));
   parallel_for(0, count, kColumnsPerTask, [&](int begin, int end) {
     auto worker = workers.take();
     worker->render(first, begin, end, sources_of);
     sink(begin, end - begin, worker->columns(), column_bytes);
+    std::ranges::copy(worker->unknown(), unknown_.begin() + begin);
     workers.give_back(std::move(worker));
   });
   const PixelCounts total = workers.counts();
@@ -203,27 +209,18 @@ void Renderer::render_panorama(cv::Mat* image, ViewReport* report) {
                                     rendered.ptr<std::uint8_t>(0) + 3 * begin, rendered.step);
       },
       report);
+  fill_picture({unknown_, Seam::kJoined, {0, size.height}, size.height}, &rendered);
   if (supersampling_ > 1) {
     cv::resize(oversized_, *image, cv::Size(options_.width, options_.width / 2), 0, 0,
                cv::INTER_AREA);
   }
 }
 
-void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report) {
+UnknownPixels Renderer::render_part(const PanoramaPart& part, ViewReport* report) {
   const PanoramaSize panorama = view_.inputs_->output;
-  // A picture much coarser than the panorama is rendered finer and averaged down, up to the largest
-  // picture size.
-  const double coarser = panorama.width / (kTwoPi * focal_length_px(viewport));
-  const int most_fold = kMaxViewport_px / std::max(viewport.width, viewport.height);
-  const int fold = std::max(1, std::min(most_fold, static_cast<int>(std::lround(coarser))));
-  Viewport fine = viewport;
-  fine.width *= fold;
-  fine.height *= fold;
-  const PanoramaPart part = part_shown(fine, panorama);
   // An initial view fills masked rows from the whole column.
   if (!room_.masked()) view_.inputs_->rows = part.rows;
   const size_t column = 3 * static_cast<size_t>(panorama.height);
-  constexpr size_t kReadable = 2;  // bytes before the first sample and after the last
   part_.resize(2 * kReadable + column * static_cast<size_t>(part.columns));
   std::uint8_t* const rays = part_.data() + kReadable;
   render_columns(
@@ -237,12 +234,46 @@ void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport*
         }
       },
       report);
+  const Seam seam = part.columns == panorama.width ? Seam::kJoined : Seam::kOpen;
+  return {unknown_, seam, part.rows, panorama.height};
+}
+
+void Renderer::fill_part(const UnknownPixels& unknown) {
+  if (std::ranges::all_of(unknown.columns, &UnknownRows::empty)) return;
+  cv::Mat columns(static_cast<int>(unknown.columns.size()), unknown.height, CV_8UC3,
+                  part_.data() + kReadable);
+  cv::Mat picture;
+  cv::transpose(columns, picture);
+  fill_picture(unknown, &picture);
+  cv::transpose(picture, columns);
+}
+
+void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report) {
+  const PanoramaSize panorama = view_.inputs_->output;
+  // A picture much coarser than the panorama is rendered finer and averaged down, up to the largest
+  // picture size.
+  const double coarser = panorama.width / (kTwoPi * focal_length_px(viewport));
+  const int most_fold = kMaxViewport_px / std::max(viewport.width, viewport.height);
+  const int fold = std::max(1, std::min(most_fold, static_cast<int>(std::lround(coarser))));
+  Viewport fine = viewport;
+  fine.width *= fold;
+  fine.height *= fold;
+  PanoramaPart part = part_shown(fine, panorama);
+  UnknownPixels unknown = render_part(part, report);
+  // What surrounds a large unknown place may lie beyond the part: then it is filled as in the
+  // panorama, so that it looks the same from every direction.
+  if (is_unknown_at_border(unknown, panorama.width / 64)) {
+    part = {.first_column = 0, .columns = panorama.width, .rows = {0, panorama.height}};
+    ViewReport of_all;
+    unknown = render_part(part, &of_all);
+  }
+  fill_part(unknown);
 
   cv::Mat& rendered = fold > 1 ? oversized_ : *image;
   rendered.create(fine.height, fine.width, CV_8UC3);
   advise_huge_pages(rendered.data, rendered.step * static_cast<size_t>(fine.height));
   const ColumnBlock block{panorama, part.first_column, part.columns};
-  const auto block_column = static_cast<std::int32_t>(column);
+  const auto block_column = static_cast<std::int32_t>(3 * panorama.height);
   const RayExtent extent{block_column, block_column * part.columns};
   const SampleReaders& readers = readers_of(options_.interpolation);
   const size_t column_bytes = spread_column_bytes(fine.height);
@@ -251,7 +282,7 @@ void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport*
     std::vector<std::uint8_t> columns(column_bytes * static_cast<size_t>(end - begin));
     for (int i = begin; i < end; ++i) {
       column_kernels().aim(rays_of_column(fine, i), fine.height, block, positions.positions());
-      readers.sample_each({rays, positions.positions(), extent}, fine.height,
+      readers.sample_each({part_.data() + kReadable, positions.positions(), extent}, fine.height,
                           columns.data() + column_bytes * static_cast<size_t>(i - begin));
     }
     column_kernels().write_rows(columns.data(), column_bytes, end - begin, fine.height,

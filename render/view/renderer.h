@@ -15,6 +15,7 @@
 
 #include "core/room/room.h"
 #include "render/view/column_renderer.h"
+#include "render/view/picture_fill.h"
 #include "render/view/touched_rays.h"
 #include "render/view/view_options.h"
 #include "render/view/viewport.h"
@@ -26,8 +27,8 @@ struct ViewReport {
   int layers = 0;             // 0 in an initial view
   int limited_corners = 0;    // corners whose cut was moved because the overhang ran out, of four
   double filled_share = 0.0;  // hidden from the lines in use and filled from other stations
-  double stretched_share = 0.0;    // seen by no station
-  double empty_share = 0.0;        // served by no line
+  double stretched_share = 0.0;    // seen by no station: filled from the rest of the picture
+  double empty_share = 0.0;        // served by no line, filled from other stations and the rest
   std::int64_t pixels = 0;         // of the columns that were rendered
   WorkCounts work{};               // in those pixels
   std::int64_t bytes_touched = 0;  // of the rays, in whole 64-byte lines; 0 unless counted
@@ -99,20 +100,25 @@ class Renderer {
   // requested ones on.
   using ColumnSink = std::function<void(int begin, int count, const std::uint8_t* columns,
                                         std::size_t column_bytes)>;
-  // Renders `count` columns from `first` on, around the seam.
+  // Renders `count` columns from `first` on, around the seam; unknown_ then tells what is unknown.
   void render_columns(int first, int count, const ColumnSink& sink, ViewReport* report);
   void render_panorama(cv::Mat* image, ViewReport* report);
   void render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report);
+  // Renders a part of the panorama into part_ and returns what is unknown of it.
+  UnknownPixels render_part(const PanoramaPart& part, ViewReport* report);
+  void fill_part(const UnknownPixels& unknown);
 
   std::optional<Room> part_of_room_;  // set where station_stride > 1
   const Room& room_;
   ViewOptions options_;
   PreparedView view_;
+  std::unique_ptr<const RoomGains> gains_;                // null: all are 1, or not wanted
   std::unique_ptr<TouchedRays> touched_;                  // null: bytes are not counted
   std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
-  cv::Mat oversized_;               // rendered picture before averaging, where supersampling_ > 1
-  std::vector<std::uint8_t> part_;  // the part of the panorama that a flat picture shows
-  int supersampling_ = 1;           // rendered columns per output column
+  cv::Mat oversized_;                 // rendered picture before averaging, where supersampling_ > 1
+  std::vector<UnknownRows> unknown_;  // of the columns rendered last
+  std::vector<std::uint8_t> part_;    // the part of the panorama that a flat picture shows
+  int supersampling_ = 1;             // rendered columns per output column
 };
 
 }  // namespace raywalk::render

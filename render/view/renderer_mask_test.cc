@@ -50,6 +50,13 @@ double nadir_psnr_db(const cv::Mat& image, const cv::Mat& truth, double cone_deg
   return psnr_db(image(nadir).clone(), truth(nadir).clone());
 }
 
+// The largest difference between neighbours in a row, around the seam.
+double largest_step_along(const cv::Mat& row) {
+  cv::Mat shifted;
+  cv::hconcat(row.colRange(1, row.cols), row.col(0), shifted);
+  return largest_difference(row, shifted);
+}
+
 // The same room twice, with the companion in another colour: views must not depend on it.
 class Recoloured {
  public:
@@ -190,19 +197,17 @@ TEST(RendererMask, ACompletelyMaskedStationIsReplaced) {
   }
 }
 
-TEST(RendererMask, InitialViewsStretchOverMasksAndCountThat) {
+TEST(RendererMask, InitialViewsFillMasksAndCountThat) {
   const TestRoom room(with(dolly()));
   const RenderedView view = room.view({.generation = Generation::kInitial}, {0.1, 0.2});
   // Rows whose centres lie in the cone.
   const int rows = static_cast<int>(std::ceil(view.image.rows * kConeDeg / 180.0 - 0.5));
   EXPECT_NEAR(view.report.stretched_share, static_cast<double>(rows) / view.image.rows, 1e-9);
-  for (int u = 0; u < view.image.cols; ++u) {
-    EXPECT_EQ(view.image.at<cv::Vec3b>(view.image.rows - 1, u),
-              view.image.at<cv::Vec3b>(view.image.rows - 1 - rows, u));
-  }
+  EXPECT_LT(largest_step_along(view.image.row(view.image.rows - 2)), 12.0);
+  EXPECT_GT(largest_step_along(view.image.row(view.image.rows - 1 - rows)), 12.0);
 }
 
-TEST(RendererMask, PointsSeenByNoStationAreStretchedAndCounted) {
+TEST(RendererMask, PointsSeenByNoStationAreFilledAndCounted) {
   // 70 degrees: the cameras see no floor within 3.3 m of them.
   const Recoloured rooms(with(
       {.hides = [](const std::string&, int,
@@ -211,7 +216,10 @@ TEST(RendererMask, PointsSeenByNoStationAreStretchedAndCounted) {
   for (const Generation generation : kGenerations) {
     const ViewOptions options{.generation = generation};
     EXPECT_EQ(rooms.difference(options, {0.1, 0.2}), 0.0) << generation_name(generation);
-    EXPECT_NEAR(rooms.room().view(options, {0.1, 0.2}).report.stretched_share, 70.0 / 180.0, 0.03);
+    const RenderedView view = rooms.room().view(options, {0.1, 0.2});
+    EXPECT_NEAR(view.report.stretched_share, 70.0 / 180.0, 0.03);
+    // Smooth across the columns, where stretched columns would be streaks.
+    EXPECT_LT(largest_step_along(view.image.row(view.image.rows - 8)), 8.0);
   }
 }
 

@@ -177,13 +177,19 @@ TEST(WantedRows, EqualThoseOfTheWholeColumn) {
   EXPECT_GT(stretched, 1000);
 }
 
-TEST(ViewportMasks, TheDollyIsNotShown) {
+// A room whose cameras see nothing of directions with a y below `y`.
+SyntheticRoomSpec masked_below(double y) {
   SyntheticRoomSpec spec;
   spec.width = 256;
   spec.overhang_m = 0.25;
-  spec.companion = CameraCompanion{
-      .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
-  const TestRoom room(spec);
+  spec.companion.emplace().hides = [y](const std::string&, int, const Eigen::Vector3d& d) {
+    return d.y() < y;
+  };
+  return spec;
+}
+
+TEST(ViewportMasks, TheDollyIsNotShown) {
+  const TestRoom room(masked_below(-0.8));
   for (const Generation generation : kGenerations) {
     Renderer renderer(room.room(), {.generation = generation});
     for (const double pitch_deg : {-90.0, -60.0, -30.0}) {
@@ -192,6 +198,22 @@ TEST(ViewportMasks, TheDollyIsNotShown) {
       cv::Mat magenta;
       cv::inRange(picture, cv::Scalar(200, 0, 200), cv::Scalar(255, 60, 255), magenta);
       EXPECT_EQ(cv::countNonZero(magenta), 0) << generation_name(generation) << pitch_deg;
+    }
+  }
+}
+
+// Of a large place that no station shows a flat picture may see a part only; it is filled as in the
+// panorama.
+TEST(ViewportMasks, WhatNoStationShowsIsFilledAsInThePanorama) {
+  const TestRoom room(masked_below(-0.4));
+  for (const Generation generation : kGenerations) {
+    Renderer renderer(room.room(), {.generation = generation});
+    const cv::Mat panorama = renderer.render({0.1, 0.2}).image;
+    for (const double pitch_deg : {-90.0, -55.0, -30.0}) {
+      const Viewport viewport = looking(30, pitch_deg, 0, 50, 60, 60);
+      EXPECT_GT(psnr_db(renderer.render({0.1, 0.2}, viewport).image, cut_from(panorama, viewport)),
+                40.0)
+          << generation_name(generation) << pitch_deg;
     }
   }
 }

@@ -62,11 +62,13 @@ std::int16_t fixed_weight(double weight) {
   return static_cast<std::int16_t>(std::lround(std::clamp(weight, 0.0, 1.0) * kWeightOne));
 }
 
-SampleReader::SampleReader(const Room& room, Interpolation interpolation, TouchedRays* touched)
+SampleReader::SampleReader(const Room& room, Interpolation interpolation, TouchedRays* touched,
+                           const RoomGains* gains)
     : room_(room),
       interpolation_(interpolation),
       readers_(readers_of(interpolation)),
       linear_(column_kernels().linear),
+      gains_(gains),
       touched_(touched) {}
 
 template <typename Read>
@@ -96,6 +98,11 @@ void SampleReader::in_runs(const RowSamples& samples, Read read) {
 
 void SampleReader::mix(const RowSamples& samples, std::uint8_t* rgb) {
   count(samples, nullptr);
+  mix_levels(samples, rgb);
+  gains_.apply(samples, rgb);
+}
+
+void SampleReader::mix_levels(const RowSamples& samples, std::uint8_t* rgb) {
   std::uint8_t* const end_of_rows = rgb + 3 * samples.rows;
   const std::uint8_t beyond = *end_of_rows;
   in_runs(samples, [&](const SampleReaders& readers, int begin, int end) {
@@ -113,6 +120,14 @@ void SampleReader::mix(const RowSamples& samples, std::uint8_t* rgb) {
 void SampleReader::accumulate(const RowSamples& samples, const std::int16_t* weight,
                               std::int16_t* sum) {
   count(samples, weight);
+  if (gains_.change(samples)) {
+    levels_.resize(3 * static_cast<std::size_t>(samples.rows) + kSampleLookAhead);
+    mix_levels(samples, levels_.data());
+    gains_.apply(samples, levels_.data());
+    column_kernels().accumulate_stored(levels_.data(), levels_.data(), 0, weight, samples.rows,
+                                       sum);
+    return;
+  }
   in_runs(samples, [&](const SampleReaders& readers, int begin, int end) {
     const StationSamples first = from_row(samples.at[0], begin);
     if (samples.count == 1) {

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "core/room/room.h"
 #include "render/view/column_kernels.h"
+#include "render/view/gain_rows.h"
 #include "render/view/touched_rays.h"
 #include "render/view/view_options.h"
 
@@ -31,13 +33,16 @@ struct RowSamples {
 
 class SampleReader {
  public:
-  // `touched` may be null. References must outlive the reader.
-  SampleReader(const Room& room, Interpolation interpolation, TouchedRays* touched);
+  // `touched` and `gains` may be null. References must outlive the reader.
+  SampleReader(const Room& room, Interpolation interpolation, TouchedRays* touched,
+               const RoomGains* gains = nullptr);
 
   // Writes rows * 3 bytes. The byte after them must be writable and is preserved.
   void mix(const RowSamples& samples, std::uint8_t* rgb);
   // Adds weight / 32768 of each row to sums as ColumnKernels::accumulate_pair has them.
   void accumulate(const RowSamples& samples, const std::int16_t* weight, std::int16_t* sum);
+  // Of the stations, which mix() and accumulate() apply; stored columns are left to the caller.
+  GainRows& gains() { return gains_; }
   // Counts rows of a station's column, from `first_row` on, that are read uncorrected.
   void count_stored(int line, const std::uint8_t* first_row, int rows);
 
@@ -50,6 +55,7 @@ class SampleReader {
   // whose 4 x 4 pixels are not all valid are read linearly.
   template <typename Read>
   void in_runs(const RowSamples& samples, Read read);
+  void mix_levels(const RowSamples& samples, std::uint8_t* rgb);
   // `weight` null: all rows are read.
   void count(const RowSamples& samples, const std::int16_t* weight);
   void touch(const RowSamples& samples, Interpolation interpolation, int begin, int end,
@@ -59,6 +65,8 @@ class SampleReader {
   Interpolation interpolation_;
   const SampleReaders& readers_;
   const SampleReaders& linear_;
+  GainRows gains_;
+  std::vector<std::uint8_t> levels_;  // rows mixed before they are multiplied by gains
   TouchedRays* touched_;
   std::int64_t found_ = 0;
   std::int64_t stored_ = 0;

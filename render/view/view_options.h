@@ -63,6 +63,9 @@ struct ViewOptions {
   // Skips work that moves a pixel by at most this much (work_skipped.h), in pixels of the captured
   // panoramas; 0 skips nothing.
   double skip_px = 0.0;  // in [0, 4]
+  // Whether stations are multiplied by their gains (Room::gains), where the room has some: some 10
+  // operations per reading.
+  bool gains = true;
 };
 
 // User-visible names, and back; throws UsageError on an unknown name.

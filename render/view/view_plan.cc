@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "render/view/view_height.h"
 
 namespace raywalk::render {
 namespace {
@@ -113,13 +114,11 @@ ViewPlan::ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& 
                     "(raywalk-build-lf info lists the cells)",
                     viewpoint.x_m, viewpoint.z_m));
   }
-  height_m_ = 0.0;
-  for (const int line : lines_) height_m_ += grid.lines[static_cast<size_t>(line)].height_m;
-  height_m_ /= static_cast<double>(lines_.size());
 }
 
 void ViewPlan::plan_cell(const Cell& cell, const ConnectionRule& rule) {
   closed_ = true;
+  height_m_ = height_in_cell(grid_, cell, viewpoint_);
   side_lines_ = cell.line;
   lines_.assign(cell.line.begin(), cell.line.end());
   for (int side = 0; side < 4; ++side) {
@@ -132,6 +131,7 @@ void ViewPlan::plan_cell(const Cell& cell, const ConnectionRule& rule) {
 void ViewPlan::plan_open_grid() {
   lines_.resize(grid_.lines.size());
   std::iota(lines_.begin(), lines_.end(), 0);
+  height_m_ = height_beside(grid_, lines_, viewpoint_);
   // A line is crossed by some ray exactly where its captured part is seen under a positive angle or
   // the viewpoint is on it; a dense fan of rays avoids treating every degenerate case.
   constexpr int kFan = 720;

@@ -55,7 +55,7 @@ class ViewPlan {
   ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& rule);
 
   PlanPoint viewpoint() const { return viewpoint_; }
-  // Height of the view: the mean height of the lines that serve it.
+  // Height of the view: that of the lines that serve it, around the viewpoint (view_height.h).
   double height_m() const { return height_m_; }
   // Lines that serve the view.
   std::span<const int> lines() const { return lines_; }

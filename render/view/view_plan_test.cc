@@ -198,8 +198,12 @@ TEST(ViewPlan, ViewpointOutsideEveryCellIsAnErrorThatNamesIt) {
 
 TEST(ViewPlan, HeightIsTheMeanOfTheLinesThatServe) {
   Grid grid = square_grid(1.0, 0.25);
-  grid.lines[0].height_m = 0.04;
-  grid.lines[2].height_m = -0.08;
+  const auto set_height = [](Line& line, double height_m) {
+    line.height_m = height_m;
+    for (Station& station : line.stations) station.position_m.y() = height_m;
+  };
+  set_height(grid.lines[0], 0.04);
+  set_height(grid.lines[2], -0.08);
   EXPECT_NEAR(ViewPlan(grid, {0.0, 0.0}, kPhysical).height_m(), -0.01, 1e-15);
 }
 
