@@ -84,11 +84,11 @@ void bench_depth(benchmark::State& state) {
     fs::create_directories(work);
     build_lf::PartialMaps partial(work, "bench");
     PeakOwnMemory memory;
+    const auto fields = build_lf::whole_fields(gains);
     const Times times = times_of([&] {
-      const double max_per_m =
-          build_lf::find_nearest_surfaces(room, plan, gains.gain, {}, &partial);
-      build_lf::sweep_maps(room, plan, max_per_m, gains.gain, {}, &partial);
-      build_lf::fuse_swept_maps(plan, room.masked(), &partial);
+      const double max_per_m = build_lf::find_nearest_surfaces(room, plan, fields, {}, &partial);
+      build_lf::sweep_maps(room, plan, max_per_m, fields, {}, &partial);
+      build_lf::fuse_swept_maps(room, plan, &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);

@@ -226,6 +226,54 @@ TEST_F(CalibrateTest, RectifyWithExternalPoses) {
             2.0);
 }
 
+TEST_F(CalibrateTest, MasksAndHeldOutFramesReachTheRoom) {
+  const fs::path folder = directory_ / "listed";
+  fs::create_directories(folder);
+  std::string list = "file,x,y,z,mask\n", truth = list;
+  cv::Mat mask(256, 512, CV_8UC1, cv::Scalar(255));
+  mask.rowRange(192, 256).setTo(0);
+  for (const Frame& frame : read_frame_list(capture() / "poses.csv")) {
+    const std::string name = frame.path.stem().string();
+    const Eigen::Vector3d& at = frame.position_m;
+    const bool held_out = name == "x0_003";
+    const std::string own = held_out || name == "x0_002" ? name + "_mask.png" : "";
+    if (!own.empty()) write_image(folder / own, mask);
+    (held_out ? truth : list) +=
+        fmt::format("{},{},{},{},{}\n", frame.path.string(), at.x(), at.y(), at.z(), own);
+  }
+  write_file_atomically(folder / "poses.csv", list);
+  write_file_atomically(folder / "gt.csv", truth);
+  const CommandResult masked =
+      calibrate(fmt::format("mask {} --out {}", folder.string(), out().string()));
+  ASSERT_EQ(masked.exit_code, 0) << masked.errors;
+  EXPECT_THAT(masked.errors, HasSubstr("30 of 31 frames have no mask"));
+  EXPECT_THAT(masked.output, HasSubstr("14.64 % in the 2 of 32 frames with a mask of their own"));
+  const CommandResult result =
+      calibrate(fmt::format("rectify {} --out {} --no-connection --poses {}", folder.string(),
+                            out().string(), (capture() / "truth.csv").string()));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const std::vector<Frame> stations = read_frame_list(out() / "poses.csv");
+  const std::vector<Frame> views = read_frame_list(out() / "gt.csv");
+  EXPECT_EQ(stations.size(), 31U);
+  ASSERT_EQ(views.size(), 1U);
+  EXPECT_EQ(views[0].file, "rectified/x0_003.png");
+  ASSERT_TRUE(views[0].mask);
+  EXPECT_NEAR(cv::countNonZero(read_mask(*views[0].mask, {512, 256})), 192 * 512, 3 * 512);
+  const std::string room = (directory_ / "room.lf").string();
+  const std::string build_lf =
+      (fs::path(RAYWALK_CALIBRATE).parent_path() / "raywalk-build-lf").string();
+  const CommandResult packed = run_command(
+      fmt::format("{} pack --frames {} --out {}", build_lf, (out() / "poses.csv").string(), room));
+  ASSERT_EQ(packed.exit_code, 0) << packed.errors;
+  const CommandResult info = run_command(fmt::format("{} info {} --json", build_lf, room));
+  EXPECT_NEAR(json::parse(info.output)["masked_share"].get<double>(), 0.1464 / 31, 1e-3);
+  write_image(folder / "x0_003_mask.png", cv::Mat(128, 256, CV_8UC1, cv::Scalar(255)));
+  for (const char* step : {"mask", "poses", "grid", "rectify", "all"}) {
+    expect_error(calibrate(fmt::format("{} {} --out {}", step, folder.string(), out().string())), 1,
+                 "gt.csv:2: ");
+  }
+}
+
 TEST_F(CalibrateTest, EqualExposuresAreNotCorrected) {
   const std::string poses = "--no-connection --poses " + (capture() / "truth.csv").string();
   const CommandResult result = run("rectify", poses);

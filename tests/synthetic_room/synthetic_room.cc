@@ -28,10 +28,11 @@ Line make_line(const SyntheticRoomSpec& spec, LineAxis axis, int index, double a
   const int steps = std::max(1, static_cast<int>(std::lround(length_m / spec.spacing_m)));
   for (int i = 0; i <= steps; ++i) {
     const double along_m = length_m * (static_cast<double>(i) / steps - 0.5);
+    const OffLine off = spec.off_line ? spec.off_line(line.id, i) : OffLine();
+    const double across = across_m + off.across_m, height = spec.height_m + off.up_m;
     line.stations.push_back({.file = fmt::format("{}_{:03}.png", line.id, i),
-                             .position_m = along_x
-                                               ? Eigen::Vector3d(along_m, spec.height_m, across_m)
-                                               : Eigen::Vector3d(across_m, spec.height_m, along_m),
+                             .position_m = along_x ? Eigen::Vector3d(along_m, height, across)
+                                                   : Eigen::Vector3d(across, height, along_m),
                              .along_m = along_m});
   }
   return line;
@@ -47,9 +48,8 @@ void write_dataset(Hdf5File* file, const char* name, hid_t type, std::vector<std
   }
 }
 
-bool companion_hides(const SyntheticRoomSpec& spec, const Line& line, std::size_t station, int u,
-                     int v) {
-  const PanoramaSize size{spec.width, spec.width / 2};
+bool companion_hides(const SyntheticRoomSpec& spec, const Line& line, std::size_t station,
+                     PanoramaSize size, int u, int v) {
   return spec.companion->hides(
       line.id, static_cast<int>(station),
       direction_from_angles(angles_from_pixel({double(u), double(v)}, size)));
@@ -60,9 +60,10 @@ void paint_companion(const SyntheticRoomSpec& spec, const Line& line, std::size_
   const Eigen::Vector3d& rgb = spec.companion->color;
   const cv::Vec3b bgr(cv::saturate_cast<uchar>(rgb.z()), cv::saturate_cast<uchar>(rgb.y()),
                       cv::saturate_cast<uchar>(rgb.x()));
+  const PanoramaSize size{image->cols, image->rows};
   for (int v = 0; v < image->rows; ++v) {
     for (int u = 0; u < image->cols; ++u) {
-      if (companion_hides(spec, line, station, u, v)) image->at<cv::Vec3b>(v, u) = bgr;
+      if (companion_hides(spec, line, station, size, u, v)) image->at<cv::Vec3b>(v, u) = bgr;
     }
   }
 }
@@ -70,10 +71,11 @@ void paint_companion(const SyntheticRoomSpec& spec, const Line& line, std::size_
 // [theta][2]: the rows above the companion.
 std::vector<std::int32_t> valid_rows(const SyntheticRoomSpec& spec, const Line& line,
                                      std::size_t station) {
+  const PanoramaSize size{spec.width, spec.width / 2};
   std::vector<std::int32_t> rows;
   for (int u = 0; u < spec.width; ++u) {
     int end = 0;
-    while (end < spec.width / 2 && !companion_hides(spec, line, station, u, end)) ++end;
+    while (end < spec.width / 2 && !companion_hides(spec, line, station, size, u, end)) ++end;
     rows.insert(rows.end(), {0, end});
   }
   return rows;
@@ -123,6 +125,42 @@ std::vector<float> distance_map(const SyntheticRoomSpec& spec, const Eigen::Vect
   return metres;
 }
 
+std::vector<std::uint8_t> confidence_map(const SyntheticRoomSpec& spec, PanoramaSize size) {
+  std::vector<std::uint8_t> confidence;
+  for (int u = 0; u < size.width; ++u) {
+    for (int v = 0; v < size.height; ++v) {
+      confidence.push_back(spec.stored_confidence ? spec.stored_confidence(u, v) : 255);
+    }
+  }
+  return confidence;
+}
+
+bool companion_touches(const SyntheticRoomSpec& spec, const Line& line, std::size_t station,
+                       PanoramaSize size, int u, int v) {
+  for (int column = u - 1; column <= u + 1; ++column) {
+    for (int row = v - 1; row <= v + 1; ++row) {
+      if (companion_hides(spec, line, station, size, column, row)) return true;
+    }
+  }
+  return false;
+}
+
+// [run][station, theta, first row, one past the last]: the companion's pixels and those around,
+// which smaller maps cut.
+std::vector<std::int32_t> companion_runs(const SyntheticRoomSpec& spec, const Line& line,
+                                         PanoramaSize size) {
+  std::vector<std::int32_t> runs;
+  for (std::size_t station = 0; station < line.stations.size(); ++station) {
+    for (int u = 0; u < size.width; ++u) {
+      for (int v = 0; v < size.height; ++v) {
+        if (!companion_touches(spec, line, station, size, u, v)) continue;
+        runs.insert(runs.end(), {static_cast<std::int32_t>(station), u, v, v + 1});
+      }
+    }
+  }
+  return runs;
+}
+
 void write_distances(const SyntheticRoomSpec& spec, const Line& line,
                      const std::filesystem::path& path) {
   std::vector<std::int32_t> stations;
@@ -143,7 +181,13 @@ void write_distances(const SyntheticRoomSpec& spec, const Line& line,
     return distance_map(spec, line.stations[station].position_m, size);
   });
   write_dataset(&file, "confidence", H5T_NATIVE_UINT8, shape,
-                [&](std::size_t) { return std::vector<std::uint8_t>(shape[1] * shape[2], 255); });
+                [&](std::size_t) { return confidence_map(spec, size); });
+  if (spec.companion && spec.companion->left_out) {
+    const std::vector<std::int32_t> runs = companion_runs(spec, line, size);
+    if (!runs.empty()) {
+      file.write_int32("left_out", runs, std::array<std::size_t, 2>{runs.size() / 4, 4});
+    }
+  }
   file.close();
 }
 

@@ -1,6 +1,7 @@
 // Writes room directories of an analytic scene, for tests of stages that read rooms.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -13,13 +14,21 @@
 
 namespace raywalk {
 
-// An object fixed to the camera that is visible in every frame: dolly or operator.
+// An object in front of the camera: dolly or operator in every frame, or a visitor in some.
 struct CameraCompanion {
   // Whether it hides a direction (unit vector) at a station of a line.
   std::function<bool(const std::string& line, int station, const Eigen::Vector3d& direction)> hides;
   Eigen::Vector3d color{255, 0, 255};  // red, green, blue
   // Whether masks are written: in each column only the rows above it are valid.
   bool masked = true;
+  // Whether its pixels are recorded as left out of views, beside the distances.
+  bool left_out = false;
+};
+
+// How far a station is off its line.
+struct OffLine {
+  double across_m = 0.0;  // towards +z from a line along x, +x from a line along z
+  double up_m = 0.0;
 };
 
 // A grid of cells_x x cells_z square cells around the origin of the plan: cells_z + 1 lines along
@@ -33,12 +42,16 @@ struct SyntheticRoomSpec {
   double spacing_m = 0.125;  // between stations; rounded so that whole steps fill a line
   double overhang_m = 0.0;   // how far every line is captured beyond the outer corners
   double height_m = 0.0;     // y of all stations
-  int width = 128;           // of the panoramas, even
-  bool distances = true;     // with exact distance maps
-  int distance_every = 1;    // at every n-th station, starting at the first
-  int distance_width = 0;    // of the maps, even; 0 = as the panoramas
+  // Moves stations off their lines; empty: all are on them.
+  std::function<OffLine(const std::string& line, int station)> off_line{};
+  int width = 128;         // of the panoramas, even
+  bool distances = true;   // with exact distance maps
+  int distance_every = 1;  // at every n-th station, starting at the first
+  int distance_width = 0;  // of the maps, even; 0 = as the panoramas
   // Value stored in the maps at pixel (u, v), whose true distance is exact_m; empty: exact_m.
   std::function<float(int u, int v, double exact_m)> stored_distance{};
+  // Confidence stored there; empty: 255.
+  std::function<std::uint8_t(int u, int v)> stored_confidence{};
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
   std::optional<CameraCompanion> companion{};
 };

@@ -83,13 +83,13 @@ class Paint {
   std::array<std::array<Wave, kWavesPerChannel>, 3> waves_;
 };
 
-// The textures of a scene; the obstacle has its own, so that its edges are visible.
+// The textures of a scene.
 class PaintedScene {
  public:
   explicit PaintedScene(const SyntheticScene& scene)
       : scene_(scene),
         walls_(scene.seed, scene.texture_wavelength_m),
-        obstacle_(scene.seed + 1, scene.texture_wavelength_m) {}
+        obstacle_(scene.seed + scene.obstacle_seed_step, scene.texture_wavelength_m) {}
 
   Eigen::Vector3d color_at(const Eigen::Vector3d& origin_m,
                            const Eigen::Vector3d& direction) const {

@@ -28,6 +28,8 @@ struct SyntheticScene {
   // 1: grey levels 38 to 218. 0: uniform grey, 128.
   double contrast = 1.0;
   unsigned seed = 1;
+  // Added to the seed for the obstacle, so that its edges are visible.
+  unsigned obstacle_seed_step = 1;
 };
 
 // Distance along the ray from `origin_m` to the first surface in metres; +inf if the scene is
