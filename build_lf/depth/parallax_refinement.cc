@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "build_lf/depth/pixel_directions.h"
 #include "core/base/parallel.h"
 #include "core/geometry/fast_math.h"
 
@@ -26,9 +27,9 @@ std::optional<float> luminance_at(const StationPicture& picture, float x, float 
   const int width = picture.size.width;
   const int height = picture.size.height;
   const float plan = std::sqrt(x * x + z * z);
-  const float u = (fast_atan2(x, z) / float(kTwoPi) + 0.5f) * static_cast<float>(width) - 0.5f;
+  const float u = (fast_atan2(x, z) * kPerTurn + 0.5f) * static_cast<float>(width) - 0.5f;
   const float v =
-      std::clamp((0.5f - fast_atan2(y, plan) / float(kPi)) * static_cast<float>(height) - 0.5f,
+      std::clamp((0.5f - fast_atan2(y, plan) * kPerHalfTurn) * static_cast<float>(height) - 0.5f,
                  0.0f, static_cast<float>(height - 1));
   const int left = static_cast<int>(u + 1.0f) - 1;  // floor: u is at least -1
   const int upper = std::min(static_cast<int>(v), height - 2);
@@ -40,15 +41,14 @@ std::optional<float> luminance_at(const StationPicture& picture, float x, float 
     return static_cast<float>(colour_sum(sample));
   };
   const auto column = [&](int theta) {
-    const MatchingSample* samples =
-        picture.samples.data() +
-        static_cast<size_t>((theta + width) % width) * static_cast<size_t>(height) +
-        static_cast<size_t>(upper);
+    const MatchingSample* samples = picture.samples.data() +
+                                    static_cast<size_t>(theta) * static_cast<size_t>(height) +
+                                    static_cast<size_t>(upper);
     const float above = sum_of(samples[0]);
     return above + lower_part * (sum_of(samples[1]) - above);
   };
-  const float first = column(left);
-  const float second = column(left + 1);
+  const float first = column(left < 0 ? left + width : left);
+  const float second = column(left + 1 < width ? left + 1 : 0);
   if (!valid) return std::nullopt;
   return (first + right_part * (second - first)) / 3.0f;
 }
@@ -110,8 +110,9 @@ class Refiner {
                               direction.z() + at_omega * offset.z());
         };
         const std::optional<float> nearer = shown(omega + half);
+        if (!nearer) continue;
         const std::optional<float> farther = shown(omega - half);
-        if (!nearer || !farther) continue;
+        if (!farther) continue;
         const float gradient = *nearer - *farther;
         const float error = luminance - 0.5f * (*nearer + *farther);
         const float weight = 1.0f / (1.0f + error * error / (kOutlierLevels * kOutlierLevels));

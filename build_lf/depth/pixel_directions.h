@@ -17,6 +17,10 @@ namespace raywalk::build_lf {
 // inverse distance changes by this share per radian.
 inline const float kSlant = static_cast<float>(std::tan(radians_from_degrees(80.0)));
 
+// Shares of a turn and a half turn per radian; a product is faster than a quotient.
+inline constexpr float kPerTurn = static_cast<float>(1.0 / kTwoPi);
+inline constexpr float kPerHalfTurn = static_cast<float>(1.0 / kPi);
+
 // Unit directions of a panorama's pixels.
 class PixelDirections {
  public:
@@ -52,10 +56,10 @@ class PixelDirections {
 // The pixel of a direction vector of any length.
 inline size_t pixel_of(const Eigen::Vector3f& direction, PanoramaSize size) {
   const float plan = std::sqrt(direction.x() * direction.x() + direction.z() * direction.z());
-  const float u = (fast_atan2(direction.x(), direction.z()) / float(kTwoPi) + 0.5f) *
-                  static_cast<float>(size.width);
+  const float u =
+      (fast_atan2(direction.x(), direction.z()) * kPerTurn + 0.5f) * static_cast<float>(size.width);
   const float v =
-      (0.5f - fast_atan2(direction.y(), plan) / float(kPi)) * static_cast<float>(size.height);
+      (0.5f - fast_atan2(direction.y(), plan) * kPerHalfTurn) * static_cast<float>(size.height);
   return pixel_index(std::clamp(static_cast<int>(u), 0, size.width - 1),
                      std::clamp(static_cast<int>(v), 0, size.height - 1), size);
 }

@@ -69,10 +69,14 @@ EvidenceCache::EvidenceCache(const Room& room, const DepthPlan& plan, PanoramaSi
     : room_(room), plan_(plan), size_(size), gains_(gains), final_map_(final_map) {}
 
 std::shared_ptr<const StationEvidence> EvidenceCache::get(int which) {
-  const auto known = std::ranges::find(kept_, which, [](const auto& entry) { return entry.first; });
-  if (known != kept_.end()) {
-    kept_.splice(kept_.begin(), kept_, known);
-    return kept_.front().second;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known =
+        std::ranges::find(kept_, which, [](const auto& entry) { return entry.first; });
+    if (known != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, known);
+      return known->second;
+    }
   }
   const SweepReference& reference = plan_.maps[static_cast<size_t>(which)];
   const StationIndex station = reference.station;
@@ -87,9 +91,10 @@ std::shared_ptr<const StationEvidence> EvidenceCache::get(int which) {
       evidence->omega.push_back(map.confidence[pixel] < kMinConfidence ? -1.0f : map.omega[pixel]);
     }
   }
+  const std::lock_guard lock(mutex_);
   if (kept_.size() == kKept) kept_.pop_back();
-  kept_.emplace_front(which, std::move(evidence));
-  return kept_.front().second;
+  kept_.emplace_front(which, evidence);
+  return evidence;
 }
 
 }  // namespace raywalk::build_lf

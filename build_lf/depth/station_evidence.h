@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ struct ColourRange {
 // Largest distance, over the channels, of two ranges from each other; 0 where they overlap.
 int gap_between(const ColourRange& a, const ColourRange& b);
 
-// All of one size, [theta][phi].
+// All of one size, [theta][phi], without gaps between the columns.
 struct StationEvidence {
   StationIndex station;
   Eigen::Vector3d position_m{0, 0, 0};
@@ -31,9 +32,11 @@ struct StationEvidence {
   cv::Mat least, most;       // of the pixels around; 0 and 255 where dark or clipped
   cv::Mat valid;             // CV_8UC1, 0 = masked; empty: all valid
 
-  bool shows(int theta, int phi) const { return valid.empty() || valid.at<uchar>(theta, phi) != 0; }
-  ColourRange range(int theta, int phi) const {
-    return {least.at<cv::Vec3b>(theta, phi), most.at<cv::Vec3b>(theta, phi)};
+  // Of a pixel by its index (pixel_index).
+  bool shows(std::size_t pixel) const { return valid.empty() || valid.ptr<uchar>()[pixel] != 0; }
+  const cv::Vec3b& colour_of(std::size_t pixel) const { return colour.ptr<cv::Vec3b>()[pixel]; }
+  ColourRange range(std::size_t pixel) const {
+    return {least.ptr<cv::Vec3b>()[pixel], most.ptr<cv::Vec3b>()[pixel]};
   }
 };
 
@@ -41,7 +44,8 @@ struct StationEvidence {
 StationEvidence evidence_without_map(const Room& room, StationIndex station, PanoramaSize size,
                                      const GainField& gains);
 
-// The stations with maps, made on demand; the least recently used are dropped.
+// The stations with maps, made on demand; the least recently used are dropped. Can be used by
+// several threads at once.
 class EvidenceCache {
  public:
   // The arguments must outlive the cache.
@@ -57,6 +61,7 @@ class EvidenceCache {
   PanoramaSize size_;
   const std::vector<std::vector<GainField>>& gains_;
   const FinalMap& final_map_;
+  std::mutex mutex_;
   std::list<std::pair<int, std::shared_ptr<const StationEvidence>>> kept_;  // latest first
 };
 

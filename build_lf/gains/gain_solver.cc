@@ -32,8 +32,9 @@ bool is_part(Part part, int patch) {
 class NormalEquations {
  public:
   NormalEquations(std::vector<Row> rows, Eigen::Index unknowns)
-      : rows_(std::move(rows)), weights_(rows_.size()), unknowns_(unknowns) {
-    for (size_t i = 0; i < rows_.size(); ++i) weights_[i] = rows_[i].precision;
+      : rows_(std::move(rows)), unknowns_(unknowns) {
+    terms_.reserve(rows_.size());
+    for (const Row& row : rows_) terms_.push_back({row.from, row.to, row.precision});
   }
 
   // Huber's weights for the residuals of `x`.
@@ -44,7 +45,7 @@ class NormalEquations {
       const double precision = row.precision;
       const double residual =
           std::fabs(x[row.from] - x[row.to] - double{row.difference}) * std::sqrt(precision);
-      weights_[i] =
+      terms_[i].weight =
           static_cast<float>(precision * std::min(1.0, kHuber / std::max(residual, kHuber)));
     }
   }
@@ -52,7 +53,7 @@ class NormalEquations {
   Eigen::VectorXd right_side() const {
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns_);
     for (size_t i = 0; i < rows_.size(); ++i) {
-      const double push = double{weights_[i]} * double{rows_[i].difference};
+      const double push = double{terms_[i].weight} * double{rows_[i].difference};
       right[rows_[i].from] += push;
       right[rows_[i].to] -= push;
     }
@@ -61,39 +62,45 @@ class NormalEquations {
 
   Eigen::VectorXd diagonal() const {
     Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(unknowns_, 1.0 / (kPrior * kPrior));
-    for (size_t i = 0; i < rows_.size(); ++i) {
-      diagonal[rows_[i].from] += double{weights_[i]};
-      diagonal[rows_[i].to] += double{weights_[i]};
+    for (const Term& term : terms_) {
+      diagonal[term.from] += double{term.weight};
+      diagonal[term.to] += double{term.weight};
     }
     return diagonal;
   }
 
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const {
     Eigen::VectorXd result = x / (kPrior * kPrior);
-    for (size_t i = 0; i < rows_.size(); ++i) {
-      const double push = double{weights_[i]} * (x[rows_[i].from] - x[rows_[i].to]);
-      result[rows_[i].from] += push;
-      result[rows_[i].to] -= push;
+    for (const Term& term : terms_) {
+      const double push = double{term.weight} * (x[term.from] - x[term.to]);
+      result[term.from] += push;
+      result[term.to] -= push;
     }
     return result;
   }
 
  private:
+  // What the product with the matrix reads of a row, which is what the time goes into.
+  struct Term {
+    int from = 0;
+    int to = 0;
+    float weight = 0.0F;
+  };
   std::vector<Row> rows_;
-  std::vector<float> weights_;
+  std::vector<Term> terms_;
   Eigen::Index unknowns_;
 };
 
-// Conjugate gradients, preconditioned by the diagonal (Shewchuk 1994, B3), from the guess in `x`.
-void solve(const NormalEquations& normal, Eigen::VectorXd* x) {
-  constexpr double kTolerance = 1e-4;
+// Conjugate gradients, preconditioned by the diagonal (Shewchuk 1994, B3), from the guess in `x`,
+// until the residual is `tolerance` times the right side.
+void solve(const NormalEquations& normal, double tolerance, Eigen::VectorXd* x) {
   constexpr int kMaxIterations = 500;
   const Eigen::VectorXd right = normal.right_side();
   const Eigen::VectorXd inverse_diagonal = normal.diagonal().cwiseInverse();
   Eigen::VectorXd residual = right - normal * *x;
   Eigen::VectorXd direction = inverse_diagonal.cwiseProduct(residual);
   double product = residual.dot(direction);
-  const double small = kTolerance * right.norm();
+  const double small = tolerance * right.norm();
   for (int i = 0; i < kMaxIterations && residual.norm() > small; ++i) {
     const Eigen::VectorXd image = normal * direction;
     const double step = product / direction.dot(image);
@@ -127,7 +134,7 @@ void add_neighbours(int stations, std::vector<Row>* rows) {
 }  // namespace
 
 std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, Part part,
-                                      size_t channel, int stations) {
+                                      size_t channel, int stations, std::span<const double> guess) {
   std::vector<Row> rows;
   rows.reserve(equations.size() + static_cast<size_t>(2 * stations * kPatches));
   for (const PatchEquation& equation : equations) {
@@ -139,12 +146,21 @@ std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, 
   const Eigen::Index unknowns = static_cast<Eigen::Index>(stations) * kPatches;
   NormalEquations normal(std::move(rows), unknowns);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(unknowns);
+  if (!guess.empty()) {
+    x = Eigen::Map<const Eigen::VectorXd>(guess.data(), unknowns);
+    normal.reweight(x);
+  }
   constexpr int kReweightings = 12;
   constexpr double kConverged = 1e-3;
+  // The first weights are far from the last ones: solving for them exactly would be in vain.
+  constexpr double kFinalTolerance = 1e-4;
+  double tolerance = 1e-2;
   for (int i = 0; i < kReweightings; ++i) {
     const Eigen::VectorXd last = x;
-    solve(normal, &x);
-    if (i > 0 && (x - last).cwiseAbs().maxCoeff() < kConverged) break;
+    solve(normal, tolerance, &x);
+    const bool exact = tolerance <= kFinalTolerance;
+    if (exact && (x - last).cwiseAbs().maxCoeff() < kConverged) break;
+    tolerance = std::max(kFinalTolerance, 0.2 * tolerance);
     normal.reweight(x);
   }
   return {x.data(), x.data() + x.size()};

@@ -27,8 +27,10 @@ enum class Part { kAll, kBlack, kWhite };
 // h(r) = r^2 up to Huber's k = 1.345 and 2 k |r| - k^2 beyond, which bounds the influence of
 // outliers and lets the gain jump where one lens ends and the next begins. The last term keeps the
 // gains near 1 where nothing is measured; its weight is that of differences of 10 % being common.
-// Patches that narrow towards the poles differ less.
+// Patches that narrow towards the poles differ less. A `guess`, in the form of the result, saves
+// time.
 std::vector<double> solve_patch_gains(std::span<const PatchEquation> equations, Part part,
-                                      size_t channel, int stations);
+                                      size_t channel, int stations,
+                                      std::span<const double> guess = {});
 
 }  // namespace raywalk::build_lf

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <span>
 
+#include "build_lf/depth/pixel_directions.h"
 #include "build_lf/depth/station_image.h"
 #include "core/base/robust_sigma.h"
 
@@ -15,9 +16,8 @@ namespace {
 // A pixel of `from` as `to` would see it.
 struct Projection {
   bool known = false;
-  int theta = 0;  // pixel of `to`
-  int phi = 0;
-  float omega = 0.0F;  // inverse distance from `to`, 1/m
+  std::size_t pixel = 0;  // of `to`
+  float omega = 0.0F;     // inverse distance from `to`, 1/m
 };
 
 // The largest difference of inverse distances that counts as one surface: two pixels of parallax
@@ -31,42 +31,36 @@ double tolerance_per_m(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_
 
 std::vector<Projection> project(const InverseDistanceMap& map, const Eigen::Vector3d& to_m) {
   const PanoramaSize size = map.size;
+  const PixelDirections directions(size);
   std::vector<Projection> projections(map.omega.size());
-  const Eigen::Vector3d towards = map.position_m - to_m;
+  const Eigen::Vector3f towards = (map.position_m - to_m).cast<float>();
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
       const std::size_t pixel = pixel_index(theta, phi, size);
       if (map.confidence[pixel] < kMinConfidence) continue;
-      const auto omega = static_cast<double>(map.omega[pixel]);
+      const float omega = map.omega[pixel];
       // The point at distance 1 / omega, times omega: finite for infinite distances too.
-      const Eigen::Vector3d seen =
-          direction_from_angles(angles_from_pixel({double(theta), double(phi)}, size)) +
-          omega * towards;
-      const PixelPosition at = pixel_from_angles(angles_from_direction(seen), size);
-      projections[pixel] = {true, (static_cast<int>(std::lround(at.u)) + size.width) % size.width,
-                            std::clamp(static_cast<int>(std::lround(at.v)), 0, size.height - 1),
-                            static_cast<float>(omega / seen.norm())};
+      const Eigen::Vector3f seen = directions.of(theta, phi) + omega * towards;
+      projections[pixel] = {true, pixel_of(seen, size), omega / seen.norm()};
     }
   }
   return projections;
 }
 
 // Forgets the surfaces that another one hides from `to`: the nearest at each of its pixels stays.
-void remove_hidden(PanoramaSize size, double tolerance, const InverseDistanceMap* to_map,
+void remove_hidden(double tolerance, const InverseDistanceMap* to_map,
                    std::vector<Projection>* projections) {
   std::vector<float> nearest(projections->size(), 0.0F);
   for (const Projection& p : *projections) {
     if (!p.known) continue;
-    float& omega = nearest[pixel_index(p.theta, p.phi, size)];
-    omega = std::max(omega, p.omega);
+    nearest[p.pixel] = std::max(nearest[p.pixel], p.omega);
   }
   for (Projection& p : *projections) {
     if (!p.known) continue;
-    const std::size_t there = pixel_index(p.theta, p.phi, size);
-    if (nearest[there] - p.omega > tolerance) p.known = false;
+    if (nearest[p.pixel] - p.omega > tolerance) p.known = false;
     if (to_map == nullptr) continue;
-    if (to_map->confidence[there] < kMinConfidence ||
-        std::fabs(to_map->omega[there] - p.omega) > tolerance) {
+    if (to_map->confidence[p.pixel] < kMinConfidence ||
+        std::fabs(to_map->omega[p.pixel] - p.omega) > tolerance) {
       p.known = false;
     }
   }
@@ -87,14 +81,17 @@ std::vector<Sample> sample(const SurfacePicture& from, const SurfacePicture& to,
   for (int theta = 0; theta < size.width; ++theta) {
     for (int phi = 0; phi < size.height; ++phi) {
       const Projection& p = projections[pixel_index(theta, phi, size)];
+      const auto height = static_cast<std::size_t>(size.height);
+      const auto to_theta = static_cast<int>(p.pixel / height);
+      const auto to_phi = static_cast<int>(p.pixel % height);
       if (!p.known || from.valid.at<uchar>(theta, phi) == 0 ||
-          to.valid.at<uchar>(p.theta, p.phi) == 0) {
+          to.valid.at<uchar>(to_theta, to_phi) == 0) {
         continue;
       }
       const auto& a = from.colours.at<cv::Vec3b>(theta, phi);
-      const auto& b = to.colours.at<cv::Vec3b>(p.theta, p.phi);
+      const auto& b = to.colours.at<cv::Vec3b>(to_theta, to_phi);
       Sample& s = samples.emplace_back();
-      s.patches = patch_of(theta, phi, size) * kPatches + patch_of(p.theta, p.phi, size);
+      s.patches = patch_of(theta, phi, size) * kPatches + patch_of(to_theta, to_phi, size);
       for (int c = 0; c < 3; ++c) {
         s.log_ratio[static_cast<size_t>(c)] =
             std::log(static_cast<float>(b[c]) / static_cast<float>(a[c]));
@@ -151,8 +148,7 @@ std::vector<PatchRatio> compare_surfaces(const SurfacePicture& from, const Inver
                                          const SurfacePicture& to,
                                          const InverseDistanceMap* to_map) {
   std::vector<Projection> projections = project(map, to.position_m);
-  remove_hidden(map.size, tolerance_per_m(map.position_m, to.position_m, map.size), to_map,
-                &projections);
+  remove_hidden(tolerance_per_m(map.position_m, to.position_m, map.size), to_map, &projections);
   std::vector<Sample> samples = sample(from, to, map.size, projections);
   std::stable_sort(samples.begin(), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.patches < b.patches; });

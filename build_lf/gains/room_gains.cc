@@ -184,22 +184,36 @@ std::vector<PatchEquation> equations_of(const std::vector<StationRatios>& all,
 // Log gains of all patches, [channel][station * kPatches + patch].
 using RoomPatches = std::array<std::vector<double>, 3>;
 
-// Solves a part of the equations and adds the whole pictures' gains.
-RoomPatches solve_part(std::span<const PatchEquation> equations, Part part,
-                       const WholeGains& whole) {
-  RoomPatches patches;
+// Without spots, and with the whole pictures' gains.
+std::vector<double> finished(const std::vector<double>& solved, const std::vector<double>& whole) {
+  std::vector<double> patches;
+  patches.reserve(solved.size());
+  for (size_t s = 0; s < whole.size(); ++s) {
+    for (const double gain : without_spots(std::span(solved).subspan(s * kPatches, kPatches))) {
+      patches.push_back(whole[s] + gain);
+    }
+  }
+  return patches;
+}
+
+// Solves the given parts of the equations, from a guess.
+std::vector<RoomPatches> solve_parts(std::span<const PatchEquation> equations,
+                                     std::span<const Part> parts, const WholeGains& whole,
+                                     const RoomPatches& guess) {
+  std::vector<RoomPatches> solved(parts.size());
   const auto stations = static_cast<int>(whole[0].size());
-  parallel_for(0, 3, 1, [&](int begin, int end) {
-    for (auto c = static_cast<size_t>(begin); c < static_cast<size_t>(end); ++c) {
-      const std::vector<double> solved = solve_patch_gains(equations, part, c, stations);
-      for (size_t s = 0; s < whole[c].size(); ++s) {
-        for (const double gain : without_spots(std::span(solved).subspan(s * kPatches, kPatches))) {
-          patches[c].push_back(whole[c][s] + gain);
-        }
-      }
+  parallel_for(0, 3 * static_cast<int>(parts.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const size_t c = i % 3;
+      solved[i / 3][c] = solve_patch_gains(equations, parts[i / 3], c, stations, guess[c]);
     }
   });
-  return patches;
+  return solved;
+}
+
+RoomPatches finished(const RoomPatches& solved, const WholeGains& whole) {
+  return {finished(solved[0], whole[0]), finished(solved[1], whole[1]),
+          finished(solved[2], whole[2])};
 }
 
 PatchGains station_of(const RoomPatches& patches, size_t station) {
@@ -220,6 +234,17 @@ std::vector<std::array<bool, kPatches>> measured_patches(const std::vector<Stati
     }
   }
   return measured;
+}
+
+// Whether any gain would be kept if the halves, which take twice as long to solve for, agreed.
+bool could_be_significant(const RoomPatches& patches,
+                          std::span<const std::array<bool, kPatches>> measured) {
+  for (size_t i = 0; i < measured.size(); ++i) {
+    const PatchGains gains = station_of(patches, i);
+    const KeptGains kept = keep_significant(gains, {gains, gains}, measured[i]);
+    if (kept.local || kept.whole != std::array<double, 3>{}) return true;
+  }
+  return false;
 }
 
 void multiply(const KeptGains& kept, GainField* field) {
@@ -248,9 +273,14 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
   const std::vector<PatchEquation> equations = equations_of(all, whole);
   const auto measured = measured_patches(all, stations.size());
   all = {};  // frees the memory
-  const RoomPatches patches = solve_part(equations, Part::kAll, whole);
-  const RoomPatches black = solve_part(equations, Part::kBlack, whole);
-  const RoomPatches white = solve_part(equations, Part::kWhite, whole);
+  const RoomPatches solved =
+      solve_parts(equations, std::array{Part::kAll}, whole, RoomPatches{}).front();
+  const RoomPatches patches = finished(solved, whole);
+  if (!could_be_significant(patches, measured)) return initial;
+  const std::vector<RoomPatches> halves =
+      solve_parts(equations, std::array{Part::kBlack, Part::kWhite}, whole, solved);
+  const RoomPatches black = finished(halves[0], whole);
+  const RoomPatches white = finished(halves[1], whole);
   GainFields fields = initial;
   for (size_t i = 0; i < stations.size(); ++i) {
     const KeptGains kept = keep_significant(

@@ -1,0 +1,222 @@
+#include "build_lf/depth/station_comparison.h"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "core/base/parallel.h"
+#include "core/panorama/transposed_border.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+constexpr int kLeastWitnesses = 3;
+constexpr float kAgreeingShare = 0.7f;
+
+void for_each_column(PanoramaSize size, const std::function<void(int theta)>& work) {
+  parallel_for(0, size.width, 8, [&](int begin, int end) {
+    for (int theta = begin; theta < end; ++theta) work(theta);
+  });
+}
+
+}  // namespace
+
+StationComparison::StationComparison(const StationEvidence& own,
+                                     std::vector<std::shared_ptr<const StationEvidence>> neighbours,
+                                     PanoramaSize size, float tolerance_per_m)
+    : own_(own),
+      neighbours_(std::move(neighbours)),
+      size_(size),
+      directions_(size),
+      tolerance_(tolerance_per_m),
+      slant_(kSlant * static_cast<float>(kPi) / static_cast<float>(size.width)) {
+  for (const auto& neighbour : neighbours_) {
+    offsets_.push_back((own_.position_m - neighbour->position_m).cast<float>());
+  }
+  project_surfaces();
+  noise_ = measure_noise();
+}
+
+cv::Mat StationComparison::gaps() const {
+  // What moved is wider than this: one of so many pixels is judged first, then all around those
+  // that are contradicted.
+  constexpr int kEvery = 2;
+  cv::Mat gaps = cv::Mat::zeros(size_.width, size_.height, CV_32FC1);
+  for_each_column(size_, [&](int theta) {
+    if (theta % kEvery != 0) return;
+    for (int phi = 0; phi < size_.height; phi += kEvery)
+      gaps.at<float>(theta, phi) = gap(theta, phi);
+  });
+  cv::Mat around = with_border(gaps, kEvery) > limits().weak;
+  cv::dilate(around, around, cv::Mat::ones(2 * kEvery + 1, 2 * kEvery + 1, CV_8UC1));
+  around = without_border(around, kEvery);
+  for_each_column(size_, [&](int theta) {
+    for (int phi = 0; phi < size_.height; ++phi) {
+      if (theta % kEvery == 0 && phi % kEvery == 0) continue;
+      if (around.at<uchar>(theta, phi) != 0) gaps.at<float>(theta, phi) = gap(theta, phi);
+    }
+  });
+  return gaps;
+}
+
+float StationComparison::surface_behind(int theta, int phi) const {
+  const size_t pixel = pixel_index(theta, phi, size_);
+  if (!own_.shows(pixel)) return -1.0f;
+  const ColourRange own = own_.range(pixel);
+  for (const float omega : hypotheses(pixel)) {
+    if (gap_from(witnesses_of(directions_.of(theta, phi), omega, true), own)) return omega;
+  }
+  return -1.0f;
+}
+
+GapLimits StationComparison::limits() const {
+  constexpr float kLeastWeak = 12.0f;
+  constexpr float kLeastStrong = 24.0f;
+  return {std::max(kLeastWeak, 4.0f * noise_), std::max(kLeastStrong, 8.0f * noise_)};
+}
+
+void StationComparison::project_surfaces() {
+  surfaces_.resize(neighbours_.size());
+  parallel_for(0, static_cast<int>(neighbours_.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      std::vector<float>& seen = surfaces_[i];
+      seen.assign(neighbours_[i]->omega.size(), -1.0f);
+      for (int theta = 0; theta < size_.width; ++theta) {
+        for (int phi = 0; phi < size_.height; ++phi) {
+          const float omega = neighbours_[i]->omega[pixel_index(theta, phi, size_)];
+          if (omega < 0.0f) continue;
+          const Eigen::Vector3f point = directions_.of(theta, phi) - omega * offsets_[i];
+          float& nearest = seen[pixel_of(point, size_)];
+          nearest = std::max(nearest, omega / point.norm());
+        }
+      }
+    }
+  });
+}
+
+StationComparison::Surfaces StationComparison::hypotheses(size_t pixel) const {
+  Surfaces proposed;
+  for (const auto& surfaces : surfaces_) {
+    if (surfaces[pixel] >= 0.0f) proposed.add(surfaces[pixel]);
+  }
+  proposed.sort_nearest_first();
+  Surfaces distinct;
+  for (const float* at = proposed.begin(); at != proposed.end();) {
+    const float* next = at;
+    while (next != proposed.end() && *at - *next <= tolerance_at(*at)) ++next;
+    if (next - at >= 2) distinct.add(at[(next - at) / 2]);
+    at = next;
+  }
+  if (!own_.omega.empty() && own_.omega[pixel] >= 0.0f) distinct.add(own_.omega[pixel]);
+  return distinct;
+}
+
+StationComparison::Witnesses StationComparison::witnesses_of(const Eigen::Vector3f& direction,
+                                                             float omega, bool by_maps) const {
+  Witnesses witnesses;
+  for (size_t i = 0; i < neighbours_.size(); ++i) {
+    const StationEvidence& other = *neighbours_[i];
+    const Eigen::Vector3f point = direction + omega * offsets_[i];
+    const size_t there = pixel_of(point, size_);
+    if (!other.shows(there)) continue;
+    if (by_maps) {
+      const float expected = omega / point.norm();
+      const float held = other.omega[there];
+      if (held < 0.0f || std::fabs(held - expected) > tolerance_at(expected)) continue;
+    }
+    const auto n = static_cast<size_t>(witnesses.count++);
+    const cv::Vec3b& colour = other.colour_of(there);
+    for (int c = 0; c < 3; ++c) witnesses.colour[static_cast<size_t>(c)][n] = colour[c];
+    witnesses.range[n] = other.range(there);
+  }
+  return witnesses;
+}
+
+cv::Vec3b StationComparison::median_of(const Witnesses& witnesses) {
+  cv::Vec3b median;
+  for (int c = 0; c < 3; ++c) {
+    Colours sorted = witnesses.colour[static_cast<size_t>(c)];
+    std::sort(sorted.begin(), sorted.begin() + witnesses.count);  // of so few: insertion sort
+    median[c] = sorted[static_cast<size_t>(witnesses.count / 2)];
+  }
+  return median;
+}
+
+std::optional<float> StationComparison::gap_from(const Witnesses& witnesses,
+                                                 const ColourRange& own) const {
+  if (witnesses.count < kLeastWitnesses) return std::nullopt;
+  const cv::Vec3b median = median_of(witnesses);
+  const auto weak = static_cast<int>(limits().weak);
+  int agreeing = 0;
+  ColourRange shown{median, median};
+  for (int i = 0; i < witnesses.count; ++i) {
+    const auto n = static_cast<size_t>(i);
+    if (gap_between(witnesses.range[n], {median, median}) > weak) continue;
+    ++agreeing;
+    for (int c = 0; c < 3; ++c) {
+      const std::uint8_t level = witnesses.colour[static_cast<size_t>(c)][n];
+      shown.least[c] = std::min(shown.least[c], level);
+      shown.most[c] = std::max(shown.most[c], level);
+    }
+  }
+  const float enough = kAgreeingShare * static_cast<float>(witnesses.count);
+  if (agreeing < kLeastWitnesses || static_cast<float>(agreeing) < enough) return std::nullopt;
+  return static_cast<float>(gap_between(shown, own));
+}
+
+bool StationComparison::shown_by_others(const Eigen::Vector3f& direction, float omega,
+                                        const ColourRange& own) const {
+  const Witnesses all = witnesses_of(direction, omega, false);
+  const auto weak = static_cast<int>(limits().weak);
+  int same = 0;
+  for (int i = 0; i < all.count; ++i) {
+    same += gap_between(all.range[static_cast<size_t>(i)], own) <= weak ? 1 : 0;
+  }
+  return same >= kLeastWitnesses && 2 * same >= all.count;
+}
+
+float StationComparison::gap(int theta, int phi) const {
+  const size_t pixel = pixel_index(theta, phi, size_);
+  if (!own_.shows(pixel)) return 0.0f;
+  const Eigen::Vector3f direction = directions_.of(theta, phi);
+  const ColourRange own = own_.range(pixel);
+  std::optional<float> least;
+  for (const float omega : hypotheses(pixel)) {
+    const auto gap = gap_from(witnesses_of(direction, omega, true), own);
+    if (!gap) continue;
+    least = std::min(*gap, least.value_or(*gap));
+    if (*least <= 0.0f) return 0.0f;
+  }
+  const bool contradicted = least && *least > limits().weak;
+  const bool own_distance = !own_.omega.empty() && own_.omega[pixel] >= 0.0f;
+  if (contradicted && own_distance && shown_by_others(direction, own_.omega[pixel], own)) {
+    return 0.0f;
+  }
+  return least.value_or(0.0f);
+}
+
+float StationComparison::measure_noise() const {
+  constexpr int kEvery = 7;
+  std::vector<float> differences;
+  for (int theta = 0; theta < size_.width; theta += kEvery) {
+    for (int phi = 0; phi < size_.height; phi += kEvery) {
+      const size_t pixel = pixel_index(theta, phi, size_);
+      Surfaces surfaces = hypotheses(pixel);
+      if (surfaces.begin() == surfaces.end() || !own_.shows(pixel)) continue;
+      const Witnesses witnesses = witnesses_of(directions_.of(theta, phi), *surfaces.begin(), true);
+      if (witnesses.count < kLeastWitnesses) continue;
+      const cv::Vec3b median = median_of(witnesses);
+      const auto& colour = own_.colour_of(pixel);
+      int difference = 0;
+      for (int c = 0; c < 3; ++c)
+        difference = std::max(difference, std::abs(colour[c] - median[c]));
+      differences.push_back(static_cast<float>(difference));
+    }
+  }
+  if (differences.empty()) return 0.0f;
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  return *middle;
+}
+
+}  // namespace raywalk::build_lf
