@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -16,14 +15,7 @@ using ::testing::HasSubstr;
 class CaptureSetTest : public ::testing::Test {
  protected:
   // The message of reading the folder.
-  std::string error() const {
-    try {
-      folder_.read();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  }
+  std::string error() const { return folder_.read_error(); }
   static std::vector<std::string> names_of(const CaptureSet& set) {
     std::vector<std::string> names;
     for (const CaptureFrame& frame : set.frames) names.push_back(frame.name);

@@ -30,14 +30,7 @@ class FrameMasksTest : public ::testing::Test {
     mask.rowRange(4, 8).setTo(0);
     return mask;
   }
-  std::string error() const {
-    try {
-      folder_.read();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  }
+  std::string error() const { return folder_.read_error(); }
 
   TestCaptureFolder folder_;
 };

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "calibrate/base/test_capture_folder.h"
-#include "core/base/error.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -20,14 +19,7 @@ class HeldOutTest : public ::testing::Test {
   void write_truth(const std::string& rows, const std::string& columns = "file,x,y,z") const {
     write_file_atomically(folder_ / "gt.csv", columns + "\n" + rows);
   }
-  std::string error() const {
-    try {
-      folder_.read();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "no error";
-  }
+  std::string error() const { return folder_.read_error(); }
 
   TestCaptureFolder folder_;
 };

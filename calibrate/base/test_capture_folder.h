@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
+#include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/sha256.h"
@@ -31,6 +32,14 @@ class TestCaptureFolder {
     write_file_atomically(path() / "poses.csv", columns + "\n" + rows);
   }
   CaptureSet read() const { return read_capture_set({.directory = path()}); }
+  std::string read_error() const {
+    try {
+      read();
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
 
   // One line along x at z = 0 and one along z at x = 0, three stations each 0.1 m apart.
   void write_cross() const {
