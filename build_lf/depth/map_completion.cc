@@ -168,8 +168,13 @@ class Completion {
     if (fit.agreeing < kLeastAgreement) return;
     *omega = std::max(0.0f, fit.omega);
     if (!surround(direction, witnesses)) return;
+    // Below half, more of what is completed is wrong than right, which kMinConfidence promises not
+    // to happen.
+    constexpr float kLeastSure = 0.5f;
     const float sure = fit.agreeing * std::min(1.0f, weight / kPlenty);
-    *confidence = static_cast<std::uint8_t>(kMinConfidence + sure * (127.0f - kMinConfidence));
+    if (sure < kLeastSure) return;
+    const float share = (sure - kLeastSure) / (1.0f - kLeastSure);
+    *confidence = static_cast<std::uint8_t>(kMinConfidence + share * (127.0f - kMinConfidence));
   }
 
  private:

@@ -17,10 +17,10 @@ namespace raywalk::build_lf {
 // On a plane n . X = d a ray of unit direction u meets X = u / omega, so omega = n . u / d: linear
 // in the direction. A plane is fitted to the surroundings by iteratively reweighted least squares
 // (Huber, Robust Statistics, 1981; weights of Geman and McClure), beginning with their median. If
-// the surroundings lie all around, the new confidence is at least kMinConfidence and at most half
-// of 255; it grows with the number of confident pixels and the share of them that agree. If they
-// lie on one side, as at the outline of a thing, the plane is a guess: the confidence stays as low
-// as it was.
+// the surroundings lie all around, and enough of them are confident and agree, the new confidence
+// is at least kMinConfidence and at most half of 255; it grows with their number and the share that
+// agrees. If they are few, or lie on one side, as at the outline of a thing, the plane is a guess:
+// the confidence stays as low as it was.
 void complete_map(const cv::Mat& colours, const cv::Mat& valid, double tolerance_per_m,
                   InverseDistanceMap* map);
 
