@@ -21,8 +21,8 @@ namespace raywalk {
 namespace {
 
 constexpr int kUndecided = -1;
-// Of the pairs of stations that follow each other, the share on one line from which on the order
-// tells something.
+// Of the pairs of settled stations that follow each other, the share on one line from which on the
+// order tells something.
 constexpr double kFollowingShare = 0.5;
 
 class CrossingAssignment {
@@ -158,17 +158,22 @@ class CrossingAssignment {
     std::stable_sort(by_name.begin(), by_name.end(), [&](int a, int b) {
       return stations_[static_cast<size_t>(a)].file < stations_[static_cast<size_t>(b)].file;
     });
+    // Of the pairs that follow each other but for stations at crossings.
     const auto kept_together = [&](const std::vector<int>& order) {
-      int count = 0;
-      for (size_t i = 1; i < order.size(); ++i) {
-        const int before = settled[static_cast<size_t>(order[i - 1])];
-        if (before != kUndecided && before == settled[static_cast<size_t>(order[i])]) ++count;
+      int count = 0, before = kUndecided;
+      for (const int station : order) {
+        const int line = settled[static_cast<size_t>(station)];
+        if (line == kUndecided) continue;
+        if (line == before) ++count;
+        before = line;
       }
       return count;
     };
     const int by_name_count = kept_together(by_name), listed_count = kept_together(listed);
     order_ = by_name_count > listed_count ? by_name : listed;
-    const auto pairs = static_cast<double>(stations_.size()) - 1.0;
+    const auto pairs = static_cast<double>(
+        std::count_if(settled.begin(), settled.end(), [](int line) { return line != kUndecided; }) -
+        1);
     order_follows_lines_ = std::max(by_name_count, listed_count) > kFollowingShare * pairs;
     rank_.resize(order_.size());
     for (size_t i = 0; i < order_.size(); ++i) {

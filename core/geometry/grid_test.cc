@@ -131,6 +131,23 @@ TEST(FindGrid, CornerStationsStayWithTheirCapture) {
   expect_lines_are_captures(find_grid(square(), {}), 124);
 }
 
+TEST(FindGrid, CornerStationsOfShortLinesStayWithTheirCaptureWhateverItsName) {
+  for (const int count : {6, 7, 8, 12}) {
+    // One station beyond each corner.
+    const double step_m = 1.0 / (count - 3), first_m = -0.5 - step_m;
+    std::vector<std::string> names{"a", "b", "c", "d"};
+    do {
+      const Grid grid = find_grid(captured({{names[0], first_m, 0.5, step_m, 0.0, count},
+                                            {names[1], first_m, -0.5, step_m, 0.0, count},
+                                            {names[2], -0.5, first_m, 0.0, step_m, count},
+                                            {names[3], 0.5, first_m, 0.0, step_m, count}}),
+                                  {});
+      ASSERT_EQ(grid.lines.size(), 4U);
+      expect_lines_are_captures(grid, static_cast<size_t>(4 * count));
+    } while (std::next_permutation(names.begin(), names.end()));
+  }
+}
+
 TEST(FindGrid, OrderOfTheListDoesNotMatterIfNamesAreOrdered) {
   std::vector<StationPose> stations = square();
   for (unsigned seed = 0; seed < 20; ++seed) {
