@@ -65,6 +65,11 @@ inline constexpr int kTilePixels = kTileColumns * kTileRows;
 inline constexpr int kMaxViews = 8;
 using ViewDifferences = std::array<std::int32_t, kTilePixels>;
 
+// The share of the mean over all views in the cost of a surface; the rest is the mean over the half
+// that shows it best, as the others may not see it. Of the distances at which that half shows the
+// same colour, as of a surface without texture, those at which more views do are then preferred.
+inline constexpr float kShareOfAllViews = 0.25f;
+
 struct MatchingKernels {
   const char* name;
   // Sets difference[i], for each ray, to the difference between the reference's sample and the
@@ -73,10 +78,11 @@ struct MatchingKernels {
   // independent of exposure; the limits bound the influence of occluded points.
   void (*compare)(const ReferenceRays& reference, const ViewSamples& view,
                   std::int32_t* difference);
-  // For i < count sets mean[i] to the mean of the smaller half (rounded up) of the differences of
-  // ray i in the first `views` rows of `differences`. 1 to kMaxViews views.
-  void (*average_better_half)(const std::array<ViewDifferences, kMaxViews>& differences, int views,
-                              int count, float* mean);
+  // For i < count sets mean[i] to a mean of the differences of ray i in the first `views` rows of
+  // `differences`: that of all by kShareOfAllViews, else that of the smaller half (rounded up). 1
+  // to kMaxViews views.
+  void (*average_views)(const std::array<ViewDifferences, kMaxViews>& differences, int views,
+                        int count, float* mean);
   // One step of semi-global matching for `layers` layers: path[k] = cost[k] + min(previous[k],
   // previous[k +- 1] + small_step, least_previous + large_step) - least_previous; adds path to sum
   // and returns the minimum of path. previous[-1] and previous[layers] must be readable and large.

@@ -11,10 +11,10 @@
 namespace raywalk::build_lf {
 namespace {
 
-// As average_better_half, but over valid samples only: a masked view of a surface is no evidence
-// against it. A pixel with a single valid sample gets one maximum difference in addition.
-void average_better_half_of_valid(const std::array<ViewDifferences, kMaxViews>& differences,
-                                  int views, int count, float* mean) {
+// As MatchingKernels::average_views, but over valid samples only: a masked view of a surface is no
+// evidence against it. A pixel with a single valid sample gets one maximum difference in addition.
+void average_valid_views(const std::array<ViewDifferences, kMaxViews>& differences, int views,
+                         int count, float* mean) {
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     std::array<std::int32_t, kMaxViews> valid{};
     size_t known = 0;
@@ -25,7 +25,12 @@ void average_better_half_of_valid(const std::array<ViewDifferences, kMaxViews>& 
     const size_t kept = std::max<size_t>(2, (known + 1) / 2);
     const auto end = valid.begin() + static_cast<std::ptrdiff_t>(kept);
     std::partial_sort(valid.begin(), end, valid.begin() + static_cast<std::ptrdiff_t>(known));
-    mean[i] = static_cast<float>(std::accumulate(valid.begin(), end, 0)) / static_cast<float>(kept);
+    const auto mean_to = [&](size_t compared) {
+      const auto last = valid.begin() + static_cast<std::ptrdiff_t>(compared);
+      return static_cast<float>(std::accumulate(valid.begin(), last, 0)) /
+             static_cast<float>(compared);
+    };
+    mean[i] = (1.0f - kShareOfAllViews) * mean_to(kept) + kShareOfAllViews * mean_to(known);
   }
 }
 
@@ -64,9 +69,9 @@ class Sweeper {
       const double omega = static_cast<double>(k) * volume_->layers.step_per_m;
       const int compared = compare_with(views, omega, reference, &differences);
       if (some_invalid(differences, compared, reference.count)) {
-        average_better_half_of_valid(differences, compared, reference.count, mean.data());
+        average_valid_views(differences, compared, reference.count, mean.data());
       } else {
-        kernels_.average_better_half(differences, compared, reference.count, mean.data());
+        kernels_.average_views(differences, compared, reference.count, mean.data());
       }
       constexpr float kCostPerDifference = 2.0f / 3.0f;
       for (size_t i = 0; i < count; ++i) {

@@ -112,6 +112,56 @@ TEST_P(SweepOfScale, FindsObjectsInTheRoom) {
 
 INSTANTIATE_TEST_SUITE_P(CellSides, SweepOfScale, ::testing::Values(0.2, 1.0, 5.0));
 
+// Around the outline of a plain box the half of the views that is compared shows it at the distance
+// of the wall as well. The others show the wall there.
+TEST(PlaneSweepTest, PrefersTheDistanceAtWhichMoreViewsShowAPlainSurface) {
+  SyntheticRoomSpec spec = room_of_scale(1.0);
+  spec.scene.texture_wavelength_m = 0.5;
+  SyntheticScene with_box = spec.scene;
+  with_box.obstacle = SceneBox{{-0.6, -0.6, 1.3}, {0.6, 0.6, 1.5}};
+  const Grid grid = synthetic_grid(spec);
+  const auto is_box = [&](const Eigen::Vector3d& from_m, int u, int v) {
+    const Eigen::Vector3d direction =
+        direction_from_angles(angles_from_pixel({double(u), double(v)}, kSweptSize));
+    return distance_at(with_box, from_m, direction) < distance_at(spec.scene, from_m, direction);
+  };
+  const DepthTestRoom room(spec, [&](StationIndex station, cv::Mat* frame) {
+    const Line& line = grid.lines[static_cast<size_t>(station.line)];
+    const auto& from_m = line.stations[static_cast<size_t>(station.station)].position_m;
+    for (int u = 0; u < frame->cols; ++u) {
+      for (int v = 0; v < frame->rows; ++v) {
+        if (is_box(from_m, u, v)) frame->at<cv::Vec3b>(v, u) = {255, 255, 255};
+      }
+    }
+  });
+  constexpr StationIndex kReference{1, 8};
+  CostVolume volume;
+  Sweeper sweeper(room.room());
+  sweeper.sweep_into(&volume, kReference, 0.5, 2.0);
+  const Eigen::Vector3d from_m = grid.lines[1].stations[8].position_m;
+  const auto cost_at = [&](size_t pixel, double omega) {
+    const auto layers = static_cast<size_t>(volume.layers.count);
+    return volume
+        .cost[pixel * layers + static_cast<size_t>(std::lround(omega / volume.layers.step_per_m))];
+  };
+  const InverseDistanceMap box = true_map(with_box, from_m, kSweptSize);
+  const InverseDistanceMap wall = true_map(spec.scene, from_m, kSweptSize);
+  int outline = 0;
+  int preferred = 0;
+  for (int v = 24; v < 40; ++v) {
+    for (int u = 1; u < kSweptSize.width; ++u) {
+      // Near the box's left outline, but without the detail of the outline itself.
+      constexpr int kInside = 3;
+      if (!is_box(from_m, u, v) || is_box(from_m, u - 1, v)) continue;
+      const size_t pixel = pixel_index(u + kInside, v, kSweptSize);
+      ++outline;
+      if (cost_at(pixel, box.omega[pixel]) < cost_at(pixel, wall.omega[pixel])) ++preferred;
+    }
+  }
+  ASSERT_GT(outline, 8);
+  EXPECT_GT(preferred, 0.9 * outline);
+}
+
 TEST(PlaneSweepTest, FindsInfinityFarAway) {
   SyntheticRoomSpec spec = room_of_scale(1.0);
   spec.scene.infinitely_far = true;
