@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t kKept = 48;  // neighbouring stations share most of their neighbours
 
-// Levels that a camera may have clipped.
-constexpr double kDarkest = 4.0;
-constexpr double kBrightest = 250.0;
-
 cv::Mat without_border_of(void (*filter)(const cv::Mat&, cv::Mat*), const cv::Mat& image) {
   cv::Mat filtered;
   filter(with_border(image, 1), &filtered);
@@ -31,14 +27,6 @@ void most_around(const cv::Mat& image, cv::Mat* most) {
 
 }  // namespace
 
-int gap_between(const ColourRange& a, const ColourRange& b) {
-  int gap = 0;
-  for (int c = 0; c < 3; ++c) {
-    gap = std::max({gap, a.least[c] - b.most[c], b.least[c] - a.most[c]});
-  }
-  return gap;
-}
-
 StationEvidence evidence_without_map(const Room& room, StationIndex station, PanoramaSize size,
                                      const GainField& gains) {
   StationEvidence evidence;
@@ -47,18 +35,10 @@ StationEvidence evidence_without_map(const Room& room, StationIndex station, Pan
                             .lines[static_cast<size_t>(station.line)]
                             .stations[static_cast<size_t>(station.station)]
                             .position_m;
-  const cv::Mat image = station_image(room, station, size);
-  evidence.colour = image.clone();
-  apply_gains(gains, &evidence.colour);
-  // Where a channel is clipped, the scene may be darker or brighter than it shows.
-  const cv::Mat dark = image.reshape(1) <= kDarkest;
-  const cv::Mat bright = image.reshape(1) >= kBrightest;
-  cv::Mat darkest = evidence.colour.clone();
-  cv::Mat brightest = evidence.colour.clone();
-  darkest.reshape(1).setTo(0, dark);
-  brightest.reshape(1).setTo(255, bright);
-  evidence.least = without_border_of(least_around, darkest);
-  evidence.most = without_border_of(most_around, brightest);
+  const StationColours colours = station_colours(room, station, size, gains);
+  evidence.colour = colours.shown;
+  evidence.least = without_border_of(least_around, colours.least);
+  evidence.most = without_border_of(most_around, colours.most);
   evidence.valid = station_validity(room, station, size, 2);
   return evidence;
 }

@@ -11,17 +11,9 @@
 #include <vector>
 
 #include "build_lf/depth/contradictions.h"
+#include "build_lf/depth/station_colours.h"
 
 namespace raywalk::build_lf {
-
-// A range of colours, 8-bit levels.
-struct ColourRange {
-  cv::Vec3b least;
-  cv::Vec3b most;
-};
-
-// Largest distance, over the channels, of two ranges from each other; 0 where they overlap.
-int gap_between(const ColourRange& a, const ColourRange& b);
 
 // All of one size, [theta][phi], without gaps between the columns.
 struct StationEvidence {
