@@ -36,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Increment when the estimation changes: maps of another version are not resumed.
-constexpr int kEstimatorVersion = 2;
+constexpr int kEstimatorVersion = 3;
 
 double peak_memory_mb() {
   rusage usage{};
@@ -230,7 +230,7 @@ GainFields make_maps(const Room& room, DepthMethod method, const DepthPlan& plan
   summary->layers = sweep_layers(max_per_m, plan.reach_m, plan.size).count;
   GainFields fields = gains_for_matching(room, plan, gains, valid, *partial);
   sweep_maps(room, plan, max_per_m, fields, valid, partial);
-  fuse_swept_maps(room, plan, partial);
+  fuse_swept_maps(room, plan, fields, partial);
   return fields;
 }
 

@@ -11,10 +11,13 @@ namespace raywalk::build_lf {
 namespace {
 
 constexpr float kUnproposed = -1.0f;
+
 class Fusion {
  public:
-  Fusion(std::span<const InverseDistanceMap> maps, int which, const FusionOptions& options)
+  Fusion(std::span<const InverseDistanceMap> maps, int which, const FusionOptions& options,
+         std::span<const StationColours> colours)
       : maps_(maps),
+        colours_(colours),
         map_(maps[static_cast<size_t>(which)]),
         which_(static_cast<size_t>(which)),
         nearby_(maps.size() - static_cast<size_t>(options.fallback_maps)),
@@ -137,14 +140,25 @@ class Fusion {
       });
       if (proposed < 0.0f || known) continue;
       voted.push_back(proposed);
-      const Ballot ballot = count(direction, proposed, voter_count);
+      const Ballot ballot = count(direction, pixel, proposed, voter_count);
       if (wins(ballot, best)) best = ballot;
     }
     return best;
   }
 
+  // How much the colour of a pixel of map i is like that of a pixel of this map, 0 to 1; 1 where
+  // this station does not show the scene.
+  float likeness(size_t pixel, size_t i, size_t there) const {
+    constexpr float kUnlikeLevels = 24.0f;
+    if (colours_.empty() || i == which_ || map_.confidence[pixel] == 0) return 1.0f;
+    const int gap = gap_between(colours_[which_].range(pixel), colours_[i].range(there));
+    const float unlike = static_cast<float>(gap) / kUnlikeLevels;
+    return 1.0f / (1.0f + unlike * unlike);
+  }
+
   // Counts the votes of the first `voter_count` maps on a surface at inverse distance `proposed`.
-  Ballot count(const Eigen::Vector3f& direction, float proposed, size_t voter_count) const {
+  Ballot count(const Eigen::Vector3f& direction, size_t pixel, float proposed,
+               size_t voter_count) const {
     size_t known = 0;
     float votes = 0.0f;
     float against = 0.0f;
@@ -160,9 +174,11 @@ class Fusion {
       const float difference = maps_[i].omega[there] - expected;
       const float tolerance = tolerance_ + slant_ * expected;
       if (std::fabs(difference) < tolerance) {
-        votes += 1.0f - 0.5f * std::fabs(difference) / tolerance;
+        const float like = likeness(pixel, i, there);
+        votes += like * (1.0f - 0.5f * std::fabs(difference) / tolerance);
+        against += 1.0f - like;
         // Only close agreement contributes to the mean.
-        const float weight = static_cast<float>(maps_[i].confidence[there]) *
+        const float weight = like * static_cast<float>(maps_[i].confidence[there]) *
                              std::max(0.0f, 1.0f - 0.5f * std::fabs(difference) / tolerance_);
         weights += weight;
         weighted += weight * (proposed + difference * distance);
@@ -184,6 +200,7 @@ class Fusion {
   }
 
   std::span<const InverseDistanceMap> maps_;
+  std::span<const StationColours> colours_;
   const InverseDistanceMap& map_;
   size_t which_;
   size_t nearby_;      // maps that always vote; the others are fallbacks
@@ -195,24 +212,43 @@ class Fusion {
   std::vector<std::vector<float>> proposals_;
 };
 
-void remove_single_pixels(InverseDistanceMap* map) {
+// Pixels of a 3 x 3 neighbourhood, but its middle, that are within `tolerance` of the middle.
+int neighbours_alike(const cv::Mat& omega, int row, int column, float tolerance) {
+  const float own = omega.at<float>(row, column);
+  int alike = -1;
+  for (int r = row - 1; r <= row + 1; ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(omega.cols - 1, column + 1); ++c) {
+      if (std::fabs(omega.at<float>(r, c) - own) <= tolerance) ++alike;
+    }
+  }
+  return alike;
+}
+
+void remove_single_pixels(float tolerance, InverseDistanceMap* map) {
   constexpr int kMedian = 3;
+  constexpr int kOfALine = 2;  // neighbours of a pixel on a line one pixel wide
   cv::Mat omega(map->size.width, map->size.height, CV_32F, map->omega.data());
   cv::Mat around;
   cv::Mat smoothed;
   cv::copyMakeBorder(omega, around, 1, 1, 0, 0, cv::BORDER_WRAP);
   cv::medianBlur(around, smoothed, kMedian);
-  smoothed.rowRange(1, 1 + map->size.width).copyTo(omega);
+  for (int theta = 0; theta < omega.rows; ++theta) {
+    for (int phi = 0; phi < omega.cols; ++phi) {
+      if (neighbours_alike(around, theta + 1, phi, tolerance) >= kOfALine) continue;
+      omega.at<float>(theta, phi) = smoothed.at<float>(theta + 1, phi);
+    }
+  }
 }
 
 }  // namespace
 
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
-                             const FusionOptions& options) {
-  Fusion fusion(maps, which, options);
+                             const FusionOptions& options,
+                             std::span<const StationColours> colours) {
+  Fusion fusion(maps, which, options, colours);
   fusion.propose();
   InverseDistanceMap fused = fusion.vote();
-  remove_single_pixels(&fused);
+  remove_single_pixels(static_cast<float>(options.tolerance_per_m), &fused);
   return fused;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "build_lf/depth/inverse_distance_map.h"
+#include "build_lf/depth/station_colours.h"
 
 namespace raywalk::build_lf {
 
@@ -23,16 +24,21 @@ struct FusionOptions {
   int fallback_maps = 0;
 };
 
-// Fuses `maps[which]` with all `maps` (all of one size).
+// Fuses `maps[which]` with all `maps` (all of one size). `colours` has the colours of each map's
+// station, of the maps' size; empty: colours are not compared.
 //
 // A proposal gains a vote, weighted by agreement, from each map that sees a surface there, and
 // loses one for each map that sees through it to a farther surface; a map in which it is occluded
-// abstains (visibility as in Merrell et al. 2007). The proposal with the most votes wins; but among
-// surfaces that enough maps see and few see through, the nearest wins, because maps that look past
-// a thin object all vote for the background. The result is the mean over the winner's voters,
-// weighted by confidence; a 3 x 3 median removes isolated pixels. Its confidence is the winner's
-// share of the votes. A pixel with confidence 0 has no value.
+// abstains (visibility as in Merrell et al. 2007). A map that sees a surface there, but whose
+// station shows it in another colour, votes against it instead: it sees something else, as beside
+// an outline, or where surfaces without texture left the distance open. The proposal with the most
+// votes wins; but among surfaces that enough maps see and few see through, the nearest wins,
+// because maps that look past a thin object all vote for the background. The result is the mean
+// over the winner's voters, weighted by confidence; a pixel that fewer than two of its neighbours
+// agree with takes the median of all nine, so that lines one pixel wide are kept. Its confidence is
+// the winner's share of the votes. A pixel with confidence 0 has no value.
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
-                             const FusionOptions& options);
+                             const FusionOptions& options,
+                             std::span<const StationColours> colours = {});
 
 }  // namespace raywalk::build_lf

@@ -163,6 +163,74 @@ TEST(MapFusionTest, KeepsASingleMap) {
   EXPECT_GT(share_within(fused, maps[0], 0.1 * kTolerance_per_m, kAllFusedPixels), 0.95);
 }
 
+TEST(MapFusionTest, KeepsALineOnePixelWideButNoSinglePixel) {
+  InverseDistanceMap map = true_map({}, {0, 0, 0}, kFusedSize);
+  const InverseDistanceMap wall = map;
+  for (int phi = 20; phi < 44; ++phi) map.omega[pixel_at(40, phi)] = 1.5f;
+  map.omega[pixel_at(90, 32)] = 1.5f;
+  const std::vector<InverseDistanceMap> maps = {map};
+  const auto fused = fuse_maps(maps, 0, {kTolerance_per_m});
+  for (int phi = 21; phi < 43; ++phi) ASSERT_FLOAT_EQ(fused.omega[pixel_at(40, phi)], 1.5f);
+  EXPECT_NEAR(fused.omega[pixel_at(90, 32)], wall.omega[pixel_at(90, 32)], kTolerance_per_m);
+}
+
+// A white post before a grey wall; three of five maps put it onto the wall.
+class FusionOfAPlainPost : public ::testing::Test {
+ protected:
+  FusionOfAPlainPost() {
+    with_post_.obstacle = SceneBox{{-0.05, -1.2, 0.9}, {0.05, 1.5, 1.0}};
+    truth_ = true_maps(with_post_);
+    const auto wall = true_maps({});
+    maps_ = truth_;
+    for (size_t i = 0; i < maps_.size(); ++i) {
+      cv::Mat shown(kFusedSize.width, kFusedSize.height, CV_8UC3, cv::Scalar::all(90));
+      for (size_t pixel = 0; pixel < truth_[i].omega.size(); ++pixel) {
+        if (truth_[i].omega[pixel] == wall[i].omega[pixel]) continue;
+        shown.ptr<cv::Vec3b>()[pixel] = {200, 200, 200};
+        if (i == 0) post_.push_back(pixel);
+      }
+      colours_.push_back({shown, shown, shown});
+      if (i >= 1 && i <= 3) maps_[i].omega = wall[i].omega;
+    }
+  }
+
+  double share_of_post(const InverseDistanceMap& fused) const {
+    return share_within(fused, truth_[0], 0.5 * kTolerance_per_m, [&](size_t pixel) {
+      return std::binary_search(post_.begin(), post_.end(), pixel);
+    });
+  }
+
+  SyntheticScene with_post_;
+  std::vector<InverseDistanceMap> truth_, maps_;
+  std::vector<StationColours> colours_;
+  std::vector<size_t> post_;  // its pixels, seen from the first station
+};
+
+TEST_F(FusionOfAPlainPost, MapsThatShowAnotherColourVoteAgainstASurface) {
+  ASSERT_GT(post_.size(), 50U);
+  EXPECT_LT(share_of_post(fuse_maps(maps_, 0, {kTolerance_per_m})), 0.3);
+  EXPECT_GT(share_of_post(fuse_maps(maps_, 0, {kTolerance_per_m}, colours_)), 0.8);
+}
+
+TEST_F(FusionOfAPlainPost, EqualColoursDoNotChangeAnything) {
+  for (StationColours& colours : colours_) colours.least = colours.most = colours_[0].shown.clone();
+  for (StationColours& colours : colours_) colours.least.setTo(90), colours.most.setTo(90);
+  const auto without = fuse_maps(maps_, 0, {kTolerance_per_m});
+  const auto with = fuse_maps(maps_, 0, {kTolerance_per_m}, colours_);
+  EXPECT_EQ(with.omega, without.omega);
+  EXPECT_EQ(with.confidence, without.confidence);
+}
+
+TEST_F(FusionOfAPlainPost, ColoursOfMaskedPixelsDoNotCount) {
+  maps_ = truth_;
+  for (const size_t pixel : post_) {
+    maps_[0].confidence[pixel] = 0;
+    colours_[0].least.ptr<cv::Vec3b>()[pixel] = {0, 0, 0};
+  }
+  colours_[0].most = colours_[0].least;
+  EXPECT_GT(share_of_post(fuse_maps(maps_, 0, {kTolerance_per_m}, colours_)), 0.6);
+}
+
 // The lower third of a map: what a dolly hides.
 bool is_below(size_t pixel) { return pixel % kFusedSize.height >= kFusedSize.height * 2 / 3; }
 

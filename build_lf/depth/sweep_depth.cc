@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "build_lf/depth/map_completion.h"
 #include "build_lf/depth/map_fusion.h"
 #include "build_lf/depth/parallax_refinement.h"
 #include "build_lf/depth/semi_global.h"
+#include "build_lf/depth/station_colours.h"
 #include "build_lf/depth/station_image.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
@@ -94,6 +97,40 @@ class OmegaHistogram {
   double total_ = 0.0;
 };
 
+// The colours of the stations that vote on a map. Neighbouring maps share most of their voters.
+class VoterColours {
+ public:
+  VoterColours(const Room& room, const DepthPlan& plan,
+               const std::vector<std::vector<GainField>>& gains)
+      : room_(room), plan_(plan), gains_(gains) {}
+
+  // Of plan.maps[voter] for each voter. Those of other stations are dropped.
+  std::vector<StationColours> of(std::span<const int> voters) {
+    std::map<int, StationColours> needed;
+    std::vector<StationColours> colours;
+    for (const int voter : voters) {
+      const auto known = kept_.find(voter);
+      colours.push_back(known != kept_.end() ? known->second : read(voter));
+      needed.emplace(voter, colours.back());
+    }
+    kept_ = std::move(needed);
+    return colours;
+  }
+
+ private:
+  StationColours read(int voter) const {
+    const StationIndex station = plan_.maps[static_cast<size_t>(voter)].station;
+    return station_colours(
+        room_, station, plan_.size,
+        gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)]);
+  }
+
+  const Room& room_;
+  const DepthPlan& plan_;
+  const std::vector<std::vector<GainField>>& gains_;
+  std::map<int, StationColours> kept_;
+};
+
 // The nearest distance looked for, as a share of the reach.
 constexpr double kNearestPerReach = 0.25;
 
@@ -148,7 +185,8 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
             [](const InverseDistanceMap&) {});
 }
 
-void fuse_swept_maps(const Room& room, const DepthPlan& plan, PartialMaps* partial) {
+void fuse_swept_maps(const Room& room, const DepthPlan& plan,
+                     const std::vector<std::vector<GainField>>& gains, PartialMaps* partial) {
   // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
   // do not coincide.
   constexpr double kAgreePx = 1.5;
@@ -158,6 +196,7 @@ void fuse_swept_maps(const Room& room, const DepthPlan& plan, PartialMaps* parti
   const bool masked = room.masked();
   if (masked) options.min_voters = kMinVoters;
   const int count = static_cast<int>(plan.maps.size());
+  VoterColours colours(room, plan, gains);
   Progress progress("fusing", count, "maps");
   for (int i = 0; i < count; ++i) {
     throw_if_interrupted();
@@ -175,7 +214,7 @@ void fuse_swept_maps(const Room& room, const DepthPlan& plan, PartialMaps* parti
         maps.push_back(
             partial->load_stored(kSweptStage, reference.station, reference.position_m, plan.size));
       }
-      InverseDistanceMap map = fuse_maps(maps, 0, options);
+      InverseDistanceMap map = fuse_maps(maps, 0, options, colours.of(voters));
       partial->store(kVotedStage, map);
       complete_map(station_image(room, own.station, plan.size),
                    station_validity(room, own.station, plan.size, 0), options.tolerance_per_m,

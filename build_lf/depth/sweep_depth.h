@@ -31,8 +31,10 @@ void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                 PartialMaps* partial);
 
-// Fuses every swept map with its neighbours, completes the fused maps (complete_map) and stores the
-// results as kFinalStage. Where frames have masks, masked pixels are filled in from other stations.
-void fuse_swept_maps(const Room& room, const DepthPlan& plan, PartialMaps* partial);
+// Fuses every swept map with its neighbours by their distances and colours, completes the fused
+// maps (complete_map) and stores the results as kFinalStage. Where frames have masks, masked pixels
+// are filled in from other stations.
+void fuse_swept_maps(const Room& room, const DepthPlan& plan,
+                     const std::vector<std::vector<GainField>>& gains, PartialMaps* partial);
 
 }  // namespace raywalk::build_lf

@@ -88,7 +88,7 @@ void bench_depth(benchmark::State& state) {
     const Times times = times_of([&] {
       const double max_per_m = build_lf::find_nearest_surfaces(room, plan, fields, {}, &partial);
       build_lf::sweep_maps(room, plan, max_per_m, fields, {}, &partial);
-      build_lf::fuse_swept_maps(room, plan, &partial);
+      build_lf::fuse_swept_maps(room, plan, fields, &partial);
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);
