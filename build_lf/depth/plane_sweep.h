@@ -30,9 +30,9 @@ struct CostVolume {
   std::vector<std::uint8_t> valid;      // [theta][phi]: 1 where there is something to compare
 };
 
-// Sweeps one reference. `volume` is overwritten; its memory is reused. The cost of a layer is mostly
-// the mean difference over the better half of the stations, which makes it robust to occlusion
-// (kShareOfAllViews).
+// Sweeps one reference. `volume` is overwritten; its memory is reused. The cost of a layer is
+// mostly the mean difference over the better half of the stations, which makes it robust to
+// occlusion (kShareOfAllViews).
 void sweep(const TileViews& views, const SweepLayers& layers, CostVolume* volume);
 
 }  // namespace raywalk::build_lf
