@@ -15,7 +15,7 @@ constexpr float kUnproposed = -1.0f;
 class Fusion {
  public:
   Fusion(std::span<const InverseDistanceMap> maps, int which, const FusionOptions& options,
-         std::span<const StationColours> colours)
+         std::span<const cv::Mat> colours)
       : maps_(maps),
         colours_(colours),
         map_(maps[static_cast<size_t>(which)]),
@@ -151,7 +151,7 @@ class Fusion {
   float likeness(size_t pixel, size_t i, size_t there) const {
     constexpr float kUnlikeLevels = 24.0f;
     if (colours_.empty() || i == which_ || map_.confidence[pixel] == 0) return 1.0f;
-    const int gap = gap_between(colours_[which_].range(pixel), colours_[i].range(there));
+    const int gap = gap_between(range_at(colours_[which_], pixel), range_at(colours_[i], there));
     const float unlike = static_cast<float>(gap) / kUnlikeLevels;
     return 1.0f / (1.0f + unlike * unlike);
   }
@@ -200,7 +200,7 @@ class Fusion {
   }
 
   std::span<const InverseDistanceMap> maps_;
-  std::span<const StationColours> colours_;
+  std::span<const cv::Mat> colours_;
   const InverseDistanceMap& map_;
   size_t which_;
   size_t nearby_;      // maps that always vote; the others are fallbacks
@@ -243,8 +243,7 @@ void remove_single_pixels(float tolerance, InverseDistanceMap* map) {
 }  // namespace
 
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
-                             const FusionOptions& options,
-                             std::span<const StationColours> colours) {
+                             const FusionOptions& options, std::span<const cv::Mat> colours) {
   Fusion fusion(maps, which, options, colours);
   fusion.propose();
   InverseDistanceMap fused = fusion.vote();

@@ -24,8 +24,8 @@ struct FusionOptions {
   int fallback_maps = 0;
 };
 
-// Fuses `maps[which]` with all `maps` (all of one size). `colours` has the colours of each map's
-// station, of the maps' size; empty: colours are not compared.
+// Fuses `maps[which]` with all `maps` (all of one size). `colours` has the ranges_of() the colours
+// of each map's station, of the maps' size; empty: colours are not compared.
 //
 // A proposal gains a vote, weighted by agreement, from each map that sees a surface there, and
 // loses one for each map that sees through it to a farther surface; a map in which it is occluded
@@ -38,7 +38,6 @@ struct FusionOptions {
 // agree with takes the median of all nine, so that lines one pixel wide are kept. Its confidence is
 // the winner's share of the votes. A pixel with confidence 0 has no value.
 InverseDistanceMap fuse_maps(std::span<const InverseDistanceMap> maps, int which,
-                             const FusionOptions& options,
-                             std::span<const StationColours> colours = {});
+                             const FusionOptions& options, std::span<const cv::Mat> colours = {});
 
 }  // namespace raywalk::build_lf

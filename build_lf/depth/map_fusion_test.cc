@@ -189,7 +189,7 @@ class FusionOfAPlainPost : public ::testing::Test {
         shown.ptr<cv::Vec3b>()[pixel] = {200, 200, 200};
         if (i == 0) post_.push_back(pixel);
       }
-      colours_.push_back({shown, shown, shown});
+      colours_.push_back(ranges_of({shown, shown, shown}));
       if (i >= 1 && i <= 3) maps_[i].omega = wall[i].omega;
     }
   }
@@ -202,7 +202,7 @@ class FusionOfAPlainPost : public ::testing::Test {
 
   SyntheticScene with_post_;
   std::vector<InverseDistanceMap> truth_, maps_;
-  std::vector<StationColours> colours_;
+  std::vector<cv::Mat> colours_;
   std::vector<size_t> post_;  // its pixels, seen from the first station
 };
 
@@ -213,8 +213,7 @@ TEST_F(FusionOfAPlainPost, MapsThatShowAnotherColourVoteAgainstASurface) {
 }
 
 TEST_F(FusionOfAPlainPost, EqualColoursDoNotChangeAnything) {
-  for (StationColours& colours : colours_) colours.least = colours.most = colours_[0].shown.clone();
-  for (StationColours& colours : colours_) colours.least.setTo(90), colours.most.setTo(90);
+  for (cv::Mat& ranges : colours_) std::fill_n(ranges.data, 6 * ranges.total(), uchar{90});
   const auto without = fuse_maps(maps_, 0, {kTolerance_per_m});
   const auto with = fuse_maps(maps_, 0, {kTolerance_per_m}, colours_);
   EXPECT_EQ(with.omega, without.omega);
@@ -225,9 +224,8 @@ TEST_F(FusionOfAPlainPost, ColoursOfMaskedPixelsDoNotCount) {
   maps_ = truth_;
   for (const size_t pixel : post_) {
     maps_[0].confidence[pixel] = 0;
-    colours_[0].least.ptr<cv::Vec3b>()[pixel] = {0, 0, 0};
+    colours_[0].ptr<ColourRange>()[pixel] = {{0, 0, 0}, {0, 0, 0}};
   }
-  colours_[0].most = colours_[0].least;
   EXPECT_GT(share_of_post(fuse_maps(maps_, 0, {kTolerance_per_m}, colours_)), 0.6);
 }
 

@@ -1,6 +1,8 @@
 #include "build_lf/depth/station_colours.h"
 
 #include <algorithm>
+#include <opencv2/core.hpp>
+#include <vector>
 
 #include "build_lf/depth/station_image.h"
 
@@ -28,6 +30,12 @@ StationColours station_colours(const Room& room, StationIndex station, PanoramaS
   colours.least.reshape(1).setTo(0, image.reshape(1) <= kDarkest);
   colours.most.reshape(1).setTo(255, image.reshape(1) >= kBrightest);
   return colours;
+}
+
+cv::Mat ranges_of(const StationColours& colours) {
+  cv::Mat ranges;
+  cv::merge(std::vector<cv::Mat>{colours.least, colours.most}, ranges);
+  return ranges;
 }
 
 }  // namespace raywalk::build_lf

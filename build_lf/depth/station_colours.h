@@ -24,12 +24,15 @@ struct StationColours {
   cv::Mat shown;  // after the gains
   cv::Mat least;  // as shown, or 0 where dark
   cv::Mat most;   // as shown, or 255 where clipped
-
-  // Of a pixel by its index (pixel_index).
-  ColourRange range(std::size_t pixel) const {
-    return {least.ptr<cv::Vec3b>()[pixel], most.ptr<cv::Vec3b>()[pixel]};
-  }
 };
+
+// A ColourRange per pixel, CV_8UC(6): side by side, so that looking one up takes one line of cache.
+cv::Mat ranges_of(const StationColours& colours);
+// Of a pixel by its index (pixel_index).
+inline const ColourRange& range_at(const cv::Mat& ranges, std::size_t pixel) {
+  static_assert(sizeof(ColourRange) == 6);
+  return ranges.ptr<ColourRange>()[pixel];
+}
 
 // The colours of a station's panorama. `size` is that of the panoramas or smaller.
 StationColours station_colours(const Room& room, StationIndex station, PanoramaSize size,

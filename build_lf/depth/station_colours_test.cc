@@ -16,10 +16,11 @@ TEST(StationColoursTest, AreARangeWhereAChannelIsDarkOrClipped) {
   });
   const GainField darker{.whole = {0.5f, 0.5f, 0.5f}};
   const StationColours colours = station_colours(room.room(), {0, 1}, {128, 64}, darker);
-  const ColourRange clipped = colours.range(pixel_index(20, 10, {128, 64}));
+  const cv::Mat ranges = ranges_of(colours);
+  const ColourRange clipped = range_at(ranges, pixel_index(20, 10, {128, 64}));
   EXPECT_EQ(clipped.least, cv::Vec3b(0, 50, 128));
   EXPECT_EQ(clipped.most, cv::Vec3b(1, 50, 255));
-  const ColourRange plain = colours.range(pixel_index(21, 10, {128, 64}));
+  const ColourRange plain = range_at(ranges, pixel_index(21, 10, {128, 64}));
   EXPECT_EQ(plain.least, cv::Vec3b(50, 50, 50));
   EXPECT_EQ(plain.most, plain.least);
   EXPECT_EQ(colours.shown.at<cv::Vec3b>(21, 10), plain.least);

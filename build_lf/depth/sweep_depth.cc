@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <utility>
 
 #include "build_lf/depth/map_completion.h"
 #include "build_lf/depth/map_fusion.h"
@@ -14,6 +13,7 @@
 #include "build_lf/depth/station_colours.h"
 #include "build_lf/depth/station_image.h"
 #include "core/base/interrupt.h"
+#include "core/base/parallel.h"
 #include "core/base/progress.h"
 
 namespace raywalk::build_lf {
@@ -104,31 +104,32 @@ class VoterColours {
                const std::vector<std::vector<GainField>>& gains)
       : room_(room), plan_(plan), gains_(gains) {}
 
-  // Of plan.maps[voter] for each voter. Those of other stations are dropped.
-  std::vector<StationColours> of(std::span<const int> voters) {
-    std::map<int, StationColours> needed;
-    std::vector<StationColours> colours;
-    for (const int voter : voters) {
-      const auto known = kept_.find(voter);
-      colours.push_back(known != kept_.end() ? known->second : read(voter));
-      needed.emplace(voter, colours.back());
-    }
-    kept_ = std::move(needed);
-    return colours;
+  // The ranges of plan.maps[voter] for each voter. Those of other stations are dropped.
+  std::vector<cv::Mat> of(std::span<const int> voters) {
+    std::vector<cv::Mat> ranges(voters.size());
+    parallel_for(0, static_cast<int>(voters.size()), 1, [&](int begin, int end) {
+      for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+        const auto known = kept_.find(voters[i]);
+        ranges[i] = known != kept_.end() ? known->second : read(voters[i]);
+      }
+    });
+    kept_.clear();
+    for (size_t i = 0; i < voters.size(); ++i) kept_.emplace(voters[i], ranges[i]);
+    return ranges;
   }
 
  private:
-  StationColours read(int voter) const {
+  cv::Mat read(int voter) const {
     const StationIndex station = plan_.maps[static_cast<size_t>(voter)].station;
-    return station_colours(
-        room_, station, plan_.size,
-        gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)]);
+    const auto& gains =
+        gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
+    return ranges_of(station_colours(room_, station, plan_.size, gains));
   }
 
   const Room& room_;
   const DepthPlan& plan_;
   const std::vector<std::vector<GainField>>& gains_;
-  std::map<int, StationColours> kept_;
+  std::map<int, cv::Mat> kept_;
 };
 
 // The nearest distance looked for, as a share of the reach.
