@@ -226,7 +226,10 @@ TEST_F(FusionOfAPlainPost, ColoursOfMaskedPixelsDoNotCount) {
     maps_[0].confidence[pixel] = 0;
     colours_[0].ptr<ColourRange>()[pixel] = {{0, 0, 0}, {0, 0, 0}};
   }
-  EXPECT_GT(share_of_post(fuse_maps(maps_, 0, {kTolerance_per_m}, colours_)), 0.6);
+  const auto without = fuse_maps(maps_, 0, {kTolerance_per_m});
+  const auto with = fuse_maps(maps_, 0, {kTolerance_per_m}, colours_);
+  for (const size_t pixel : post_) ASSERT_EQ(with.confidence[pixel], without.confidence[pixel]);
+  EXPECT_GT(share_of_post(with), 0.6);
 }
 
 // The lower third of a map: what a dolly hides.
