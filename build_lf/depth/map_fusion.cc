@@ -4,13 +4,13 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "build_lf/depth/located_points.h"
 #include "build_lf/depth/pixel_directions.h"
+#include "build_lf/depth/seen_surfaces.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::build_lf {
 namespace {
-
-constexpr float kUnproposed = -1.0f;
 
 class Fusion {
  public:
@@ -43,10 +43,11 @@ class Fusion {
   InverseDistanceMap vote() const {
     InverseDistanceMap fused = map_;
     parallel_for(0, map_.size.width, 8, [&](int begin, int end) {
+      LocatedPoints points(maps_.size());
       for (int theta = begin; theta < end; ++theta) {
         for (int phi = 0; phi < map_.size.height; ++phi) {
           const size_t pixel = pixel_index(theta, phi, map_.size);
-          const Ballot best = elect(directions_.of(theta, phi), pixel);
+          const Ballot best = elect(directions_.of(theta, phi), pixel, &points);
           fused.omega[pixel] = best.omega;
           fused.confidence[pixel] = best.confidence;
         }
@@ -86,18 +87,11 @@ class Fusion {
   }
 
   std::vector<float> seen_from_here(size_t i) const {
-    std::vector<float> seen(map_.omega.size(), kUnproposed);
-    for (int theta = 0; theta < map_.size.width; ++theta) {
-      for (int phi = 0; phi < map_.size.height; ++phi) {
-        const size_t pixel = pixel_index(theta, phi, map_.size);
-        if (maps_[i].confidence[pixel] == 0) continue;
-        const float omega = maps_[i].omega[pixel];
-        // The point at 1/omega along the ray, relative to this map's station, times omega.
-        const Eigen::Vector3f point = directions_.of(theta, phi) - omega * offsets_[i];
-        float& nearest = seen[pixel_of(point, map_.size)];
-        nearest = std::max(nearest, omega / point.norm());
-      }
+    std::vector<float> known = maps_[i].omega;
+    for (size_t pixel = 0; pixel < known.size(); ++pixel) {
+      if (maps_[i].confidence[pixel] == 0) known[pixel] = -1.0f;
     }
+    std::vector<float> seen = seen_surfaces(known, map_.size, directions_, offsets_[i]);
     close_gaps(&seen);
     return seen;
   }
@@ -126,7 +120,7 @@ class Fusion {
     return pixel_index((theta + aside + map_.size.width) % map_.size.width, phi, map_.size);
   }
 
-  Ballot elect(const Eigen::Vector3f& direction, size_t pixel) const {
+  Ballot elect(const Eigen::Vector3f& direction, size_t pixel, LocatedPoints* points) const {
     constexpr float kNoVotes = -1e30f;
     Ballot best{map_.omega[pixel], kNoVotes, 0.0f, 0.0f, 0};
     const size_t voter_count = map_.confidence[pixel] == 0 ? maps_.size() : nearby_;
@@ -140,7 +134,7 @@ class Fusion {
       });
       if (proposed < 0.0f || known) continue;
       voted.push_back(proposed);
-      const Ballot ballot = count(direction, pixel, proposed, voter_count);
+      const Ballot ballot = count(direction, pixel, proposed, voter_count, points);
       if (wins(ballot, best)) best = ballot;
     }
     return best;
@@ -157,17 +151,18 @@ class Fusion {
   }
 
   // Counts the votes of the first `voter_count` maps on a surface at inverse distance `proposed`.
-  Ballot count(const Eigen::Vector3f& direction, size_t pixel, float proposed,
-               size_t voter_count) const {
+  Ballot count(const Eigen::Vector3f& direction, size_t pixel, float proposed, size_t voter_count,
+               LocatedPoints* points) const {
+    for (size_t i = 0; i < voter_count; ++i) points->set(i, direction + proposed * offsets_[i]);
+    points->locate(voter_count, map_.size);
     size_t known = 0;
     float votes = 0.0f;
     float against = 0.0f;
     float weights = 0.0f;
     float weighted = 0.0f;
     for (size_t i = 0; i < voter_count; ++i) {
-      const Eigen::Vector3f point = direction + proposed * offsets_[i];
-      const float distance = point.norm();
-      const size_t there = pixel_of(i == which_ ? direction : point, map_.size);
+      const float distance = points->length(i);
+      const size_t there = points->pixel(i);
       if (maps_[i].confidence[there] == 0) continue;
       ++known;
       const float expected = proposed / distance;

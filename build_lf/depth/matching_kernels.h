@@ -1,5 +1,5 @@
-// The inner loops of the plane sweep: differences between a station's picture and the reference for
-// an assumed inverse distance.
+// The inner loops of the plane sweep, differences between a station's picture and the reference for
+// an assumed inverse distance, and of the comparison of maps.
 //
 // Compiled for generic processors, AVX2 and AVX-512, and selected at run time. All do the same
 // arithmetic, so distances do not depend on the machine.
@@ -58,6 +58,14 @@ struct ViewSamples {
   float offset_z = 0.0f;
 };
 
+// Points relative to a station, in world axes, at any scale.
+struct RelativePoints {
+  const float* x = nullptr;
+  const float* y = nullptr;
+  const float* z = nullptr;
+  int count = 0;
+};
+
 // The directions of a tile are compared with the same stations, at most kMaxViews.
 inline constexpr int kTileColumns = 16;
 inline constexpr int kTileRows = 32;
@@ -90,6 +98,10 @@ struct MatchingKernels {
                                std::uint16_t least_previous, std::uint16_t small_step,
                                std::uint16_t large_step, int layers, std::uint16_t* path,
                                std::uint16_t* sum);
+  // Sets pixel[i], for each point, to the index (pixel_index) of the pixel that shows it in a
+  // panorama of width x height, as pixel_of() does, and length[i] to the point's distance.
+  void (*locate)(const RelativePoints& points, int width, int height, std::int32_t* pixel,
+                 float* length);
 };
 
 // The fastest set that this processor supports.

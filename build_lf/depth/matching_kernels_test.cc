@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "build_lf/depth/pixel_directions.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk::build_lf {
@@ -229,6 +230,46 @@ TEST_P(DifferenceKernels, AverageTheBetterHalfAndAllOfTheViews) {
       const double better = std::accumulate(values.begin(), values.begin() + kept, 0.0) / kept;
       const double all = std::accumulate(values.begin(), values.end(), 0.0) / views;
       ASSERT_NEAR(mean[i], better + 0.25 * (all - better), 1e-3) << views << " views";
+    }
+  }
+}
+
+// Points in all directions at 1e-6 to 1e8 of the scale, and along the axes.
+std::vector<Eigen::Vector3f> points_at_all_scales() {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> angle(-kPi, kPi);
+  std::uniform_real_distribution<double> exponent(-6.0, 8.0);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 5000; ++i) {
+    const Eigen::Vector3d direction = direction_from_angles({angle(random), 0.5 * angle(random)});
+    points.push_back((std::pow(10.0, exponent(random)) * direction).cast<float>());
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float length : {0.0f, 1e-6f, 1.0f, 1e8f}) {
+      points.push_back(length * Eigen::Vector3f::Unit(axis));
+      points.push_back(-length * Eigen::Vector3f::Unit(axis));
+    }
+  }
+  return points;
+}
+
+TEST_P(DifferenceKernels, LocatePointsAsPixelOfDoes) {
+  const MatchingKernels* kernels = matching_kernels_named(GetParam());
+  if (kernels == nullptr) GTEST_SKIP() << "this processor cannot run " << GetParam();
+  const std::vector<Eigen::Vector3f> points = points_at_all_scales();
+  std::vector<float> x, y, z, length(points.size());
+  for (const Eigen::Vector3f& point : points) {
+    x.push_back(point.x());
+    y.push_back(point.y());
+    z.push_back(point.z());
+  }
+  for (const PanoramaSize size : {PanoramaSize{2, 1}, {100, 50}, {1024, 512}, {8192, 4096}}) {
+    std::vector<std::int32_t> pixel(points.size(), -1);
+    kernels->locate({x.data(), y.data(), z.data(), static_cast<int>(points.size())}, size.width,
+                    size.height, pixel.data(), length.data());
+    for (size_t i = 0; i < points.size(); ++i) {
+      ASSERT_EQ(size_t(pixel[i]), pixel_of(points[i], size)) << points[i].transpose();
+      ASSERT_NEAR(length[i], points[i].cast<double>().norm(), 3e-7 * length[i]);
     }
   }
 }

@@ -1,20 +1,11 @@
 #include "build_lf/depth/station_colours.h"
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "build_lf/depth/station_image.h"
 
 namespace raywalk::build_lf {
-
-int gap_between(const ColourRange& a, const ColourRange& b) {
-  int gap = 0;
-  for (int c = 0; c < 3; ++c) {
-    gap = std::max({gap, a.least[c] - b.most[c], b.least[c] - a.most[c]});
-  }
-  return gap;
-}
 
 StationColours station_colours(const Room& room, StationIndex station, PanoramaSize size,
                                const GainField& gains) {

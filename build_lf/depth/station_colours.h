@@ -1,6 +1,7 @@
 // The colours that a station shows, for the comparison of stations.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
 
@@ -16,7 +17,13 @@ struct ColourRange {
 };
 
 // Largest distance, over the channels, of two ranges from each other; 0 where they overlap.
-int gap_between(const ColourRange& a, const ColourRange& b);
+inline int gap_between(const ColourRange& a, const ColourRange& b) {
+  int gap = 0;
+  for (int c = 0; c < 3; ++c) {
+    gap = std::max({gap, a.least[c] - b.most[c], b.least[c] - a.most[c]});
+  }
+  return gap;
+}
 
 // Pictures of one size, CV_8UC3, [theta][phi], without gaps between the columns. The colour of the
 // scene is within a range, as a dark or clipped channel may be darker or brighter than it shows.

@@ -4,6 +4,8 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "build_lf/depth/located_points.h"
+#include "build_lf/depth/seen_surfaces.h"
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
 
@@ -79,17 +81,7 @@ void StationComparison::project_surfaces() {
   surfaces_.resize(neighbours_.size());
   parallel_for(0, static_cast<int>(neighbours_.size()), 1, [&](int begin, int end) {
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      std::vector<float>& seen = surfaces_[i];
-      seen.assign(neighbours_[i]->omega.size(), -1.0f);
-      for (int theta = 0; theta < size_.width; ++theta) {
-        for (int phi = 0; phi < size_.height; ++phi) {
-          const float omega = neighbours_[i]->omega[pixel_index(theta, phi, size_)];
-          if (omega < 0.0f) continue;
-          const Eigen::Vector3f point = directions_.of(theta, phi) - omega * offsets_[i];
-          float& nearest = seen[pixel_of(point, size_)];
-          nearest = std::max(nearest, omega / point.norm());
-        }
-      }
+      surfaces_[i] = seen_surfaces(neighbours_[i]->omega, size_, directions_, offsets_[i]);
     }
   });
 }
