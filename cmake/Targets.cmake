@@ -77,9 +77,10 @@ endfunction()
 add_custom_target(memory-tests)
 add_custom_target(parallel-tests)
 
-# raywalk_test(<name> [UNSANITIZED] [TOGETHER] [PARALLEL] SOURCES ... LINK ...): one GoogleTest
-# executable, every case known to ctest. TOGETHER: cases that share what is costly to make run in one
-# process, known as one test. Its label tells which tests a sanitizer runs, targets build these: "memory"
+# raywalk_test(<name> [UNSANITIZED] [APART] [LONG] [PARALLEL] SOURCES ... LINK ...): one GoogleTest
+# executable, known to ctest as one test: to load OpenCV and what it needs takes 0.1 s, more than most
+# cases. APART: cases that run programs or wait for devices are tests of their own, which run beside
+# each other. LONG: begun first. Its label tells which tests a sanitizer runs, targets build these: "memory"
 # and memory-tests (AddressSanitizer) those without UNSANITIZED, "parallel" and parallel-tests
 # (ThreadSanitizer) those with PARALLEL, which run code on several threads. docs/development.md says
 # what is left out and why.
@@ -87,7 +88,7 @@ function(raywalk_test name)
   if(NOT RAYWALK_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "UNSANITIZED;TOGETHER;PARALLEL" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "UNSANITIZED;APART;LONG;PARALLEL" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE ${RAYWALK_TEST_OPTIONS})
   raywalk_compile_together(${name} raywalk_precompiled_test)
@@ -105,11 +106,14 @@ function(raywalk_test name)
   if(label STREQUAL "")
     set(label unsanitized)
   endif()
-  if(ARG_TOGETHER)
-    add_test(NAME ${name} COMMAND ${name})
-    set_tests_properties(${name} PROPERTIES COST 100 LABELS "${label}")  # long: begun first
-  else()
+  if(ARG_APART)
     gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
                          PROPERTIES LABELS "${label}")
+    return()
+  endif()
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES LABELS "${label}")
+  if(ARG_LONG)
+    set_tests_properties(${name} PROPERTIES COST 100)
   endif()
 endfunction()
