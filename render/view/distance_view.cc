@@ -167,6 +167,7 @@ void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
                   projected_.data() + pixels * static_cast<size_t>(i));
     }
   });
+  is_unseen_.resize(pixels);
   std::vector<int> unseen(static_cast<size_t>(size_.width));
   parallel_for(0, size_.width, 16, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
@@ -182,6 +183,12 @@ void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
       for (int theta = begin; theta < end; ++theta) {
         const auto at = static_cast<size_t>(theta);
         if (unseen[at] + unseen[at + static_cast<size_t>(size_.width / 2)] > 0) fill_unseen(theta);
+      }
+    });
+    filled_ = omega_;
+    parallel_for(0, size_.width, 16, [&](int begin, int end) {
+      for (int theta = begin; theta < end; ++theta) {
+        if (unseen[static_cast<size_t>(theta)] > 0) smooth_filled(theta);
       }
     });
   }
@@ -266,8 +273,10 @@ int DistanceView::merge_column(const Room& room, std::span<const MapStation> map
   // surface.
   std::vector<std::int8_t> source(rows, -1);
   int unseen = 0;
+  std::uint8_t* is_unseen = is_unseen_.data() + static_cast<size_t>(theta) * rows;
   for (size_t row = 0; row < rows; ++row) {
-    if (omega[row] < 0.0f) ++unseen;
+    is_unseen[row] = omega[row] < 0.0f ? 1 : 0;
+    unseen += is_unseen[row];
     if (omega[row] <= 0.0f) continue;
     size_t map = 0;
     while (candidates[pixels * map + row] < omega[row] * (1.0f - tolerance_)) ++map;
@@ -321,6 +330,27 @@ void DistanceView::fill_unseen(int theta) {
     const float farther = std::min(ring(i), ring(next));
     for (int gap = i + 1; gap < next; ++gap) ring(gap) = farther;
     i = next;
+  }
+}
+
+void DistanceView::smooth_filled(int theta) {
+  // What a row is filled from lies above or below: within this angle it is mostly one surface.
+  constexpr double kReach_rad = radians_from_degrees(4.0);
+  const int reach = std::max(1, static_cast<int>(std::lround(kReach_rad / kTwoPi * size_.width)));
+  const auto rows = static_cast<size_t>(size_.height);
+  float* omega = omega_.data() + static_cast<size_t>(theta) * rows;
+  std::vector<float> around;
+  for (size_t row = 0; row < rows; ++row) {
+    if (is_unseen_[static_cast<size_t>(theta) * rows + row] == 0) continue;
+    around.clear();
+    for (int u = theta - reach; u <= theta + reach; ++u) {
+      const auto column = static_cast<size_t>((u + size_.width) % size_.width);
+      const size_t pixel = column * rows + row;
+      if (is_unseen_[pixel] != 0) around.push_back(filled_[pixel]);
+    }
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+    std::ranges::nth_element(around, middle);
+    omega[row] = *middle;
   }
 }
 

@@ -3,9 +3,10 @@
 // The few maps nearest to the viewpoint are projected into it; where several see a surface, the
 // nearest surface wins, and among maps that agree on it the nearest map. Pixels that no map sees
 // with sufficient confidence (kMinConfidence) take the farther of their neighbours along the
-// great circle, because a near object hides background. Where most of the maps' pixels are of low
-// confidence, all take a smooth distance (smooth_distances.h). A view without any confident pixel
-// equals the initial view.
+// great circle, because a near object hides background, and then the median of their row around
+// them, so that a wrong neighbour is not drawn as a streak. Where most of the maps' pixels are of
+// low confidence, all take a smooth distance (smooth_distances.h). A view without any confident
+// pixel equals the initial view.
 #pragma once
 
 #include <Eigen/Core>
@@ -74,6 +75,7 @@ class DistanceView {
   int merge_column(const Room& room, std::span<const MapStation> maps,
                    const Eigen::Vector3d& viewpoint_m, int theta);
   void fill_unseen(int theta);
+  void smooth_filled(int theta);
   // Returns whether any map is doubted; smooth_ then knows where.
   bool find_trust(const Room& room, std::span<const MapStation> maps,
                   const Eigen::Vector3d& viewpoint_m);
@@ -84,8 +86,10 @@ class DistanceView {
   double unseen_share_ = 0.0;
   std::unique_ptr<LatitudeTable> latitudes_;  // of size_.height rows
   int latitudes_rows_ = 0;
-  std::vector<float> omega_;      // [theta][phi]; negative while unseen
-  std::vector<float> projected_;  // [map][theta][phi]; negative where a map sees nothing
+  std::vector<float> omega_;             // [theta][phi]; negative while unseen
+  std::vector<std::uint8_t> is_unseen_;  // [theta][phi]
+  std::vector<float> filled_;            // omega_ before its unseen pixels are smoothed
+  std::vector<float> projected_;         // [map][theta][phi]; negative where a map sees nothing
   SmoothDistances smooth_;
   std::vector<float> trust_;                // [theta][phi]; of doubted columns
   std::vector<std::uint8_t> doubted_;       // [theta]; empty where nothing is doubted

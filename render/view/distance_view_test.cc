@@ -150,6 +150,27 @@ TEST(DistanceView, AtAMapItIsThatMap) {
   EXPECT_LT(different, 0.01 * 128 * 64);
 }
 
+// A single wrong pixel at the rim of a gap is the farther one to fill its column with; the columns
+// beside it tell otherwise.
+TEST(DistanceView, AWrongPixelBesideAGapIsNoStreak) {
+  constexpr int kRim = 39, kEnd = 56, kColumn = 30;
+  SyntheticRoomSpec spec = spec_with(false);
+  spec.stored_distance = [](int u, int v, double metres) {
+    return static_cast<float>(u == kColumn && v == kRim ? 100.0 : metres);
+  };
+  spec.stored_confidence = [](int, int v) {
+    return static_cast<std::uint8_t>(v > kRim && v < kEnd ? 0 : 255);
+  };
+  const TestRoom room(spec);
+  const Vector3d at = room.room().grid().lines[1].stations[2].position_m;
+  DistanceView view;
+  view.compute(room.room(), nearest_maps(room.room(), kAllLines, at, 0.1, 1, 1), at);
+  for (int v = kRim + 1; v < kEnd; ++v) {
+    const float beside = view.column(kColumn - 1)[v];
+    EXPECT_NEAR(view.column(kColumn)[v], beside, 0.1 * beside) << v;
+  }
+}
+
 TEST(DistanceView, InfinitelyFarStaysInfinitelyFar) {
   SyntheticRoomSpec spec = spec_with(false);
   spec.scene.infinitely_far = true;
