@@ -79,8 +79,8 @@ add_custom_target(parallel-tests)
 
 # raywalk_test(<name> [UNSANITIZED] [APART] [LONG] [PARALLEL] SOURCES ... LINK ...): one GoogleTest
 # executable, known to ctest as one test: to load OpenCV and what it needs takes 0.1 s, more than most
-# cases. APART: cases that run programs or wait for devices are tests of their own, which run beside
-# each other. LONG: begun first. Its label tells which tests a sanitizer runs, targets build these: "memory"
+# cases. APART: cases that are long, run programs or wait for devices are tests of their own, which run
+# beside each other. LONG: begun first. Its label tells which tests a sanitizer runs, targets build these: "memory"
 # and memory-tests (AddressSanitizer) those without UNSANITIZED, "parallel" and parallel-tests
 # (ThreadSanitizer) those with PARALLEL, which run code on several threads. docs/development.md says
 # what is left out and why.

@@ -11,8 +11,8 @@
 
 namespace raywalk::build_lf {
 
-// Up to a fixed number of points, located all at once because that is several times faster than
-// pixel_of() for each. The same object is filled again and again.
+// Up to a fixed number of points, located all at once: unlike pixel_of() for each, that is
+// vectorised. The same object is filled again and again.
 class LocatedPoints {
  public:
   explicit LocatedPoints(std::size_t capacity)

@@ -1,5 +1,5 @@
-// The inner loops of the plane sweep, differences between a station's picture and the reference for
-// an assumed inverse distance, and of the comparison of maps.
+// The inner loops of the plane sweep (differences between a station's picture and the reference for
+// an assumed inverse distance) and of the comparison of maps.
 //
 // Compiled for generic processors, AVX2 and AVX-512, and selected at run time. All do the same
 // arithmetic, so distances do not depend on the machine.

@@ -4,7 +4,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "build_lf/depth/located_points.h"
 #include "build_lf/depth/seen_surfaces.h"
 #include "core/base/parallel.h"
 #include "core/panorama/transposed_border.h"
