@@ -7,10 +7,10 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
+#include "core/judge/trade/trade.h"
+#include "core/judge/trade/trade_json.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/requirements.h"
-#include "render/trade/trade.h"
-#include "render/trade/trade_json.h"
 
 namespace raywalk::render {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/judge/trade/view_time.h"
 #include "core/room/room.h"
 #include "render/presets.h"
-#include "render/trade/view_time.h"
 
 namespace raywalk::render {
 

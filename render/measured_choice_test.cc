@@ -12,8 +12,8 @@
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/judge/trade/trade.h"
 #include "core/room/requirements.h"
-#include "render/trade/trade.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk::render {

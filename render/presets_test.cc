@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
-#include "render/view/renderer.h"
+#include "core/view/renderer.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk::render {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "render/view/renderer.h"
+#include "core/view/renderer.h"
 
 namespace raywalk::render {
 

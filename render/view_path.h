@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/room/room.h"
-#include "render/validation/view_mode.h"
+#include "core/view/view_mode.h"
 #include "render/view_frame.h"
 
 namespace raywalk::render {

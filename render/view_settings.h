@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/room/room.h"
-#include "render/validation/view_mode.h"
+#include "core/view/view_mode.h"
 
 namespace raywalk::render {
 
@@ -37,7 +37,7 @@ struct ViewSettings {
   double tolerance_px = 0.5;  // largest shift of a pixel caused by automatic layers, 0.01..100
   double overlap_deg = 5.0;   // width of the blend at a connection, 0..45
   int width_px = 0;           // 0 = as captured, else a multiple of 4 in 4..32768
-  // The remaining members are as in render/view/view_options.h.
+  // The remaining members are as in core/view/view_options.h.
   std::string interpolation = "linear";  // nearest, linear or cubic
   std::string arithmetic = "float";      // float or double
   std::string second_side = "blend";     // blend or where-hidden

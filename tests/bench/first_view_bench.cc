@@ -11,7 +11,7 @@
 #include "core/base/median.h"
 #include "core/base/timing.h"
 #include "core/room/room.h"
-#include "render/view/renderer.h"
+#include "core/view/renderer.h"
 #include "tests/bench/bench_room.h"
 
 namespace raywalk::bench {
@@ -59,9 +59,9 @@ void read_room_into_cache(const fs::path& room) {
 
 // Time to the first view of a room, with its files in the page cache or not. `open_ms` and
 // `view_ms` are the parts, `read_MB` the data read from the disk.
-void bench_first_view(benchmark::State& state, render::Generation generation, bool cold) {
+void bench_first_view(benchmark::State& state, Generation generation, bool cold) {
   const fs::path directory = bench_room();
-  const render::ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
   const auto places = viewpoints_in(Room::open(directory).grid().cells.front());
   if (!cold) read_room_into_cache(directory);
   std::vector<double> open_s, view_s, total_s, read_bytes;
@@ -71,8 +71,8 @@ void bench_first_view(benchmark::State& state, render::Generation generation, bo
     const PlanPoint viewpoint = places[total_s.size() % places.size()];
     Room room;
     open_s.push_back(times_of([&] { room = Room::open(directory); }).wall_s);
-    const Times first = times_of(
-        [&] { benchmark::DoNotOptimize(render::Renderer(room, options).render(viewpoint)); });
+    const Times first =
+        times_of([&] { benchmark::DoNotOptimize(Renderer(room, options).render(viewpoint)); });
     view_s.push_back(first.wall_s);
     total_s.push_back(open_s.back() + view_s.back());
     read_bytes.push_back(bytes_read_from_disk() - read_before);
@@ -84,35 +84,35 @@ void bench_first_view(benchmark::State& state, render::Generation generation, bo
   state.counters["read_MB"] = 1e-6 * median(read_bytes);
 }
 
-void bench_first_view_cold(benchmark::State& state, render::Generation generation) {
+void bench_first_view_cold(benchmark::State& state, Generation generation) {
   bench_first_view(state, generation, true);
 }
 
-void bench_first_view_warm(benchmark::State& state, render::Generation generation) {
+void bench_first_view_warm(benchmark::State& state, Generation generation) {
   bench_first_view(state, generation, false);
 }
 
-BENCHMARK_CAPTURE(bench_first_view_cold, initial, render::Generation::kInitial)
+BENCHMARK_CAPTURE(bench_first_view_cold, initial, Generation::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, render::Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_first_view_cold, hlf_vd, Generation::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, render::Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_first_view_cold, two_sided, Generation::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, initial, render::Generation::kInitial)
+BENCHMARK_CAPTURE(bench_first_view_warm, initial, Generation::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, render::Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_first_view_warm, hlf_vd, Generation::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, render::Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_first_view_warm, two_sided, Generation::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

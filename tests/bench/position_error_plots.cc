@@ -3,9 +3,9 @@
 #include <limits>
 
 #include "core/geometry/grid.h"
-#include "render/view/column_arrays.h"
-#include "render/view/precise_positions.h"
-#include "render/view/view_plan.h"
+#include "core/view/column_arrays.h"
+#include "core/view/precise_positions.h"
+#include "core/view/view_plan.h"
 #include "tests/bench/error_curves.h"
 #include "tests/bench/error_plots.h"
 
@@ -69,20 +69,19 @@ class Positions {
   Positions() : latitudes_(kRows, kRows), precise_(kRows), arrays_(1) {}
 
   SeenDirection<double> in_float(const Sighting& at) {
-    render::column_kernels().find_samples(latitudes_.table(at.row), &at.omega, 1,
-                                          render::column_offset(at.displacement_m, at.theta_rad),
-                                          {kFine.width, kFine.height, 0, 0.0f},
-                                          arrays_.positions());
+    column_kernels().find_samples(latitudes_.table(at.row), &at.omega, 1,
+                                  column_offset(at.displacement_m, at.theta_rad),
+                                  {kFine.width, kFine.height, 0, 0.0f}, arrays_.positions());
     const int sample = arrays_.offset_left[0] / 3;
     const int column = sample / kFine.height;
-    const double u = column + render::weight_of(arrays_.weight_right[0]) / 32768.0;
-    const double v = sample % kFine.height + render::weight_of(arrays_.weight_lower[0]) / 32768.0;
+    const double u = column + weight_of(arrays_.weight_right[0]) / 32768.0;
+    const double v = sample % kFine.height + weight_of(arrays_.weight_lower[0]) / 32768.0;
     return {std::remainder(u / kFine.width * kTwoPi, kTwoPi),
             kHalfPi - (v + 0.5) / kFine.height * kPi};
   }
   SeenDirection<double> in_double(const Sighting& at) const {
     const PixelPosition seen = precise_.seen_at(
-        at.row, at.omega, render::precise_offset(at.displacement_m, at.theta_rad), kPanorama);
+        at.row, at.omega, precise_offset(at.displacement_m, at.theta_rad), kPanorama);
     return {seen.u / kPixelsPerRad, kHalfPi - (seen.v + 0.5) / kPixelsPerRad};
   }
   std::vector<double> errors(const Sighting& at) {
@@ -96,9 +95,9 @@ class Positions {
   }
 
  private:
-  render::LatitudeTable latitudes_;
-  render::PrecisePositions precise_;
-  render::PositionArrays arrays_;
+  LatitudeTable latitudes_;
+  PrecisePositions precise_;
+  PositionArrays arrays_;
 };
 
 // Latitudes up to 89.9 degrees; the last plot covers the pole.
@@ -197,7 +196,7 @@ void plot_incidence(const std::filesystem::path& file) {
     Line line;
     line.origin = {0.0, b_m};
     line.direction = {1.0, 0.0};
-    const auto found = render::cross_line(line, {0.0, 0.0}, theta_rad);
+    const auto found = cross_line(line, {0.0, 0.0}, theta_rad);
     const Exact exact = crossing_in<Exact>(b_m, theta_rad);
     const auto off = [&](const Exact& value) {
       return std::fabs(static_cast<double>(Exact(value - exact)));

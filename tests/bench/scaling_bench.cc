@@ -7,7 +7,7 @@
 #include "core/base/timing.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/room.h"
-#include "render/view/renderer.h"
+#include "core/view/renderer.h"
 #include "tests/bench/bench_room.h"
 
 namespace raywalk::bench {
@@ -30,12 +30,12 @@ class ThreadCount {
 // Speedup of a view from one to two threads, relative to that of cv::remap on the same machine
 // (`relative`). Each round measures all four times, so that other load affects them alike; results
 // are medians over the rounds.
-void bench_scaling(benchmark::State& state, render::Generation generation) {
+void bench_scaling(benchmark::State& state, Generation generation) {
   const ThreadCount restored;
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  render::Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
-  render::RenderedView view;
+  Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth});
+  RenderedView view;
   for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint, view);
   PitchRemap remap(kBenchWidth);
   remap.run();
@@ -60,15 +60,15 @@ void bench_scaling(benchmark::State& state, render::Generation generation) {
   state.counters["relative"] = median(relative);
 }
 
-BENCHMARK_CAPTURE(bench_scaling, initial, render::Generation::kInitial)
+BENCHMARK_CAPTURE(bench_scaling, initial, Generation::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_scaling, hlf_vd, render::Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_scaling, hlf_vd, Generation::kHlfVd)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_scaling, two_sided, render::Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_scaling, two_sided, Generation::kTwoSided)
     ->Iterations(kRounds)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

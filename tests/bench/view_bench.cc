@@ -8,7 +8,7 @@
 #include "core/geometry/sphere.h"
 #include "core/panorama/pitch_remap.h"
 #include "core/room/room.h"
-#include "render/view/renderer.h"
+#include "core/view/renderer.h"
 #include "tests/bench/bench_room.h"
 
 namespace raywalk::bench {
@@ -22,9 +22,9 @@ struct ResidentGrowth {
   double mapped_bytes = 0.0;  // of it mapped pages of the room's files
 };
 
-ResidentGrowth resident_growth(const render::ViewOptions& options) {
+ResidentGrowth resident_growth(const ViewOptions& options) {
   const Room room = Room::open(bench_room());
-  render::Renderer renderer(room, options);
+  Renderer renderer(room, options);
   reset_peak_resident();
   const double before = resident_bytes();
   const double mapped_before = mapped_resident_bytes();
@@ -36,13 +36,13 @@ ResidentGrowth resident_growth(const render::ViewOptions& options) {
 // cv::remap of the same size with the same number of threads. The two alternate, so that other load
 // affects both; `ratio` is the median over the pairs, `cpu_ratio` the same for processor time.
 // `peak_MB` and `mapped_MB` are the ResidentGrowth, `room_MB` the size of the room.
-void bench_options(benchmark::State& state, render::ViewOptions options) {
+void bench_options(benchmark::State& state, ViewOptions options) {
   options.k_deg = 76.0;
   options.width = kBenchWidth;
   const ResidentGrowth growth = resident_growth(options);
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
-  render::Renderer renderer(room, options);
+  Renderer renderer(room, options);
   for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint);
   PitchRemap remap(kBenchWidth);
   remap.run();
@@ -67,32 +67,32 @@ void bench_options(benchmark::State& state, render::ViewOptions options) {
   state.counters["room_MB"] = 1e-6 * bytes_under(bench_room());
 }
 
-void bench_view(benchmark::State& state, render::Generation generation) {
+void bench_view(benchmark::State& state, Generation generation) {
   bench_options(state, {.generation = generation});
 }
 
 // The settings of the preset fast: one station, two maps, half a pixel left uncorrected.
-void bench_fast(benchmark::State& state, render::Generation generation) {
+void bench_fast(benchmark::State& state, Generation generation) {
   bench_options(state, {.generation = generation,
                         .stations_mixed = 1,
                         .distance_maps = 2,
                         .fill_stations = 8,
-                        .second_side = render::SecondSide::kWhereHidden,
+                        .second_side = SecondSide::kWhereHidden,
                         .skip_px = 0.5});
 }
 
 // A perspective picture with a field of view of 90 degrees, 1440 x 1600 pixels, relative to the
 // same remap of a whole panorama. It looks straight ahead, up, down and tilted.
-void bench_flat(benchmark::State& state, render::Generation generation) {
-  const render::ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+void bench_flat(benchmark::State& state, Generation generation) {
+  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   const std::vector<Attitude> looks = {{},
                                        {.yaw_rad = 2.0, .pitch_rad = -0.4, .roll_rad = 0.1},
                                        {.yaw_rad = -1.0, .pitch_rad = 0.2},
                                        {.yaw_rad = 3.1, .pitch_rad = -1.0}};
-  render::Renderer renderer(room, options);
-  render::RenderedView flat;
+  Renderer renderer(room, options);
+  RenderedView flat;
   const auto render = [&](size_t i) {
     renderer.render(viewpoints[i % viewpoints.size()],
                     {.attitude = looks[i % looks.size()], .width = 1440, .height = 1600}, flat);
@@ -113,37 +113,37 @@ void bench_flat(benchmark::State& state, render::Generation generation) {
   state.counters["view_ms"] = 1e3 * median(flat_s);
 }
 
-BENCHMARK_CAPTURE(bench_flat, initial, render::Generation::kInitial)
+BENCHMARK_CAPTURE(bench_flat, initial, Generation::kInitial)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_flat, hlf_vd, render::Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_flat, hlf_vd, Generation::kHlfVd)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_flat, two_sided, render::Generation::kTwoSided)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-
-BENCHMARK_CAPTURE(bench_fast, hlf_vd, render::Generation::kHlfVd)
-    ->Iterations(kPairs)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_fast, two_sided, render::Generation::kTwoSided)
+BENCHMARK_CAPTURE(bench_flat, two_sided, Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-BENCHMARK_CAPTURE(bench_view, initial, render::Generation::kInitial)
+BENCHMARK_CAPTURE(bench_fast, hlf_vd, Generation::kHlfVd)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_view, hlf_vd, render::Generation::kHlfVd)
+BENCHMARK_CAPTURE(bench_fast, two_sided, Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(bench_view, two_sided, render::Generation::kTwoSided)
+
+BENCHMARK_CAPTURE(bench_view, initial, Generation::kInitial)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_view, two_sided, Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);

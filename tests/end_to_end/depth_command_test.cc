@@ -13,8 +13,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/files/image_file.h"
+#include "core/judge/metrics/psnr.h"
 #include "core/room/kept_stations.h"
-#include "render/metrics/psnr.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -45,7 +45,7 @@ double psnr_of(const fs::path& room, const SyntheticRoomSpec& spec,
   double sum_db = 0.0;
   for (size_t i = 0; i < places.size(); ++i) {
     const cv::Mat view = read_panorama(directory / "views" / fmt::format("{}.png", i));
-    sum_db += render::psnr_db(view, render_truth(spec, places[i], spec.width));
+    sum_db += psnr_db(view, render_truth(spec, places[i], spec.width));
   }
   return sum_db / static_cast<double>(places.size());
 }

@@ -1,0 +1,72 @@
+// The work of `raywalk-render trade`: measures many settings of the rendering parameters against
+// ground truth and finds the Pareto front of time and accuracy.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/judge/trade/timing_lock.h"
+#include "core/judge/trade/trade_result.h"
+#include "core/judge/trade/trade_setting.h"
+#include "core/judge/trade/trade_view.h"
+#include "core/room/room.h"
+#include "core/view/view_mode.h"
+
+namespace raywalk {
+
+// A preset for the room.
+struct NamedMode {
+  std::string name{};
+  std::string reason{};  // explanation for the user
+  ViewMode mode{};
+};
+
+struct TradeOptions {
+  std::filesystem::path truth{};              // gt.csv; empty: held-out stations are the truth
+  int held_out = 0;                           // every n-th station is held out; 0 disables
+  std::filesystem::path report{};             // directory, created if it is missing
+  std::vector<std::filesystem::path> also{};  // other rooms of the same place
+  bool full = false;
+  int repetitions = 3;
+  std::filesystem::path timing_lock = machine_timing_lock();
+  // The central setting of every generation that the room can be rendered in.
+  std::vector<ViewMode> centres{};
+  std::vector<NamedMode> presets{};
+};
+
+// What is measured, for captured and held-out truths alike.
+struct TradeInput {
+  std::vector<TradeRoom> rooms{};  // the room under test first; at least one view each
+  std::string truth{};             // the source of the truths, for the report
+  std::string sweep = "quick";     // "quick" or "full"
+  std::vector<TradeSetting> settings{};
+  std::vector<TradeView> held_out{};    // scored in addition to the rooms' views; may be empty
+  std::vector<TradedPreset> presets{};  // among the settings
+  int repetitions = 3;
+  int connect_viewpoints = 5;  // per side of a cell, for e_connect
+  TimeSource time_source{};
+};
+
+// Measures every setting; those that other programs disturb again (view_time.h), and marks them
+// where that does not help. Finished settings are stored in the
+// file `partial`; those already there for the same input are not measured again. The file is not
+// removed (write_trade's caller does that). Prints progress. Throws Error where `partial` is
+// damaged or belongs to another input; Interrupted.
+Trade measure_trade(const TradeInput& input, const std::filesystem::path& partial);
+
+// The room's copy of the trade.json that was last measured on it.
+std::filesystem::path trade_path(const std::filesystem::path& room);
+
+// Measures, and writes `report`/trade.json, trade.csv and index.html (each atomically) and
+// trade_path() of the first room. Returns a summary for the user.
+std::string write_trade(const TradeInput& input, const std::filesystem::path& report);
+
+// Reads the truths, opens the rooms, checks that the report can be written, waits for the timing
+// lock (timing_lock.h), then measures and writes as above. Returns a summary for the user. Throws
+// Error before any rendering where the input is wrong or the report cannot be written.
+std::string trade(const Room& room, const TradeOptions& options);
+
+}  // namespace raywalk

@@ -1,0 +1,57 @@
+#include <algorithm>
+#include <numeric>
+
+#include "core/base/interrupt.h"
+#include "core/judge/trade/measure_setting.h"
+#include "core/judge/trade/trade_page.h"
+#include "core/judge/validation/comparison_pictures.h"
+
+namespace raywalk {
+namespace {
+
+constexpr std::size_t kMaxPictures = 60;
+constexpr int kPictureWidth_px = 560;  // sharp at half the page's width
+
+// The PSNR that a setting lacks to the best setting that takes no longer; 0 on the front.
+double below_front_db(const Trade& trade, const MeasuredSetting& setting) {
+  double gap_db = 0.0;
+  for (const MeasuredSetting& other : trade.settings) {
+    if (other.measured.time.ratio > setting.measured.time.ratio) continue;
+    gap_db = std::max(gap_db, other.measured.scores.psnr_db - setting.measured.scores.psnr_db);
+  }
+  return gap_db;
+}
+
+std::vector<std::size_t> settings_shown(const Trade& trade) {
+  std::vector<double> gaps_db;
+  gaps_db.reserve(trade.settings.size());
+  for (const MeasuredSetting& setting : trade.settings) {
+    gaps_db.push_back(below_front_db(trade, setting));
+  }
+  std::vector<std::size_t> order(trade.settings.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return gaps_db[i]; });
+  order.resize(std::min(order.size(), kMaxPictures));
+  return order;
+}
+
+}  // namespace
+
+TradePictures trade_pictures(const Trade& trade, std::span<const TradeRoom> rooms) {
+  const std::size_t middle = rooms.front().views.size() / 2;
+  const TradeView& shown = rooms.front().views[middle];
+  TradePictures pictures{.view = shown.name,
+                         .truth = shrunk_to(shown.truth, kPictureWidth_px),
+                         .errors = std::vector<cv::Mat>(trade.settings.size())};
+  for (const std::size_t i : settings_shown(trade)) {
+    throw_if_interrupted();
+    const TradeSetting& setting = trade.settings[i].setting;
+    const TradeView& view = rooms[setting.room].views[middle];
+    const cv::Mat picture = picture_of(setting, view);
+    pictures.errors[i] = shrunk_to(
+        error_of(picture, truth_completed_by(picture, view.truth, view.mask)), kPictureWidth_px);
+  }
+  return pictures;
+}
+
+}  // namespace raywalk

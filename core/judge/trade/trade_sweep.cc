@@ -1,0 +1,261 @@
+#include "core/judge/trade/trade_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/room/connection_errors.h"
+
+namespace raywalk {
+namespace {
+
+using Settings = std::vector<TradeSetting>;
+using Move = std::function<void(ViewOptions*)>;
+
+const std::vector<Generation> kCorrected{Generation::kHlfVd, Generation::kTwoSided};
+
+// The valid picture width nearest to a share of another width.
+int width_of_share(int width_px, double share) {
+  return std::max(4, 4 * static_cast<int>(std::lround(share * width_px / 4.0)));
+}
+
+// Whether columns of an initial view lie between captured ones, so that they are interpolated.
+bool resampled(const TradeSetting& setting) {
+  const double fold =
+      std::max(1.0, std::round(double(setting.stored_width_px) / setting.mode.options.width));
+  return fold * setting.mode.options.width != setting.stored_width_px;
+}
+
+// Sets parameters without effect to their values in the central setting.
+void reset_unused_parameters(const ViewOptions& centre, TradeSetting* setting) {
+  ViewOptions& options = setting->mode.options;
+  if (options.generation != Generation::kTwoSided) options.second_side = centre.second_side;
+  if (options.generation != Generation::kInitial) return;
+  options.layers = centre.layers;
+  options.arithmetic = centre.arithmetic;
+  options.distance_maps = centre.distance_maps;
+  options.fill_stations = centre.fill_stations;
+  options.skip_px = centre.skip_px;
+  if (!resampled(*setting)) options.interpolation = centre.interpolation;
+}
+
+// Collects settings without duplicates.
+class Sweep {
+ public:
+  explicit Sweep(const SweepBase& base) : base_(base) {
+    for (const ViewMode& mode : base.centres) centres_.push_back(centre(mode));
+  }
+
+  // The central settings of these generations, where the room supports them.
+  Settings centres(const std::vector<Generation>& generations) const {
+    Settings found;
+    std::ranges::copy_if(centres_, std::back_inserter(found), [&](const TradeSetting& setting) {
+      return std::ranges::count(generations, setting.mode.options.generation) > 0;
+    });
+    return found;
+  }
+  Settings centres() const { return centres_; }
+
+  void add(TradeSetting setting) {
+    const TradeSetting& centre = centre_of(setting);
+    reset_unused_parameters(centre.mode.options, &setting);
+    const double k_deg = setting.mode.options.k_deg;
+    if (k_deg != centre.mode.options.k_deg) {
+      setting.mode.connection = connection_name(k_deg);
+      setting.mode.k_source = "as swept";
+    }
+    setting.name = name_of(setting, centre);
+    if (known_.insert(parameters_of(setting).dump()).second)
+      settings_.push_back(std::move(setting));
+  }
+  void add(const Settings& settings) {
+    for (const TradeSetting& setting : settings) add(setting);
+  }
+  void add(Generation generation, const Move& move) {
+    for (TradeSetting setting : centres({generation})) {
+      move(&setting.mode.options);
+      add(std::move(setting));
+    }
+  }
+  // Adds the same setting in another room, where that has the distances it needs.
+  void add_in_room(std::size_t room, TradeSetting setting) {
+    const TradeRoom& other = base_.rooms[room];
+    const bool corrected = setting.mode.options.generation != Generation::kInitial;
+    if (corrected && !other.room->has_distances()) return;
+    setting.room = room;
+    setting.stored_width_px = other.room->panorama().width;
+    setting.depth = other.depth;
+    add(std::move(setting));
+  }
+
+  Settings take() { return std::move(settings_); }
+
+ private:
+  TradeSetting centre(const ViewMode& mode) const {
+    TradeSetting setting{.mode = mode,
+                         .threads = base_.threads,
+                         .stored_width_px = base_.rooms.front().room->panorama().width,
+                         .depth = base_.rooms.front().depth};
+    setting.mode.options.width = base_.width_px;
+    return setting;
+  }
+  const TradeSetting& centre_of(const TradeSetting& setting) const {
+    return *std::ranges::find_if(centres_, [&](const TradeSetting& centre) {
+      return centre.mode.options.generation == setting.mode.options.generation;
+    });
+  }
+
+  const SweepBase& base_;
+  Settings centres_;
+  Settings settings_;
+  std::set<std::string> known_;  // parameters of settings_
+};
+
+// Every setting with every value of a parameter.
+template <typename T, typename Set>
+Settings product(const Settings& settings, const std::vector<T>& values, const Set& set) {
+  Settings all;
+  for (const TradeSetting& setting : settings) {
+    for (const T& value : values) {
+      all.push_back(setting);
+      set(&all.back(), value);
+    }
+  }
+  return all;
+}
+
+template <typename T>
+Settings product(const Settings& settings, T ViewOptions::*parameter,
+                 const std::vector<T>& values) {
+  return product(settings, values, [parameter](TradeSetting* setting, const T& value) {
+    setting->mode.options.*parameter = value;
+  });
+}
+
+template <typename T>
+void add_moves(Sweep* sweep, Generation generation, T ViewOptions::*parameter,
+               const std::vector<T>& values) {
+  sweep->add(product(sweep->centres({generation}), parameter, values));
+}
+
+void add_single_moves(const SweepBase& base, Sweep* sweep) {
+  constexpr Generation kMain = Generation::kHlfVd;
+  add_moves(sweep, kMain, &ViewOptions::interpolation,
+            {Interpolation::kNearest, Interpolation::kCubic});
+  add_moves(sweep, kMain, &ViewOptions::arithmetic, {Arithmetic::kDouble});
+  add_moves(sweep, kMain, &ViewOptions::stations_mixed, {1});
+  add_moves(sweep, kMain, &ViewOptions::station_stride, {2, 4});
+  add_moves(sweep, kMain, &ViewOptions::distance_maps, {1, 2});
+  add_moves(sweep, kMain, &ViewOptions::fill_stations, {0, 8});
+  add_moves(sweep, kMain, &ViewOptions::skip_px, {0.5, 1.0});
+  add_moves(sweep, kMain, &ViewOptions::layers, {4, 16, 64});
+  add_moves(sweep, kMain, &ViewOptions::k_deg, {45.0, 76.0, 90.0});
+  add_moves(sweep, kMain, &ViewOptions::overlap_deg, {0.0, 15.0});
+  add_moves(sweep, kMain, &ViewOptions::width,
+            {width_of_share(base.width_px, 0.5), width_of_share(base.width_px, 0.75)});
+  add_moves(sweep, Generation::kInitial, &ViewOptions::stations_mixed, {1});
+  add_moves(sweep, Generation::kInitial, &ViewOptions::station_stride, {2});
+  add_moves(sweep, Generation::kTwoSided, &ViewOptions::second_side, {SecondSide::kWhereHidden});
+  for (TradeSetting setting : sweep->centres({kMain})) {
+    setting.threads = 1;
+    sweep->add(std::move(setting));
+  }
+}
+
+// All approximations for speed together.
+void for_speed(ViewOptions* options) {
+  options->interpolation = Interpolation::kNearest;
+  options->stations_mixed = 1;
+  options->distance_maps = 1;
+  options->fill_stations = 8;
+  options->second_side = SecondSide::kWhereHidden;
+  options->skip_px = 1.0;
+}
+
+// The approximations that are hardly visible together.
+void for_balance(ViewOptions* options) {
+  options->distance_maps = 2;
+  options->second_side = SecondSide::kWhereHidden;
+  options->skip_px = 0.5;
+}
+
+void for_accuracy(ViewOptions* options) { options->interpolation = Interpolation::kCubic; }
+
+void add_combinations(Sweep* sweep) {
+  for (const Generation generation : kCorrected) {
+    sweep->add(generation, for_speed);
+    sweep->add(generation, [](ViewOptions* options) {
+      for_speed(options);
+      options->interpolation = Interpolation::kLinear;
+    });
+    sweep->add(generation, for_balance);
+    sweep->add(generation, [](ViewOptions* options) {
+      for_balance(options);
+      options->stations_mixed = 1;
+    });
+    sweep->add(generation, for_accuracy);
+  }
+  sweep->add(Generation::kTwoSided, [](ViewOptions* options) {
+    for_accuracy(options);
+    options->second_side = SecondSide::kWhereHidden;
+  });
+}
+
+void add_quick(const SweepBase& base, Sweep* sweep) {
+  sweep->add(sweep->centres());
+  add_single_moves(base, sweep);
+  add_combinations(sweep);
+  for (std::size_t room = 1; room < base.rooms.size(); ++room) {
+    for (const TradeSetting& setting : sweep->centres()) sweep->add_in_room(room, setting);
+  }
+}
+
+const std::vector<Interpolation> kInterpolations{Interpolation::kNearest, Interpolation::kLinear,
+                                                 Interpolation::kCubic};
+
+void add_sample_grid(Sweep* sweep) {
+  Settings grid = product(sweep->centres(), &ViewOptions::interpolation, kInterpolations);
+  grid = product(grid, &ViewOptions::stations_mixed, {1, 2});
+  grid = product(grid, &ViewOptions::second_side, {SecondSide::kBlend, SecondSide::kWhereHidden});
+  grid = product(grid, &ViewOptions::distance_maps, {1, 2, 4});
+  grid = product(grid, &ViewOptions::skip_px, {0.0, 0.5, 1.0});
+  sweep->add(product(grid, &ViewOptions::station_stride, {1, 2, 4}));
+}
+
+void add_layout_grid(const SweepBase& base, Sweep* sweep) {
+  Settings grid = product(sweep->centres(), &ViewOptions::k_deg, {45.0, 76.0, 90.0});
+  grid = product(grid, &ViewOptions::overlap_deg, {0.0, 5.0, 15.0});
+  grid = product(grid, &ViewOptions::layers, {0, 4, 16, 64});
+  grid = product(grid, &ViewOptions::width, {width_of_share(base.width_px, 0.5), base.width_px});
+  grid = product(grid, &ViewOptions::arithmetic, {Arithmetic::kFloat, Arithmetic::kDouble});
+  sweep->add(product(grid, std::vector<int>{1, base.threads},
+                     [](TradeSetting* setting, int threads) { setting->threads = threads; }));
+}
+
+void add_room_grid(const SweepBase& base, Sweep* sweep) {
+  const Settings grid = product(sweep->centres(), &ViewOptions::interpolation, kInterpolations);
+  for (std::size_t room = 1; room < base.rooms.size(); ++room) {
+    for (const TradeSetting& setting : grid) sweep->add_in_room(room, setting);
+  }
+}
+
+}  // namespace
+
+std::vector<TradeSetting> quick_sweep(const SweepBase& base) {
+  Sweep sweep(base);
+  add_quick(base, &sweep);
+  return sweep.take();
+}
+
+std::vector<TradeSetting> full_sweep(const SweepBase& base) {
+  Sweep sweep(base);
+  add_quick(base, &sweep);
+  add_sample_grid(&sweep);
+  add_layout_grid(base, &sweep);
+  add_room_grid(base, &sweep);
+  return sweep.take();
+}
+
+}  // namespace raywalk

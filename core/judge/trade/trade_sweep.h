@@ -1,0 +1,32 @@
+// Which settings a trade measures.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/judge/trade/trade_setting.h"
+#include "core/judge/trade/trade_view.h"
+
+namespace raywalk {
+
+// Input of a sweep.
+struct SweepBase {
+  // The central setting of each generation, as view_modes chooses them; options.width is not used.
+  std::vector<ViewMode> centres{};
+  std::span<const TradeRoom> rooms{};  // the room under test first
+  int width_px = 0;                    // of the truths
+  int threads = 1;                     // all that may be used
+};
+
+// The central settings, variations of one parameter at a time, and useful combinations (all for
+// speed, all for accuracy, a balance): about 40.
+std::vector<TradeSetting> quick_sweep(const SweepBase& base);
+
+// The quick sweep and full grids of the parameters that interact: those that choose and read
+// samples (interpolation, stations_mixed, second_side, distance_maps, skip_px, station_stride), and
+// those of the view's layout (k, overlap, layers, width, arithmetic, threads), each for every
+// generation; in the other rooms every generation and interpolation. About a thousand.
+std::vector<TradeSetting> full_sweep(const SweepBase& base);
+
+}  // namespace raywalk

@@ -1,0 +1,345 @@
+#include "core/judge/trade/trade.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/files/atomic_output.h"
+#include "core/files/csv_records.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+#include "core/judge/trade/captured_views.h"
+#include "core/judge/trade/trade_test_room.h"
+#include "core/judge/validation/connect_error.h"
+#include "core/report/markup_check.h"
+#include "core/room/requirements.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::set<std::string> keys_of(const json& object) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.insert(key);
+  return keys;
+}
+
+TEST_F(TradeTest, WritesTheDocumentedFiles) {
+  const std::string said = trade(room_, options_);
+  EXPECT_THAT(said, AllOf(HasSubstr("PSNR"), HasSubstr("index.html")));
+  std::set<std::string> files;
+  for (const auto& entry : fs::directory_iterator(options_.report)) {
+    files.insert(entry.path().filename().string());
+  }
+  EXPECT_EQ(files, (std::set<std::string>{"index.html", "trade.csv", "trade.json"}));
+  EXPECT_THAT(read_file(options_.timing_lock),
+              HasSubstr("(raywalk-render trade " + room_.directory().string() + ")"));
+  const json all = written();
+  EXPECT_EQ(all["format_version"], 2);
+  EXPECT_EQ(all["room"], room_.directory().string());
+  EXPECT_EQ(all["views"].size(), 2U);
+  EXPECT_EQ(all["width_px"], 64);
+  EXPECT_GE(all["machine"]["threads"], 1);
+  EXPECT_GT(all["remap_ms"], 0.0);
+  EXPECT_GT(all["settings"].size(), 25U);
+  const json& first = all["settings"][0];
+  EXPECT_EQ(keys_of(first), (std::set<std::string>{"name",
+                                                   "generation",
+                                                   "k_deg",
+                                                   "overlap_deg",
+                                                   "layers",
+                                                   "width_px",
+                                                   "interpolation",
+                                                   "arithmetic",
+                                                   "stations_mixed",
+                                                   "station_stride",
+                                                   "distance_maps",
+                                                   "fill_stations",
+                                                   "second_side",
+                                                   "skip_px",
+                                                   "threads",
+                                                   "stored_width_px",
+                                                   "depth",
+                                                   "ms",
+                                                   "ratio",
+                                                   "cpu_ratio",
+                                                   "remap_ms",
+                                                   "remap_spread",
+                                                   "others_share",
+                                                   "disturbed",
+                                                   "peak_mb",
+                                                   "mapped_mb",
+                                                   "touched_mb",
+                                                   "psnr_db",
+                                                   "ws_psnr_db",
+                                                   "ssim",
+                                                   "fsim",
+                                                   "held_out_psnr_db",
+                                                   "held_out_ws_psnr_db",
+                                                   "held_out_ssim",
+                                                   "held_out_fsim",
+                                                   "e_connect",
+                                                   "pareto"}));
+  EXPECT_EQ(keys_of(first["pareto"]),
+            (std::set<std::string>{"psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect"}));
+}
+
+TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
+  write_trade(few(), options_.report);
+  const json settings = written()["settings"];
+  std::vector<ViewScores> scores;
+  for (const auto& [name, at] :
+       {std::pair("near.png", PlanPoint{0.4, 0.0}), std::pair("middle.png", PlanPoint{0.0, 0.1})}) {
+    const cv::Mat view = Renderer(room_, {.k_deg = 45.0, .layers = 4}).render(at).image;
+    scores.push_back(score_view(view, read_panorama(directory_ / name)));
+  }
+  EXPECT_NEAR(settings[2]["psnr_db"].get<double>(), mean_of(scores).psnr_db, 1e-9);
+  EXPECT_NEAR(settings[2]["fsim"].get<double>(), mean_of(scores).fsim, 1e-9);
+  // Corrected is better than initial, as wide as the truth better than half.
+  EXPECT_GT(settings[1]["psnr_db"], settings[0]["psnr_db"]);
+  EXPECT_GT(settings[1]["psnr_db"], settings[3]["psnr_db"]);
+  EXPECT_GT(settings[3]["psnr_db"], 10.0);
+}
+
+// E_connect belongs to a generation and its k, and not to the other parameters.
+TEST_F(TradeTest, ConnectionErrorsAreThoseOfGenerationAndK) {
+  make_room({.overhang_m = 0.25, .width = 128});
+  write_trade(few(), options_.report);
+  const json settings = written()["settings"];
+  const ConnectError measured = measure_connect_error(
+      room_, Generation::kHlfVd, {.viewpoints = 2, .k_list_deg = {45.0, 90.0}});
+  ASSERT_GE(measured.common_share, 0.5);
+  EXPECT_EQ(settings[2]["e_connect"], measured.rows[0].e_connect_common);
+  EXPECT_EQ(settings[1]["e_connect"], measured.rows[1].e_connect_common);
+  EXPECT_EQ(settings[3]["e_connect"], settings[1]["e_connect"]);
+  EXPECT_NE(settings[0]["e_connect"], settings[1]["e_connect"]);
+}
+
+// Unlike k would be compared over unlike corners.
+TEST_F(TradeTest, ConnectionErrorsOverTooFewCommonCornersAreNotGiven) {
+  make_room({.overhang_m = 0.05, .width = 128});
+  write_trade(few(), options_.report);
+  for (const json& setting : written()["settings"]) {
+    EXPECT_TRUE(setting["e_connect"].is_null()) << setting["name"];
+    EXPECT_EQ(setting["pareto"]["e_connect"], false);
+  }
+}
+
+TEST_F(TradeTest, TheTableHoldsTheNumbersOfTheJson) {
+  write_trade(few(), options_.report);
+  const auto records = split_csv(read_file(options_.report / "trade.csv"), "trade.csv");
+  const json settings = written()["settings"];
+  ASSERT_EQ(records.size(), settings.size() + 1);
+  const std::vector<std::string>& header = records[0].fields;
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const std::vector<std::string>& row = records[i + 1].fields;
+    ASSERT_EQ(row.size(), header.size());
+    std::size_t compared = 0;
+    for (std::size_t column = 0; column < header.size(); ++column) {
+      const std::string& key = header[column];
+      const bool front = key.starts_with("pareto_");
+      const json value = front ? settings[i]["pareto"][key.substr(7)] : settings[i][key];
+      if (value.is_null()) {
+        EXPECT_EQ(row[column], "") << key;
+      } else if (value.is_boolean()) {
+        EXPECT_EQ(row[column], value.get<bool>() ? "1" : "0") << key;
+      } else if (value.is_string()) {
+        EXPECT_EQ(row[column], value.get<std::string>()) << key;
+      } else {
+        EXPECT_EQ(std::stod(row[column]), value.get<double>()) << key;
+        ++compared;
+      }
+    }
+    EXPECT_GE(compared, 15U);
+  }
+}
+
+TEST_F(TradeTest, EveryPointOfThePageLinksToItsSetting) {
+  write_trade(few(), options_.report);
+  EXPECT_EQ(markup_fault(page()), "");
+  for (int i = 1; i <= 5; ++i) {
+    const std::string anchor = "setting-" + std::to_string(i);
+    EXPECT_THAT(page(), AllOf(HasSubstr("<a href=\"#" + anchor + "\">\n<title>"),
+                              HasSubstr("id=\"" + anchor + "\"")));
+  }
+  EXPECT_THAT(page(), AllOf(HasSubstr("Error of setting 2 at "), HasSubstr("data:image/jpeg"),
+                            Not(HasSubstr("<script")), Not(HasSubstr("src=\"http"))));
+}
+
+// Without values that depend on the clock or the system.
+json timeless(json trade) {
+  trade.erase("remap_ms");
+  for (json& setting : trade["settings"]) {
+    for (const char* key : {"ms", "ratio", "cpu_ratio", "remap_ms", "remap_spread", "others_share",
+                            "peak_mb", "mapped_mb", "pareto"}) {
+      setting.erase(key);
+    }
+  }
+  return trade;
+}
+
+TEST_F(TradeTest, ResumesAnInterruptedRun) {
+  const TradeInput all = few();
+  write_trade(all, options_.report);
+  const json whole = written();
+  TradeInput begun = all;
+  begun.settings.resize(2);
+  measure_trade(begun, partial());
+  const json kept = json::parse(read_file(partial()));
+  ASSERT_EQ(kept["settings"].size(), 2U);
+  write_trade(all, options_.report);
+  EXPECT_EQ(timeless(written()), timeless(whole));
+  // Settings measured before the interruption were not measured again.
+  std::set<double> times_ms;
+  for (const json& setting : kept["settings"]) {
+    times_ms.insert(setting["measured"]["ms"].get<double>());
+  }
+  for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
+  EXPECT_FALSE(fs::exists(partial()));
+}
+
+TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {
+  const TradeInput all = few();
+  fs::create_directories(options_.report);
+  measure_trade(all, partial());
+  json kept = json::parse(read_file(partial()));
+  kept["settings"][1]["measured"]["ratio"] = "fast";
+  write_file_atomically(partial(), kept.dump());
+  try {
+    measure_trade(all, partial());
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("settings[1]: measured: ratio: \"fast\" is not a number"));
+  }
+}
+
+TEST_F(TradeTest, NeverMixesInputs) {
+  const TradeInput all = few();
+  fs::create_directories(options_.report);
+  measure_trade(all, partial());
+  TradeInput other = all;
+  other.repetitions = 2;
+  EXPECT_THROW(measure_trade(other, partial()), Error);
+  other = all;
+  other.rooms[0].views[0].truth = ~other.rooms[0].views[0].truth;
+  EXPECT_THROW(measure_trade(other, partial()), Error);
+  std::ofstream(partial()) << "{";
+  EXPECT_THROW(measure_trade(all, partial()), Error);
+}
+
+TEST_F(TradeTest, OtherRoomsAreSweptAsFurtherSettings) {
+  write_synthetic_room({.overhang_m = 0.25, .width = 32}, directory_ / "small.lf");
+  write_synthetic_room({.overhang_m = 0.25, .width = 64}, directory_ / "same.lf");
+  options_.centres = {mode(Generation::kInitial)};
+  options_.also = {directory_ / "small.lf", directory_ / "same.lf"};
+  trade(room_, options_);
+  std::set<std::string> names;
+  const json all = written();
+  for (const json& setting : all["settings"]) names.insert(setting["name"]);
+  EXPECT_THAT(names, Contains("initial, stored 32 px wide, depth given, 32 px"));
+  EXPECT_THAT(names, Contains("initial, depth given, 64 px, " + (directory_ / "same.lf").string()));
+  EXPECT_EQ(all["rooms"].size(), 3U);
+}
+
+TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
+  make_room({.overhang_m = 0.25, .width = 64, .distances = false});
+  options_.centres = {mode(Generation::kInitial)};
+  EXPECT_THAT(trade(room_, options_), HasSubstr("no distances"));
+  EXPECT_THAT(page(), HasSubstr("has no distances"));
+  // It is stored in the room, for choosing views.
+  EXPECT_EQ(written()["distances_sha256"], distances_sha256(room_));
+  const json all = written();
+  EXPECT_FALSE(all["settings"].empty());
+  for (const json& setting : all["settings"]) EXPECT_EQ(setting["generation"], "initial");
+}
+
+TEST_F(TradeTest, ASingleLineHasNoConnectionError) {
+  make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
+  list("near.png,0,0,-0.25\n");
+  write_trade(input({{.generation = Generation::kInitial, .k_deg = 90.0}}), options_.report);
+  EXPECT_TRUE(written()["settings"][0]["e_connect"].is_null());
+  EXPECT_EQ(written()["settings"][0]["pareto"]["e_connect"], false);
+}
+
+TEST_F(TradeTest, RefusesBadInputBeforeAnyWork) {
+  list("gone.png,0,0,0\n");
+  EXPECT_THAT(run_error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr("gone.png")));
+  list("near.png,9,0,0\n");
+  EXPECT_THAT(run_error(), HasSubstr("gt.csv:2"));
+  list("near.png,0.4,0,0\n");
+  options_.also = {directory_ / "none.lf"};
+  EXPECT_THAT(run_error(), HasSubstr("none.lf"));
+  write_synthetic_room({.side_m = 1.25, .width = 64}, directory_ / "elsewhere.lf");
+  options_.also = {directory_ / "elsewhere.lf"};
+  EXPECT_THAT(run_error(), AllOf(HasSubstr("elsewhere.lf"), HasSubstr("--also")));
+  EXPECT_FALSE(fs::exists(options_.report));
+  options_.also.clear();
+  std::ofstream(directory_ / "file") << "x";
+  options_.report = directory_ / "file" / "report";
+  EXPECT_THAT(run_error(), HasSubstr("report"));
+}
+
+class HeldOutTradeTest : public TradeTest {
+ protected:
+  HeldOutTradeTest() {
+    make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
+    options_.held_out = 4;
+    options_.presets = {{"plain", "it is central", mode(Generation::kHlfVd)},
+                        {"own", "it is not", {.options = {.k_deg = 55.0, .layers = 7}}}};
+  }
+};
+
+TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
+  const std::string said = trade(room_, options_);
+  EXPECT_THAT(said, AllOf(HasSubstr("rank correlation"), HasSubstr("preset own")));
+  const json trade = written();
+  EXPECT_EQ(read_file(trade_path(room_.directory())), read_file(options_.report / "trade.json"));
+  EXPECT_EQ(trade["distances_sha256"], distances_sha256(room_));
+  EXPECT_FALSE(trade["held_out_views"].empty());
+  // Without correction, or with little, both show the same loss.
+  EXPECT_GT(trade["rank_correlation"]["psnr_db"], 0.3);
+  for (const json& setting : trade["settings"]) {
+    EXPECT_GT(setting["held_out_psnr_db"], 5.0) << setting["name"];
+  }
+  ASSERT_EQ(trade["presets"].size(), 2U);
+  EXPECT_EQ(trade["presets"][0]["setting"], "hlf-vd");
+  EXPECT_EQ(trade["presets"][1]["setting"], "preset own");
+  EXPECT_EQ(trade["settings"].back()["layers"], 7);
+  EXPECT_THAT(page(), AllOf(HasSubstr("Held-out stations against the truth"),
+                            HasSubstr("own: it is not.")));
+}
+
+TEST_F(HeldOutTradeTest, WorksWithoutTruth) {
+  options_.truth.clear();
+  trade(room_, options_);
+  const json trade = written();
+  EXPECT_EQ(trade["truth"], "one of 4 stations, held out");
+  EXPECT_TRUE(trade["rank_correlation"].is_null());
+  EXPECT_FALSE(trade["views"].empty());
+  EXPECT_TRUE(trade["settings"][0]["held_out_psnr_db"].is_null());
+  EXPECT_GT(trade["settings"][1]["psnr_db"], trade["settings"][0]["psnr_db"]);
+}
+
+TEST_F(HeldOutTradeTest, NeedsTruthOrHeldOutStations) {
+  options_.truth.clear();
+  options_.held_out = 0;
+  EXPECT_THAT(run_error(), HasSubstr("with --truth, or use stations"));
+  options_.held_out = 4;
+  options_.also = {directory_ / "room.lf"};
+  EXPECT_THAT(run_error(), HasSubstr("--also needs --truth without --held-out"));
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,374 @@
+#include "core/judge/validation/connect_error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/view/column_renderer.h"
+#include "core/view/connection.h"
+#include "core/view/view_plan.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kCorners = 4;
+constexpr int kMaxConnectViewpoints = 250;
+constexpr int kColumnsPerTask = 16;
+
+// An output column in the overlap of a corner, and its sources with either line in front.
+struct OverlapColumn {
+  int corner = 0;
+  int u = 0;
+  double angle_rad = 0.0;  // from the normal of the corner's first side
+  std::array<std::vector<RaySource>, 2> sources{};
+  double squared_difference = 0.0;  // mean over the column's samples
+};
+
+// Sums over the columns of one or more overlaps.
+struct OverlapSum {
+  double squared_difference = 0.0;
+  std::int64_t columns = 0;
+
+  void add(const OverlapSum& other) {
+    squared_difference += other.squared_difference;
+    columns += other.columns;
+  }
+  // NaN where there was no column.
+  double mean() const {
+    return columns > 0 ? squared_difference / static_cast<double>(columns)
+                       : std::numeric_limits<double>::quiet_NaN();
+  }
+};
+
+// Measures one cell, viewpoint by viewpoint.
+class CellMeasurement {
+ public:
+  CellMeasurement(const Room& room, const Cell& cell, Generation generation,
+                  const ConnectErrorOptions& options)
+      : room_(room),
+        cell_(cell),
+        generation_(generation),
+        options_(options),
+        output_(size_as_captured(room)) {}
+
+  // Size of the views.
+  PanoramaSize output() const { return output_; }
+
+  // The centre of a sub-cell.
+  PlanPoint viewpoint(int index) const {
+    const int n = options_.viewpoints;
+    const int row = index / n;
+    const double across = (index % n + 0.5) / n;
+    const double ahead = (row + 0.5) / n;
+    return {std::lerp(cell_.x_min_m, cell_.x_max_m, across),
+            std::lerp(cell_.z_min_m, cell_.z_max_m, ahead)};
+  }
+
+  // All columns that any k of the list compares at a viewpoint.
+  std::vector<OverlapColumn> overlap_columns(const ViewPlan& plan) const {
+    std::vector<OverlapColumn> columns;
+    const int width = output_.width;
+    const double step_rad = kTwoPi / width;
+    for (int corner = 0; corner < kCorners; ++corner) {
+      const std::vector<double> cuts_rad = cuts(plan.viewpoint(), corner);
+      const double normal_rad = side_normal_rad(static_cast<Side>(corner));
+      const auto [least, largest] = std::ranges::minmax(cuts_rad);
+      // Column u is at (u + 0.5) step - pi.
+      const double first_rad = normal_rad + kPi + least - half_overlap_rad();
+      const double last_rad = normal_rad + kPi + largest + half_overlap_rad();
+      const int last_u = static_cast<int>(std::floor(last_rad / step_rad - 0.5));
+      for (int u = static_cast<int>(std::ceil(first_rad / step_rad - 0.5)); u <= last_u; ++u) {
+        const double angle_rad = (u + 0.5) * step_rad - kPi - normal_rad;
+        const auto near_cut = [&](double cut_rad) { return in_overlap(angle_rad, cut_rad); };
+        if (std::ranges::none_of(cuts_rad, near_cut)) continue;
+        OverlapColumn column{.corner = corner, .u = u % width, .angle_rad = angle_rad};
+        if (find_sources(plan, &column)) columns.push_back(std::move(column));
+      }
+    }
+    return columns;
+  }
+
+  // The sums of each corner (outer) and k (inner).
+  std::vector<OverlapSum> overlap_sums(PlanPoint viewpoint,
+                                       std::span<const OverlapColumn> columns) const {
+    std::vector<OverlapSum> sums;
+    for (int corner = 0; corner < kCorners; ++corner) {
+      for (const double cut_rad : cuts(viewpoint, corner)) {
+        OverlapSum& sum = sums.emplace_back();
+        for (const OverlapColumn& column : columns) {
+          if (column.corner != corner || !in_overlap(column.angle_rad, cut_rad)) continue;
+          sum.squared_difference += column.squared_difference;
+          ++sum.columns;
+        }
+      }
+    }
+    return sums;
+  }
+
+ private:
+  double half_overlap_rad() const { return 0.5 * radians_from_degrees(options_.overlap_deg); }
+
+  bool in_overlap(double angle_rad, double cut_rad) const {
+    return std::fabs(angle_rad - cut_rad) <= half_overlap_rad();
+  }
+
+  // Where the lines of a corner connect, for each k of the list.
+  std::vector<double> cuts(PlanPoint viewpoint, int corner) const {
+    const CornerView view = corner_view(room_.grid(), cell_, static_cast<Side>(corner), viewpoint);
+    std::vector<double> cuts_rad;
+    for (const double k_deg : options_.k_list_deg) {
+      cuts_rad.push_back(hybrid_cut(view, radians_from_degrees(k_deg)));
+    }
+    return cuts_rad;
+  }
+
+  // The source of a column on a side's line, if the line was captured where the ray meets it.
+  std::optional<RaySource> source_on(int side, PlanPoint viewpoint, double theta_rad) const {
+    const int index = cell_.line[static_cast<size_t>(side % kCorners)];
+    const Line& line = room_.grid().lines[static_cast<size_t>(index)];
+    const auto crossing = cross_line(line, viewpoint, theta_rad);
+    const bool held = crossing && crossing->d_p_m >= 0.0 && crossing->along_m >= line.first_m() &&
+                      crossing->along_m <= line.last_m();
+    return held ? std::optional(source_at(line, index, *crossing)) : std::nullopt;
+  }
+
+  // Fills in the sources; false unless both lines captured the column.
+  bool find_sources(const ViewPlan& plan, OverlapColumn* column) const {
+    const double theta_rad =
+        angles_from_pixel({static_cast<double>(column->u), 0.0}, output_).theta_rad;
+    for (int which = 0; which < 2; ++which) {
+      const auto source = source_on(column->corner + which, plan.viewpoint(), theta_rad);
+      if (!source) return false;
+      column->sources[static_cast<size_t>(which)].push_back(*source);
+    }
+    if (generation_ != Generation::kTwoSided) return true;
+    const ColumnPlan planned = plan.column(theta_rad);
+    for (auto& sources : column->sources) {
+      sources.insert(sources.end(), planned.behind.begin(),
+                     planned.behind.begin() + planned.behind_count);
+    }
+    return true;
+  }
+
+  const Room& room_;
+  const Cell& cell_;
+  const Generation generation_;
+  const ConnectErrorOptions& options_;
+  const PanoramaSize output_;
+};
+
+double mean_squared_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
+  std::int64_t sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const int difference = int{a[i]} - int{b[i]};
+    sum += std::int64_t{difference} * difference;
+  }
+  return static_cast<double>(sum) / static_cast<double>(a.size());
+}
+
+// Renders each column from each line and compares the two.
+void compare_lines(const ViewInputs& inputs, std::span<OverlapColumn> columns) {
+  const size_t bytes = 3 * static_cast<size_t>(inputs.output.height);
+  std::array<std::vector<std::uint8_t>, 2> pixels;
+  for (auto& column : pixels) column.resize(bytes + 1);  // ColumnRenderer writes one beyond
+  ColumnRenderer renderer(inputs);
+  for (OverlapColumn& column : columns) {
+    for (size_t which = 0; which < 2; ++which) {
+      renderer.render(column.u, column.sources[which], pixels[which].data());
+    }
+    column.squared_difference = mean_squared_difference(std::span(pixels[0]).first(bytes),
+                                                        std::span(pixels[1]).first(bytes));
+  }
+}
+
+// The sums of a cell: pair (viewpoint, corner) at k is at [(4 viewpoint + corner) * k_count + k].
+// Added up only at the end, so that the order of additions does not depend on threads.
+class SumTable {
+ public:
+  SumTable(int viewpoints, size_t k_count)
+      : k_count_(k_count), sums_(static_cast<size_t>(viewpoints) * kCorners * k_count) {}
+
+  void set(int viewpoint, std::span<const OverlapSum> sums) {
+    std::ranges::copy(sums, sums_.begin() + viewpoint * std::ssize(sums));
+  }
+  size_t pairs() const { return sums_.size() / k_count_; }
+  std::span<const OverlapSum> pair(size_t index) const {
+    return std::span(sums_).subspan(index * k_count_, k_count_);
+  }
+
+ private:
+  size_t k_count_;
+  std::vector<OverlapSum> sums_;
+};
+
+// An initial view needs no preparation: viewpoints are parallel.
+void measure_initial(const Room& room, const CellMeasurement& cell, int count, Progress* progress,
+                     SumTable* table) {
+  parallel_for(0, count, 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const PlanPoint viewpoint = cell.viewpoint(i);
+      const ViewPlan plan(room.grid(), viewpoint, {.k_rad = kHalfPi});
+      std::vector<OverlapColumn> columns = cell.overlap_columns(plan);
+      const ViewInputs inputs{.room = room,
+                              .plan = plan,
+                              .output = cell.output(),
+                              .rows = {0, cell.output().height},
+                              .distances = nullptr,
+                              .layers = std::nullopt,
+                              .fill_maps = {}};
+      compare_lines(inputs, columns);
+      table->set(i, cell.overlap_sums(viewpoint, columns));
+      progress->advance();
+    }
+  });
+}
+
+// Gathering the distances of a viewpoint is parallel itself: columns are parallel, viewpoints are
+// not.
+void measure_corrected(const CellMeasurement& cell, int count, Renderer* renderer,
+                       Progress* progress, SumTable* table) {
+  for (int i = 0; i < count; ++i) {
+    const PlanPoint viewpoint = cell.viewpoint(i);
+    const PreparedView& prepared = renderer->prepare(viewpoint);
+    std::vector<OverlapColumn> columns = cell.overlap_columns(prepared.plan());
+    parallel_for(0, static_cast<int>(columns.size()), kColumnsPerTask, [&](int begin, int end) {
+      compare_lines(
+          prepared.inputs(),
+          std::span(columns).subspan(static_cast<size_t>(begin), static_cast<size_t>(end - begin)));
+    });
+    table->set(i, cell.overlap_sums(viewpoint, columns));
+    progress->advance();
+  }
+}
+
+// Accumulates pairs one by one.
+class PairTotals {
+ public:
+  explicit PairTotals(size_t k_count) : totals_(k_count) {}
+
+  // The sums of one pair at each k.
+  void add(std::span<const OverlapSum> pair) {
+    ++pairs_;
+    const bool common =
+        std::ranges::all_of(pair, [](const OverlapSum& sum) { return sum.columns > 0; });
+    if (common) ++common_pairs_;
+    for (size_t k = 0; k < pair.size(); ++k) {
+      totals_[k].all.add(pair[k]);
+      if (common) totals_[k].common.add(pair[k]);
+      if (pair[k].columns > 0) ++totals_[k].pairs;
+    }
+  }
+
+  double common_share() const { return static_cast<double>(common_pairs_) / pairs_; }
+
+  ConnectErrorRow row(size_t k, double k_deg, Generation generation) const {
+    const Total& total = totals_[k];
+    return {.connection = connection_name(k_deg),
+            .k_deg = k_deg,
+            .generation = generation,
+            .e_connect = total.all.mean(),
+            .e_connect_common = total.common.mean(),
+            .coverage = static_cast<double>(total.pairs) / pairs_};
+  }
+
+ private:
+  struct Total {
+    OverlapSum all;
+    OverlapSum common;
+    int pairs = 0;
+  };
+  std::vector<Total> totals_;
+  int pairs_ = 0;
+  int common_pairs_ = 0;
+};
+
+std::string cell_text(double error) {
+  return std::isnan(error) ? "-" : fmt::format("{:.1f}", error);
+}
+
+}  // namespace
+
+std::vector<double> default_k_list_deg() {
+  std::vector<double> list;
+  for (int k_deg = 45; k_deg < 70; k_deg += 5) list.push_back(k_deg);
+  for (int k_deg = 70; k_deg <= 90; k_deg += 2) list.push_back(k_deg);
+  return list;
+}
+
+void require_connect_error_options(const ConnectErrorOptions& options) {
+  if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
+    throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",
+                                 options.viewpoints, kMaxConnectViewpoints));
+  }
+  if (!(options.overlap_deg > 0.0 && options.overlap_deg <= 45.0)) {
+    throw UsageError(
+        fmt::format("connect-error: overlap is {} degrees; it must be above 0 and at most 45",
+                    options.overlap_deg));
+  }
+  if (options.k_list_deg.empty()) throw UsageError("connect-error: the list of k is empty");
+  for (const double k_deg : options.k_list_deg) {
+    if (!(k_deg >= 45.0 && k_deg <= 90.0)) {
+      throw UsageError(fmt::format("connect-error: k is {} degrees; it must be in 45..90", k_deg));
+    }
+  }
+}
+
+ConnectError measure_connect_error(const Room& room, Generation generation,
+                                   const ConnectErrorOptions& options) {
+  require_connect_error_options(options);
+  if (room.grid().cells.empty()) {
+    throw Error(room.directory().string() +
+                ": no four lines of the room close a cell, so there is no connection to measure");
+  }
+  Renderer renderer(room, {.generation = generation, .overlap_deg = options.overlap_deg});
+  const int viewpoints = options.viewpoints * options.viewpoints;
+  const size_t k_count = options.k_list_deg.size();
+  Progress progress("connect-error " + generation_name(generation),
+                    static_cast<std::int64_t>(room.grid().cells.size()) * viewpoints, "viewpoints");
+  PairTotals totals(k_count);
+  for (const Cell& cell : room.grid().cells) {
+    const CellMeasurement measurement(room, cell, generation, options);
+    SumTable table(viewpoints, k_count);
+    if (generation == Generation::kInitial) {
+      measure_initial(room, measurement, viewpoints, &progress, &table);
+    } else {
+      measure_corrected(measurement, viewpoints, &renderer, &progress, &table);
+    }
+    for (size_t pair = 0; pair < table.pairs(); ++pair) totals.add(table.pair(pair));
+  }
+  ConnectError result{
+      .generation = generation, .options = options, .common_share = totals.common_share()};
+  for (size_t k = 0; k < k_count; ++k) {
+    result.rows.push_back(totals.row(k, options.k_list_deg[k], generation));
+  }
+  return result;
+}
+
+std::string connect_error_table(std::span<const ConnectError> measurements) {
+  std::string text;
+  for (const ConnectError& measurement : measurements) {
+    text += fmt::format("{} views, {} x {} viewpoints per cell, overlap {:g} degrees\n",
+                        generation_name(measurement.generation), measurement.options.viewpoints,
+                        measurement.options.viewpoints, measurement.options.overlap_deg);
+    text += fmt::format("{:>6}  {:<11}  {:>10}  {:>17}  {:>8}\n", "k", "connection", "E_connect",
+                        "at pairs common", "coverage");
+    for (const ConnectErrorRow& row : measurement.rows) {
+      text += fmt::format("{:>6g}  {:<11}  {:>10}  {:>17}  {:>7.1f}%\n", row.k_deg, row.connection,
+                          cell_text(row.e_connect), cell_text(row.e_connect_common),
+                          100.0 * row.coverage);
+    }
+    text += fmt::format("{:.1f}% of the corners are readable at every k\n\n",
+                        100.0 * measurement.common_share);
+  }
+  return text;
+}
+
+}  // namespace raywalk

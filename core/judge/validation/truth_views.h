@@ -1,0 +1,35 @@
+// Ground truth for the validation of a room: panoramas captured between the lines.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+
+namespace raywalk {
+
+struct TruthView {
+  std::string name{};            // the file's stem
+  std::filesystem::path file{};  // of the picture
+  PlanPoint viewpoint{};
+  int width = 0;                 // of the picture, pixels
+  std::filesystem::path mask{};  // picture, 0 = not compared; empty: all pixels count
+  // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
+  double line_distance_m = 0.0;
+};
+
+// Reads columns file,x,y,z (metres; files relative to the list) and, where given, mask (an 8-bit
+// grey picture of the same size, 0 = not compared, for example a dolly in view; may be empty), and
+// checks every picture's header. Views are rendered at the height of the lines; a truth at another
+// height causes a warning. Throws Error with file and line: no views, a missing or unsuitable
+// picture (not 2:1, width not a multiple of 4 or under 32) or mask (of another size, all 0), two
+// views of one stem, a viewpoint the room cannot be rendered from.
+std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room);
+
+// Indices of at most `most` truths, nearest first, spread over the distance from the line, with the
+// nearest and the farthest among them.
+std::vector<std::size_t> spread_over_distance(std::span<const TruthView> truths, std::size_t most);
+
+}  // namespace raywalk

@@ -1,0 +1,112 @@
+// The distance along every ray of a viewpoint, gathered from the distance maps around it.
+//
+// The few maps nearest to the viewpoint are projected into it; where several see a surface, the
+// nearest surface wins, and among maps that agree on it the nearest map. Pixels that no map sees
+// with sufficient confidence (kMinConfidence) take the farther of their neighbours along the
+// great circle, because a near object hides background, and then the median of their row around
+// them, so that a wrong neighbour is not drawn as a streak. Where most of the maps' pixels are of
+// low confidence, all take a smooth distance (smooth_distances.h). A view without any confident
+// pixel equals the initial view.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/room/room.h"
+#include "core/view/depth_layers.h"
+#include "core/view/row_table.h"
+#include "core/view/smooth_distances.h"
+#include "core/view/view_plan.h"
+
+namespace raywalk {
+
+// A distance map of the room and where it was captured.
+struct MapStation {
+  int line = -1;
+  int map = -1;      // index into DistanceVolume
+  int station = -1;  // the map's station on the line
+  Eigen::Vector3d position_m{0, 0, 0};
+};
+
+// Distance maps of the given lines, nearest to `viewpoint_m` first, no two nearer to each other
+// than `gap_m`, at most `most_per_line` of a line and `most` in all.
+std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
+                                     const Eigen::Vector3d& viewpoint_m, double gap_m,
+                                     int most_per_line, int most);
+
+// Further maps of all lines, for points that masks hide from nearby stations: nearest first, each
+// at least a quarter of its own distance from all others and from those in `near`, so that a few
+// cover any room. At most `most`.
+std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
+                                     const Eigen::Vector3d& viewpoint_m, int most);
+
+// Range of the known inverse distances of a map, 1/m; {0, 0} where none is known.
+OmegaRange omega_range(const Room& room, const MapStation& map);
+
+class DistanceView {
+ public:
+  // `maps` (nearest first, at least one) are read in parallel. Reusing an object for the next
+  // viewpoint reuses its memory.
+  void compute(const Room& room, std::span<const MapStation> maps,
+               const Eigen::Vector3d& viewpoint_m);
+
+  // Size of the largest map.
+  PanoramaSize size() const { return size_; }
+  // Inverse distances, 1/m, of a column's rows, top to bottom; all finite and >= 0.
+  const float* column(int theta) const {
+    return omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(size_.height);
+  }
+  // How far the distances of a column can be relied on, 0 to 1 for each row; null where all are 1.
+  const float* trust(int theta) const {
+    if (doubted_.empty() || doubted_[static_cast<size_t>(theta)] == 0) return nullptr;
+    return trust_.data() + static_cast<size_t>(theta) * static_cast<size_t>(size_.height);
+  }
+  // Neighbouring pixels are on one surface where their inverse distances differ by no more than
+  // this, relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
+  float surface_tolerance() const { return tolerance_; }
+  // Share of pixels that no map saw.
+  double unseen_share() const { return unseen_share_; }
+
+ private:
+  void project_map(const Room& room, const MapStation& map, const Eigen::Vector3d& viewpoint_m,
+                   std::vector<float>& stored, float* omega) const;
+  int merge_column(const Room& room, std::span<const MapStation> maps,
+                   const Eigen::Vector3d& viewpoint_m, int theta);
+  void fill_unseen(int theta);
+  void smooth_filled(int theta);
+  // Returns whether any map is doubted; smooth_ then knows where.
+  bool find_trust(const Room& room, std::span<const MapStation> maps,
+                  const Eigen::Vector3d& viewpoint_m);
+  void smooth_doubted();
+
+  PanoramaSize size_;
+  float tolerance_ = 0.0f;
+  double unseen_share_ = 0.0;
+  std::unique_ptr<LatitudeTable> latitudes_;  // of size_.height rows
+  int latitudes_rows_ = 0;
+  std::vector<float> omega_;             // [theta][phi]; negative while unseen
+  std::vector<std::uint8_t> is_unseen_;  // [theta][phi]
+  std::vector<float> filled_;            // omega_ before its unseen pixels are smoothed
+  std::vector<float> projected_;         // [map][theta][phi]; negative where a map sees nothing
+  SmoothDistances smooth_;
+  std::vector<float> trust_;                // [theta][phi]; of doubted columns
+  std::vector<std::uint8_t> doubted_;       // [theta]; empty where nothing is doubted
+  std::vector<std::vector<float>> stored_;  // stored inverse distances of each map; < 0 unknown
+};
+
+// A distance map looked up from another place.
+struct MapLookup {
+  float omega_there = 0.0f;    // inverse distance of the looked-up point from the map's station
+  float omega_map = -1.0f;     // inverse distance stored in that direction; < 0 if unknown
+  float omega_around = -1.0f;  // the largest of the four pixels around that direction
+};
+
+// Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a
+// map. The map is interpolated over the pixels that agree with the point within `tolerance`; where
+// none does, the nearest pixel is used.
+MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
+                  float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
+
+}  // namespace raywalk

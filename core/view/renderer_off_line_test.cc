@@ -1,0 +1,113 @@
+// Views from stations beside, above and below their lines.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/files/atomic_output.h"
+#include "core/room/room.h"
+#include "core/view/test_generations.h"
+#include "core/view/test_room.h"
+#include "core/view/view_plan.h"
+
+namespace raywalk {
+namespace {
+
+// Every station off its line by up to a share of the cell, at random: across, and up or down.
+std::function<OffLine(const std::string&, int)> scattered(double across, double up) {
+  return [=](const std::string& line, int station) {
+    std::seed_seq seed{static_cast<int>(line[0]), static_cast<int>(line[1]), station};
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> share(-1.0, 1.0);
+    const double across_share = share(random);
+    return OffLine{across * across_share, up * share(random)};
+  };
+}
+
+// A room of cell side 1 m whose stations are off their lines.
+SyntheticRoomSpec uneven_room(double across_m, double up_m) {
+  SyntheticRoomSpec spec = box_room();
+  spec.scene.obstacle = SceneBox{{0.7, -1.2, 0.8}, {1.2, 0.3, 1.3}};
+  spec.off_line = scattered(across_m, up_m);
+  return spec;
+}
+
+// Enough that the mean does not depend on how single silhouettes meet the pixels.
+const std::vector<PlanPoint> kUnevenViewpoints = {{0.0, 0.0},    {0.23, 0.31},  {-0.31, 0.12},
+                                                  {-0.2, -0.35}, {0.12, -0.18}, {0.37, -0.07}};
+
+// Against the truth at the height of the views, which is that of the stations around.
+double mean_psnr(const Room& room, const SyntheticRoomSpec& spec, Generation generation) {
+  Renderer renderer(room, {.generation = generation});
+  double sum_db = 0.0;
+  for (const PlanPoint at : kUnevenViewpoints) {
+    SyntheticRoomSpec there = spec;
+    there.height_m = ViewPlan(room.grid(), at, {kHalfPi, 0.0}).height_m();
+    sum_db += psnr_db(renderer.render(at).image, render_truth(there, at, spec.width));
+  }
+  return sum_db / static_cast<double>(kUnevenViewpoints.size());
+}
+
+double mean_psnr(const TestRoom& room, Generation generation) {
+  return mean_psnr(room.room(), room.spec(), generation);
+}
+
+// The same pictures, with all stations said to be on their lines.
+Room without_offsets(const SyntheticRoomSpec& spec, const std::filesystem::path& directory) {
+  write_synthetic_room(spec, directory);
+  RoomManifest manifest = read_manifest(directory);
+  SyntheticRoomSpec on_line = spec;
+  on_line.off_line = nullptr;
+  manifest.grid = synthetic_grid(on_line);
+  write_file_atomically(manifest_path(directory), manifest_to_json(manifest));
+  return Room::open(directory);
+}
+
+TEST(RendererOffLine, ViewsAreAsGoodAsFromStationsOnTheLines) {
+  const TestRoom on_line(uneven_room(0.0, 0.0)), beside(uneven_room(0.1, 0.0)),
+      above(uneven_room(0.0, 0.1)), far_off(uneven_room(0.2, 0.2));
+  for (const Generation generation : kCorrected) {
+    const double on_line_db = mean_psnr(on_line, generation);
+    EXPECT_GT(on_line_db, 41.0);
+    EXPECT_GT(mean_psnr(beside, generation), on_line_db - 0.7);
+    EXPECT_GT(mean_psnr(above, generation), on_line_db - 0.7);
+    EXPECT_GT(mean_psnr(far_off, generation), on_line_db - 3.0);
+  }
+}
+
+TEST(RendererOffLine, ViewsWouldBeWrongIfTheOffsetsWereIgnored) {
+  const TestRoom room(uneven_room(0.05, 0.05));
+  const TestDirectory directory;
+  const Room ignored = without_offsets(room.spec(), directory / "room.lf");
+  for (const Generation generation : kCorrected) {
+    EXPECT_LT(mean_psnr(ignored, room.spec(), generation), mean_psnr(room, generation) - 5.0);
+  }
+}
+
+// All stations rise with z: the view of a cell on a slope is at the height of the slope.
+TEST(RendererOffLine, ViewsOfACellOnASlopeAreAtItsHeight) {
+  SyntheticRoomSpec spec = box_room();
+  const Grid level = synthetic_grid(spec);
+  spec.off_line = [level](const std::string& id, int station) {
+    const auto line = std::find_if(level.lines.begin(), level.lines.end(),
+                                   [&](const Line& any) { return any.id == id; });
+    return OffLine{0.0, 0.1 * line->stations[static_cast<size_t>(station)].position_m.z()};
+  };
+  const TestRoom room(spec);
+  const PlanPoint at{0.1, 0.3};
+  SyntheticRoomSpec there = spec;
+  there.height_m = 0.03;
+  for (const Generation generation : kCorrected) {
+    EXPECT_GT(
+        psnr_db(room.image({.generation = generation}, at), render_truth(there, at, spec.width)),
+        41.0);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,122 @@
+#include "core/view/smooth_distances.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "core/view/test_room.h"
+
+namespace raywalk {
+namespace {
+
+constexpr PanoramaSize kMapSize{256, 128};
+
+// Trust in a map of the given confidences.
+MapTrust trust_in(const std::function<std::uint8_t(int u, int v)>& confidence) {
+  SyntheticRoomSpec spec;
+  spec.width = 64;
+  spec.distance_width = kMapSize.width;
+  spec.spacing_m = 0.5;
+  spec.distance_every = 100;
+  spec.stored_confidence = confidence;
+  const TestRoom room(spec);
+  MapTrust trust;
+  trust.compute(room.room().distances(0), 0);
+  return trust;
+}
+
+Eigen::Vector3f direction_of(double u, double v) {
+  return direction_from_angles(angles_from_pixel({u, v}, kMapSize)).cast<float>();
+}
+
+TEST(MapTrust, AnExactMapIsTrustedEverywhere) {
+  const MapTrust trust = trust_in([](int, int) { return 255; });
+  EXPECT_TRUE(trust.everywhere());
+  EXPECT_EQ(trust.at(direction_of(3.0, 100.0)), 1.0f);
+}
+
+TEST(MapTrust, AFewPixelsOfLowConfidenceChangeNothing) {
+  EXPECT_TRUE(
+      trust_in([](int u, int v) { return u % 4 == 0 && v % 4 == 0 ? 10 : 200; }).everywhere());
+}
+
+TEST(MapTrust, FallsSmoothlyToNothing) {
+  const MapTrust trust = trust_in([](int u, int) { return u < kMapSize.width / 2 ? 255 : 70; });
+  EXPECT_FALSE(trust.everywhere());
+  EXPECT_EQ(trust.at(direction_of(64.0, 60.0)), 1.0f);
+  EXPECT_LT(trust.at(direction_of(192.0, 60.0)), 0.01f);
+  for (int u = 0; u < kMapSize.width; ++u) {
+    const float step = trust.at(direction_of(u, 60.0)) - trust.at(direction_of(u + 1.0, 60.0));
+    EXPECT_LT(std::fabs(step), 0.2f) << u;
+  }
+}
+
+class DoubtedView : public testing::Test {
+ protected:
+  // Smooth distances of a view that is not to be relied on.
+  void compute() {
+    maps_.resize(1);
+    maps_[0].trust = trust_in([](int, int) { return 64; });
+    smooth_.compute(omega_, kMapSize, maps_);
+  }
+  std::vector<float> column(int theta) const {
+    std::vector<float> trust(128), omega(128, 100.0f);
+    EXPECT_TRUE(smooth_.trust(theta, trust));
+    smooth_.smooth(theta, trust, omega);
+    return omega;
+  }
+  std::vector<float> omega_ = std::vector<float>(static_cast<size_t>(256 * 128), 0.5f);
+  std::vector<TrustedMap> maps_;
+  SmoothDistances smooth_;
+};
+
+TEST_F(DoubtedView, SinglePixelsThatDifferDoNotShow) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> anything(-1.0f, 20.0f);
+  for (float& omega : omega_) {
+    if (random() % 3 == 0) omega = anything(random);
+  }
+  compute();
+  for (int theta = 0; theta < kMapSize.width; theta += 5) {
+    for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 0.05f);
+  }
+}
+
+TEST_F(DoubtedView, GapsTakeTheDistanceAround) {
+  for (int theta = -30; theta < 30; ++theta) {
+    const auto first = static_cast<size_t>((theta + 256) % 256) * 128;
+    std::fill_n(omega_.begin() + static_cast<std::ptrdiff_t>(first) + 40, 60, -1.0f);
+  }
+  compute();
+  for (const int theta : {250, 0, 10}) {
+    for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 1e-3f);
+  }
+}
+
+TEST_F(DoubtedView, SlantedSurfacesStaySlanted) {
+  for (size_t theta = 0; theta < 256; ++theta) {
+    for (size_t row = 0; row < 128; ++row) {
+      omega_[theta * 128 + row] = 0.2f + 0.01f * static_cast<float>(row);
+    }
+  }
+  compute();
+  const auto found = column(77);
+  for (size_t row = 8; row < 120; ++row) {
+    EXPECT_NEAR(found[row], 0.2f + 0.01f * static_cast<float>(row), 0.011f) << row;
+  }
+}
+
+TEST_F(DoubtedView, WithoutAnyDistanceEverythingIsFar) {
+  std::ranges::fill(omega_, -1.0f);
+  compute();
+  for (const float omega : column(9)) EXPECT_EQ(omega, 0.0f);
+}
+
+}  // namespace
+}  // namespace raywalk
