@@ -74,7 +74,11 @@ struct PointArrays {
         first_column(omega.size()),
         last_column(first_column),
         first_row(first_column),
-        last_row(first_column) {}
+        last_row(first_column),
+        left(first_column),
+        right(first_column),
+        down(first_column),
+        is_wide(first_column) {}
   ProjectedPoints points() {
     return {omega.data(),
             u.data(),
@@ -84,12 +88,17 @@ struct PointArrays {
             first_column.data(),
             last_column.data(),
             first_row.data(),
-            last_row.data()};
+            last_row.data(),
+            left.data(),
+            right.data(),
+            down.data(),
+            is_wide.data()};
   }
   bool operator==(const PointArrays&) const = default;
 
   std::vector<float> omega, u, v, widening, magnification;
   std::vector<std::int32_t> first_column, last_column, first_row, last_row;
+  std::vector<std::int32_t> left, right, down, is_wide;
 };
 
 }  // namespace raywalk

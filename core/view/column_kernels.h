@@ -90,6 +90,15 @@ struct StationSamples {
   RayExtent extent{};  // used by cubic samples only
 };
 
+// Samples of two neighbouring stations, mixed first + (second - first) * share / 32768, with a
+// weight in 1/32768 for every so many rows of the column.
+struct WeightedPair {
+  StationSamples first;
+  StationSamples second;
+  std::int16_t share = 0;
+  const std::int16_t* weight = nullptr;
+};
+
 // Directions along a straight line of a flat picture, in the world frame, of any nonzero length:
 // start + i * step for i = 0, 1, ...
 struct RayLine {
@@ -114,24 +123,24 @@ struct RowTable {
 inline constexpr int kShiftPadding = 8;
 
 // Results of find_shifts for rows from `first` on, of `rows` in total. Each row covers `per_row`
-// (2, 4 or 8) output rows. The shift of an output row is interpolated by fraction[i] of the way
-// from one row to the next, i counted from output row 0; the first and last per_row / 2 output
-// rows, at the poles, take the nearest shift. u and v have kShiftPadding values beyond those found,
-// of any content.
+// (2, 4 or 8) output rows. The shift of an output row is interpolated between the rows above and
+// below it; where there is nothing between these (no_between -1, else 0) and in the first and last
+// per_row / 2 output rows, at the poles, it is the nearest one. The arrays have kShiftPadding
+// values beyond those found, of any content.
 struct ShiftedRows {
   const float* u = nullptr;
   const float* v = nullptr;
+  const std::int32_t* no_between = nullptr;
   int first = 0;
   int rows = 0;
   int per_row = 8;
-  const float* fraction = nullptr;
 };
 
 // Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in
 // the viewpoint's panorama; all arrays hold one value per row. A point whose footprint contains no
 // pixel centre covers none: its last column or row is less than its first.
 struct ProjectedPoints {
-  float* omega = nullptr;  // inverse distance from the viewpoint, 1/m
+  float* omega = nullptr;  // inverse distance from the viewpoint, 1/m; -1 where it covers none
   float* u = nullptr;      // the point's own position, pixels
   float* v = nullptr;
   float* widening = nullptr;             // size of its pixel there relative to the map,
@@ -140,6 +149,13 @@ struct ProjectedPoints {
   std::int32_t* last_column = nullptr;
   std::int32_t* first_row = nullptr;  // may lie outside [0, height)
   std::int32_t* last_row = nullptr;
+  // Most points cover one or two columns and rows: the indices in [column][row] of the upper pixels
+  // of the first and the second column, and how many rows further down the lower ones are, 0 or 1.
+  // Pixels may be the same; where none is covered, any.
+  std::int32_t* left = nullptr;
+  std::int32_t* right = nullptr;
+  std::int32_t* down = nullptr;
+  std::int32_t* is_wide = nullptr;  // 1 where more are covered
 };
 
 // Depth layers equally spaced in inverse distance from the acquisition point: layer j = 0, 1, ...
@@ -178,10 +194,9 @@ struct ColumnKernels {
   void (*mix_omega)(const float* left, const float* right, float fraction, int rows,
                     float tolerance, float* out);
 
-  // out = in, resampled along the column by the same rule between in[row] and in[row + 1]. `used`
-  // is the fraction after the rule: `fraction` on one surface, 0 or 1 across an edge.
+  // out = in, resampled along the column by the same rule between in[row] and in[row + 1].
   void (*upsample_omega)(const float* in, const int* row, const float* fraction, int rows,
-                         float tolerance, float* used, float* out);
+                         float tolerance, float* out);
 
   // Replaces each omega by that of the nearest depth layer, measured from the acquisition point at
   // plan distance d_p; a direction whose ray from the viewpoint never meets the layer keeps its
@@ -197,8 +212,14 @@ struct ColumnKernels {
   // First the shift in columns and rows at which a station saw each row's point ...
   void (*find_shifts)(RowTable table, const float* omega, int first, int count, int rows,
                       ColumnOffset offset, ColumnTarget target, float* shift_u, float* shift_v);
-  // ... then the sample positions of output rows [begin, end), from the shifts of the rows around
-  // each.
+  // ... and where there is nothing between a row's point and the next one's: -1 at an edge, where
+  // they are not on one surface (as in mix_omega; rows + 1 values are read), ...
+  void (*find_edges)(const float* omega, int rows, float tolerance, std::int32_t* edge);
+  // ... or where a station saw them on different sides of a pole (count + 1 shifts are read); else
+  // 0.
+  void (*add_jumps)(const float* shift_u, const float* shift_v, int count, ColumnTarget target,
+                    const std::int32_t* edge, std::int32_t* no_between);
+  // Then the sample positions of output rows [begin, end), from the shifts of the rows around each.
   void (*place_shifted)(ShiftedRows shifted, int begin, int end, ColumnTarget target,
                         SamplePositions positions);
 
@@ -211,6 +232,12 @@ struct ColumnKernels {
   // The same without sums, for rows read from one line only. Writes one byte beyond the column.
   void (*mix_pair)(StationSamples first, StationSamples second, std::int16_t share, int rows,
                    std::uint8_t* rgb);
+
+  // Rows [begin, end) of a column mixed from `count` pairs, whose positions begin with row `begin`;
+  // row i has the weight of index i / rows_per_weight (1, 2, 4 or 8). Rows of weight 0 are not
+  // read; without any weight a row is black. Writes one byte beyond the rows.
+  void (*mix_weighted)(const WeightedPair* pairs, int count, int begin, int end,
+                       int rows_per_weight, std::uint8_t* rgb);
 
   // Positions of the directions of a line in a block of columns. Directions outside the block get
   // some position in it.
@@ -226,8 +253,8 @@ struct ColumnKernels {
   void (*mix_columns)(const std::uint8_t* const* columns, const std::int16_t* weights, int count,
                       int bytes, std::uint8_t* out);
 
-  // Projects a distance map's column (inverse distances omega_map, offset = map's station -
-  // viewpoint) into the viewpoint's panorama of the size that `target` names.
+  // Projects a distance map's column (inverse distances omega_map, negative where unknown, offset =
+  // map's station - viewpoint) into the viewpoint's panorama of the size that `target` names.
   void (*project_points)(RowTable table, const float* omega_map, int rows, ColumnOffset offset,
                          ColumnTarget target, ProjectedPoints points);
 
@@ -251,11 +278,12 @@ struct ColumnKernels {
   void (*write_rows)(const std::uint8_t* columns, std::size_t column_bytes, int count, int rows,
                      std::uint8_t* image, std::size_t row_bytes);
 
-  // Great circle of a column as seen from an acquisition point d_p ahead: ring position (rows,
-  // counted from the zenith down the column and up the opposite one, in [-0.5, 2 rows - 0.5)) and
-  // inverse distance from there. The tables hold 2 * rows entries.
-  void (*project_ring)(RowTable ring, const float* omega, int ring_rows, float d_p, float* position,
-                       float* omega_from_line);
+  // Points of the great circle of a column as seen from an acquisition point d_p ahead: ring
+  // position (counted from the zenith down the column and up the opposite one, in [-0.5, ring_rows
+  // - 0.5), ring_rows twice the rows of a column) and inverse distance from there. The tables hold
+  // `points` entries.
+  void (*project_ring)(RowTable ring, const float* omega, int points, int ring_rows, float d_p,
+                       float* position, float* omega_from_line);
 
   // Nearest neighbour: the pixel whose centre is nearest (halfway: the right, the lower).
   SampleReaders nearest;
@@ -275,6 +303,13 @@ struct ColumnKernels {
   void (*accumulate_stored)(const std::uint8_t* first, const std::uint8_t* second,
                             std::int16_t share, const std::int16_t* weight, int rows,
                             std::int16_t* sum);
+
+  // Weights of `count` lines in each row, in 1/32768: in proportion to shares[k] * visible[k][row],
+  // 32767 in all; 0 where none sees the row. `most` is the largest visible[k][row] and `seeing` how
+  // many are not 0; `scale` is scratch of `rows` values.
+  void (*weigh_rows)(const std::uint8_t* const* visible, const float* shares, int count, int rows,
+                     std::int16_t* const* weights, std::uint8_t* most, std::uint8_t* seeing,
+                     float* scale);
 };
 
 // The fastest kernels this processor can run.

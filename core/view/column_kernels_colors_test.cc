@@ -102,6 +102,64 @@ TEST_P(KernelSampling, RowsWithoutWeightAreNotRead) {
   }
 }
 
+TEST_P(KernelSampling, MixWeightedIsTheSumOfWeightedPairs) {
+  const auto first_weights = random_.weights(kRows);
+  std::vector<std::int16_t> second_weights(first_weights);
+  for (std::int16_t& weight : second_weights) weight = static_cast<std::int16_t>(32767 - weight);
+  second_weights[7] = 0;
+  const StationSamples one = first(), other = second();
+  for (const int rows_per_weight : {1, 2, 4, 8}) {
+    const std::vector<WeightedPair> pairs = {{one, other, 1000, first_weights.data()},
+                                             {other, one, 20000, second_weights.data()}};
+    std::vector<std::uint8_t> found(3 * kRows + 1);
+    kernels_->mix_weighted(pairs.data(), 2, 0, kRows, rows_per_weight, found.data());
+    std::vector<std::int16_t> sum(4 * kRows);
+    for (const WeightedPair& pair : pairs) {
+      std::vector<std::int16_t> weights;
+      for (int i = 0; i < kRows; ++i) {
+        weights.push_back(pair.weight[static_cast<size_t>(i / rows_per_weight)]);
+      }
+      kernels_->accumulate_pair(pair.first, pair.second, pair.share, weights.data(), kRows,
+                                sum.data());
+    }
+    std::vector<std::uint8_t> expected(3 * kRows + 1);
+    kernels_->finish(sum.data(), kRows, expected.data());
+    found.back() = expected.back() = 0;
+    EXPECT_EQ(found, expected) << rows_per_weight;
+  }
+}
+
+TEST_P(KernelColors, WeightsAreInProportionToSharesAndVisibilityAndAddUp) {
+  constexpr int kRows = 300;
+  auto visible = random_.bytes(size_t{3} * kRows);
+  for (size_t row = 0; row < 20; ++row)
+    visible[row] = visible[kRows + row] = visible[2 * kRows + row] = 0;
+  const std::vector<const std::uint8_t*> seen = {visible.data(), visible.data() + kRows,
+                                                 visible.data() + 2 * kRows};
+  const std::vector<float> shares = {2.0f, 0.5f, 1e-3f};
+  std::vector<std::int16_t> weights(size_t{3} * kRows);
+  const std::vector<std::int16_t*> of_line = {weights.data(), weights.data() + kRows,
+                                              weights.data() + 2 * kRows};
+  std::vector<std::uint8_t> most(kRows), seeing(kRows);
+  std::vector<float> scale(kRows);
+  kernels_->weigh_rows(seen.data(), shares.data(), 3, kRows, of_line.data(), most.data(),
+                       seeing.data(), scale.data());
+  for (size_t row = 0; row < kRows; ++row) {
+    double total = 0.0;
+    int lines = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      total += double(shares[k]) * seen[k][row];
+      lines += seen[k][row] > 0 ? 1 : 0;
+    }
+    ASSERT_EQ(seeing[row], lines);
+    ASSERT_EQ(most[row], std::max({seen[0][row], seen[1][row], seen[2][row]}));
+    for (size_t k = 0; k < 3; ++k) {
+      const double exact = total > 0.0 ? 32767.0 * shares[k] * seen[k][row] / total : 0.0;
+      ASSERT_NEAR(of_line[k][row], exact, 1.01) << row;
+    }
+  }
+}
+
 TEST_P(KernelColors, FinishRoundsToTheNearestLevelAndSaturates) {
   const std::vector<std::int16_t> sum = {
       0, 31, 32, 0, 64 * 200 + 31, 64 * 200 + 32, 64 * 255, 0, 64 * 255 + 63, 20000, -100, 0};

@@ -33,13 +33,13 @@ TEST_P(KernelDepths, OmegaIsInterpolatedOnOneSurfaceAndNearestAcrossAnEdge) {
   const std::vector<float> in = {2.0f, 2.2f, 9.0f};
   const std::vector<int> row = {0, 1, 1};
   const std::vector<float> fraction = {0.5f, 0.25f, 0.75f};
-  std::vector<float> used(3);
-  kernels_->upsample_omega(in.data(), row.data(), fraction.data(), 3, 0.2f, used.data(),
-                           out.data());
-  EXPECT_EQ(used, (std::vector<float>{0.5f, 0.0f, 1.0f}));
+  kernels_->upsample_omega(in.data(), row.data(), fraction.data(), 3, 0.2f, out.data());
   EXPECT_FLOAT_EQ(out[0], 2.1f);
   EXPECT_EQ(out[1], 2.2f);
   EXPECT_EQ(out[2], 9.0f);
+  std::vector<std::int32_t> edge(2);
+  kernels_->find_edges(in.data(), 2, 0.2f, edge.data());
+  EXPECT_EQ(edge, (std::vector<std::int32_t>{0, -1}));
 }
 
 // Inverse distance from the acquisition point of the point at `omega` in direction (c, s).

@@ -47,12 +47,9 @@ TEST_F(KernelIdentity, UpsampleOmega) {
     row.push_back(static_cast<int>(random_.uniform(0.0, kRows - 1.0)));
     fraction.push_back(static_cast<float>(random_.uniform(0.0, 1.0)));
   }
-  std::vector<float> a(in), b(in), used_a(in), used_b(in);
-  generic_->upsample_omega(in.data(), row.data(), fraction.data(), kRows, 0.3f, used_a.data(),
-                           a.data());
-  avx2_->upsample_omega(in.data(), row.data(), fraction.data(), kRows, 0.3f, used_b.data(),
-                        b.data());
-  EXPECT_EQ(used_a, used_b);
+  std::vector<float> a(in), b(in);
+  generic_->upsample_omega(in.data(), row.data(), fraction.data(), kRows, 0.3f, a.data());
+  avx2_->upsample_omega(in.data(), row.data(), fraction.data(), kRows, 0.3f, b.data());
   EXPECT_EQ(a, b);
 }
 
@@ -92,8 +89,6 @@ TEST_F(KernelIdentity, Aim) {
 }
 
 TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
-  std::vector<float> fraction(size_t{8} * kRows);
-  for (float& value : fraction) value = static_cast<float>(random_.uniform(0.0, 1.0));
   for (const int per_row : {2, 4, 8}) {
     const auto omega = random_.omegas(kRows);
     const ColumnOffset offset = random_.offset(2.0);
@@ -107,9 +102,18 @@ TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
                        found_b.u.data(), found_b.v.data());
     ASSERT_EQ(found(found_a.u), found(found_b.u));
     ASSERT_EQ(found(found_a.v), found(found_b.v));
+    std::vector<std::int32_t> edges_a(kRows), edges_b(kRows);
+    generic_->find_edges(omega.data(), kRows - 1, 0.3f, edges_a.data());
+    avx2_->find_edges(omega.data(), kRows - 1, 0.3f, edges_b.data());
+    ASSERT_EQ(edges_a, edges_b);
+    generic_->add_jumps(found_a.u.data(), found_a.v.data(), kRows - 1, target_, edges_a.data(),
+                        found_a.no_between.data());
+    avx2_->add_jumps(found_b.u.data(), found_b.v.data(), kRows - 1, target_, edges_a.data(),
+                     found_b.no_between.data());
+    ASSERT_EQ(found_a.no_between, found_b.no_between);
     const int rows = per_row * kRows;
     SampleArrays a(rows), b(rows);
-    const ShiftedRows shifted = found_a.from(0, kRows, per_row, fraction);
+    const ShiftedRows shifted = found_a.from(0, kRows, per_row);
     ColumnTarget target = target_;
     target.polar = {{165, 81, 40, 20}};
     generic_->place_shifted(shifted, 0, rows, target, a.positions());
@@ -193,6 +197,45 @@ TEST_F(SamplingIdentity, Finish) {
   EXPECT_EQ(without_scratch(rgb_a_), without_scratch(rgb_b_));
 }
 
+TEST_F(SamplingIdentity, MixWeighted) {
+  const auto weight = random_.weights(kRows);
+  const auto second_weight = random_.weights(kRows);
+  for (const int rows_per_weight : {1, 2, 4, 8}) {
+    const std::vector<WeightedPair> pairs = {{first(), second(), 1234, weight.data()},
+                                             {second(), first(), 32000, second_weight.data()}};
+    std::vector<std::uint8_t> a(3 * kRows + 1), b(3 * kRows + 1);
+    generic_->mix_weighted(pairs.data(), 2, 5, kRows, rows_per_weight, a.data());
+    avx2_->mix_weighted(pairs.data(), 2, 5, kRows, rows_per_weight, b.data());
+    a.back() = b.back() = 0;
+    EXPECT_EQ(a, b);
+  }
+}
+
+TEST_F(KernelIdentity, WeighRows) {
+  const auto visible = random_.bytes(size_t{3} * kRows);
+  const std::vector<const std::uint8_t*> seen = {visible.data(), visible.data() + kRows,
+                                                 visible.data() + 2 * kRows};
+  const std::vector<float> shares = {1.0f, 0.25f, 1e-3f};
+  struct Weighed {
+    std::vector<std::int16_t> weights[3];
+    std::vector<std::uint8_t> most = std::vector<std::uint8_t>(kRows), seeing = most;
+    bool operator==(const Weighed&) const = default;
+  };
+  const auto weighed = [&](const ColumnKernels& kernels) {
+    Weighed result;
+    std::vector<float> scale(kRows);
+    std::vector<std::int16_t*> weights;
+    for (auto& of_line : result.weights) {
+      of_line.resize(kRows);
+      weights.push_back(of_line.data());
+    }
+    kernels.weigh_rows(seen.data(), shares.data(), 3, kRows, weights.data(), result.most.data(),
+                       result.seeing.data(), scale.data());
+    return result;
+  };
+  EXPECT_TRUE(weighed(*generic_) == weighed(*avx2_));
+}
+
 TEST_F(KernelIdentity, MixColumns) {
   std::vector<std::vector<std::uint8_t>> columns(4);
   for (auto& column : columns) column = random_.bytes(kRows);
@@ -237,9 +280,9 @@ TEST_F(KernelIdentity, ProjectRing) {
     const auto d_p = static_cast<float>(random_.uniform(-1.0, 1.0));
     std::vector<float> position_a(size_t{2} * kRows), position_b(size_t{2} * kRows),
         omega_a(position_a), omega_b(position_a);
-    generic_->project_ring(ring.table(), omega.data(), 2 * kRows, d_p, position_a.data(),
+    generic_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, d_p, position_a.data(),
                            omega_a.data());
-    avx2_->project_ring(ring.table(), omega.data(), 2 * kRows, d_p, position_b.data(),
+    avx2_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, d_p, position_b.data(),
                         omega_b.data());
     ASSERT_EQ(position_a, position_b);
     ASSERT_EQ(omega_a, omega_b);

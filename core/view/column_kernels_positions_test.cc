@@ -174,42 +174,38 @@ constexpr ColumnTarget kShiftTarget{kPositionsPanorama.width, kPositionsPanorama
                                     0.25f};
 
 // Positions of `per_row` output rows for every row; as many output rows as the panorama has.
-std::vector<PixelPosition> placed(const ColumnKernels& kernels, const std::vector<float>& shift_u,
-                                  const std::vector<float>& shift_v, int per_row,
-                                  const std::vector<float>& fraction) {
-  const int rows = static_cast<int>(shift_u.size());
-  ShiftArrays shifts(rows);
-  std::ranges::copy(shift_u, shifts.u.begin());
-  std::ranges::copy(shift_v, shifts.v.begin());
+std::vector<PixelPosition> placed(const ColumnKernels& kernels, const ShiftArrays& shifts, int rows,
+                                  int per_row) {
   SampleArrays samples(rows * per_row);
-  kernels.place_shifted(shifts.from(0, rows, per_row, fraction), 0, rows * per_row, kShiftTarget,
+  kernels.place_shifted(shifts.from(0, rows, per_row), 0, rows * per_row, kShiftTarget,
                         samples.positions());
   std::vector<PixelPosition> positions;
-  positions.reserve(fraction.size());
-  for (size_t i = 0; i < fraction.size(); ++i) positions.push_back(position_of(samples, i));
+  for (int i = 0; i < rows * per_row; ++i) {
+    positions.push_back(position_of(samples, static_cast<size_t>(i)));
+  }
   return positions;
 }
 
 TEST_P(KernelPositions, PlaceShiftedInterpolatesShiftsBetweenRows) {
   for (const int per_row : {2, 4, 8}) {
     const int rows = kPositionsPanorama.height / per_row;
-    std::vector<float> shift_u, shift_v, fraction;
-    for (int i = 0; i < rows; ++i) {
-      shift_u.push_back(static_cast<float>(random_.uniform(-50.0, 50.0)));
-      shift_v.push_back(static_cast<float>(random_.uniform(-5.0, 5.0)));
+    ShiftArrays shifts(rows);
+    for (size_t i = 0; i < static_cast<size_t>(rows); ++i) {
+      shifts.u[i] = static_cast<float>(random_.uniform(-50.0, 50.0));
+      shifts.v[i] = static_cast<float>(random_.uniform(-5.0, 5.0));
+      shifts.no_between[i] = random_.uniform(0.0, 1.0) < 0.3 ? -1 : 0;
     }
-    for (int i = 0; i < rows * per_row; ++i) {
-      fraction.push_back(static_cast<float>(random_.uniform(0.0, 1.0)));
-    }
-    const auto positions = placed(*kernels_, shift_u, shift_v, per_row, fraction);
+    const auto positions = placed(*kernels_, shifts, rows, per_row);
     for (int i = 0; i < rows * per_row; ++i) {
       // The output row lies between the centres of these two.
       const int between = i - per_row / 2;
       const auto row = static_cast<size_t>(std::max(0, between / per_row));
       const auto next = std::min(between < 0 ? row : row + 1, static_cast<size_t>(rows) - 1);
-      const double f = fraction[static_cast<size_t>(i)];
-      const double du = shift_u[row] + f * (shift_u[next] - shift_u[row]);
-      const double dv = shift_v[row] + f * (shift_v[next] - shift_v[row]);
+      // Across an edge the nearer one's.
+      const double linear = next == row ? 0.0 : (between % per_row + 0.5) / per_row;
+      const double f = shifts.no_between[row] == 0 ? linear : std::round(linear);
+      const double du = shifts.u[row] + f * (shifts.u[next] - shifts.u[row]);
+      const double dv = shifts.v[row] + f * (shifts.v[next] - shifts.v[row]);
       const PixelPosition found = positions[static_cast<size_t>(i)];
       ASSERT_NEAR(found.u, 100.25 + du, 1e-3) << per_row << ' ' << i;
       ASSERT_NEAR(found.v, std::clamp(i + dv, 0.0, kPositionsPanorama.height - 1.0), 1e-3) << i;
@@ -221,11 +217,14 @@ TEST_P(KernelPositions, PlaceShiftedDoesNotInterpolateOverAPole) {
   // Beyond the pole a point appears half a turn away; nothing lies in between.
   constexpr int kPerRow = 4;
   constexpr int kRows = kPositionsPanorama.height / kPerRow;
-  std::vector<float> shift_u(kRows, 10.0f);
-  std::fill(shift_u.begin(), shift_u.begin() + 5, 10.0f - 2048.0f);
-  const std::vector<float> shift_v(kRows, 0.0f);
-  const std::vector<float> fraction(kPositionsPanorama.height, 0.3f);
-  for (const PixelPosition& found : placed(*kernels_, shift_u, shift_v, kPerRow, fraction)) {
+  ShiftArrays shifts(kRows);
+  std::fill_n(shifts.u.begin(), kRows, 10.0f);
+  std::fill_n(shifts.u.begin(), 5, 10.0f - 2048.0f);
+  std::fill_n(shifts.v.begin(), kRows, 0.0f);
+  const std::vector<std::int32_t> edges(kRows);
+  kernels_->add_jumps(shifts.u.data(), shifts.v.data(), kRows - 1, kShiftTarget, edges.data(),
+                      shifts.no_between.data());
+  for (const PixelPosition& found : placed(*kernels_, shifts, kRows, kPerRow)) {
     const bool turned = std::fabs(found.u - (110.25 + 2048.0)) < 1e-3;
     ASSERT_TRUE(turned || std::fabs(found.u - 110.25) < 1e-3) << found.u;
   }
@@ -266,7 +265,7 @@ TEST_P(KernelPositions, ProjectRingAgreesWithExactGeometryAllAround) {
     const auto omega = random_.room_omegas(2 * kRows);
     const auto d_p = static_cast<float>(random_.uniform(-0.7, 0.7));
     std::vector<float> position(size_t{2} * kRows), from_line(size_t{2} * kRows);
-    kernels_->project_ring(ring.table(), omega.data(), 2 * kRows, d_p, position.data(),
+    kernels_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, d_p, position.data(),
                            from_line.data());
     for (int row = 0; row < 2 * kRows; ++row) {
       const auto at = static_cast<size_t>(row);

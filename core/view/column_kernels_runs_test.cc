@@ -26,13 +26,11 @@ TEST_P(KernelRuns, ARunIsPlacedAsInTheWholeColumn) {
     const int rows = kDepthRows * per_row;
     const auto omega = random_.room_omegas(kDepthRows);
     const ColumnOffset offset = random_.offset(1.0);
-    std::vector<float> fraction(static_cast<size_t>(rows));
-    for (float& value : fraction) value = static_cast<float>(random_.uniform(0.0, 1.0));
     ShiftArrays shifts(kDepthRows);
     SampleArrays whole(rows);
     kernels_->find_shifts(latitudes.table(), omega.data(), 0, kDepthRows, kDepthRows, offset,
                           kTarget, shifts.u.data(), shifts.v.data());
-    kernels_->place_shifted(shifts.from(0, kDepthRows, per_row, fraction), 0, rows, kTarget,
+    kernels_->place_shifted(shifts.from(0, kDepthRows, per_row), 0, rows, kTarget,
                             whole.positions());
     for (int run = 0; run < 50; ++run) {
       const int begin = static_cast<int>(random_.uniform(0.0, rows));
@@ -45,7 +43,7 @@ TEST_P(KernelRuns, ARunIsPlacedAsInTheWholeColumn) {
       ShiftArrays found(count);
       kernels_->find_shifts(latitudes.table(first), omega.data() + first, first, count, kDepthRows,
                             offset, kTarget, found.u.data(), found.v.data());
-      kernels_->place_shifted(found.from(first, kDepthRows, per_row, fraction), begin, end, kTarget,
+      kernels_->place_shifted(found.from(first, kDepthRows, per_row), begin, end, kTarget,
                               part.positions());
       for (int row = begin; row < end; ++row) {
         const auto here = static_cast<size_t>(row - begin);

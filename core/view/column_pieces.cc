@@ -30,24 +30,6 @@ void keep_with_neighbours(std::vector<std::uint8_t>* rows) {
   }
 }
 
-// Prefetches a station's pixels at the positions of `count` rows, one in every few that will be
-// sampled: known here long before they are read, and not predictable by the hardware prefetcher.
-void fetch_shifted(const ShiftedRows& shifted, int count, ColumnTarget target,
-                   const std::uint8_t* rays) {
-  const float row_step = static_cast<float>(target.height) / static_cast<float>(shifted.rows);
-  for (int i = 0; i < count; ++i) {
-    // Up to a column off, which is sufficient here, and never outside the station.
-    const int u = target.u_whole + static_cast<int>(target.u_part + shifted.u[i]);
-    const int left = u < 0 ? u + target.width : (u >= target.width ? u - target.width : u);
-    const int right = left + 1 == target.width ? 0 : left + 1;
-    const float v = (static_cast<float>(shifted.first + i) + 0.5f) * row_step + shifted.v[i];
-    const int row = std::clamp(static_cast<int>(v), 0, target.height - 1);
-    for (const int column : {left, right}) {
-      __builtin_prefetch(rays + 3 * (std::ptrdiff_t{column} * target.height + row));
-    }
-  }
-}
-
 }  // namespace
 
 bool ColumnRenderer::skips_rows() const {
@@ -164,12 +146,15 @@ void ColumnRenderer::read_near_rows(Reading reading) {
 
 StationSamples ColumnRenderer::find_run(double theta_rad, const RaySource& source, int next,
                                         RowRun rows) {
-  const int station = source.station + next;
-  SamplePositions positions = scratch_->samples[next].positions();
+  return find_run(theta_rad, source.line, source.station + next, rows,
+                  scratch_->samples[next].positions());
+}
+
+StationSamples ColumnRenderer::find_run(double theta_rad, int line, int station, RowRun rows,
+                                        SamplePositions positions) {
   const int per_row = scratch_->rows_per_distance;
   if (per_row == 1) {
-    return find_samples(theta_rad, source.line, station, rows.begin, rows.end - rows.begin,
-                        positions);
+    return find_samples(theta_rad, line, station, rows.begin, rows.end - rows.begin, positions);
   }
   // A row's position is interpolated between those of the distances' rows around it.
   const int depth_rows = view_.distances->size().height;
@@ -179,18 +164,18 @@ StationSamples ColumnRenderer::find_run(double theta_rad, const RaySource& sourc
   const ColumnTarget target = target_of(theta_rad);
   kernels_.find_shifts(scratch_->depth_latitudes->table(first),
                        scratch_->depth_omega.data() + first, first, count, depth_rows,
-                       offset_from(source.line, station, theta_rad), target,
-                       scratch_->shift_u.data(), scratch_->shift_v.data());
+                       offset_from(line, station, theta_rad), target, scratch_->shift_u.data(),
+                       scratch_->shift_v.data());
+  kernels_.add_jumps(scratch_->shift_u.data(), scratch_->shift_v.data(), count - 1, target,
+                     scratch_->edges.data() + first, scratch_->no_between.data());
   const ShiftedRows shifted{.u = scratch_->shift_u.data(),
                             .v = scratch_->shift_v.data(),
+                            .no_between = scratch_->no_between.data(),
                             .first = first,
                             .rows = depth_rows,
-                            .per_row = per_row,
-                            .fraction = scratch_->fraction.data()};
-  StationSamples samples = samples_at(source.line, station, positions);
-  fetch_shifted(shifted, count, target, samples.rays);
+                            .per_row = per_row};
   kernels_.place_shifted(shifted, rows.begin, rows.end, target, positions);
-  return samples;
+  return samples_at(line, station, positions);
 }
 
 RowSamples ColumnRenderer::samples_of(double theta_rad, const RaySource& source,

@@ -128,6 +128,10 @@ void ColumnRenderer::mix_source(int u, double theta_rad, const RaySource& source
 
 void ColumnRenderer::blend_sources(int u, double theta_rad, std::span<const RaySource> sources,
                                    RowRun rows, std::uint8_t* rgb) {
+  if (mixes_in_registers(sources)) {
+    mix_weighted(theta_rad, sources, rows, rgb);
+    return;
+  }
   if (scratch_->any_shared) std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
   for (size_t i = 0; i < sources.size(); ++i) {
     const auto& weights = scratch_->source_weights[i];
@@ -146,6 +150,52 @@ void ColumnRenderer::blend_sources(int u, double theta_rad, std::span<const RayS
   }
 }
 
+bool ColumnRenderer::mixes_in_registers(std::span<const RaySource> sources) const {
+  return !skips_rows() && scratch_->rows_per_distance > 1 &&
+         view_.interpolation == Interpolation::kLinear && !scratch_->reader.counts_bytes() &&
+         std::ranges::all_of(sources, [&](const RaySource& source) {
+           return usual_reading(source) == Reading::kBoth &&
+                  !scratch_->reader.gains().change(source.line, source.station) &&
+                  !scratch_->reader.gains().change(source.line, source.station + 1);
+         });
+}
+
+void ColumnRenderer::mix_weighted(double theta_rad, std::span<const RaySource> sources, RowRun rows,
+                                  std::uint8_t* rgb) {
+  std::array<WeightedPair, kMaxSources> pairs;
+  for (size_t i = 0; i < sources.size(); ++i) {
+    const RaySource& source = sources[i];
+    auto& positions = scratch_->pair_samples[i];
+    if (positions.empty()) positions.assign(2, PositionArrays(view_.output.height));
+    const auto samples = [&](int next) {
+      return find_run(theta_rad, source.line, source.station + next, rows,
+                      positions[static_cast<size_t>(next)].positions());
+    };
+    pairs[i] = {samples(0), samples(1), fixed_weight(source.fraction),
+                scratch_->source_weights[i].data()};
+    const std::int64_t read = rows_with_weight(scratch_->source_weights[i], rows);
+    count_readings(Reading::kBoth, read);
+    scratch_->reader.count_found(2 * read);
+  }
+  std::uint8_t* const out = rgb + 3 * rows.begin;
+  std::uint8_t* const end_of_rows = rgb + 3 * rows.end;
+  const std::uint8_t beyond = *end_of_rows;
+  kernels_.mix_weighted(pairs.data(), static_cast<int>(sources.size()), rows.begin, rows.end,
+                        scratch_->rows_per_distance, out);
+  *end_of_rows = beyond;
+}
+
+std::int64_t ColumnRenderer::rows_with_weight(std::span<const std::int16_t> weights,
+                                              RowRun rows) const {
+  const int per_row = scratch_->rows_per_distance;
+  std::int64_t count = 0;
+  for (int row = rows.begin / per_row; row * per_row < rows.end; ++row) {
+    const RowRun covered = common_rows({row * per_row, (row + 1) * per_row}, rows);
+    if (weights[static_cast<size_t>(row)] != 0) count += covered.end - covered.begin;
+  }
+  return count;
+}
+
 void ColumnRenderer::prepare_omega(int u) {
   const DistanceView& distances = *view_.distances;
   const PanoramaSize size = distances.size();
@@ -154,10 +204,14 @@ void ColumnRenderer::prepare_omega(int u) {
   kernels_.mix_omega(distances.column(position.whole),
                      distances.column((position.whole + 1) % size.width), position.part,
                      size.height, distances.surface_tolerance(), scratch_->depth_omega.data());
+  if (scratch_->rows_per_distance > 1) {
+    kernels_.find_edges(scratch_->depth_omega.data(), size.height - 1,
+                        distances.surface_tolerance(), scratch_->edges.data());
+    return;
+  }
   kernels_.upsample_omega(scratch_->depth_omega.data(), scratch_->mapping->upper.data(),
                           scratch_->mapping->fraction.data(), view_.output.height,
-                          distances.surface_tolerance(), scratch_->fraction.data(),
-                          scratch_->omega.data());
+                          distances.surface_tolerance(), scratch_->omega.data());
 }
 
 void ColumnRenderer::begin_depth_column(int depth_theta) {
@@ -227,7 +281,7 @@ std::span<const std::uint8_t> ColumnRenderer::usable_rows(double theta_rad, int 
     const SamplePositions at = find_run(theta_rad, source, next, all).positions;
     SampleCheck masks(volume, source.station + next);
     LeftOutCheck moved(left_out, source.station + next, volume.panorama());
-    for (size_t row = 0; row < scratch_->omega.size(); ++row) {
+    for (size_t row = 0; row < static_cast<size_t>(view_.output.height); ++row) {
       const std::int32_t left = at.offset_left[row];
       const std::int32_t right = at.offset_right[row];
       if (masks.valid(left, right) && moved.valid(left, right)) continue;
@@ -249,42 +303,38 @@ double ColumnRenderer::blend_share(std::span<const RaySource> sources, size_t wh
 void ColumnRenderer::weigh_sources(double theta_rad, int depth_theta,
                                    std::span<const RaySource> sources) {
   const size_t rows = static_cast<size_t>(view_.distances->size().height);
-  std::span<const std::uint8_t> visible[4];
+  std::array<std::span<const std::uint8_t>, kMaxSources> visible;
   find_visible_rows(theta_rad, depth_theta, sources, visible);
-  scratch_->any_hidden = false;
   if (sources.size() == 1) {
-    for (size_t row = 0; row < rows; ++row) {
-      scratch_->needed[row] = visible[0][row];
-      scratch_->hidden[row] = kSeen - visible[0][row];
-      scratch_->any_hidden |= visible[0][row] < kSeen;
-    }
+    scratch_->needed.assign(visible[0].begin(), visible[0].end());
+    find_hidden(visible[0]);
     return;
   }
   scratch_->source_weights.resize(std::max(scratch_->source_weights.size(), sources.size()));
-  float share[4];
+  std::array<float, kMaxSources> shares{};
+  std::array<const std::uint8_t*, kMaxSources> seen{};
+  std::array<std::int16_t*, kMaxSources> weights{};
   for (size_t i = 0; i < sources.size(); ++i) {
-    share[i] = static_cast<float>(blend_share(sources, i));
+    shares[i] = static_cast<float>(blend_share(sources, i));
+    seen[i] = visible[i].data();
     scratch_->source_weights[i].resize(rows);
+    weights[i] = scratch_->source_weights[i].data();
   }
-  scratch_->any_shared = !skips_rows();
-  for (size_t row = 0; row < rows; ++row) {
-    float total = 0.0f;
-    int seeing = 0;
-    std::uint8_t most = 0;
-    const auto part = [&](size_t i) { return share[i] * (visible[i][row] / float{kSeen}); };
-    for (size_t i = 0; i < sources.size(); ++i) {
-      total += part(i);
-      seeing += visible[i][row] > 0 ? 1 : 0;
-      most = std::max(most, visible[i][row]);
-    }
-    scratch_->hidden[row] = kSeen - most;
-    scratch_->any_hidden |= most < kSeen;
-    scratch_->any_shared |= seeing > 1;
-    const float scale = total > 0.0f ? static_cast<float>(kWeightOne) / total : 0.0f;
-    for (size_t i = 0; i < sources.size(); ++i) {
-      scratch_->source_weights[i][row] = static_cast<std::int16_t>(part(i) * scale);
-    }
+  kernels_.weigh_rows(seen.data(), shares.data(), static_cast<int>(sources.size()),
+                      static_cast<int>(rows), weights.data(), scratch_->most.data(),
+                      scratch_->seeing.data(), scratch_->weight_scale.data());
+  find_hidden(scratch_->most);
+  scratch_->any_shared =
+      !skips_rows() || std::ranges::any_of(scratch_->seeing, [](int lines) { return lines > 1; });
+}
+
+void ColumnRenderer::find_hidden(std::span<const std::uint8_t> seen) {
+  std::uint8_t least = kSeen;
+  for (size_t row = 0; row < seen.size(); ++row) {
+    scratch_->hidden[row] = static_cast<std::uint8_t>(kSeen - seen[row]);
+    least = std::min(least, seen[row]);
   }
+  scratch_->any_hidden = least < kSeen;
 }
 
 void ColumnRenderer::snap_to_layers(const RaySource& source) {

@@ -136,6 +136,7 @@ class ColumnRenderer {
   struct DepthColumn;
 
   static constexpr std::uint8_t kSeen = 255;
+  static constexpr size_t kMaxSources = 4;  // two in front and two behind
 
   // Output columns that coincide with captured columns: mixed without resampling.
   void mix_stored_columns(int u, std::span<const RaySource> sources, std::uint8_t* rgb);
@@ -152,6 +153,8 @@ class ColumnRenderer {
   void begin_depth_column(int depth_theta);
   void prepare_omega(int u);
   void weigh_sources(double theta_rad, int depth_theta, std::span<const RaySource> sources);
+  // From how well the best source sees each row.
+  void find_hidden(std::span<const std::uint8_t> seen);
   // How well a source sees the rows of the distances, 0 to kSeen.
   std::span<const std::uint8_t> visible_rows(int depth_theta, const RaySource& source);
   // Sets visible[row] = 0 where a station of the source does not see the point and another one
@@ -168,6 +171,11 @@ class ColumnRenderer {
   void mix_source(int u, double theta_rad, const RaySource& source, RowRun rows, std::uint8_t* rgb);
   void blend_sources(int u, double theta_rad, std::span<const RaySource> sources, RowRun rows,
                      std::uint8_t* rgb);
+  // Whether all sources are mixed in one go: nothing is skipped or multiplied by gains.
+  bool mixes_in_registers(std::span<const RaySource> sources) const;
+  void mix_weighted(double theta_rad, std::span<const RaySource> sources, RowRun rows,
+                    std::uint8_t* rgb);
+  std::int64_t rows_with_weight(std::span<const std::int16_t> weights, RowRun rows) const;
   void add_source(int u, double theta_rad, const RaySource& source,
                   std::span<const std::int16_t> weights, RowRun rows);
   // Weight of a source: inversely proportional to the distance of its line, so that a line through
@@ -220,6 +228,8 @@ class ColumnRenderer {
   RowSamples samples_of(double theta_rad, const RaySource& source, const RowPiece& piece);
   // The samples of a run of output rows.
   StationSamples find_run(double theta_rad, const RaySource& source, int next, RowRun rows);
+  StationSamples find_run(double theta_rad, int line, int station, RowRun rows,
+                          SamplePositions positions);
   StationSamples samples_at(int line, int station, SamplePositions positions) const;
 
   void snap_to_layers(const RaySource& source);

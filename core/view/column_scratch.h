@@ -49,7 +49,6 @@ struct ColumnRenderer::Scratch {
     if (depth_rows > 0) {
       mapping = std::make_unique<RowMapping>(view.output.height, depth_rows);
       depth_omega.resize(static_cast<size_t>(depth_rows));
-      fraction.resize(omega.size());
       hidden.resize(static_cast<size_t>(depth_rows));
       fill.resize(3 * omega.size() + 1);  // a byte beyond is scratch
       ring = std::make_unique<RingVisibility>(depth_rows);
@@ -59,9 +58,13 @@ struct ColumnRenderer::Scratch {
                           view.plan.viewpoint().z_m));
       depth_latitudes = std::make_unique<LatitudeTable>(depth_rows, depth_rows);
       needed.resize(static_cast<size_t>(depth_rows));
+      most.resize(needed.size());
+      seeing.resize(needed.size());
+      weight_scale.resize(needed.size());
       if (rows_per_distance > 1) {
-        for (auto* shift : {&shift_u, &shift_v})
-          shift->resize(static_cast<size_t>(depth_rows) + kShiftPadding);
+        const auto padded = static_cast<size_t>(depth_rows) + kShiftPadding;
+        for (auto* shift : {&shift_u, &shift_v}) shift->resize(padded);
+        for (auto* flags : {&edges, &no_between}) flags->resize(padded);
       }
     }
   }
@@ -71,6 +74,7 @@ struct ColumnRenderer::Scratch {
   std::unique_ptr<PrecisePositions> precise;  // null unless positions are computed in double
   std::vector<float> omega, exact_omega, zero_omega;
   PositionArrays samples[2];  // of the two stations around A
+  std::array<std::vector<PositionArrays>, kMaxSources> pair_samples;  // the same, of each source
   SampleReader reader;
   std::vector<RowPiece> pieces;
   std::vector<std::uint8_t> levels;  // stored rows before they are blended
@@ -79,10 +83,12 @@ struct ColumnRenderer::Scratch {
   std::unique_ptr<RowMapping> mapping;
   std::vector<float> depth_omega;
   std::unique_ptr<LatitudeTable> depth_latitudes;
-  std::vector<float> fraction;  // of the way to the next distance row; 0 or 1 across an edge
   std::vector<float> shift_u, shift_v;
+  std::vector<std::int32_t> edges, no_between;  // [depth row]: -1 or 0, as ShiftedRows has them
   std::vector<std::vector<std::int16_t>> source_weights;  // [source][depth row]
   std::array<std::vector<std::uint8_t>, 4> usable;        // [source][depth row], of masked lines
+  std::vector<std::uint8_t> most, seeing;  // [depth row], as ColumnKernels::weigh_rows has them
+  std::vector<float> weight_scale;
   std::vector<std::uint8_t> hidden;  // [depth row]: what no source sees of it, 0 to kSeen
   std::vector<std::uint8_t> fill;    // rgb of a run of hidden rows
   bool any_hidden = false;

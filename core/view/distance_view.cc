@@ -19,53 +19,72 @@ const DistanceVolume& volume_of(const Room& room, const MapStation& map) {
   return room.distances(map.line);
 }
 
-// Inverse of a stored distance; negative where it is unknown or of low confidence. Distances are
-// clamped to at least a nanometre, because the inverse may overflow a float.
-float stored_omega(float distance_m, std::uint8_t confidence) {
-  constexpr float kLargest = 1e9f;
-  const float omega = std::min(1.0f / distance_m, kLargest);
-  // Branchless, so that the compiler vectorises it.
-  const bool known = (confidence >= kMinConfidence) & (distance_m > 0.0f);
-  return known ? omega : kUnseen;
-}
+// Draws points of a map into the pixels they cover, keeping the nearest surface.
+class Splat {
+ public:
+  Splat(PanoramaSize size, float* image) : size_(size), image_(image) {}
 
-// Draws the points of a column into the pixels they cover, keeping the nearest surface.
-void splat(const PointArrays& column, const float* omega_map, PanoramaSize size, float* image) {
-  // Prefetched, because consecutive points often fall into a column that is not cached.
-  constexpr size_t kLookAhead = 24;
-  const size_t rows = column.omega.size();
-  for (size_t i = 0; i < rows; ++i) {
-    if (i + kLookAhead < rows) {
-      const int u = std::clamp(column.last_column[i + kLookAhead], 0, size.width - 1);
-      const int row = std::clamp(column.first_row[i + kLookAhead], 0, size.height - 1);
-      __builtin_prefetch(image + u * std::ptrdiff_t{size.height} + row, 1);
+  // Point `i` of a column.
+  void draw(const PointArrays& points, std::size_t i) const {
+    const float omega = points.omega[i];
+    const std::int32_t down = points.down[i];
+    // Without branches, which would be mispredicted: marking a pixel twice changes nothing.
+    for (float* const pixel : {image_ + points.left[i], image_ + points.right[i]}) {
+      mark(omega, pixel);
+      mark(omega, pixel + down);
     }
-    if (omega_map[i] < 0.0f) continue;
-    const float omega = column.omega[i];
-    const int first_row = std::max(column.first_row[i], 0);
-    const int last_row = std::min(column.last_row[i], size.height - 1);
-    const int first_u = column.first_column[i];
-    const int last_u = column.last_column[i];
-    // A point that is farther from the viewpoint than from the map may cover no pixel centre.
-    if (first_row > last_row || first_u > last_u) continue;
-    const auto column_of = [&](int u) {
-      const int from_left = u < 0 ? u + size.width : u;
-      const int wrapped = from_left >= size.width ? from_left - size.width : from_left;
-      return image + static_cast<size_t>(wrapped) * static_cast<size_t>(size.height);
-    };
-    const auto mark = [&](float* pixel) { *pixel = std::max(*pixel, omega); };
-    // Most points cover one or two columns and rows; a branch on the number would be mispredicted.
-    const int second_row = std::min(first_row + 1, last_row);
-    for (float* pixels : {column_of(first_u), column_of(std::min(first_u + 1, last_u))}) {
-      mark(pixels + first_row);
-      mark(pixels + second_row);
-    }
-    if (last_u - first_u < 2 && last_row - first_row < 2) continue;
-    for (int u = first_u; u <= last_u; ++u) {
-      float* const pixels = column_of(u);
-      for (int row = first_row; row <= last_row; ++row) mark(pixels + row);
+    if (points.is_wide[i] != 0) draw_wide(points, i);
+  }
+
+  // Prefetches where point `i` is drawn, because consecutive points often fall into a column that
+  // is not cached.
+  void prefetch(const PointArrays& points, std::size_t i) const {
+    __builtin_prefetch(image_ + points.right[i], 1);
+  }
+
+ private:
+  static void mark(float omega, float* pixel) { *pixel = std::max(*pixel, omega); }
+
+  void draw_wide(const PointArrays& points, std::size_t i) const {
+    const int first_row = std::max(points.first_row[i], 0);
+    const int last_row = std::min(points.last_row[i], size_.height - 1);
+    for (int u = points.first_column[i]; u <= points.last_column[i]; ++u) {
+      float* const pixels = image_ + static_cast<std::size_t>(wrapped_column(u, size_.width)) *
+                                         static_cast<std::size_t>(size_.height);
+      for (int row = first_row; row <= last_row; ++row) mark(points.omega[i], pixels + row);
     }
   }
+
+  PanoramaSize size_;
+  float* image_;
+};
+
+// Draws two columns together: each point waits for the one before it in its column, which wrote
+// the same pixels, and columns far apart do not wait for each other.
+void splat(const Splat& into, const PointArrays& a, const PointArrays& b) {
+  constexpr std::size_t kLookAhead = 24;
+  const std::size_t rows = a.omega.size();
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (i + kLookAhead < rows) {
+      into.prefetch(a, i + kLookAhead);
+      into.prefetch(b, i + kLookAhead);
+    }
+    into.draw(a, i);
+    into.draw(b, i);
+  }
+}
+
+// The next rows from `from` on that are taken from a map, as few runs as pay off: a few rows of
+// other maps between them cost less than another run. Empty where there are none.
+RowRun next_run(std::span<const std::int32_t> source, int from, std::int32_t map) {
+  constexpr std::ptrdiff_t kGap = 8;
+  const auto first = std::find(source.begin() + from, source.end(), map);
+  auto end = first;
+  for (auto next = first; next != source.end() && next - end <= kGap;
+       next = std::find(end, source.end(), map)) {
+    end = std::find_if(next, source.end(), [=](std::int32_t other) { return other != map; });
+  }
+  return {static_cast<int>(first - source.begin()), static_cast<int>(end - source.begin())};
 }
 
 std::vector<MapStation> maps_by_distance(const Room& room, std::span<const int> lines,
@@ -144,12 +163,13 @@ OmegaRange omega_range(const Room& room, const MapStation& map) {
   return {std::min(least, most), most};
 }
 
-void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
-                           const Eigen::Vector3d& viewpoint_m) {
+void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m) {
+  std::vector<KeptMaps::Place> places;
+  for (const MapStation& map : maps) places.push_back({map.line, map.map});
+  maps_ = kept_.get(places);
   size_ = {};
-  for (const MapStation& map : maps) {
-    const PanoramaSize size = volume_of(room, map).size();
-    if (size.width > size_.width) size_ = size;
+  for (const auto& map : maps_) {
+    if (map->size.width > size_.width) size_ = map->size;
   }
   tolerance_ = static_cast<float>(
       std::min(0.25, std::tan(radians_from_degrees(80.0)) * kTwoPi / size_.width));
@@ -160,24 +180,22 @@ void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
   const size_t pixels = static_cast<size_t>(size_.width) * static_cast<size_t>(size_.height);
   omega_.resize(pixels);
   projected_.resize(pixels * maps.size());
-  stored_.resize(maps.size());
   parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      project_map(room, maps[static_cast<size_t>(i)], viewpoint_m, stored_[static_cast<size_t>(i)],
-                  projected_.data() + pixels * static_cast<size_t>(i));
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      project_map(*maps_[i], maps[i].position_m - viewpoint_m, projected_.data() + pixels * i);
     }
   });
   is_unseen_.resize(pixels);
   std::vector<int> unseen(static_cast<size_t>(size_.width));
   parallel_for(0, size_.width, 16, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
-      unseen[static_cast<size_t>(theta)] = merge_column(room, maps, viewpoint_m, theta);
+      unseen[static_cast<size_t>(theta)] = merge_column(maps, viewpoint_m, theta);
     }
   });
   double total_unseen = 0.0;
   for (const int count : unseen) total_unseen += count;
   unseen_share_ = total_unseen / static_cast<double>(pixels);
-  const bool doubted = find_trust(room, maps, viewpoint_m);
+  const bool doubted = find_trust(maps, viewpoint_m);
   if (total_unseen > 0.0) {
     parallel_for(0, size_.width / 2, 16, [&](int begin, int end) {
       for (int theta = begin; theta < end; ++theta) {
@@ -195,19 +213,15 @@ void DistanceView::compute(const Room& room, std::span<const MapStation> maps,
   if (doubted) smooth_doubted();
 }
 
-bool DistanceView::find_trust(const Room& room, std::span<const MapStation> maps,
+bool DistanceView::find_trust(std::span<const MapStation> maps,
                               const Eigen::Vector3d& viewpoint_m) {
-  std::vector<TrustedMap> trusted(maps.size());
-  parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const MapStation& map = maps[static_cast<size_t>(i)];
-      trusted[static_cast<size_t>(i)].trust.compute(volume_of(room, map), map.map);
-      trusted[static_cast<size_t>(i)].offset_m = (viewpoint_m - map.position_m).cast<float>();
-    }
-  });
+  std::vector<TrustedMap> trusted;
+  for (size_t i = 0; i < maps.size(); ++i) {
+    trusted.push_back({&maps_[i]->trust, (viewpoint_m - maps[i].position_m).cast<float>()});
+  }
   trust_.clear();
   doubted_.clear();
-  if (std::ranges::all_of(trusted, [](const auto& map) { return map.trust.everywhere(); })) {
+  if (std::ranges::all_of(trusted, [](const auto& map) { return map.trust->everywhere(); })) {
     return false;
   }
   smooth_.compute(omega_, size_, trusted);
@@ -228,84 +242,93 @@ void DistanceView::smooth_doubted() {
   });
 }
 
-void DistanceView::project_map(const Room& room, const MapStation& map,
-                               const Eigen::Vector3d& viewpoint_m, std::vector<float>& stored,
+void DistanceView::project_map(const KeptMap& map, const Eigen::Vector3d& offset_m,
                                float* omega) const {
-  const DistanceVolume& volume = volume_of(room, map);
-  const int rows = volume.size().height;
+  const int rows = map.size.height;
   const LatitudeTable latitudes(rows, rows);
-  const Eigen::Vector3d offset_m = map.position_m - viewpoint_m;
-  PointArrays column(rows);
-  stored.resize(static_cast<size_t>(volume.size().width) * static_cast<size_t>(rows));
   std::fill_n(omega, static_cast<size_t>(size_.width) * static_cast<size_t>(size_.height), kUnseen);
-  for (int theta = 0; theta < volume.size().width; ++theta) {
-    const auto distance = volume.distance_column(map.map, theta);
-    const auto confidence = volume.confidence_column(map.map, theta);
-    float* omega_map = stored.data() + static_cast<size_t>(theta) * distance.size();
-    for (size_t row = 0; row < distance.size(); ++row) {
-      omega_map[row] = stored_omega(distance[row], confidence[row]);
-    }
-    const double theta_rad = angles_from_pixel({double(theta), 0.0}, volume.size()).theta_rad;
+  const auto project = [&](int theta, PointArrays* points) {
+    const double theta_rad = angles_from_pixel({double(theta), 0.0}, map.size).theta_rad;
     const double u = pixel_from_angles({theta_rad, 0.0}, size_).u;
     const ColumnTarget target{.width = size_.width,
                               .height = size_.height,
                               .u_whole = 0,
                               .u_part = static_cast<float>(u)};
-    // Unknown pixels are projected with the others and skipped by splat().
+    const float* omega_map =
+        map.omega.data() + static_cast<size_t>(theta) * static_cast<size_t>(rows);
     column_kernels().project_points(latitudes.table(), omega_map, rows,
-                                    column_offset(offset_m, theta_rad), target, column.points());
-    splat(column, omega_map, size_, omega);
+                                    column_offset(offset_m, theta_rad), target, points->points());
+  };
+  PointArrays points(rows), opposite(rows);
+  const Splat into(size_, omega);
+  const int half_turn = map.size.width / 2;
+  for (int theta = 0; theta < half_turn; ++theta) {
+    project(theta, &points);
+    project(theta + half_turn, &opposite);
+    splat(into, points, opposite);
   }
 }
 
-int DistanceView::merge_column(const Room& room, std::span<const MapStation> maps,
-                               const Eigen::Vector3d& viewpoint_m, int theta) {
+int DistanceView::merge_column(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m,
+                               int theta) {
   const size_t rows = static_cast<size_t>(size_.height);
   const size_t pixels = static_cast<size_t>(size_.width) * rows;
   const float* candidates = projected_.data() + static_cast<size_t>(theta) * rows;
   float* omega = omega_.data() + static_cast<size_t>(theta) * rows;
-  std::copy_n(candidates, rows, omega);
+  std::vector<float> nearest(candidates, candidates + rows);
   for (size_t i = 1; i < maps.size(); ++i) {
     const float* other = candidates + pixels * i;
-    for (size_t row = 0; row < rows; ++row) omega[row] = std::max(omega[row], other[row]);
+    for (size_t row = 0; row < rows; ++row) nearest[row] = std::max(nearest[row], other[row]);
   }
   // The map that each pixel is taken from: the nearest of those that agree with the nearest
-  // surface.
-  std::vector<std::int8_t> source(rows, -1);
+  // surface. Branchless, so that the compiler vectorises it.
+  std::vector<std::int32_t> source(rows, -1);
+  for (size_t i = maps.size(); i-- > 0;) {
+    const float* other = candidates + pixels * i;
+    for (size_t row = 0; row < rows; ++row) {
+      const bool agrees = other[row] >= nearest[row] * (1.0f - tolerance_);
+      omega[row] = agrees ? other[row] : omega[row];
+      source[row] = agrees ? static_cast<std::int32_t>(i) : source[row];
+    }
+  }
   int unseen = 0;
   std::uint8_t* is_unseen = is_unseen_.data() + static_cast<size_t>(theta) * rows;
   for (size_t row = 0; row < rows; ++row) {
-    is_unseen[row] = omega[row] < 0.0f ? 1 : 0;
-    unseen += is_unseen[row];
-    if (omega[row] <= 0.0f) continue;
-    size_t map = 0;
-    while (candidates[pixels * map + row] < omega[row] * (1.0f - tolerance_)) ++map;
-    source[row] = static_cast<std::int8_t>(map);
-    omega[row] = candidates[pixels * map + row];
+    const bool is_seen = nearest[row] >= 0.0f;
+    is_unseen[row] = is_seen ? 0 : 1;
+    unseen += is_seen ? 0 : 1;
+    omega[row] = is_seen ? omega[row] : kUnseen;
+    source[row] = nearest[row] > 0.0f ? source[row] : -1;
   }
-  // A projected point is up to half a pixel away from the centre of the pixel it is drawn to.
+  refine_column(maps, viewpoint_m, theta, source);
+  return unseen;
+}
+
+// A projected point is up to half a pixel away from the centre of the pixel it is drawn to.
+void DistanceView::refine_column(std::span<const MapStation> maps,
+                                 const Eigen::Vector3d& viewpoint_m, int theta,
+                                 std::span<const std::int32_t> source) {
+  float* omega = omega_.data() + static_cast<size_t>(theta) * source.size();
   const double theta_rad = angles_from_pixel({double(theta), 0.0}, size_).theta_rad;
-  std::vector<float> refined(rows);
+  std::vector<float> refined(source.size());
   for (size_t i = 0; i < maps.size(); ++i) {
-    const auto of_map = static_cast<std::int8_t>(i);
-    const auto first = std::find(source.begin(), source.end(), of_map);
-    if (first == source.end()) continue;
-    const auto begin = static_cast<size_t>(first - source.begin());
-    const auto end =
-        static_cast<size_t>(source.rend() - std::find(source.rbegin(), source.rend(), of_map));
-    const PanoramaSize map_size = volume_of(room, maps[i]).size();
+    const KeptMap& map = *maps_[i];
     const ColumnPosition position =
-        split_column(pixel_from_angles({theta_rad, 0.0}, map_size).u, map_size.width);
-    const ColumnTarget target{map_size.width, map_size.height, position.whole, position.part};
-    column_kernels().refine_omega(latitudes_->table(static_cast<int>(begin)), omega + begin,
-                                  static_cast<int>(end - begin),
-                                  column_offset(viewpoint_m - maps[i].position_m, theta_rad),
-                                  target, stored_[i].data(), tolerance_, refined.data() + begin);
-    for (size_t row = begin; row < end; ++row) {
-      if (source[row] == of_map) omega[row] = refined[row];
+        split_column(pixel_from_angles({theta_rad, 0.0}, map.size).u, map.size.width);
+    const ColumnTarget target{map.size.width, map.size.height, position.whole, position.part};
+    const ColumnOffset offset = column_offset(viewpoint_m - maps[i].position_m, theta_rad);
+    const auto of_map = static_cast<std::int32_t>(i);
+    for (RowRun run = next_run(source, 0, of_map); !run.empty();
+         run = next_run(source, run.end, of_map)) {
+      const auto begin = static_cast<size_t>(run.begin);
+      column_kernels().refine_omega(latitudes_->table(run.begin), omega + begin,
+                                    run.end - run.begin, offset, target, map.omega.data(),
+                                    tolerance_, refined.data() + begin);
     }
   }
-  return unseen;
+  for (size_t row = 0; row < source.size(); ++row) {
+    if (source[row] >= 0) omega[row] = refined[row];
+  }
 }
 
 void DistanceView::fill_unseen(int theta) {

@@ -16,6 +16,7 @@
 
 #include "core/room/room.h"
 #include "core/view/depth_layers.h"
+#include "core/view/kept_maps.h"
 #include "core/view/row_table.h"
 #include "core/view/smooth_distances.h"
 #include "core/view/view_plan.h"
@@ -47,10 +48,12 @@ OmegaRange omega_range(const Room& room, const MapStation& map);
 
 class DistanceView {
  public:
-  // `maps` (nearest first, at least one) are read in parallel. Reusing an object for the next
-  // viewpoint reuses its memory.
-  void compute(const Room& room, std::span<const MapStation> maps,
-               const Eigen::Vector3d& viewpoint_m);
+  // The room must outlive the object.
+  explicit DistanceView(const Room& room) : kept_(room) {}
+
+  // `maps` (nearest first, at least one) are gathered in parallel. Reusing an object for the next
+  // viewpoint reuses its memory, and maps that it has read before.
+  void compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m);
 
   // Size of the largest map.
   PanoramaSize size() const { return size_; }
@@ -70,15 +73,14 @@ class DistanceView {
   double unseen_share() const { return unseen_share_; }
 
  private:
-  void project_map(const Room& room, const MapStation& map, const Eigen::Vector3d& viewpoint_m,
-                   std::vector<float>& stored, float* omega) const;
-  int merge_column(const Room& room, std::span<const MapStation> maps,
-                   const Eigen::Vector3d& viewpoint_m, int theta);
+  void project_map(const KeptMap& map, const Eigen::Vector3d& offset_m, float* omega) const;
+  int merge_column(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m, int theta);
+  void refine_column(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m,
+                     int theta, std::span<const std::int32_t> source);
   void fill_unseen(int theta);
   void smooth_filled(int theta);
   // Returns whether any map is doubted; smooth_ then knows where.
-  bool find_trust(const Room& room, std::span<const MapStation> maps,
-                  const Eigen::Vector3d& viewpoint_m);
+  bool find_trust(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m);
   void smooth_doubted();
 
   PanoramaSize size_;
@@ -91,9 +93,10 @@ class DistanceView {
   std::vector<float> filled_;            // omega_ before its unseen pixels are smoothed
   std::vector<float> projected_;         // [map][theta][phi]; negative where a map sees nothing
   SmoothDistances smooth_;
-  std::vector<float> trust_;                // [theta][phi]; of doubted columns
-  std::vector<std::uint8_t> doubted_;       // [theta]; empty where nothing is doubted
-  std::vector<std::vector<float>> stored_;  // stored inverse distances of each map; < 0 unknown
+  std::vector<float> trust_;           // [theta][phi]; of doubted columns
+  std::vector<std::uint8_t> doubted_;  // [theta]; empty where nothing is doubted
+  KeptMaps kept_;
+  std::vector<std::shared_ptr<const KeptMap>> maps_;  // of the view
 };
 
 // A distance map looked up from another place.

@@ -86,8 +86,8 @@ class DistanceViewAt : public testing::TestWithParam<PlanPoint> {
   void look_around(const SyntheticRoomSpec& spec) {
     const TestRoom room(spec);
     const Vector3d at(GetParam().x_m, 0.0, GetParam().z_m);
-    DistanceView view;
-    view.compute(room.room(), nearest_maps(room.room(), kAllLines, at, 0.1, 2, 8), at);
+    DistanceView view(room.room());
+    view.compute(nearest_maps(room.room(), kAllLines, at, 0.1, 2, 8), at);
     unseen_share_ = view.unseen_share();
     share_right_ = share_within(view, spec.scene, at, 0.02);
   }
@@ -123,8 +123,8 @@ TEST(DistanceView, EdgesOfNearSurfacesMoveByLessThanHalfAPixel) {
     // Multiples of two irrational numbers spread evenly.
     const Vector3d at(std::fmod(0.618034 * i, 0.9) - 0.45, 0.0,
                       std::fmod(0.414214 * i, 0.9) - 0.45);
-    DistanceView view;
-    view.compute(room.room(), nearest_maps(room.room(), kAllLines, at, 0.125, 2, 4), at);
+    DistanceView view(room.room());
+    view.compute(nearest_maps(room.room(), kAllLines, at, 0.125, 2, 4), at);
     edges += edges_of(view, spec.scene, at);
   }
   ASSERT_GT(edges.outside, 1000);
@@ -137,8 +137,8 @@ TEST(DistanceView, AtAMapItIsThatMap) {
   const Vector3d at = room.room().grid().lines[1].stations[2].position_m;
   const auto maps = nearest_maps(room.room(), kAllLines, at, 0.1, 1, 1);
   ASSERT_EQ(maps.size(), 1U);
-  DistanceView view;
-  view.compute(room.room(), maps, at);
+  DistanceView view(room.room());
+  view.compute(maps, at);
   int different = 0;
   for (int u = 0; u < 128; ++u) {
     const auto map = room.room().distances(1).distance_column(2, u);
@@ -163,8 +163,8 @@ TEST(DistanceView, AWrongPixelBesideAGapIsNoStreak) {
   };
   const TestRoom room(spec);
   const Vector3d at = room.room().grid().lines[1].stations[2].position_m;
-  DistanceView view;
-  view.compute(room.room(), nearest_maps(room.room(), kAllLines, at, 0.1, 1, 1), at);
+  DistanceView view(room.room());
+  view.compute(nearest_maps(room.room(), kAllLines, at, 0.1, 1, 1), at);
   for (int v = kRim + 1; v < kEnd; ++v) {
     const float beside = view.column(kColumn - 1)[v];
     EXPECT_NEAR(view.column(kColumn)[v], beside, 0.1 * beside) << v;
@@ -177,8 +177,8 @@ TEST(DistanceView, InfinitelyFarStaysInfinitelyFar) {
   const TestRoom room(spec);
   const Vector3d at(0.2, 0.0, 0.1);
   const auto maps = nearest_maps(room.room(), kAllLines, at, 0.1, 2, 8);
-  DistanceView view;
-  view.compute(room.room(), maps, at);
+  DistanceView view(room.room());
+  view.compute(maps, at);
   for (int u = 0; u < view.size().width; ++u) {
     EXPECT_EQ(*std::max_element(view.column(u), view.column(u) + view.size().height), 0.0f);
   }
@@ -188,10 +188,10 @@ TEST(DistanceView, ReuseForgetsThePreviousViewpoint) {
   const TestRoom room(spec_with(true));
   const Vector3d at(0.2, 0.0, 0.1);
   const auto maps = nearest_maps(room.room(), kAllLines, at, 0.1, 2, 8);
-  DistanceView fresh, reused;
-  fresh.compute(room.room(), maps, at);
-  reused.compute(room.room(), maps, {-0.4, 0.0, -0.4});
-  reused.compute(room.room(), maps, at);
+  DistanceView fresh(room.room()), reused(room.room());
+  fresh.compute(maps, at);
+  reused.compute(maps, {-0.4, 0.0, -0.4});
+  reused.compute(maps, at);
   for (int u = 0; u < fresh.size().width; ++u) {
     for (int v = 0; v < fresh.size().height; ++v) {
       ASSERT_EQ(fresh.column(u)[v], reused.column(u)[v]);

@@ -53,6 +53,9 @@ class GainRows {
 
   bool change(std::span<const StationShare> shares) const;
   bool change(const RowSamples& samples) const;
+  bool change(int line, int station) const {
+    return gains_ != nullptr && !gains_->is_one(line, station);
+  }
 
   // Multiplies rgb rows read at sample positions, samples.rows of them.
   void apply(const RowSamples& samples, std::uint8_t* rgb);

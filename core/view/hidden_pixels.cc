@@ -151,8 +151,8 @@ void ColumnRenderer::leave_unresolved(RowRun rows) {
 void ColumnRenderer::show_station(double theta_rad, const MapStation& map, RowRun rows,
                                   std::uint8_t* rgb) {
   const int count = rows.end - rows.begin;
-  const StationSamples samples = find_samples(theta_rad, map.line, map.station, rows.begin, count,
-                                              scratch_->samples[0].positions());
+  const StationSamples samples =
+      find_run(theta_rad, map.line, map.station, rows, scratch_->samples[0].positions());
   std::uint8_t* const shown = scratch_->fill.data();
   scratch_->reader.mix(
       {.line = map.line, .count = 1, .station = {map.station}, .at = {samples}, .rows = count},
@@ -208,7 +208,10 @@ void ColumnRenderer::render_row(int u, std::span<const RaySource> sources, int r
 void ColumnRenderer::stretch_unresolved(int u, std::span<const RaySource> sources, RowRun rendered,
                                         std::uint8_t* rgb) {
   const int rows = view_.output.height;
-  const auto omega = [&](int row) { return scratch_->omega[static_cast<size_t>(row)]; };
+  const auto omega = [&](int row) {
+    return scratch_
+        ->depth_omega[static_cast<size_t>(scratch_->mapping->nearest[static_cast<size_t>(row)])];
+  };
   for (const RowRun& run : scratch_->unresolved) {
     const int above = run.begin - 1;
     const int below = run.end;

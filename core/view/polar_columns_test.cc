@@ -58,7 +58,6 @@ constexpr PanoramaSize kPolarPanorama{4096, 2048};
 TEST_P(PolarSamples, KeepTheirPositionBetweenColumnsFurtherApart) {
   constexpr int kPerRow = 4;
   const int rows = kPolarPanorama.height / kPerRow;
-  const std::vector<float> fraction(static_cast<size_t>(kPolarPanorama.height), 0.25f);
   for (int repeat = 0; repeat < 20; ++repeat) {
     ShiftArrays shifts(rows);
     for (int i = 0; i < rows; ++i) {
@@ -66,13 +65,13 @@ TEST_P(PolarSamples, KeepTheirPositionBetweenColumnsFurtherApart) {
       shifts.v[static_cast<size_t>(i)] = static_cast<float>(random_.uniform(-30.0, 30.0));
     }
     ColumnTarget target{kPolarPanorama.width, kPolarPanorama.height, 4090, 0.625f};
-    const ShiftedRows shifted = shifts.from(0, rows, kPerRow, fraction);
+    const ShiftedRows shifted = shifts.from(0, rows, kPerRow);
     SampleArrays neighbours(kPolarPanorama.height), apart(kPolarPanorama.height);
     kernels_->place_shifted(shifted, 0, kPolarPanorama.height, target, neighbours.positions());
     target.polar = polar_columns(kPolarPanorama);
     kernels_->place_shifted(shifted, 0, kPolarPanorama.height, target, apart.positions());
     std::set<int> steps;
-    for (size_t i = 0; i < fraction.size(); ++i) {
+    for (size_t i = 0; i < static_cast<size_t>(kPolarPanorama.height); ++i) {
       const auto column = [&](std::int32_t offset) { return offset / 3 / kPolarPanorama.height; };
       const int upper = neighbours.left[i] / 3 % kPolarPanorama.height;
       ASSERT_EQ(apart.left[i] / 3 % kPolarPanorama.height, upper);

@@ -65,7 +65,8 @@ PanoramaSize size_as_captured(const Room& room) {
 Renderer::Renderer(const Room& room, const ViewOptions& options)
     : part_of_room_(part_of(room, options.station_stride)),
       room_(part_of_room_ ? *part_of_room_ : room),
-      options_(options) {
+      options_(options),
+      view_(room_) {
   if (options_.width == 0) options_.width = size_as_captured(room).width;
   require_view_options(options_);
   if (options.generation != Generation::kInitial && !room_.has_distances()) {
@@ -155,7 +156,7 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
                     "raywalk-build-lf depth, or give more to raywalk-build-lf pack --distance DIR",
                     room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
   }
-  view_.distances_.compute(room_, view_.maps_, viewpoint_m);
+  view_.distances_.compute(view_.maps_, viewpoint_m);
   // An explicit number of layers spans the distances around the view.
   const OmegaRange range =
       options_.scene && options_.layers == 0 ? *options_.scene : range_of(view_.maps_);

@@ -50,6 +50,8 @@ class PreparedView {
 
  private:
   friend class Renderer;
+  explicit PreparedView(const Room& room) : distances_(room) {}
+
   std::unique_ptr<ViewPlan> plan_;
   std::unique_ptr<ViewInputs> inputs_;
   std::vector<MapStation> maps_;

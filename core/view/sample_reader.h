@@ -46,6 +46,10 @@ class SampleReader {
   // Counts rows of a station's column, from `first_row` on, that are read uncorrected.
   void count_stored(int line, const std::uint8_t* first_row, int rows);
 
+  // Counts samples at computed positions that were read without mix() and accumulate().
+  void count_found(std::int64_t samples) { found_ += samples; }
+  bool counts_bytes() const { return touched_ != nullptr; }
+
   // Number of samples read at computed positions, and of those read from stored columns.
   std::int64_t found() const { return found_; }
   std::int64_t stored() const { return stored_; }

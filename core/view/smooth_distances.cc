@@ -189,7 +189,7 @@ void SmoothDistances::find_trust(const cv::Mat& omega, std::span<const TrustedMa
     float most = 0.0f;
     for (const TrustedMap& map : maps) {
       if (most >= 1.0f) break;
-      most = std::max(most, map.trust.at(direction + omega.at<float>(cell) * map.offset_m));
+      most = std::max(most, map.trust->at(direction + omega.at<float>(cell) * map.offset_m));
     }
     trust_.at<float>(cell) = most;
   });

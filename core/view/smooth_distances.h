@@ -31,7 +31,7 @@ class MapTrust {
 
 // A map that a view's distances come from.
 struct TrustedMap {
-  MapTrust trust;
+  const MapTrust* trust = nullptr;
   Eigen::Vector3f offset_m{0, 0, 0};  // viewpoint - map's station
 };
 

@@ -62,7 +62,8 @@ class DoubtedView : public testing::Test {
   // Smooth distances of a view that is not to be relied on.
   void compute() {
     maps_.resize(1);
-    maps_[0].trust = trust_in([](int, int) { return 64; });
+    trust_ = trust_in([](int, int) { return 64; });
+    maps_[0].trust = &trust_;
     smooth_.compute(omega_, kMapSize, maps_);
   }
   std::vector<float> column(int theta) const {
@@ -72,6 +73,7 @@ class DoubtedView : public testing::Test {
     return omega;
   }
   std::vector<float> omega_ = std::vector<float>(static_cast<size_t>(256 * 128), 0.5f);
+  MapTrust trust_;
   std::vector<TrustedMap> maps_;
   SmoothDistances smooth_;
 };

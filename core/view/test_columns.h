@@ -41,17 +41,19 @@ class SampleArrays {
   std::vector<std::int32_t> weight_right, weight_lower;
 };
 
-// Shifts of `count` rows, padded with NaN.
+// Shifts of `count` rows, padded with NaN; there is something between all of them.
 struct ShiftArrays {
   explicit ShiftArrays(int count)
       : u(static_cast<size_t>(count + kShiftPadding), std::numeric_limits<float>::quiet_NaN()),
-        v(u) {}
+        v(u),
+        no_between(u.size()) {}
   // As those of row `first` and the following ones, of `rows`.
-  ShiftedRows from(int first, int rows, int per_row, const std::vector<float>& fraction) const {
-    return {u.data(), v.data(), first, rows, per_row, fraction.data()};
+  ShiftedRows from(int first, int rows, int per_row) const {
+    return {u.data(), v.data(), no_between.data(), first, rows, per_row};
   }
 
   std::vector<float> u, v;
+  std::vector<std::int32_t> no_between;
 };
 
 class RandomColumns {

@@ -23,9 +23,18 @@ class RingVisibility {
                std::vector<std::uint8_t>& visible);
 
  private:
+  void find_bins(float tolerance);
+  void keep_nearest();
+  void fill_gap(std::size_t i, std::size_t before);
+
   int rows_;
   LatitudeTable ring_latitudes_;
-  std::vector<float> omega_, position_, omega_from_line_, nearest_;
+  int points_ = 0;  // down the column, and up the opposite one where it matters
+  // Of each point, as ColumnKernels::project_ring has them; bin_: the nearest row around A.
+  std::vector<float> omega_, position_, omega_from_line_;
+  std::vector<std::int32_t> bin_;
+  std::vector<std::uint8_t> leaves_gap_;  // between it and the point before, on the same surface
+  std::vector<float> nearest_;            // of each bin, between two more
 };
 
 }  // namespace raywalk

@@ -31,8 +31,7 @@ class RingVisibilityTest : public testing::Test {
   }
   explicit RingVisibilityTest(bool with_wall = true) : room_(spec(with_wall)) {
     const std::vector<int> lines = {0, 1, 2, 3};
-    distances_.compute(room_.room(), nearest_maps(room_.room(), lines, kViewpoint, 0.1, 2, 8),
-                       kViewpoint);
+    distances_.compute(nearest_maps(room_.room(), lines, kViewpoint, 0.1, 2, 8), kViewpoint);
   }
   std::vector<std::uint8_t> visible(int theta, double d_p_m) {
     std::vector<std::uint8_t> rows;
@@ -58,7 +57,7 @@ class RingVisibilityTest : public testing::Test {
   }
 
   TestRoom room_;
-  DistanceView distances_;
+  DistanceView distances_{room_.room()};
 };
 
 TEST_F(RingVisibilityTest, AgreesWithTheRoomInFrontAndBehind) {
