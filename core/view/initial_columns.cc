@@ -1,10 +1,9 @@
-// Columns of initial views: the vertical cut.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <vector>
+#include "core/view/initial_columns.h"
 
-#include "core/view/column_scratch.h"
+#include <algorithm>
+#include <cmath>
+
+#include "core/view/source_visibility.h"
 
 namespace raywalk {
 namespace {
@@ -66,7 +65,22 @@ RowRun output_rows(RowRun rows, int captured_height, int height) {
 
 }  // namespace
 
-void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> sources,
+InitialColumns::InitialColumns(const ViewInputs& view, StationPositions& positions,
+                               SampleReader& reader)
+    : view_(view),
+      kernels_(column_kernels()),
+      positions_(positions),
+      reader_(reader),
+      samples_{PositionArrays(view.output.height), PositionArrays(view.output.height)},
+      sum_(4 * static_cast<size_t>(view.output.height)),
+      row_weight_(static_cast<size_t>(view.output.height)) {}
+
+double InitialColumns::station_share(const RaySource& source, int next) const {
+  if (view_.stations_mixed == 1) return reads(usual_reading(view_, source), next) ? 1.0 : 0.0;
+  return next == 0 ? 1.0 - source.fraction : source.fraction;
+}
+
+void InitialColumns::mix_stored_columns(int u, std::span<const RaySource> sources,
                                         std::uint8_t* rgb) {
   const int rows = view_.rows.end - view_.rows.begin;
   std::uint8_t* const out = rgb + 3 * view_.rows.begin;
@@ -77,9 +91,9 @@ void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> source
   for (const RaySource& source : sources) {
     const LineVolume& volume = view_.room.volume(source.line);
     for (int next = 0; next < 2; ++next) {
-      if (!reads(usual_reading(source), next)) continue;
+      if (!reads(usual_reading(view_, source), next)) continue;
       columns[count] = volume.column(source.station + next, u).data() + 3 * view_.rows.begin;
-      scratch_->reader.count_stored(source.line, columns[count], rows);
+      reader_.count_stored(source.line, columns[count], rows);
       const double share = source.weight * station_share(source, next);
       shares[static_cast<size_t>(count)] = {source.line, source.station + next,
                                             static_cast<float>(share)};
@@ -91,71 +105,74 @@ void ColumnRenderer::mix_stored_columns(int u, std::span<const RaySource> source
   } else {
     kernels_.mix_columns(columns, weights, count, 3 * rows, out);
   }
-  scratch_->reader.gains().apply_stored(std::span(shares).first(static_cast<size_t>(count)), u,
-                                        view_.rows.begin, rows, out);
+  reader_.gains().apply_stored(std::span(shares).first(static_cast<size_t>(count)), u,
+                               view_.rows.begin, rows, out);
 }
 
-void ColumnRenderer::render_cut(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
-  const int rows = view_.output.height;
+void InitialColumns::render_cut(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
   if (view_.output == view_.room.panorama()) {
     mix_stored_columns(u, sources, rgb);
     return;
   }
-  const double theta_rad = angles_from_pixel({double(u), 0.0}, view_.output).theta_rad;
-  std::fill(scratch_->sum.begin(), scratch_->sum.end(), std::int16_t{0});
-  std::swap(scratch_->omega, scratch_->zero_omega);
+  const int rows = view_.output.height;
+  std::ranges::fill(sum_, std::int16_t{0});
   for (const RaySource& source : sources) {
-    std::fill(scratch_->row_weight.begin(), scratch_->row_weight.end(),
-              fixed_weight(source.weight));
-    scratch_->reader.accumulate(samples_of(theta_rad, source, {{0, rows}, usual_reading(source)}),
-                                scratch_->row_weight.data(), scratch_->sum.data());
+    RowSamples samples{.line = source.line, .share = fixed_weight(source.fraction), .rows = rows};
+    for (int next = 0; next < 2; ++next) {
+      if (!reads(usual_reading(view_, source), next)) continue;
+      const auto i = static_cast<size_t>(samples.count++);
+      samples.station[i] = source.station + next;
+      samples.at[i] =
+          positions_.find_cut(u, source.line, source.station + next, samples_[i].positions());
+    }
+    std::ranges::fill(row_weight_, fixed_weight(source.weight));
+    reader_.accumulate(samples, row_weight_.data(), sum_.data());
   }
-  std::swap(scratch_->omega, scratch_->zero_omega);
-  kernels_.finish(scratch_->sum.data(), rows, rgb);
+  kernels_.finish(sum_.data(), rows, rgb);
 }
 
-RowRun ColumnRenderer::valid_rows_of_cut(int u, int line, int station) const {
+RowRun InitialColumns::valid_rows(int u, int line, int station) const {
   const LineVolume& volume = view_.room.volume(line);
   if (view_.output == view_.room.panorama()) return volume.valid_rows(station, u);
   const ColumnTarget target =
-      target_of(angles_from_pixel({double(u), 0.0}, view_.output).theta_rad);
+      positions_.target_of(angles_from_pixel({double(u), 0.0}, view_.output).theta_rad);
   return common_rows(volume.valid_rows(station, target.u_whole),
                      volume.valid_rows(station, (target.u_whole + 1) % target.width));
 }
 
-void ColumnRenderer::render_initial(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
+std::vector<RowRun> InitialColumns::render(int u, std::span<const RaySource> sources,
+                                           std::uint8_t* rgb) {
   if (!view_.room.masked()) {
     render_cut(u, sources, rgb);
-    return;
+    return {};
   }
   std::vector<Share> shares;
   for (size_t i = 0; i < sources.size(); ++i) {
     const RaySource& source = sources[i];
     for (int next = 0; next < 2; ++next) {
       const double part = station_share(source, next);
-      if (part <= 0.0 || !reads(usual_reading(source), next)) continue;
-      shares.push_back({i, next, source.weight * part,
-                        valid_rows_of_cut(u, source.line, source.station + next)});
+      if (part <= 0.0 || !reads(usual_reading(view_, source), next)) continue;
+      shares.push_back(
+          {i, next, source.weight * part, valid_rows(u, source.line, source.station + next)});
     }
   }
   const RowRun captured = drop_disjoint(&shares);
   const int rows = view_.output.height;
   const RowRun valid =
       shares.empty() ? RowRun() : output_rows(captured, view_.room.panorama().height, rows);
-  if (valid.empty()) {
-    fill_empty(u, rgb);
-    return;
-  }
+  if (valid.empty()) return {{0, rows}};
   render_cut(u, sources_of(sources, shares), rgb);
-  for (const RowRun& masked : {RowRun{0, valid.begin}, RowRun{valid.end, rows}}) {
-    if (!masked.empty()) add_unresolved(masked);
+  std::vector<RowRun> masked;
+  for (const RowRun& run : {RowRun{0, valid.begin}, RowRun{valid.end, rows}}) {
+    if (run.empty()) continue;
+    masked.push_back(run);
+    stretched_ += run.end - run.begin;
+    const int nearest = run.begin == 0 ? valid.begin : valid.end - 1;
+    for (int row = run.begin; row < run.end; ++row) {
+      std::copy_n(rgb + 3 * nearest, 3, rgb + 3 * row);
+    }
   }
-  for (int row = 0; row < rows; ++row) {
-    if (row >= valid.begin && row < valid.end) continue;
-    const int nearest = row < valid.begin ? valid.begin : valid.end - 1;
-    std::copy_n(rgb + 3 * nearest, 3, rgb + 3 * row);
-    ++counts_.stretched;
-  }
+  return masked;
 }
 
 }  // namespace raywalk

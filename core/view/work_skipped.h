@@ -28,8 +28,14 @@
 
 #include "core/geometry/sphere.h"
 #include "core/view/column_kernels.h"
+#include "core/view/view_inputs.h"
 
 namespace raywalk {
+
+// Whether the options may skip some rows of a source.
+inline bool skips_rows(const ViewInputs& view) {
+  return view.skip_px > 0.0 || view.second_side == SecondSide::kWhereHidden;
+}
 
 // A shift of `move_px` columns and rows of a panorama as tangents; clamped to a radian, so that
 // they are positive.
