@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/judge/trade/view_time.h"
 #include "core/room/room.h"
+#include "core/view/view_time.h"
 #include "render/presets.h"
 
 namespace raywalk::render {
