@@ -1,6 +1,7 @@
 #include "render/presets.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -59,28 +60,19 @@ double ghost_px(const SceneNumbers& scene) {
   return ghost_angle(scene.spacing_m, scene.scene.max, assumed) * scene.width_px / kTwoPi;
 }
 
-// Position error of a sample in float arithmetic, in pixels: a few roundings of angles of up to pi,
-// which grows with the offset from the station relative to the distance.
-double float_error_px(const SceneNumbers& scene) {
-  constexpr double kRoundings = 8.0;
-  const double rounding = kRoundings * std::numeric_limits<float>::epsilon();
-  return rounding * (1.0 + scene.reach_m * scene.scene.max) * 0.5 * scene.width_px;
-}
-
 Preset fast(const SceneNumbers& scene) {
   const double parallax = parallax_px(scene);
   ViewSettings settings;
-  settings.stations_mixed = 1;
-  settings.distance_maps = 2;
-  settings.fill_stations = 8;
-  settings.skip_px = 0.5;
+  settings.options.stations_mixed = 1;
+  settings.options.distance_maps = 2;
+  settings.options.skip_px = 0.5;
   if (parallax > 1.0) {
-    settings.generation = "hlf-vd";
+    settings.options.generation = Generation::kHlfVd;
     return {settings, fmt::format("the nearest surfaces move by {:.0f} pixels over the reach of "
                                   "{:.2g} m, so views are corrected by distance",
                                   parallax, scene.reach_m)};
   }
-  settings.generation = "initial";
+  settings.options.generation = Generation::kInitial;
   return {settings,
           fmt::format("over the reach of {:.2g} m nothing moves by more than a pixel ({:.2f}), so "
                       "nothing is corrected",
@@ -90,25 +82,23 @@ Preset fast(const SceneNumbers& scene) {
 Preset balanced(const SceneNumbers& scene) {
   const double ghost = ghost_px(scene);
   ViewSettings settings;
-  settings.generation = "two-sided";
-  settings.second_side = "where-hidden";
-  settings.distance_maps = 2;
-  settings.stations_mixed = ghost <= 0.5 ? 1 : 2;
-  settings.skip_px = 0.125;
+  settings.options.generation = Generation::kTwoSided;
+  settings.options.second_side = SecondSide::kWhereHidden;
+  settings.options.distance_maps = 2;
+  settings.options.stations_mixed = ghost <= 0.5 ? 1 : 2;
+  settings.options.skip_px = 0.125;
   return {settings,
           fmt::format("neighbouring stations show the nearest surfaces {:.2g} pixels "
                       "apart, so {} read",
-                      ghost, settings.stations_mixed == 1 ? "one of them is" : "both are")};
+                      ghost, settings.options.stations_mixed == 1 ? "one of them is" : "both are")};
 }
 
-Preset accurate(const SceneNumbers& scene) {
-  const double error = float_error_px(scene);
+Preset accurate() {
   ViewSettings settings;
-  settings.generation = "two-sided";
-  settings.interpolation = "cubic";
-  settings.arithmetic = error > 1.0 / 64.0 ? "double" : "float";
-  return {settings, fmt::format("float arithmetic is off by up to {:.1g} pixels, so {} is used",
-                                error, settings.arithmetic)};
+  settings.options.generation = Generation::kTwoSided;
+  settings.options.interpolation = Interpolation::kCubic;
+  return {settings,
+          "samples are cubic, from both sides and both stations wherever they see the point"};
 }
 
 }  // namespace
@@ -135,14 +125,12 @@ SceneNumbers scene_numbers(const Room& room) {
 }
 
 Preset preset_of(const std::string& name, const SceneNumbers& scene) {
-  if (name != "fast" && name != "balanced" && name != "accurate") {
-    throw UsageError(fmt::format("unknown preset '{}'; use fast, balanced or accurate", name));
+  if (std::ranges::count(kPresets, name) == 0) {
+    throw UsageError(fmt::format("unknown preset '{}'; use {}", name, fmt::join(kPresets, ", ")));
   }
-  Preset preset = name == "fast"       ? fast(scene)
-                  : name == "balanced" ? balanced(scene)
-                                       : accurate(scene);
+  Preset preset = name == "fast" ? fast(scene) : name == "balanced" ? balanced(scene) : accurate();
   if (!scene.has_distances) {
-    preset.settings.generation = "initial";
+    preset.settings.options.generation = Generation::kInitial;
     preset.reason = "the room has no distances to correct by";
   }
   return preset;

@@ -32,8 +32,7 @@ struct Preset {
 };
 
 // The rules compare angles with a pixel: the vertical parallax that a view at the reach has to
-// correct, the ghost that two stations leave (core/geometry/spacing.h), and the error of float
-// arithmetic.
+// correct, and the ghost that two stations leave (core/geometry/spacing.h).
 //
 // fast      One bilinear sample per output pixel: initial where the whole scene moves by no more
 //           than a pixel over the reach (or the room has no distances), else hlf-vd from the two
@@ -43,8 +42,7 @@ struct Preset {
 //           nearer one does not see the point. One station where two would show a point within half
 //           a pixel of each other, else both mixed. Shifts of up to an eighth of a pixel are not
 //           corrected.
-// accurate  two-sided, bicubic, both sides and both stations mixed wherever they see the point;
-//           double precision where float would place a sample wrong by 1/64 pixel.
+// accurate  two-sided, bicubic, both sides and both stations mixed wherever they see the point.
 //
 // Without distances all presets give initial views. Throws UsageError for an unknown name.
 Preset preset_of(const std::string& name, const SceneNumbers& scene);

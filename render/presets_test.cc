@@ -56,37 +56,27 @@ TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
 
 TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
   SceneNumbers scene = some_scene();
-  EXPECT_EQ(preset_of("fast", scene).settings.generation, "hlf-vd");
+  EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kHlfVd);
   scene.scene = {0.0, 1.0 / 100.0};  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
-  EXPECT_EQ(preset_of("fast", scene).settings.generation, "initial");
+  EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kInitial);
   scene.scene.max = 1.0 / 80.0;  // 1.02 px
-  EXPECT_EQ(preset_of("fast", scene).settings.generation, "hlf-vd");
+  EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kHlfVd);
 }
 
 TEST(PresetsTest, OneStationIsEnoughWhereBothShowThePointAtOnePosition) {
   SceneNumbers scene = some_scene();
   // Ghost = spacing * error * W / 2 pi: 0.025 * 0.01 * 163 = 0.04 px.
-  EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 1);
+  EXPECT_EQ(preset_of("balanced", scene).settings.options.stations_mixed, 1);
   scene.omega_error = 0.2;  // 0.8 px
-  EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 2);
+  EXPECT_EQ(preset_of("balanced", scene).settings.options.stations_mixed, 2);
   scene.spacing_m = 0.0125;
-  EXPECT_EQ(preset_of("balanced", scene).settings.stations_mixed, 1);
-}
-
-TEST(PresetsTest, DoubleIsUsedWhereFloatIsTooCoarse) {
-  SceneNumbers scene = some_scene();
-  EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "float");
-  scene.width_px = 32768;
-  EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "double");
-  scene = some_scene();
-  scene.scene.max = 1e4;
-  EXPECT_EQ(preset_of("accurate", scene).settings.arithmetic, "double");
+  EXPECT_EQ(preset_of("balanced", scene).settings.options.stations_mixed, 1);
 }
 
 TEST(PresetsTest, WithoutDistancesViewsAreInitial) {
   for (const char* name : kNames) {
     const Preset preset = preset_of(name, {.spacing_m = 0.1, .reach_m = 0.5, .width_px = 1024});
-    EXPECT_EQ(preset.settings.generation, "initial");
+    EXPECT_EQ(preset.settings.options.generation, Generation::kInitial);
     EXPECT_THAT(preset.reason, HasSubstr("no distances"));
   }
   EXPECT_THROW(preset_of("best", some_scene()), UsageError);
@@ -118,16 +108,16 @@ TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {
 
 TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
   const Preset plain = preset_settings({.preset = "accurate"}, room_);
-  EXPECT_EQ(plain.settings.interpolation, "cubic");
-  EXPECT_EQ(plain.settings.generation, "two-sided");
+  EXPECT_EQ(plain.settings.options.interpolation, Interpolation::kCubic);
+  EXPECT_EQ(plain.settings.options.generation, Generation::kTwoSided);
   EXPECT_THAT(plain.reason, HasSubstr("preset accurate: "));
   std::ofstream(directory_ / "view.yaml") << "preset: accurate\ngeneration: hlf-vd\nskip_px: 1\n";
   ViewFlags flags{.settings = directory_ / "view.yaml"};
-  flags.skip_px = 0.5;
+  flags.dials["skip_px"] = "0.5";
   const Preset mixed = preset_settings(flags, room_);
-  EXPECT_EQ(mixed.settings.interpolation, "cubic");
-  EXPECT_EQ(mixed.settings.generation, "hlf-vd");
-  EXPECT_EQ(mixed.settings.skip_px, 0.5);
+  EXPECT_EQ(mixed.settings.options.interpolation, Interpolation::kCubic);
+  EXPECT_EQ(mixed.settings.options.generation, Generation::kHlfVd);
+  EXPECT_EQ(mixed.settings.options.skip_px, 0.5);
   EXPECT_TRUE(preset_settings({}, room_).settings == ViewSettings());
   EXPECT_TRUE(preset_settings({}, room_).reason.empty());
 }

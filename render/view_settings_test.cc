@@ -5,10 +5,12 @@
 
 #include <cmath>
 #include <fstream>
+#include <set>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
+#include "core/files/test_yaml_keys.h"
 #include "core/room/requirements.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
@@ -41,51 +43,45 @@ TEST_F(ViewSettingsTest, TheShippedFileHoldsTheDefaults) {
   EXPECT_TRUE(view_settings({.settings = RAYWALK_VIEW_YAML}) == ViewSettings());
 }
 
-TEST_F(ViewSettingsTest, EveryParameterCanBeSetInTheFileAndByFlag) {
-  const ViewSettings by_file = view_settings(
-      file_flags("interpolation: cubic\narithmetic: double\nsecond_side: where-hidden\n"
-                 "stations_mixed: 1\nstation_stride: 3\ndistance_maps: 2\nfill_stations: 5\n"
-                 "skip_px: 0.25\ngains: off\n"));
-  ViewSettings expected;
-  expected.interpolation = "cubic";
-  expected.arithmetic = "double";
-  expected.second_side = "where-hidden";
-  expected.stations_mixed = 1;
-  expected.station_stride = 3;
-  expected.distance_maps = 2;
-  expected.fill_stations = 5;
-  expected.skip_px = 0.25;
-  expected.gains = "off";
-  EXPECT_TRUE(by_file == expected);
-  ViewFlags flags;
-  flags.interpolation = "cubic";
-  flags.arithmetic = "double";
-  flags.second_side = "where-hidden";
-  flags.stations_mixed = 1;
-  flags.station_stride = 3;
-  flags.distance_maps = 2;
-  flags.fill_stations = 5;
-  flags.skip_px = 0.25;
-  flags.no_gains = true;
-  EXPECT_TRUE(view_settings(flags) == expected);
-  // And they reach the renderer.
+TEST_F(ViewSettingsTest, TheShippedFileExplainsEveryDial) {
+  std::set<std::string> keys{"preset", "connection"};
+  for (const Dial& dial : kDials) keys.insert(dial.key);
+  EXPECT_EQ(keys_of_yaml(RAYWALK_VIEW_YAML), keys);
+}
+
+// A value of a dial that is not its default.
+double other_value(const Dial& dial) {
+  if (dial.value.kind == DialKind::kChoice) return default_of(dial) == 0.0 ? 1.0 : 0.0;
+  return default_of(dial) == dial.least ? dial.most : dial.least;
+}
+
+TEST_F(ViewSettingsTest, EveryDialCanBeSetInTheFileAndByFlag) {
   write_synthetic_room({.width = 32}, directory_ / "room.lf");
-  const ViewOptions options = view_mode(expected, Room::open(directory_ / "room.lf")).options;
-  EXPECT_EQ(options.interpolation, Interpolation::kCubic);
-  EXPECT_EQ(options.arithmetic, Arithmetic::kDouble);
-  EXPECT_EQ(options.second_side, SecondSide::kWhereHidden);
-  EXPECT_EQ(options.stations_mixed, 1);
-  EXPECT_EQ(options.station_stride, 3);
-  EXPECT_EQ(options.distance_maps, 2);
-  EXPECT_EQ(options.fill_stations, 5);
-  EXPECT_EQ(options.skip_px, 0.25);
-  EXPECT_FALSE(options.gains);
+  const Room room = Room::open(directory_ / "room.lf");
+  for (const Dial& dial : kDials) {
+    const std::string text = text_of(dial, other_value(dial));
+    ViewSettings expected;
+    dial.value.set(&expected.options, other_value(dial));
+    ASSERT_FALSE(expected == ViewSettings()) << dial.key;
+    EXPECT_TRUE(view_settings(file_flags(dial.key + (": " + text))) == expected) << dial.key;
+    EXPECT_TRUE(view_settings({.dials = {{dial.key, text}}}) == expected) << dial.key;
+    // And it reaches the renderer.
+    EXPECT_EQ(dial.value.get(view_mode(expected, room).options), other_value(dial)) << dial.key;
+  }
+}
+
+// What stood in files before it was left to tests and benchmarks.
+TEST_F(ViewSettingsTest, WhatIsNoDialIsAnUnknownKey) {
+  for (const char* line : {"arithmetic: double", "station_stride: 2", "fill_stations: 8"}) {
+    EXPECT_THAT(message_of(file_flags(line)), HasSubstr("view.yaml:1: unknown key"));
+  }
 }
 
 TEST_F(ViewSettingsTest, ParametersOutOfRangeAreRejected) {
-  for (const char* line : {"stations_mixed: 3", "station_stride: 0", "distance_maps: 5",
-                           "fill_stations: -1", "skip_px: 4.1", "skip_px: .nan",
-                           "interpolation: best", "second_side: always", "preset: quick"}) {
+  for (const char* line :
+       {"stations_mixed: 3", "stations_mixed: 1.5", "distance_maps: 5", "distance_maps: '2'",
+        "skip_px: 4.1", "skip_px: .nan", "width_px: 30", "layers: 0", "k_deg: 0",
+        "interpolation: best", "second_side: always", "preset: quick"}) {
     EXPECT_THAT(message_of(file_flags(std::string("k_deg: auto\n") + line)),
                 HasSubstr("view.yaml:2"))
         << line;
@@ -94,19 +90,18 @@ TEST_F(ViewSettingsTest, ParametersOutOfRangeAreRejected) {
 
 TEST_F(ViewSettingsTest, FlagsOverrideTheFile) {
   ViewFlags flags = file_flags("generation: two-sided\nk_deg: 70\nlayers: 8\noverlap_deg: 2\n");
-  flags.k_deg = "80";
-  flags.overlap_deg = 3.0;
+  flags.dials = {{"k_deg", "80"}, {"overlap_deg", "3"}};
   const ViewSettings settings = view_settings(flags);
-  EXPECT_EQ(settings.generation, "two-sided");
-  EXPECT_EQ(settings.k_deg, "80");
-  EXPECT_EQ(settings.layers, "8");
-  EXPECT_EQ(settings.overlap_deg, 3.0);
+  EXPECT_EQ(settings.options.generation, Generation::kTwoSided);
+  EXPECT_EQ(settings.options.k_deg, 80.0);
+  EXPECT_EQ(settings.options.layers, 8);
+  EXPECT_EQ(settings.options.overlap_deg, 3.0);
 }
 
 TEST_F(ViewSettingsTest, AConnectionOnTheCommandLineDoesNotInheritTheFilesK) {
   ViewFlags flags = file_flags("connection: hybrid\nk_deg: 70\n");
   flags.connection = "lfu";
-  EXPECT_EQ(view_settings(flags).k_deg, "auto");
+  EXPECT_EQ(view_settings(flags).options.k_deg, 0.0) << "auto";
 }
 
 TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
@@ -122,14 +117,15 @@ TEST_F(ViewSettingsTest, MistakesInTheFileNameTheFile) {
 }
 
 TEST_F(ViewSettingsTest, RejectsAKThatContradictsTheConnection) {
-  EXPECT_THAT(message_of({.connection = "lfu", .k_deg = "76"}), HasSubstr("k = 45"));
-  EXPECT_THAT(message_of({.connection = "rayspace360", .k_deg = "45"}), HasSubstr("k = 90"));
-  EXPECT_EQ(message_of({.connection = "lfu", .k_deg = "45"}), "no error");
-  EXPECT_EQ(message_of({.connection = "rayspace360", .k_deg = "90.0"}), "no error");
-  EXPECT_THAT(message_of({.k_deg = "44.9"}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.k_deg = "nan"}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.k_deg = "80x"}), HasSubstr("45..90"));
-  EXPECT_THAT(message_of({.layers = "0"}), HasSubstr("1..65536"));
+  EXPECT_THAT(message_of({.connection = "lfu", .dials = {{"k_deg", "76"}}}), HasSubstr("k = 45"));
+  EXPECT_THAT(message_of({.connection = "rayspace360", .dials = {{"k_deg", "45"}}}),
+              HasSubstr("k = 90"));
+  EXPECT_EQ(message_of({.connection = "lfu", .dials = {{"k_deg", "45"}}}), "no error");
+  EXPECT_EQ(message_of({.connection = "rayspace360", .dials = {{"k_deg", "90.0"}}}), "no error");
+  EXPECT_THAT(message_of({.dials = {{"k_deg", "44.9"}}}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.dials = {{"k_deg", "nan"}}}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.dials = {{"k_deg", "80x"}}}), HasSubstr("45..90"));
+  EXPECT_THAT(message_of({.dials = {{"layers", "0"}}}), HasSubstr("1..65536"));
 }
 
 class ViewModeTest : public ViewSettingsTest {
@@ -146,17 +142,15 @@ TEST_F(ViewModeTest, TheThreeConnectionsAreOneRuleWithTheirOwnK) {
   const Room room = room_of(false);
   EXPECT_EQ(view_mode({.connection = "lfu"}, room).options.k_deg, 45.0);
   EXPECT_EQ(view_mode({.connection = "rayspace360"}, room).options.k_deg, 90.0);
-  EXPECT_EQ(view_mode({.connection = "hybrid", .k_deg = "76"}, room).options.k_deg, 76.0);
+  EXPECT_EQ(view_mode(view_settings({.dials = {{"k_deg", "76"}}}), room).options.k_deg, 76.0);
   const ViewMode automatic = view_mode({}, room);
   EXPECT_EQ(automatic.options.k_deg, 90.0);
   EXPECT_THAT(automatic.k_source, HasSubstr("not measured on this room"));
 }
 
 TEST(ViewSettingsRanges, NotANumberIsInNoRange) {
-  const double nan = std::nan("");
-  for (const ViewFlags& flags :
-       {ViewFlags{.tolerance_px = nan}, ViewFlags{.overlap_deg = nan}, ViewFlags{.skip_px = nan}}) {
-    EXPECT_THROW(view_settings(flags), UsageError);
+  for (const char* key : {"tolerance_px", "overlap_deg", "skip_px"}) {
+    EXPECT_THROW(view_settings({.dials = {{key, "nan"}}}), UsageError) << key;
   }
 }
 
@@ -207,8 +201,8 @@ TEST_F(RequiredModeTest, AutoUsesTheRoomsRequirements) {
 
 TEST_F(RequiredModeTest, ExplicitNumbersOverrideRequirements) {
   const Room room = room_with_requirements();
-  EXPECT_EQ(view_mode({.k_deg = "70"}, room).options.k_deg, 70.0);
-  EXPECT_EQ(view_mode({.layers = "8"}, room).options.layers, 8);
+  EXPECT_EQ(view_mode(view_settings({.dials = {{"k_deg", "70"}}}), room).options.k_deg, 70.0);
+  EXPECT_EQ(view_mode(view_settings({.dials = {{"layers", "8"}}}), room).options.layers, 8);
 }
 
 TEST_F(RequiredModeTest, RequirementsOfOtherDistancesAreIgnored) {
@@ -224,7 +218,9 @@ TEST_F(RequiredModeTest, DamagedRequirementsMatterOnlyWhereTheyAreUsed) {
   const Room room = room_of(true);
   write_file_atomically(requirements_path(path_), "damaged");
   EXPECT_THROW(view_mode({}, room), Error);
-  EXPECT_EQ(view_mode({.k_deg = "70", .layers = "8"}, room).options.k_deg, 70.0);
+  EXPECT_EQ(
+      view_mode(view_settings({.dials = {{"k_deg", "70"}, {"layers", "8"}}}), room).options.k_deg,
+      70.0);
 }
 
 }  // namespace

@@ -200,6 +200,12 @@ SettingsSchema& SettingsSchema::path(std::string key, std::filesystem::path* val
                                .value = [=] { return value->string(); }});
 }
 
+SettingsSchema& SettingsSchema::scalar(std::string key, std::function<void(const std::string&)> set,
+                                       std::function<std::string()> value, bool takes_quoted) {
+  return bind(std::move(key),
+              {.set = std::move(set), .takes_quoted = takes_quoted, .value = std::move(value)});
+}
+
 SettingsSchema& SettingsSchema::choice(const std::string& key, std::string* value,
                                        const std::vector<std::string>& choices) {
   return bind_choice(

@@ -37,6 +37,10 @@ class SettingsSchema {
   template <typename Enum>
   requires std::is_enum_v<Enum> SettingsSchema& choice(
       const std::string& key, Enum* value, std::span<const std::type_identity_t<Enum>> choices);
+  // A scalar that `set` reads; it throws std::invalid_argument with the reason that it is not valid
+  // ("must be ..."). `value` is the current one. Only text and choices may stand in quotes.
+  SettingsSchema& scalar(std::string key, std::function<void(const std::string&)> set,
+                         std::function<std::string()> value, bool takes_quoted);
 
   // Sequences of up to `max_count` values ("[0, -2, 2]"). A sequence in the file, even an empty
   // one, replaces the whole of `values`. Messages name an element "bracket_ev[1]", counted from 0.

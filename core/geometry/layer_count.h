@@ -16,6 +16,8 @@ namespace raywalk {
 struct OmegaRange {
   double min = 0.0;
   double max = 0.0;
+
+  friend bool operator==(const OmegaRange&, const OmegaRange&) = default;
 };
 
 // Layers needed to keep the error of phi* within `tolerance_rad` (> 0) at the largest d_p of a

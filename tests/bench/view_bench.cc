@@ -76,7 +76,6 @@ void bench_fast(benchmark::State& state, Generation generation) {
   bench_options(state, {.generation = generation,
                         .stations_mixed = 1,
                         .distance_maps = 2,
-                        .fill_stations = 8,
                         .second_side = SecondSide::kWhereHidden,
                         .skip_px = 0.5});
 }

@@ -81,7 +81,7 @@ class RenderTest : public ::testing::Test {
 
   // Marks all times of the room's trade as disturbed or not.
   void mark_times(bool disturbed) const {
-    const fs::path stored = room() + "/trade.json";
+    const fs::path stored = room() + "/measured.json";
     auto trade = nlohmann::json::parse(std::ifstream(stored));
     for (auto& setting : trade["settings"]) setting["disturbed"] = disturbed;
     std::ofstream(stored) << trade;
@@ -145,6 +145,7 @@ TEST_F(RenderTest, WrongUsageHasADifferentExitCodeThanFailure) {
   expect_error(render(view_to_png("--at 0,0 --connection lfu --k 76")), 2, "k = 45");
   expect_error(render(view_to_png("--at 0,0 --k 30")), 2, "45..90");
   expect_error(render(view_to_png("--at 0,0 --width 30")), 2, "multiple of 4");
+  expect_error(render(view_to_png("--at 0,0 --arithmetic double")), 2, "unknown flag");
   expect_error(render(view_to_png("--at 0,0 --generation best")), 2, "--generation");
   expect_error(render(view("--at 0,0 --out " + file("view.gif"))), 2, ".png");
   expect_error(render("view " + room()), 2, "--at");

@@ -161,7 +161,7 @@ fs::path partial_file(const fs::path& report) { return report / "trade.partial.j
 
 void prepare_report(const fs::path& report, const fs::path& room) {
   make_directories(report);
-  const AtomicFile room_probe(trade_path(room));
+  const AtomicFile room_probe(measured_settings_path(room));
   for (const char* name : {"trade.json", "trade.csv", "index.html", "trade.partial.json"}) {
     const AtomicFile probe(report / name);
   }
@@ -255,7 +255,19 @@ void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, T
 
 }  // namespace
 
-fs::path trade_path(const fs::path& room) { return room / "trade.json"; }
+MeasuredSettings measured_settings(const Trade& trade) {
+  static_assert(kMostPsnr_db == kMaxPsnrDb, "written scores have to be readable");
+  MeasuredSettings measured{.distances_sha256 = trade.distances_sha256, .width_px = trade.width_px};
+  for (const MeasuredSetting& setting : trade.settings) {
+    if (setting.setting.room != 0 || setting.setting.threads != trade.threads) continue;
+    measured.choices.push_back({.name = setting.setting.name,
+                                .options = setting.setting.mode.options,
+                                .ratio = setting.measured.time.ratio,
+                                .psnr_db = setting.measured.scores.psnr_db,
+                                .disturbed = setting.measured.disturbed});
+  }
+  return measured;
+}
 
 Trade measure_trade(const TradeInput& input, const fs::path& partial) {
   const TradeRoom& main = input.rooms.front();
@@ -293,9 +305,8 @@ std::string write_trade(const TradeInput& input, const fs::path& report) {
   prepare_report(report, input.rooms.front().room->directory());
   const Trade trade = measure_trade(input, partial_file(report));
   const std::string page = trade_page(trade, trade_pictures(trade, input.rooms));
-  const std::string json = trade_json(trade);
-  write_file_atomically(report / "trade.json", json);
-  write_file_atomically(trade_path(input.rooms.front().room->directory()), json);
+  write_file_atomically(report / "trade.json", trade_json(trade));
+  write_measured_settings(input.rooms.front().room->directory(), measured_settings(trade));
   write_file_atomically(report / "trade.csv", trade_csv(trade));
   write_file_atomically(report / "index.html", page);
   fs::remove(partial_file(report));

@@ -13,6 +13,7 @@
 #include "core/judge/trade/trade_setting.h"
 #include "core/judge/trade/trade_view.h"
 #include "core/room/room.h"
+#include "core/view/measured_settings.h"
 #include "core/view/view_mode.h"
 
 namespace raywalk {
@@ -57,11 +58,11 @@ struct TradeInput {
 // damaged or belongs to another input; Interrupted.
 Trade measure_trade(const TradeInput& input, const std::filesystem::path& partial);
 
-// The room's copy of the trade.json that was last measured on it.
-std::filesystem::path trade_path(const std::filesystem::path& room);
+// What settings are chosen by: those of the room itself, on all threads.
+MeasuredSettings measured_settings(const Trade& trade);
 
-// Measures, and writes `report`/trade.json, trade.csv and index.html (each atomically) and
-// trade_path() of the first room. Returns a summary for the user.
+// Measures, and writes `report`/trade.json, trade.csv and index.html (each atomically) and the
+// measured settings of the first room. Returns a summary for the user.
 std::string write_trade(const TradeInput& input, const std::filesystem::path& report);
 
 // Reads the truths, opens the rooms, checks that the report can be written, waits for the timing

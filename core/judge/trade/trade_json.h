@@ -9,7 +9,7 @@
 
 namespace raywalk {
 
-inline constexpr int kTradeFormatVersion = 2;
+inline constexpr int kTradeFormatVersion = 3;
 
 // trade.json; docs/file-formats.md lists its keys. A value that was not measured is null.
 std::string trade_json(const Trade& trade);

@@ -265,6 +265,15 @@ void add_settings(const Trade& trade, const TradePictures& pictures, HtmlPage* p
   page->add_cards(cards);
 }
 
+void add_dials(HtmlPage* page) {
+  page->add_section("What the parameters are, and their cost per output pixel");
+  for (const Dial& dial : kDials) {
+    if (!dial.sweep) continue;
+    page->add_paragraph(fmt::format("{}: {}. {}; default {}. Cost: {}.", dial.key, dial.help,
+                                    values_text(dial), text_of(dial, default_of(dial)), dial.cost));
+  }
+}
+
 void add_making(const Trade& trade, HtmlPage* page) {
   page->add_section("How it was measured");
   page->add_paragraph(fmt::format(
@@ -306,6 +315,7 @@ std::string trade_page(const Trade& trade, const TradePictures& pictures) {
   add_held_out(trade, &page);
   add_single_parameters(trade, &page);
   add_settings(trade, pictures, &page);
+  add_dials(&page);
   add_making(trade, &page);
   return page.html();
 }

@@ -5,6 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/view/dial_json.h"
+
 namespace raywalk {
 namespace {
 
@@ -12,46 +14,23 @@ using nlohmann::ordered_json;
 
 // A parameter's value as part of a setting's name.
 std::string phrase(const std::string& parameter, const ordered_json& value) {
-  static const std::map<std::string, const char*> kPhrases{{"k_deg", "k {}°"},
-                                                           {"overlap_deg", "overlap {}°"},
-                                                           {"layers", "layers {}"},
-                                                           {"width_px", "{} px wide"},
-                                                           {"interpolation", "{}"},
-                                                           {"arithmetic", "{}"},
-                                                           {"stations_mixed", "{} station mixed"},
-                                                           {"station_stride", "stride {}"},
-                                                           {"distance_maps", "maps {}"},
-                                                           {"fill_stations", "fill {}"},
-                                                           {"second_side", "second side {}"},
-                                                           {"skip_px", "skip {} px"},
-                                                           {"threads", "threads {}"},
-                                                           {"stored_width_px", "stored {} px wide"},
-                                                           {"depth", "depth {}"}};
+  // Those that are no dials.
+  static const std::map<std::string, const char*> kPhrases{
+      {"threads", "threads {}"}, {"stored_width_px", "stored {} px wide"}, {"depth", "depth {}"}};
   const auto found = kPhrases.find(parameter);
-  return fmt::format(fmt::runtime(found == kPhrases.end() ? "{}" : found->second),
-                     parameter_text(value));
+  return fmt::format(
+      fmt::runtime(found == kPhrases.end() ? dial_of(parameter).phrase : found->second),
+      parameter_text(value));
 }
 
 }  // namespace
 
 ordered_json parameters_of(const TradeSetting& setting) {
-  const ViewOptions& options = setting.mode.options;
-  return {{"generation", generation_name(options.generation)},
-          {"k_deg", options.k_deg},
-          {"overlap_deg", options.overlap_deg},
-          {"layers", options.layers == 0 ? ordered_json("auto") : ordered_json(options.layers)},
-          {"width_px", options.width},
-          {"interpolation", interpolation_name(options.interpolation)},
-          {"arithmetic", arithmetic_name(options.arithmetic)},
-          {"stations_mixed", options.stations_mixed},
-          {"station_stride", options.station_stride},
-          {"distance_maps", options.distance_maps},
-          {"fill_stations", options.fill_stations},
-          {"second_side", second_side_name(options.second_side)},
-          {"skip_px", options.skip_px},
-          {"threads", setting.threads},
-          {"stored_width_px", setting.stored_width_px},
-          {"depth", setting.depth}};
+  ordered_json parameters = swept_dials_json(setting.mode.options);
+  parameters["threads"] = setting.threads;
+  parameters["stored_width_px"] = setting.stored_width_px;
+  parameters["depth"] = setting.depth;
+  return parameters;
 }
 
 std::string parameter_text(const ordered_json& value) {

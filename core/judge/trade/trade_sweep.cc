@@ -28,17 +28,27 @@ bool resampled(const TradeSetting& setting) {
   return fold * setting.mode.options.width != setting.stored_width_px;
 }
 
-// Sets parameters without effect to their values in the central setting.
-void reset_unused_parameters(const ViewOptions& centre, TradeSetting* setting) {
-  ViewOptions& options = setting->mode.options;
-  if (options.generation != Generation::kTwoSided) options.second_side = centre.second_side;
-  if (options.generation != Generation::kInitial) return;
-  options.layers = centre.layers;
-  options.arithmetic = centre.arithmetic;
-  options.distance_maps = centre.distance_maps;
-  options.fill_stations = centre.fill_stations;
-  options.skip_px = centre.skip_px;
-  if (!resampled(*setting)) options.interpolation = centre.interpolation;
+bool has_effect(const Dial& dial, const TradeSetting& setting) {
+  const Generation generation = setting.mode.options.generation;
+  switch (dial.effect) {
+    case DialEffect::kAllViews:
+      return true;
+    case DialEffect::kSampledViews:
+      return generation != Generation::kInitial || resampled(setting);
+    case DialEffect::kCorrectedViews:
+      return generation != Generation::kInitial;
+    case DialEffect::kTwoSidedViews:
+      return generation == Generation::kTwoSided;
+  }
+  return true;
+}
+
+// Sets dials without effect to their values in the central setting.
+void reset_unused_dials(const ViewOptions& centre, TradeSetting* setting) {
+  for (const Dial& dial : kDials) {
+    if (has_effect(dial, *setting)) continue;
+    dial.value.set(&setting->mode.options, dial.value.get(centre));
+  }
 }
 
 // Collects settings without duplicates.
@@ -60,7 +70,7 @@ class Sweep {
 
   void add(TradeSetting setting) {
     const TradeSetting& centre = centre_of(setting);
-    reset_unused_parameters(centre.mode.options, &setting);
+    reset_unused_dials(centre.mode.options, &setting);
     const double k_deg = setting.mode.options.k_deg;
     if (k_deg != centre.mode.options.k_deg) {
       setting.mode.connection = connection_name(k_deg);
@@ -126,39 +136,26 @@ Settings product(const Settings& settings, const std::vector<T>& values, const S
   return all;
 }
 
-template <typename T>
-Settings product(const Settings& settings, T ViewOptions::*parameter,
-                 const std::vector<T>& values) {
-  return product(settings, values, [parameter](TradeSetting* setting, const T& value) {
-    setting->mode.options.*parameter = value;
+// Every setting with every one of a dial's `values`.
+Settings product(const SweepBase& base, const Settings& settings, const Dial& dial,
+                 const DialValues& values) {
+  const std::vector<double> list(values.begin(), values.end());
+  return product(settings, list, [&](TradeSetting* setting, double value) {
+    const double taken = dial.sweep->of_truth_width ? width_of_share(base.width_px, value) : value;
+    dial.value.set(&setting->mode.options, taken);
   });
 }
 
-template <typename T>
-void add_moves(Sweep* sweep, Generation generation, T ViewOptions::*parameter,
-               const std::vector<T>& values) {
-  sweep->add(product(sweep->centres({generation}), parameter, values));
-}
-
+// Every dial alone, where it has an effect.
 void add_single_moves(const SweepBase& base, Sweep* sweep) {
-  constexpr Generation kMain = Generation::kHlfVd;
-  add_moves(sweep, kMain, &ViewOptions::interpolation,
-            {Interpolation::kNearest, Interpolation::kCubic});
-  add_moves(sweep, kMain, &ViewOptions::arithmetic, {Arithmetic::kDouble});
-  add_moves(sweep, kMain, &ViewOptions::stations_mixed, {1});
-  add_moves(sweep, kMain, &ViewOptions::station_stride, {2, 4});
-  add_moves(sweep, kMain, &ViewOptions::distance_maps, {1, 2});
-  add_moves(sweep, kMain, &ViewOptions::fill_stations, {0, 8});
-  add_moves(sweep, kMain, &ViewOptions::skip_px, {0.5, 1.0});
-  add_moves(sweep, kMain, &ViewOptions::layers, {4, 16, 64});
-  add_moves(sweep, kMain, &ViewOptions::k_deg, {45.0, 76.0, 90.0});
-  add_moves(sweep, kMain, &ViewOptions::overlap_deg, {0.0, 15.0});
-  add_moves(sweep, kMain, &ViewOptions::width,
-            {width_of_share(base.width_px, 0.5), width_of_share(base.width_px, 0.75)});
-  add_moves(sweep, Generation::kInitial, &ViewOptions::stations_mixed, {1});
-  add_moves(sweep, Generation::kInitial, &ViewOptions::station_stride, {2});
-  add_moves(sweep, Generation::kTwoSided, &ViewOptions::second_side, {SecondSide::kWhereHidden});
-  for (TradeSetting setting : sweep->centres({kMain})) {
+  for (const Dial& dial : kDials) {
+    if (!dial.sweep) continue;
+    const Generation generation =
+        dial.effect == DialEffect::kTwoSidedViews ? Generation::kTwoSided : Generation::kHlfVd;
+    sweep->add(product(base, sweep->centres({generation}), dial, dial.sweep->singly));
+  }
+  sweep->add(Generation::kInitial, [](ViewOptions* options) { options->stations_mixed = 1; });
+  for (TradeSetting setting : sweep->centres({Generation::kHlfVd})) {
     setting.threads = 1;
     sweep->add(std::move(setting));
   }
@@ -169,7 +166,6 @@ void for_speed(ViewOptions* options) {
   options->interpolation = Interpolation::kNearest;
   options->stations_mixed = 1;
   options->distance_maps = 1;
-  options->fill_stations = 8;
   options->second_side = SecondSide::kWhereHidden;
   options->skip_px = 1.0;
 }
@@ -212,30 +208,25 @@ void add_quick(const SweepBase& base, Sweep* sweep) {
   }
 }
 
-const std::vector<Interpolation> kInterpolations{Interpolation::kNearest, Interpolation::kLinear,
-                                                 Interpolation::kCubic};
-
-void add_sample_grid(Sweep* sweep) {
-  Settings grid = product(sweep->centres(), &ViewOptions::interpolation, kInterpolations);
-  grid = product(grid, &ViewOptions::stations_mixed, {1, 2});
-  grid = product(grid, &ViewOptions::second_side, {SecondSide::kBlend, SecondSide::kWhereHidden});
-  grid = product(grid, &ViewOptions::distance_maps, {1, 2, 4});
-  grid = product(grid, &ViewOptions::skip_px, {0.0, 0.5, 1.0});
-  sweep->add(product(grid, &ViewOptions::station_stride, {1, 2, 4}));
+// All combinations of the values of a grid's dials, for every generation.
+Settings grid_of(const SweepBase& base, const Sweep& sweep, DialGrid grid) {
+  Settings settings = sweep.centres();
+  for (const Dial& dial : kDials) {
+    if (!dial.sweep || dial.sweep->grid != grid) continue;
+    settings = product(base, settings, dial, dial.sweep->in_grid);
+  }
+  return settings;
 }
 
-void add_layout_grid(const SweepBase& base, Sweep* sweep) {
-  Settings grid = product(sweep->centres(), &ViewOptions::k_deg, {45.0, 76.0, 90.0});
-  grid = product(grid, &ViewOptions::overlap_deg, {0.0, 5.0, 15.0});
-  grid = product(grid, &ViewOptions::layers, {0, 4, 16, 64});
-  grid = product(grid, &ViewOptions::width, {width_of_share(base.width_px, 0.5), base.width_px});
-  grid = product(grid, &ViewOptions::arithmetic, {Arithmetic::kFloat, Arithmetic::kDouble});
-  sweep->add(product(grid, std::vector<int>{1, base.threads},
+void add_grids(const SweepBase& base, Sweep* sweep) {
+  sweep->add(grid_of(base, *sweep, DialGrid::kSamples));
+  sweep->add(product(grid_of(base, *sweep, DialGrid::kLayout), std::vector<int>{1, base.threads},
                      [](TradeSetting* setting, int threads) { setting->threads = threads; }));
 }
 
 void add_room_grid(const SweepBase& base, Sweep* sweep) {
-  const Settings grid = product(sweep->centres(), &ViewOptions::interpolation, kInterpolations);
+  const Dial& dial = dial_of("interpolation");
+  const Settings grid = product(base, sweep->centres(), dial, dial.sweep->in_grid);
   for (std::size_t room = 1; room < base.rooms.size(); ++room) {
     for (const TradeSetting& setting : grid) sweep->add_in_room(room, setting);
   }
@@ -252,8 +243,7 @@ std::vector<TradeSetting> quick_sweep(const SweepBase& base) {
 std::vector<TradeSetting> full_sweep(const SweepBase& base) {
   Sweep sweep(base);
   add_quick(base, &sweep);
-  add_sample_grid(&sweep);
-  add_layout_grid(base, &sweep);
+  add_grids(base, &sweep);
   add_room_grid(base, &sweep);
   return sweep.take();
 }

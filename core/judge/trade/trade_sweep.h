@@ -19,14 +19,13 @@ struct SweepBase {
   int threads = 1;                     // all that may be used
 };
 
-// The central settings, variations of one parameter at a time, and useful combinations (all for
-// speed, all for accuracy, a balance): about 40.
+// The central settings, variations of one dial at a time (DialSweep::singly), and useful
+// combinations (all for speed, all for accuracy, a balance): about 35.
 std::vector<TradeSetting> quick_sweep(const SweepBase& base);
 
-// The quick sweep and full grids of the parameters that interact: those that choose and read
-// samples (interpolation, stations_mixed, second_side, distance_maps, skip_px, station_stride), and
-// those of the view's layout (k, overlap, layers, width, arithmetic, threads), each for every
-// generation; in the other rooms every generation and interpolation. About a thousand.
+// The quick sweep and full grids of the dials that interact (DialSweep::in_grid): those that choose
+// and read samples, and those of the view's layout, with the number of threads, each for every
+// generation; in the other rooms every generation and interpolation. About five hundred.
 std::vector<TradeSetting> full_sweep(const SweepBase& base);
 
 }  // namespace raywalk

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -47,13 +48,13 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   EXPECT_THAT(read_file(options_.timing_lock),
               HasSubstr("(raywalk-render trade " + room_.directory().string() + ")"));
   const json all = written();
-  EXPECT_EQ(all["format_version"], 2);
+  EXPECT_EQ(all["format_version"], 3);
   EXPECT_EQ(all["room"], room_.directory().string());
   EXPECT_EQ(all["views"].size(), 2U);
   EXPECT_EQ(all["width_px"], 64);
   EXPECT_GE(all["machine"]["threads"], 1);
   EXPECT_GT(all["remap_ms"], 0.0);
-  EXPECT_GT(all["settings"].size(), 25U);
+  EXPECT_GT(all["settings"].size(), 20U);
   const json& first = all["settings"][0];
   EXPECT_EQ(keys_of(first), (std::set<std::string>{"name",
                                                    "generation",
@@ -62,11 +63,8 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
                                                    "layers",
                                                    "width_px",
                                                    "interpolation",
-                                                   "arithmetic",
                                                    "stations_mixed",
-                                                   "station_stride",
                                                    "distance_maps",
-                                                   "fill_stations",
                                                    "second_side",
                                                    "skip_px",
                                                    "threads",
@@ -265,6 +263,26 @@ TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {
   for (const json& setting : all["settings"]) EXPECT_EQ(setting["generation"], "initial");
 }
 
+// Measurements of other rooms are no measurements of this one.
+TEST_F(TradeTest, TheRoomKeepsItsOwnSettingsOnly) {
+  TradeInput both = few();
+  write_synthetic_room({.overhang_m = 0.25, .width = 32}, directory_ / "small.lf");
+  const Room small = Room::open(directory_ / "small.lf");
+  both.rooms.push_back(trade_room(small, both.rooms[0].views));
+  both.settings[1].room = 1;
+  both.settings[1].stored_width_px = 32;
+  write_file_atomically(room_.directory() / "trade.json", "of an earlier version");
+  write_trade(both, options_.report);
+  std::vector<std::string> names;
+  const auto stored = read_measured_settings(room_.directory());
+  ASSERT_TRUE(stored);
+  for (const MeasuredChoice& choice : stored->settings.choices) {
+    names.push_back(choice.name);
+  }
+  EXPECT_THAT(names, ::testing::ElementsAre("setting 0", "setting 2", "setting 3", "setting 4"));
+  EXPECT_FALSE(fs::exists(room_.directory() / "trade.json"));
+}
+
 TEST_F(TradeTest, ASingleLineHasNoConnectionError) {
   make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
   list("near.png,0,0,-0.25\n");
@@ -305,7 +323,18 @@ TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
   const std::string said = trade(room_, options_);
   EXPECT_THAT(said, AllOf(HasSubstr("rank correlation"), HasSubstr("preset own")));
   const json trade = written();
-  EXPECT_EQ(read_file(trade_path(room_.directory())), read_file(options_.report / "trade.json"));
+  const auto stored = read_measured_settings(room_.directory());
+  ASSERT_TRUE(stored);
+  EXPECT_EQ(stored->settings.distances_sha256, distances_sha256(room_));
+  EXPECT_EQ(stored->settings.width_px, 64);
+  // All but the settings on one thread.
+  const auto own = std::ranges::count(trade["settings"], trade["machine"]["threads"],
+                                      [](const json& setting) { return setting["threads"]; });
+  EXPECT_EQ(std::ssize(stored->settings.choices), own);
+  EXPECT_EQ(stored->settings.choices.back().name, "preset own");
+  EXPECT_EQ(stored->settings.choices.back().options.layers, 7);
+  EXPECT_EQ(stored->settings.choices.back().psnr_db, trade["settings"].back()["psnr_db"]);
+  EXPECT_EQ(stored->settings.choices.back().ratio, trade["settings"].back()["ratio"]);
   EXPECT_EQ(trade["distances_sha256"], distances_sha256(room_));
   EXPECT_FALSE(trade["held_out_views"].empty());
   // Without correction, or with little, both show the same loss.

@@ -34,20 +34,6 @@ fs::path made_directory(const fs::path& directory) {
   return directory;
 }
 
-// The binding fails to compile where an option is added, so that none is forgotten.
-std::string text_of(const ViewOptions& options) {
-  const auto& [generation, k_deg, overlap_deg, layers, scene, tolerance_px, width, interpolation,
-               arithmetic, stations_mixed, station_stride, distance_maps, fill_stations,
-               second_side, skip_px, gains] = options;
-  const OmegaRange range = scene.value_or(OmegaRange{-1.0, -1.0});
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}",
-                     generation_name(generation), k_deg, overlap_deg, layers, range.min, range.max,
-                     tolerance_px, width, interpolation_name(interpolation),
-                     arithmetic_name(arithmetic), stations_mixed, station_stride, distance_maps,
-                     fill_stations, second_side_name(second_side), skip_px,
-                     gains ? "" : " no gains");
-}
-
 // The keys of a view's report, for both writing and reading: visit(key, member).
 template <typename Report, typename Visit>
 void visit_members(Report& report, Visit&& visit) {

@@ -1,0 +1,151 @@
+#include "core/view/dial.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/view/dial_json.h"
+#include "core/view/view_options.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+std::vector<Dial> all_dials() {
+  std::vector<Dial> dials(kDials.begin(), kDials.end());
+  dials.insert(dials.end(), kBenchDials.begin(), kBenchDials.end());
+  return dials;
+}
+
+// The first and the last value, which every dial takes.
+std::vector<double> values_of(const Dial& dial) {
+  if (dial.value.kind == DialKind::kChoice) {
+    return {0.0, static_cast<double>(dial.names.size()) - 1.0};
+  }
+  return {dial.least, dial.most};
+}
+
+ViewOptions options_with(const Dial& dial, double value) {
+  ViewOptions options{.width = 64};
+  dial.value.set(&options, value);
+  return options;
+}
+
+TEST(DialTest, EveryDialHasItsOwnNamesAndIsExplained) {
+  std::set<std::string> keys, flags;
+  for (const Dial& dial : all_dials()) {
+    EXPECT_TRUE(keys.insert(dial.key).second) << dial.key;
+    EXPECT_NE(dial.value.get, nullptr) << dial.key;
+    EXPECT_LT(values_of(dial)[0], values_of(dial)[1]) << dial.key;
+  }
+  for (const Dial& dial : kDials) {
+    EXPECT_TRUE(flags.insert(dial.flag).second) << dial.key;
+    EXPECT_STRNE(dial.help, "") << dial.key;
+    EXPECT_STRNE(dial.cost, "") << dial.key;
+  }
+}
+
+TEST(DialTest, EveryValueIsReadBackFromOptionsTextAndJson) {
+  for (const Dial& dial : all_dials()) {
+    for (const double value : values_of(dial)) {
+      const ViewOptions options = options_with(dial, value);
+      EXPECT_EQ(dial.value.get(options), value) << dial.key;
+      EXPECT_EQ(value_of(dial, text_of(dial, value)), value) << dial.key;
+      const std::string json = json_of(dial, options).dump();
+      EXPECT_EQ(value_from(dial, CheckedJson::parse(json, "test")), value) << dial.key;
+      EXPECT_NO_THROW(require_view_options(options)) << dial.key << ' ' << value;
+    }
+    EXPECT_FALSE(fault_of(dial, default_of(dial))) << dial.key;
+  }
+}
+
+TEST(DialTest, ValuesBesideTheRangeAreRefused) {
+  for (const Dial& dial : all_dials()) {
+    if (dial.value.kind == DialKind::kChoice) {
+      EXPECT_THAT([&] { value_of(dial, "best"); },
+                  ThrowsMessage<std::invalid_argument>(HasSubstr("not a valid choice")));
+      continue;
+    }
+    for (const double value : {dial.least - 2.0, dial.most + dial.multiple_of}) {
+      EXPECT_TRUE(fault_of(dial, value)) << dial.key << ' ' << value;
+      EXPECT_THROW(value_of(dial, std::to_string(static_cast<int>(value))), std::invalid_argument)
+          << dial.key;
+      EXPECT_THAT(error_of([&] { require_view_options(options_with(dial, value)); }),
+                  HasSubstr(dial.key));
+    }
+    for (const char* text : {"", "nan", "1e999", "best", "4x"}) {
+      EXPECT_THROW(value_of(dial, text), std::invalid_argument) << dial.key << ' ' << text;
+    }
+    EXPECT_TRUE(fault_of(dial, std::nan(""))) << dial.key;
+  }
+}
+
+TEST(DialTest, FaultsNameTheValuesAndTheirUnit) {
+  EXPECT_EQ(fault_of(dial_of("k_deg"), 30.0), "must be auto or in 45..90 degrees");
+  EXPECT_EQ(fault_of(dial_of("width_px"), 30.0), "must be 0 or a multiple of 4 in 4..32768 pixels");
+  EXPECT_EQ(fault_of(dial_of("stations_mixed"), 3.0), "must be a whole number in 1..2");
+  EXPECT_THAT([] { value_of(dial_of("interpolation"), "cubik"); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("did you mean 'cubic'")));
+  EXPECT_THROW(dial_of("arithmetic"), std::out_of_range) << "not for users";
+}
+
+TEST(DialTest, TheProgramChoosesWhatIsNotGiven) {
+  const ViewOptions options = default_options();
+  EXPECT_EQ(options.k_deg, 0.0);
+  EXPECT_EQ(options.width, 0);
+  EXPECT_EQ(text_of(dial_of("k_deg"), options.k_deg), "auto");
+  EXPECT_EQ(value_of(dial_of("k_deg"), "auto"), 0.0);
+  EXPECT_THROW(value_of(dial_of("k_deg"), "0"), std::invalid_argument);
+  EXPECT_EQ(value_of(dial_of("width_px"), "0"), 0.0);
+  // A renderer needs the chosen values, but finds the number of layers itself.
+  EXPECT_THAT(error_of([&] { require_view_options(options); }), HasSubstr("k_deg is 0"));
+  EXPECT_THAT(error_of([] { require_view_options({}); }), HasSubstr("width_px is 0"));
+  EXPECT_NO_THROW(require_view_options({.layers = 0, .width = 64}));
+}
+
+TEST(DialTest, DifferentOptionsHaveDifferentTexts) {
+  std::set<std::string> texts{text_of(ViewOptions())};
+  for (const Dial& dial : all_dials()) {
+    for (const double value : values_of(dial)) {
+      if (value == dial.value.get(ViewOptions())) continue;
+      ViewOptions options;
+      dial.value.set(&options, value);
+      EXPECT_TRUE(texts.insert(text_of(options)).second) << dial.key << ' ' << value;
+    }
+  }
+  EXPECT_TRUE(texts.insert(text_of(ViewOptions{.scene = OmegaRange{0.25, 2.0}})).second);
+}
+
+TEST(DialTest, SweptValuesAreValid) {
+  for (const Dial& dial : kDials) {
+    if (!dial.sweep || dial.sweep->of_truth_width) continue;
+    for (const DialValues& values : {dial.sweep->singly, dial.sweep->in_grid}) {
+      for (const double value : values) EXPECT_FALSE(fault_of(dial, value)) << dial.key;
+    }
+  }
+}
+
+TEST(DialTest, JsonHoldsTheSweptDialsUnderTheirKeys) {
+  const ViewOptions options{.generation = Generation::kTwoSided,
+                            .k_deg = 76.5,
+                            .width = 128,
+                            .second_side = SecondSide::kWhereHidden};
+  const std::string text = swept_dials_json(options).dump();
+  EXPECT_EQ(text, R"({"generation":"two-sided","k_deg":76.5,"overlap_deg":5.0,"layers":"auto",)"
+                  R"("width_px":128,"interpolation":"linear","stations_mixed":2,"distance_maps":4,)"
+                  R"("second_side":"where-hidden","skip_px":0.0})");
+  EXPECT_TRUE(options_from(CheckedJson::parse(text, "test")) == options);
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,50 @@
+// What was measured of a room's settings, for choosing one by time or accuracy. A trade writes it,
+// views are chosen by it; docs/file-formats.md lists the keys of measured.json.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/view/view_options.h"
+
+namespace raywalk {
+
+// The largest PSNR of a measurement, which stands for all above it, also for an infinite one.
+inline constexpr double kMostPsnr_db = 100.0;
+
+// One setting that was measured.
+struct MeasuredChoice {
+  std::string name{};
+  ViewOptions options{};
+  double ratio = 0.0;  // its time per view divided by that of one cv::remap of the same size
+  double psnr_db = 0.0;
+  bool disturbed = false;  // its time is not to be relied on
+};
+
+// Of a room itself, on all threads.
+struct MeasuredSettings {
+  std::string distances_sha256{};  // distances_sha256() of the room it was measured on
+  int width_px = 0;                // of the pictures that were compared
+  std::vector<MeasuredChoice> choices{};
+};
+
+// A room's measured.json.
+std::filesystem::path measured_settings_path(const std::filesystem::path& room);
+
+// Writes the room's file, atomically, in place of that of an earlier trade. Throws Error where it
+// cannot be written.
+void write_measured_settings(const std::filesystem::path& room, const MeasuredSettings& measured);
+
+struct StoredMeasurement {
+  std::filesystem::path file{};
+  MeasuredSettings settings{};
+};
+
+// The room's settings, or those in the trade.json that earlier versions kept in a room; none where
+// nothing was measured. Throws Error where the file is damaged or newer, or holds no setting of the
+// room itself.
+std::optional<StoredMeasurement> read_measured_settings(const std::filesystem::path& room);
+
+}  // namespace raywalk

@@ -1,0 +1,88 @@
+// connect-error and error-model: how well neighbouring lines connect.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/command_line/command_options.h"
+#include "core/judge/validation/connect_error_file.h"
+#include "core/judge/validation/error_model_report.h"
+#include "render/commands/commands.h"
+#include "render/commands/report_option.h"
+#include "render/commands/view_flags.h"
+
+namespace raywalk::render {
+namespace {
+
+struct ConnectErrorArguments {
+  std::string room{};
+  std::vector<std::string> generations{};
+  ConnectErrorOptions options{};
+  int threads = 0;
+};
+
+void run(const ConnectErrorArguments& arguments) {
+  set_thread_count(arguments.threads);
+  std::vector<Generation> generations;
+  for (const std::string& name : arguments.generations) {
+    generations.push_back(generation_from_name(name));
+  }
+  if (generations.empty()) generations.push_back(Generation::kInitial);
+  write_connect_error(Room::open(arguments.room), generations, arguments.options, std::cout);
+}
+
+}  // namespace
+
+void add_connect_error(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "connect-error", "Measure how well neighbouring lines connect and store it in the room");
+  auto arguments = std::make_shared<ConnectErrorArguments>();
+  ConnectErrorOptions* options = &arguments->options;
+  add_room(command, &arguments->room);
+  command->add_option("--generation", arguments->generations, "Generations to measure")
+      ->delimiter(',')
+      ->check(
+          CLI::IsMember(std::vector<std::string>(kGenerationNames.begin(), kGenerationNames.end())))
+      ->default_str("initial");
+  command->add_option("--viewpoints", options->viewpoints, "Viewpoints per side of a cell")
+      ->check(CLI::Range(1, 250))
+      ->capture_default_str();
+  command
+      ->add_option("--overlap-deg", options->overlap_deg, "Width of the overlap, degrees, up to 45")
+      ->capture_default_str();
+  command->add_option("--k-list", options->k_list_deg, "Angles k to measure, degrees in 45..90")
+      ->delimiter(',')
+      ->capture_default_str();
+  add_threads_option(command, &arguments->threads);
+  command->footer(
+      "Example:\n  raywalk-render connect-error room.lf --generation initial,hlf-vd\n"
+      "view, path, validate and trade with --k auto then use the k of the least error over the "
+      "corners that are readable at every k.");
+  command->callback([arguments] { run(*arguments); });
+}
+
+void add_error_model(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("error-model", "Compute the paper's Fig. 11: errors over the angle k");
+  auto options = std::make_shared<ErrorModelOptions>();
+  add_report(command, &options->report_dir, "Directory for the page, created if it is missing")
+      ->default_val("error-model");
+  command->add_option("--side-m", options->side_m, "Side N of the cell, metres")
+      ->capture_default_str();
+  command->add_option("--step-m", options->step_m, "Spacing of the stations, metres")
+      ->capture_default_str();
+  command
+      ->add_option("--d-src", options->distances_over_side,
+                   "Distances of the scene in multiples of N, comma-separated")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--viewpoints", options->viewpoints, "Viewpoints per side of the cell")
+      ->capture_default_str();
+  command->footer(
+      "Example:\n  raywalk-render error-model --step-m 0.15 --d-src 1.2,1.5,2.5 --report fig11");
+  command->callback([options] { write_error_model_report(*options, std::cout); });
+}
+
+}  // namespace raywalk::render

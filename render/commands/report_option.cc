@@ -1,0 +1,20 @@
+#include "render/commands/report_option.h"
+
+#include <CLI/CLI.hpp>
+
+#include "core/files/output_path.h"
+
+namespace raywalk::render {
+
+CLI::Option* add_report(CLI::App* command, std::filesystem::path* report,
+                        const std::string& description) {
+  return command->add_option("-o,--report,--out", *report, description);
+}
+
+std::filesystem::path report_of(const std::filesystem::path& given, const std::string& room,
+                                const std::string& command) {
+  if (!given.empty()) return given;
+  return without_trailing_slash(room).stem().string() + "-" + command;
+}
+
+}  // namespace raywalk::render

@@ -1,0 +1,74 @@
+// validate: views against captured truth.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/command_line/command_options.h"
+#include "core/judge/validation/validate.h"
+#include "render/commands/commands.h"
+#include "render/commands/report_option.h"
+#include "render/commands/view_flags.h"
+
+namespace raywalk::render {
+namespace {
+
+struct ValidateArguments {
+  std::string room{};
+  ViewFlags flags{};
+  std::vector<std::string> generations{};
+  ValidateOptions options{};
+  int threads = 0;
+};
+
+void run(const ValidateArguments& arguments) {
+  set_thread_count(arguments.threads);
+  view_settings(arguments.flags);
+  const Room room = Room::open(arguments.room);
+  const ViewSettings settings = chosen_settings(arguments.flags, {}, room).settings;
+  ValidateOptions options = arguments.options;
+  options.connect.overlap_deg = settings.options.overlap_deg;
+  options.report = report_of(options.report, arguments.room, "validate");
+  options.modes = view_modes(settings, arguments.generations, room);
+  fmt::print("{}\n", validate(room, options));
+}
+
+}  // namespace
+
+void add_validate(CLI::App* app) {
+  CLI::App* command =
+      app->add_subcommand("validate", "Measure rendered views against captured ground truth");
+  auto arguments = std::make_shared<ValidateArguments>();
+  add_room(command, &arguments->room);
+  command
+      ->add_option(
+          "--truth", arguments->options.truth,
+          "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
+          "0 = not compared)")
+      ->required();
+  add_report(command, &arguments->options.report,
+             "Directory for index.html and metrics.json, created if it is missing (default: "
+             "<room>-validate)");
+  command
+      ->add_option("--generation", arguments->generations,
+                   "Generations to render (default: all that the room supports)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(
+          std::vector<std::string>(kGenerationNames.begin(), kGenerationNames.end())));
+  command
+      ->add_option("--viewpoints", arguments->options.connect.viewpoints,
+                   "Viewpoints per side of a cell for the connection error")
+      ->check(CLI::Range(1, 250))
+      ->capture_default_str();
+  add_threads_option(command, &arguments->threads);
+  add_connection_flags(command, &arguments->flags);
+  command->footer(
+      "Example:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
+      "An interrupted run is resumed by the same command.");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace raywalk::render

@@ -1,0 +1,69 @@
+// view: one picture.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "core/base/escaped.h"
+#include "core/base/parallel.h"
+#include "core/command_line/command_options.h"
+#include "core/command_line/point_argument.h"
+#include "core/files/output_path.h"
+#include "render/commands/commands.h"
+#include "render/commands/view_flags.h"
+#include "render/view_file.h"
+
+namespace raywalk::render {
+namespace {
+
+struct ViewArguments {
+  std::string room{};
+  std::string at{};
+  std::string out = "view.png";
+  ViewFrame frame{};
+  ViewFlags flags{};
+  Demand demand{};
+  int threads = 0;
+};
+
+void run(const ViewArguments& arguments) {
+  set_thread_count(arguments.threads);
+  const PlanPoint viewpoint = viewpoint_from_text(arguments.at);
+  view_settings(arguments.flags);  // reports contradictions before any work
+  require_demand(arguments.demand);
+  viewport_of(arguments.frame);
+  require_writable_picture(arguments.out);
+  const Room room = Room::open(arguments.room);
+  const ViewMode mode = chosen_mode(arguments.flags, arguments.demand, room);
+  fmt::print("{}\n", escaped(write_view(room, mode, viewpoint, arguments.frame, arguments.out)));
+}
+
+}  // namespace
+
+void add_view(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("view", "Render one view as a picture");
+  auto arguments = std::make_shared<ViewArguments>();
+  add_room(command, &arguments->room);
+  add_point_option(command, "--at", &arguments->at,
+                   "Viewpoint X,Z in metres, in the frame of poses.csv")
+      ->required();
+  command->add_option("-o,--out", arguments->out,
+                      "Picture to write, .png or .jpg (default: view.png)");
+  add_view_flags(command, &arguments->flags);
+  add_demand_flags(command, &arguments->demand);
+  add_threads_option(command, &arguments->threads);
+  command->option_defaults()->group(kDirectionGroup);
+  command->add_option("--yaw-deg", arguments->frame.yaw_deg, "Turn to the right, degrees");
+  command->add_option("--pitch-deg", arguments->frame.pitch_deg, "Look up, degrees");
+  command->add_option("--roll-deg", arguments->frame.roll_deg,
+                      "Tilt the camera clockwise, degrees");
+  add_flat_flags(command, &arguments->frame);
+  command->footer(
+      "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 -o view.png\n"
+      "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
+      "--size 1440x1600 --out eye.png");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace raywalk::render

@@ -1,0 +1,123 @@
+#include "render/commands/view_flags.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <vector>
+
+namespace raywalk::render {
+namespace {
+
+// The groups of the long helps, behind the common flags.
+constexpr const char* kConnectionGroup = "Connection and layers";
+constexpr const char* kTradeGroup = "Speed against accuracy";
+
+template <typename Names>
+CLI::IsMember one_of(const Names& names) {
+  return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
+}
+
+// What a value on the command line has to be. A dial with a word for 0 checks the text itself.
+void add_check(const Dial& dial, CLI::Option* option) {
+  if (dial.value.kind == DialKind::kChoice) {
+    option->check(one_of(dial.names));
+  } else if (dial.zero != nullptr) {
+    option->type_name("TEXT");
+  } else if (dial.value.kind == DialKind::kInteger) {
+    option->type_name("INT")->check(
+        CLI::Range(static_cast<int>(dial.least), static_cast<int>(dial.most)));
+  } else {
+    option->type_name("FLOAT")->check(CLI::Range(dial.least, dial.most));
+  }
+}
+
+void add_dial(CLI::App* command, const Dial& dial, ViewFlags* flags) {
+  const std::string key = dial.key;
+  if (dial.flag_sets != nullptr) {
+    const std::string value = dial.flag_sets;
+    command->add_flag_callback(
+        dial.flag, [flags, key, value] { flags->dials[key] = value; }, dial.help);
+    return;
+  }
+  const std::string help =
+      fmt::format("{}; default {}", dial.help, text_of(dial, default_of(dial)));
+  add_check(dial, command->add_option_function<std::string>(
+                      dial.flag,
+                      [flags, key](const std::string& text) { flags->dials[key] = text; }, help));
+}
+
+void add_dials(CLI::App* command, DialGroup group, ViewFlags* flags) {
+  for (const Dial& dial : kDials) {
+    if (dial.group == group) add_dial(command, dial, flags);
+  }
+}
+
+}  // namespace
+
+void add_room(CLI::App* command, std::string* room) {
+  command->add_option("room", *room, "Room directory, made by raywalk-build-lf pack")->required();
+}
+
+void add_connection_flags(CLI::App* command, ViewFlags* flags) {
+  command->add_option("--settings", flags->settings,
+                      "YAML file of settings; flags override it (see configs/view.yaml)");
+  command
+      ->add_option(
+          "--preset", flags->preset,
+          "Defaults for the other flags, derived from the room's distances, spacing and width: "
+          "fast, balanced or accurate")
+      ->check(one_of(kPresets));
+  command->option_defaults()->group(kConnectionGroup);
+  command
+      ->add_option("--connection", flags->connection,
+                   "Where lines connect: hybrid (default), lfu (k = 45) or rayspace360 (k = 90)")
+      ->check(one_of(kConnections));
+  add_dials(command, DialGroup::kConnection, flags);
+  command->option_defaults()->group(kTradeGroup);
+  add_dials(command, DialGroup::kTrade, flags);
+}
+
+void add_demand_flags(CLI::App* command, Demand* demand) {
+  command->option_defaults()->group(kTradeGroup);
+  command->add_option(
+      "--budget-ms", demand->budget_ms,
+      "Use the most accurate setting that renders a panorama within this many milliseconds, "
+      "as measured on the room by raywalk-render trade");
+  command
+      ->add_option("--min-psnr-db", demand->min_psnr_db,
+                   "Use the fastest setting that reached this PSNR in that measurement")
+      ->check(CLI::Range(0.0, kMostPsnr_db));
+}
+
+void add_view_flags(CLI::App* command, ViewFlags* flags) {
+  add_dials(command, DialGroup::kView, flags);
+  add_connection_flags(command, flags);
+}
+
+void add_flat_flags(CLI::App* command, ViewFrame* frame) {
+  command->option_defaults()->group(kDirectionGroup);
+  command
+      ->add_option(
+          "--fov-deg", frame->fov_deg,
+          "Horizontal field of view in degrees of a flat picture; without it a panorama is "
+          "rendered")
+      ->check(CLI::Range(1e-3, kMaxFovDeg));
+  command->add_option("--size", frame->size,
+                      "Size of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
+}
+
+Preset chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
+  const bool demanded = demand.budget_ms || demand.min_psnr_db;
+  Preset preset = demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
+  if (!preset.reason.empty()) fmt::print("{}\n", preset.reason);
+  return preset;
+}
+
+ViewMode chosen_mode(const ViewFlags& flags, const Demand& demand, const Room& room) {
+  const Preset chosen = chosen_settings(flags, demand, room);
+  ViewMode mode = view_mode(chosen.settings, room);
+  if (!chosen.k_source.empty()) mode.k_source = chosen.k_source;
+  return mode;
+}
+
+}  // namespace raywalk::render
