@@ -14,6 +14,7 @@
 #include "core/files/output_path.h"
 #include "core/files/row_names.h"
 #include "core/room/room_fingerprint.h"
+#include "core/view/dial_json.h"
 #include "render/view_file.h"
 
 namespace raywalk::render {
@@ -30,13 +31,8 @@ json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame)
   json settings{{"format_version", kFormatVersion},
                 {"room_sha256", room_fingerprint(room)},
                 {kDistances, distances_used(room, mode)},
-                {"generation", generation_name(mode.options.generation)},
-                {"connection", mode.connection},
-                {"k_deg", mode.options.k_deg},
-                {"layers", mode.options.layers},
-                {"tolerance_px", mode.options.tolerance_px},
-                {"overlap_deg", mode.options.overlap_deg},
-                {"width_px", mode.options.width}};
+                {"connection", mode.connection}};
+  for (const Dial& dial : kDials) settings[dial.key] = json_of(dial, mode.options);
   if (const std::optional<Viewport> viewport = viewport_of(frame)) {
     settings["fov_deg"] = frame.fov_deg;
     settings["size_px"] = fmt::format("{}x{}", viewport->width, viewport->height);
@@ -62,6 +58,15 @@ std::map<std::string, json> by_name(const json& views) {
   return found;
 }
 
+// Completes a record of an earlier version, which had not every dial and wrote automatic as 0.
+void complete_dials(const json& now, json* earlier) {
+  for (const Dial& dial : kDials) {
+    json& value = (*earlier)[dial.key];
+    if (value.is_null()) value = now.at(dial.key);
+    if (value == 0 && dial.zero != nullptr && now.at(dial.key).is_string()) value = dial.zero;
+  }
+}
+
 // Throws Error unless `earlier` has the settings of `now`, so that their pictures may share a
 // directory.
 void require_same_work(json earlier, json now, const fs::path& record) {
@@ -79,6 +84,7 @@ void require_same_work(json earlier, json now, const fs::path& record) {
     record_json->erase(kEnlargement);  // follows from the others
     record_json->erase(kDistances);    // room_sha256 stands for them
   }
+  complete_dials(now, &earlier);
   std::set<std::string> keys;
   for (const auto& [key, value] : now.items()) keys.insert(key);
   for (const auto& [key, value] : earlier.items()) keys.insert(key);

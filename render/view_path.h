@@ -26,8 +26,8 @@ std::vector<PathView> read_path(const std::filesystem::path& file);
 
 // Renders every view to `out`/<name>.png; the directory is created if it is missing.
 // `out`/views.json records the settings:
-//   {"format_version": 1, "room_sha256", "generation", "connection", "k_deg", "layers",
-//    "tolerance_px", "overlap_deg", "width_px", "enlargement", "views": [{"name", "x_m", "z_m"}]}
+//   {"format_version": 1, "room_sha256", "connection", every dial by its key, "enlargement",
+//    "views": [{"name", "x_m", "z_m"}]}
 // "enlargement" is enlargement_of().
 // Flat pictures add "fov_deg" and "size_px" ("1280x720"), turned views their angles. `frame` holds
 // the field of view and the size of all views, the table their angles. A second run with the same

@@ -165,6 +165,34 @@ TEST_F(ViewPathTest, ForceReplacesViewsOfOtherSettingsButNoOtherFiles) {
   EXPECT_EQ(read_file(out() / "holiday.png"), "mine");
 }
 
+TEST_F(ViewPathTest, NoDialIsMixed) {
+  const ViewOptions usual{.k_deg = 80.0};
+  write_path(room_, {.options = usual}, {}, path(), out());
+  for (const Dial& dial : kDials) {
+    const bool choice = dial.value.kind == DialKind::kChoice;
+    const double usual_value = dial.value.get(usual);
+    const double least = choice ? 0.0 : dial.least;
+    ViewOptions other = usual;
+    dial.value.set(&other, usual_value == least ? least + 1.0 : least);
+    EXPECT_THAT(error_of([&] { write_path(room_, {.options = other}, {}, path(), out()); }),
+                HasSubstr(std::string("rendered with another ") + dial.key));
+  }
+}
+
+// It had neither all dials nor a word for automatic layers.
+TEST_F(ViewPathTest, ResumesARecordOfAnEarlierVersion) {
+  run();
+  auto record = nlohmann::json::parse(read_file(out() / "views.json"));
+  EXPECT_EQ(record["layers"], "auto");
+  for (const char* key :
+       {"interpolation", "stations_mixed", "distance_maps", "second_side", "skip_px", "gains"}) {
+    EXPECT_EQ(record.erase(key), 1U) << key;
+  }
+  record["layers"] = 0;
+  write_file_atomically(out() / "views.json", record.dump());
+  EXPECT_THAT(run(), HasSubstr("2 views, 0 of them rendered now"));
+}
+
 TEST_F(ViewPathTest, RejectsForeignFiles) {
   fs::create_directories(out());
   std::ofstream(out() / "b.png") << "mine";
