@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibrate/grid/crossing_figures.h"
+#include "calibrate/grid/grid_scale.h"
 #include "calibrate/grid/test_grid.h"
 
 namespace raywalk::calibrate {

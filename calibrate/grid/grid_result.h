@@ -9,6 +9,7 @@
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
+#include "calibrate/grid/rail_model.h"
 
 namespace raywalk::calibrate {
 
@@ -21,16 +22,6 @@ enum class GridMethod {
 struct Estimate {
   double value = 0.0;
   double sigma = 0.0;
-};
-
-// One candidate model of a rail's positions or attitudes.
-struct RailModelScore {
-  std::string name{};     // "straight", "bow", "S-bow"; "rigid", "twist", "curved twist"
-  int parameters = 0;     // of all components
-  double residual = 0.0;  // robust sigma of the stations, mm or deg per component
-  double left_out = 0.0;  // the same by five-fold cross-validation
-  double bic = 0.0;       // Bayesian information criterion, lower is better
-  bool kept = false;
 };
 
 // One estimated line. With u in [-1, 1] from its first to its last station and the Legendre

@@ -1,8 +1,8 @@
 // Warnings and notes about an estimate.
 #pragma once
 
-#include "calibrate/grid/crossing_figures.h"
 #include "calibrate/grid/grid_result.h"
+#include "calibrate/grid/grid_scale.h"
 
 namespace raywalk::calibrate {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "calibrate/grid/crossing_figures.h"
+#include "calibrate/grid/grid_scale.h"
 #include "calibrate/grid/rail_model.h"
 #include "calibrate/poses/align_poses.h"
 

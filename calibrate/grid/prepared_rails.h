@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibrate/grid/crossing_figures.h"
+#include "calibrate/grid/grid_scale.h"
 #include "calibrate/grid/joint_estimate.h"
 #include "calibrate/grid/rail_fit.h"
 

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "calibrate/grid/grid_result.h"
 #include "calibrate/grid/rail_model.h"
 
 namespace raywalk::calibrate {

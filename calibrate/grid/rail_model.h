@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <string>
 
 #include "calibrate/base/capture_set.h"
 
@@ -104,6 +105,16 @@ inline Eigen::Vector3d vector_of(const Eigen::Matrix3d& rotation) {
 inline Eigen::Matrix3d planned_attitude(const CaptureFrame& frame) {
   return world_from_camera(frame.nominal_attitude.value_or(Attitude{}));
 }
+
+// One candidate model of a rail's positions or attitudes.
+struct RailModelScore {
+  std::string name{};     // "straight", "bow", "S-bow"; "rigid", "twist", "curved twist"
+  int parameters = 0;     // of all components
+  double residual = 0.0;  // robust sigma of the stations, mm or deg per component
+  double left_out = 0.0;  // the same by five-fold cross-validation
+  double bic = 0.0;       // Bayesian information criterion, lower is better
+  bool kept = false;
+};
 
 RailFrame rail_frame(const CaptureSet& set, int line);
 
