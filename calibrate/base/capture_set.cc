@@ -138,6 +138,10 @@ double CaptureSet::nominal_distance_m(int a, int b) const {
       .norm();
 }
 
+bool CaptureSet::is_validation(const CaptureFrame& frame) const {
+  return frame.held_out() || lines[static_cast<std::size_t>(frame.line)].validation;
+}
+
 std::optional<int> CaptureSet::find(const std::string& name) const {
   const auto found = std::find_if(frames.begin(), frames.end(),
                                   [&](const CaptureFrame& of) { return of.name == name; });

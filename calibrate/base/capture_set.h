@@ -63,6 +63,8 @@ struct CaptureSet {
   double rail_m(int frame_index) const;
   // Distance of two frames' nominal positions; on a slider's line that of their rail positions.
   double nominal_distance_m(int a, int b) const;
+  // Whether the frame is kept out of the volumes: of a validation line, or held out.
+  bool is_validation(const CaptureFrame& frame) const;
   // Index of the frame of that name; nullopt if there is none.
   std::optional<int> find(const std::string& name) const;
   // Index of the line of that id; nullopt if there is none.

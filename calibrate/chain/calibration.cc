@@ -77,9 +77,8 @@ std::string poses_options_text(const PosesOptions& poses) {
 
 std::string rectify_options_text(const CalibrationOptions& options) {
   const GridTolerance& tolerance = options.input.tolerance;
-  return fmt::format("{} {} {} {}\n", options.rectify.equalise_gain,
-                     options.rectify.measure_connection, tolerance.off_line_m.value_or(0.0),
-                     tolerance.same_station_m.value_or(0.0));
+  return fmt::format("{} {} {}\n", options.rectify.equalise_gain,
+                     tolerance.off_line_m.value_or(0.0), tolerance.same_station_m.value_or(0.0));
 }
 
 void require_lens(const CalibrationOptions& options) {
@@ -391,6 +390,7 @@ std::vector<fs::path> Calibration::outputs_of(CalibrationStep step) const {
     case CalibrationStep::kRectify:
       outputs = {"poses.csv"};
       add_if_there("gt.csv");
+      add_if_there("before.csv");
       for (const auto& entry : fs::recursive_directory_iterator(options_.out / "rectified")) {
         if (entry.is_regular_file()) {
           outputs.push_back(fs::relative(entry.path(), options_.out));

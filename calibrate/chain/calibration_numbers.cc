@@ -97,11 +97,6 @@ std::string rectify_numbers(const Calibration& calibration) {
   if (result.masks.frames > 0) {
     text += fmt::format(", {} with a mask of their own", result.masks.frames);
   }
-  if (!result.connection.rows.empty()) {
-    const ConnectionAtK& last = result.connection.rows.back();
-    text += fmt::format(", connection error {:.1f} at k = {:g} deg, before {:.1f}", last.after,
-                        last.k_deg, last.before);
-  }
   return text;
 }
 

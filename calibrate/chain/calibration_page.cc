@@ -27,7 +27,7 @@ const char* purpose_of(CalibrationStep step) {
     case CalibrationStep::kGrid:
       return "lines of the rail, their models and crossings";
     case CalibrationStep::kRectify:
-      return "frames in world axes, exposures, connection error";
+      return "frames in world axes, exposures";
   }
   return "";
 }
@@ -138,7 +138,6 @@ void write_calibration_page(const Calibration& calibration, const CalibrationSum
   }
   add_lines(grid, &page);
   add_overlays(set, rectified, calibration.out(), &page);
-  add_connection(rectified.connection, &page);
   add_trade(summary, &page);
   add_steps(calibration, summary, &page);
   page.add_section("The next step");

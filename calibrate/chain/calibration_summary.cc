@@ -112,7 +112,6 @@ void write_calibration_json(const Calibration& calibration, const CalibrationSum
       {"lines", grid.at("lines")},
       {"crossings", grid.at("crossings")},
       {"frames", frame_poses_json(calibration.captured(), calibration.final_poses())},
-      {"e_connect", rectified.at("e_connect")},
       {"line_tolerance_mm", rectified.at("line_tolerance_mm")},
       {"same_station_mm", rectified.at("same_station_mm")},
       {"keyframe_trade", keyframe_json(summary.trade)},

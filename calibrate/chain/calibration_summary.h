@@ -36,7 +36,7 @@ CalibrationSummary summary_of(const Calibration& calibration);
 //   {"format_version": 1, "source", "method": "poses" | "rotation", "trustworthy", "warnings",
 //    "notes", "lens": null | {"picture_width_px", "picture_height_px", "two_files", "front",
 //    "back"}, "scale", "lines" and "crossings" as in grid.json, "frames" as in poses.json,
-//    "e_connect" as in rectify.json, "line_tolerance_mm", "same_station_mm", "keyframe_trade",
+//    "line_tolerance_mm", "same_station_mm", "keyframe_trade",
 //    "steps": [{"step", "seconds", "reused"}]}
 void write_calibration_json(const Calibration& calibration, const CalibrationSummary& summary);
 

@@ -136,13 +136,8 @@ void add_method_option(CLI::App* command, StepArguments* arguments) {
 }
 
 void add_rectify_options(CLI::App* command, StepArguments* arguments) {
-  command->option_defaults()->group("Brightness and connection");
+  command->option_defaults()->group("Brightness");
   command->add_flag("--no-gain", arguments->no_gain, "Do not compare and correct exposures");
-  command->add_flag("--no-connection", arguments->no_connection,
-                    "Do not measure the connection error before and after");
-  command->add_option("--programs", arguments->programs,
-                      "Directory of raywalk-build-lf and raywalk-render, which measure the "
-                      "connection error (default: this program's)");
 }
 
 CalibrationOptions options_of(const StepArguments& arguments) {
@@ -164,8 +159,6 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   options.method = arguments.method == "rotation" ? GridMethod::kRotation : GridMethod::kPoses;
   if (!arguments.pose_table.empty()) options.pose_table = arguments.pose_table;
   options.rectify.equalise_gain = !arguments.no_gain;
-  options.rectify.measure_connection = !arguments.no_connection;
-  if (!arguments.programs.empty()) options.rectify.programs = arguments.programs;
   return options;
 }
 

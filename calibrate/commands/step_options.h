@@ -25,10 +25,8 @@ struct StepArguments {
   std::string mask_picture{};
   std::string method = "poses";
   std::string pose_table{};
-  std::string programs{};
   bool no_balance = false;
   bool no_gain = false;
-  bool no_connection = false;
   LineToleranceArguments lines{};
   int threads = 0;
 };

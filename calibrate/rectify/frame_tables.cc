@@ -35,24 +35,15 @@ std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
   return stations;
 }
 
-// nullopt if another number of lines is found: stations on both sides of their line may look like
-// two parallel lines.
-std::optional<Grid> grid_at(const std::vector<StationPose>& stations, GridTolerance tolerance,
-                            int lines) {
+// False if another number of lines is found: stations on both sides of their line may look like two
+// parallel lines.
+bool finds_lines(const std::vector<StationPose>& stations, GridTolerance tolerance, int lines) {
   try {
-    Grid grid = find_grid(stations, tolerance);
-    if (static_cast<int>(grid.lines.size()) != lines) return std::nullopt;
-    return grid;
+    return static_cast<int>(find_grid(stations, tolerance).lines.size()) == lines;
   } catch (const Error&) {
-    return std::nullopt;
+    return false;
   }
 }
-
-// A grid and the tolerance that finds it.
-struct FoundGrid {
-  Grid grid{};
-  double tolerance_mm = 0.0;
-};
 
 // The tolerances to try, millimetres, in ascending order.
 std::vector<double> tolerances_mm(const std::vector<StationPose>& stations,
@@ -69,21 +60,6 @@ std::vector<double> tolerances_mm(const std::vector<StationPose>& stations,
   if (given.off_line_m) tolerances.push_back(1000.0 * *given.off_line_m);
   std::sort(tolerances.begin(), tolerances.end());
   return tolerances;
-}
-
-std::optional<FoundGrid> find_with_tolerance(const std::vector<ListedFrame>& frames, int lines,
-                                             const GridTolerance& given) {
-  if (frames.empty()) return std::nullopt;
-  const std::vector<StationPose> stations = stations_of(frames);
-  GridTolerance tolerance{.off_line_m = std::nullopt, .same_station_m = given.same_station_m};
-  if (auto grid = grid_at(stations, tolerance, lines)) return FoundGrid{std::move(*grid), 0.0};
-  for (const double tolerance_mm : tolerances_mm(stations, given)) {
-    tolerance.off_line_m = tolerance_mm / 1000.0;
-    if (auto grid = grid_at(stations, tolerance, lines)) {
-      return FoundGrid{std::move(*grid), tolerance_mm};
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -115,14 +91,15 @@ std::string frame_list_text(const std::vector<ListedFrame>& frames) {
 
 std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
                                                const GridTolerance& given) {
-  const auto found = find_with_tolerance(frames, lines, given);
-  return found ? std::optional(found->tolerance_mm) : std::nullopt;
-}
-
-std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines,
-                            const GridTolerance& given) {
-  auto found = find_with_tolerance(frames, lines, given);
-  return found ? std::optional(std::move(found->grid)) : std::nullopt;
+  if (frames.empty()) return std::nullopt;
+  const std::vector<StationPose> stations = stations_of(frames);
+  GridTolerance tolerance{.off_line_m = std::nullopt, .same_station_m = given.same_station_m};
+  if (finds_lines(stations, tolerance, lines)) return 0.0;
+  for (const double tolerance_mm : tolerances_mm(stations, given)) {
+    tolerance.off_line_m = tolerance_mm / 1000.0;
+    if (finds_lines(stations, tolerance, lines)) return tolerance_mm;
+  }
+  return std::nullopt;
 }
 
 }  // namespace raywalk::calibrate

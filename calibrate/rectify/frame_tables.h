@@ -30,8 +30,4 @@ std::string frame_list_text(const std::vector<ListedFrame>& frames);
 std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
                                                const GridTolerance& given = {});
 
-// The grid of these frames at that tolerance; nullopt if there is none.
-std::optional<Grid> grid_of(const std::vector<ListedFrame>& frames, int lines,
-                            const GridTolerance& given = {});
-
 }  // namespace raywalk::calibrate

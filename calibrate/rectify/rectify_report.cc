@@ -42,14 +42,6 @@ ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& co
           {"difference_after", comparison.difference_after}};
 }
 
-ordered_json connection_json(const ConnectionBeforeAfter& connection) {
-  ordered_json rows = ordered_json::array();
-  for (const ConnectionAtK& row : connection.rows) {
-    rows.push_back({{"k_deg", row.k_deg}, {"before", row.before}, {"after", row.after}});
-  }
-  return {{"width_px", connection.width_px}, {"rows", rows}, {"note", connection.note}};
-}
-
 ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
                          const RectifyResult& result) {
   ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
@@ -74,7 +66,6 @@ ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
                         {"line_tolerance_mm", tolerance},
                         {"same_station_mm", same_station},
                         {"crossings", crossings},
-                        {"e_connect", connection_json(result.connection)},
                         {"exposure", exposure},
                         {"frames", frames}};
   if (result.masks.frames > 0) {
@@ -102,17 +93,6 @@ CrossingComparison comparison_of(const CheckedJson& document, const CaptureSet& 
           .difference_after = document.at("difference_after").number_or(kNotMeasured)};
 }
 
-ConnectionBeforeAfter connection_of(const CheckedJson& document) {
-  ConnectionBeforeAfter connection{.width_px = document.at("width_px").integer(),
-                                   .note = document.at("note").text()};
-  for (const CheckedJson& row : document.at("rows").items()) {
-    connection.rows.push_back({.k_deg = row.at("k_deg").number(),
-                               .before = row.at("before").number_or(kNotMeasured),
-                               .after = row.at("after").number_or(kNotMeasured)});
-  }
-  return connection;
-}
-
 RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
   document.require_version(kFormatVersion);
   RectifyResult result{.frames = document.at("grid_frames").integer(),
@@ -129,7 +109,6 @@ RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
   for (const CheckedJson& crossing : document.at("crossings").items()) {
     result.crossings.push_back(comparison_of(crossing, set));
   }
-  result.connection = connection_of(document.at("e_connect"));
   const CheckedJson tolerance = document.at("line_tolerance_mm");
   if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.number();
   const CheckedJson same_station = document.at("same_station_mm");
@@ -155,16 +134,16 @@ void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) 
     facts.push_back(
         {"of their sphere is masked", fmt::format("{:.2f} %", 100.0 * result.masks.share)});
   }
-  if (!result.connection.rows.empty()) {
-    const ConnectionAtK& row = result.connection.rows.back();
-    facts.push_back({fmt::format("E_connect at k = {:g}", row.k_deg),
-                     number_or_dash(row.before, 1) + " → " + number_or_dash(row.after, 1)});
-  }
   page->add_facts(facts);
   page->add_paragraph(
       "Frames are rotated to world axes in one resampling; their positions are those of the "
       "estimated poses. The next step:");
   page->add_paragraph(pack_command(result, out));
+  page->add_paragraph(
+      fmt::format("What the calibration gains: pack {} too, the frames at their planned positions, "
+                  "and give its "
+                  "room to raywalk-render validate --before.",
+                  (out / "before.csv").string()));
   if (!result.left_out.empty()) {
     std::string names;
     for (const std::string& name : result.left_out) names += (names.empty() ? "" : ", ") + name;
@@ -207,27 +186,6 @@ void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::
   }
 }
 
-void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page) {
-  page->add_section("Connection error of neighbouring lines");
-  if (connection.rows.empty()) {
-    page->add_paragraph("E_connect was not measured: " + connection.note + ".");
-    return;
-  }
-  page->add_paragraph(fmt::format(
-      "E_connect, equation (11) of the paper, of initial views at {} pixels of width: the mean "
-      "squared difference of 8-bit RGB between the two lines of a corner. Before: frames as "
-      "captured, at their planned positions. Initial views have vertical parallax even with exact "
-      "poses; after depth estimation the difference is smaller.",
-      connection.width_px));
-  HtmlTable table{.header = {"k / deg", "before", "after"}};
-  for (const ConnectionAtK& row : connection.rows) {
-    table.rows.push_back({{fmt::format("{:g}", row.k_deg)},
-                          {number_or_dash(row.before, 1)},
-                          {number_or_dash(row.after, 1), row.after < row.before}});
-  }
-  page->add_table(table);
-}
-
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const fs::path& out) {
   HtmlPage page("Rectified frames", set.source.string());
@@ -237,7 +195,6 @@ void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const 
     page.add_table(crossing_table(set, grid->crossings));
   }
   add_overlays(set, result, out, &page);
-  add_connection(result.connection, &page);
   page.add_section("Exposure");
   if (result.exposure) {
     add_exposure(set, *result.exposure, &page);

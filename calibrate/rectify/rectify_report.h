@@ -12,10 +12,9 @@ namespace raywalk::calibrate {
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const std::filesystem::path& out);
 
-// Parts shared with other pages: the overlays, read from OUT, and the connection errors.
+// A part shared with other pages: the overlays, read from OUT.
 void add_overlays(const CaptureSet& set, const RectifyResult& result,
                   const std::filesystem::path& out, HtmlPage* page);
-void add_connection(const ConnectionBeforeAfter& connection, HtmlPage* page);
 
 // "raywalk-build-lf pack --frames OUT/poses.csv ...", the next step.
 std::string pack_command(const RectifyResult& result, const std::filesystem::path& out);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "calibrate/rectify/before_list.h"
 #include "calibrate/rectify/crossing_overlay.h"
 #include "calibrate/rectify/exposure_report.h"
 #include "calibrate/rectify/rectified_frames.h"
@@ -20,67 +21,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_validation(const CaptureSet& set, const CaptureFrame& frame) {
-  return frame.held_out() || set.lines[static_cast<std::size_t>(frame.line)].validation;
-}
-
 // Rows of poses.csv, or of gt.csv.
 std::vector<ListedFrame> rectified_rows(const CaptureSet& set, const FramePoses& poses, bool masked,
                                         bool validation) {
   std::vector<ListedFrame> rows;
   for (std::size_t i = 0; i < set.frames.size(); ++i) {
     const CaptureFrame& frame = set.frames[i];
-    if (!poses[i] || is_validation(set, frame) != validation) continue;
+    if (!poses[i] || set.is_validation(frame) != validation) continue;
     rows.push_back(
         {.file = rectified_file(frame).generic_string(), .position_m = poses[i]->position_m});
     if (masked || frame.mask) rows.back().mask = rectified_mask_file(frame).generic_string();
-  }
-  return rows;
-}
-
-// Masks of the frames as captured, for the time of a measurement.
-class StartMasks {
- public:
-  // `common` may be empty.
-  StartMasks(const CaptureSet& set, const cv::Mat& common, const fs::path& directory)
-      : set_(set), common_(common), directory_(fs::absolute(directory)) {
-    if (common.empty()) return;
-    make_directories(directory_);
-    write_image(directory_ / "common.png", common);
-  }
-  ~StartMasks() {
-    std::error_code ignored;
-    fs::remove_all(directory_, ignored);
-  }
-  StartMasks(const StartMasks&) = delete;
-  StartMasks& operator=(const StartMasks&) = delete;
-
-  // The file of a frame's mask; "" if nothing is masked.
-  std::string file_of(int frame) const {
-    const auto& own = set_.frames[static_cast<std::size_t>(frame)].mask;
-    if (common_.empty()) return own ? fs::absolute(*own).string() : "";
-    if (!own) return (directory_ / "common.png").string();
-    const fs::path file = directory_ / fmt::format("{}.png", frame);
-    write_image(file, joint_mask(set_, frame, common_));
-    return file.string();
-  }
-
- private:
-  const CaptureSet& set_;
-  const cv::Mat& common_;
-  fs::path directory_;
-};
-
-// The frames before calibration: at their initial positions, in the camera's axes.
-std::vector<ListedFrame> start_rows(const CaptureSet& set, const FramePoses& start,
-                                    const FramePoses& poses, const StartMasks& masks) {
-  std::vector<ListedFrame> rows;
-  for (std::size_t i = 0; i < set.frames.size(); ++i) {
-    if (!poses[i] || is_validation(set, set.frames[i])) continue;
-    rows.push_back({.file = fs::absolute(set.frames[i].file).string(),
-                    .position_m = start[i]->position_m,
-                    .attitude = attitude_from_world_from_camera(start[i]->world_from_camera),
-                    .mask = masks.file_of(static_cast<int>(i))});
   }
   return rows;
 }
@@ -94,14 +44,6 @@ int count_lines(const CaptureSet& set, const FramePoses& poses) {
                  return poses[static_cast<std::size_t>(frame)].has_value();
                });
       }));
-}
-
-std::vector<ListedFrame> absolute_rows(std::vector<ListedFrame> rows, const fs::path& out) {
-  for (ListedFrame& row : rows) {
-    row.file = fs::absolute(out / row.file).string();
-    if (!row.mask.empty()) row.mask = fs::absolute(out / row.mask).string();
-  }
-  return rows;
 }
 
 // What neither frame hides, each mask turned by the frame's pose; empty unless one of the frames
@@ -223,16 +165,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   }
   write_tables(result, rows, truth, options.out);
   result.crossings = compare_crossings(panoramas, poses, start, mask, options.out);
-  if (options.measure_connection) {
-    const StartMasks masks(panoramas, mask, options.out / "connection_masks");
-    const int lines = count_lines(panoramas, poses);
-    result.connection =
-        measure_connection({start_rows(panoramas, start, poses, masks), lines, options.tolerance},
-                           {absolute_rows(rows, options.out), lines, options.tolerance},
-                           options.programs, options.out / "connection.partial");
-  } else {
-    result.connection.note = "disabled by --no-connection";
-  }
+  write_before_list(panoramas, start, poses, mask, options.out);
   write_rectify_report(panoramas, poses, grid, result, options.out);
   return result;
 }

@@ -12,7 +12,6 @@
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/grid/grid_result.h"
-#include "calibrate/rectify/connection_before_after.h"
 #include "calibrate/rectify/exposure_gains.h"
 
 namespace raywalk::calibrate {
@@ -23,11 +22,8 @@ struct RectifyOptions {
   std::optional<cv::Mat> mask{};
   GridTolerance tolerance{};  // how the lines of the capture were found
   bool equalise_gain = true;
-  bool measure_connection = true;
   // Poses before the calibration, for comparison; empty: nominal_poses.
   FramePoses start{};
-  // Directory of raywalk-build-lf and raywalk-render; nullopt: that of the running program.
-  std::optional<std::filesystem::path> programs{};
   std::filesystem::path out{};  // of the calibration
 };
 
@@ -49,7 +45,6 @@ struct RectifyResult {
   std::vector<LightGain> gains{};            // by frame; exactly 1 where nothing is corrected
   std::optional<ExposureResult> exposure{};  // nullopt: not measured, or read from a file
   std::vector<CrossingComparison> crossings{};
-  ConnectionBeforeAfter connection{};
   // The --line-tolerance-mm for raywalk-build-lf pack; 0: not needed. nullopt: no lines found.
   std::optional<double> line_tolerance_mm{};
   MaskFigures masks{};  // of single frames
@@ -58,9 +53,10 @@ struct RectifyResult {
 };
 
 // Writes OUT/rectified/ (rectified_frames.h), OUT/crossings/ with the overlays, OUT/poses.csv
-// (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines or held-out frames, rectify.json
-// and rectify.html. Positions are those of `poses`. `grid` adds its figures to the page; may be
-// null. Throws Error if no frame has a pose, or a file cannot be read or written; Interrupted.
+// (file,x,y,z[,mask]), OUT/gt.csv if there are validation lines or held-out frames, OUT/before.csv
+// (before_list.h), rectify.json and rectify.html. Positions are those of `poses`. `grid` adds its
+// figures to the page; may be null. Throws Error if no frame has a pose, or a file cannot be read
+// or written; Interrupted.
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const GridResult* grid, const RectifyOptions& options);
 

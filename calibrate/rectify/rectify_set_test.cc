@@ -84,8 +84,7 @@ class RectifySetTest : public ::testing::Test {
   static double exposure(int frame) { return 1.0 + 0.08 * std::sin(1.3 * frame); }
 
   RectifyOptions options() const {
-    return {
-        .equalise_gain = false, .measure_connection = false, .out = out_.path() / "calibration"};
+    return {.equalise_gain = false, .out = out_.path() / "calibration"};
   }
   fs::path in_out(const std::string& file) const { return out_.path() / "calibration" / file; }
   // Mean PSNR over the frames of the rectified pictures against upright ground truth.
@@ -202,15 +201,39 @@ TEST_F(RectifySetTest, FramesWithoutAPoseAreListed) {
   EXPECT_THROW(rectify_set(*set_, poses, nullptr, options()), Error);
 }
 
-TEST_F(RectifySetTest, NoteSaysWhyConnectionsWereNotMeasured) {
-  RectifyOptions connecting = options();
-  connecting.measure_connection = true;
-  connecting.programs = out_.path();
-  const RectifyResult result = rectify_set(*set_, *poses_, nullptr, connecting);
-  EXPECT_TRUE(result.connection.rows.empty());
-  EXPECT_THAT(result.connection.note, HasSubstr("raywalk-build-lf does not exist"));
-  EXPECT_FALSE(fs::exists(in_out("connection.partial")));
-  EXPECT_FALSE(fs::exists(in_out("connection_masks")));
+TEST_F(RectifySetTest, FramesBeforeTheCalibrationAreListedWithTheSameStations) {
+  FramePoses poses = *poses_;
+  poses[2].reset();
+  rectify_set(*set_, poses, nullptr, options());
+  const std::vector<Frame> before = read_frame_list(in_out("before.csv"));
+  ASSERT_EQ(before.size(), read_frame_list(in_out("poses.csv")).size());
+  EXPECT_EQ(before[0].path, set_->frames[0].file);
+  EXPECT_EQ(before[2].path, set_->frames[3].file);
+  EXPECT_LT((before[2].position_m - set_->frames[3].nominal_m).norm(), 1e-8);
+  EXPECT_FALSE(before[0].mask);
+  EXPECT_FALSE(fs::exists(in_out("before_masks")));
+
+  CaptureSet own = *set_;
+  cv::Mat half(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
+  half.colRange(0, 10).setTo(0);
+  make_directories(in_out("panoramas"));
+  write_image(in_out("panoramas/own.png"), half);
+  own.frames[1].mask = in_out("panoramas/own.png");
+  rectify_set(own, poses, nullptr, options());
+  EXPECT_EQ(read_frame_list(in_out("before.csv"))[1].mask, in_out("panoramas/own.png"));
+  EXPECT_THAT(read_file(in_out("before.csv")), HasSubstr(",panoramas/own.png\n"));
+  RectifyOptions masked = options();
+  masked.mask = cv::Mat(kSize.height, kSize.width, CV_8UC1, cv::Scalar(255));
+  masked.mask->rowRange(120, 128).setTo(0);
+  rectify_set(own, poses, nullptr, masked);
+  const std::vector<Frame> joined = read_frame_list(in_out("before.csv"));
+  ASSERT_TRUE(joined[0].mask && joined[1].mask);
+  const cv::Mat common = read_mask(*joined[0].mask, kSize),
+                both = read_mask(*joined[1].mask, kSize);
+  EXPECT_EQ(common.at<uchar>(10, 5), 255);
+  EXPECT_EQ(both.at<uchar>(10, 5), 0);
+  EXPECT_EQ(common.at<uchar>(125, 50), 0);
+  EXPECT_EQ(both.at<uchar>(125, 50), 0);
 }
 
 // A frame between the stations, brighter than any, that is no station.
