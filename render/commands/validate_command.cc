@@ -43,12 +43,12 @@ void add_validate(CLI::App* app) {
       app->add_subcommand("validate", "Measure rendered views against captured ground truth");
   auto arguments = std::make_shared<ValidateArguments>();
   add_room(command, &arguments->room);
-  command
-      ->add_option(
-          "--truth", arguments->options.truth,
-          "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
-          "0 = not compared)")
-      ->required();
+  command->add_option(
+      "--truth", arguments->options.truth,
+      "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
+      "0 = not compared); required unless --before is given");
+  command->add_option("--before", arguments->options.before,
+                      "Another room of the same place, as before a correction, to compare with");
   add_report(command, &arguments->options.report,
              "Directory for index.html and metrics.json, created if it is missing (default: "
              "<room>-validate)");
@@ -67,6 +67,7 @@ void add_validate(CLI::App* app) {
   add_connection_flags(command, &arguments->flags);
   command->footer(
       "Example:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
+      "  raywalk-render validate room.lf --before uncalibrated.lf --truth gt.csv\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });
 }

@@ -8,10 +8,9 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json json_of(const ViewScores& scores) {
-  return {{"psnr_db", scores.psnr_db},
-          {"ws_psnr_db", scores.ws_psnr_db},
-          {"ssim", scores.ssim},
-          {"fsim", scores.fsim}};
+  ordered_json json;
+  for (const NamedScore& score : kNamedScores) json[score.key] = scores.*score.member;
+  return json;
 }
 
 ordered_json json_of(const Validation& validation, const ValidatedView& view) {
@@ -43,7 +42,7 @@ ordered_json json_of(const ConnectErrorRow& row, double common_share) {
 
 }  // namespace
 
-std::string metrics_json(const Validation& validation) {
+std::string metrics_json(const Validation& validation, const std::optional<BeforeAfter>& compared) {
   ordered_json json;
   json["volume"] = validation.volume;
   json["distances"] = validation.distances;
@@ -59,9 +58,11 @@ std::string metrics_json(const Validation& validation) {
   }
   json["means"] = ordered_json::object();
   for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+    if (validation.views.empty()) break;
     const std::string name = generation_name(validation.modes[mode].options.generation);
     json["means"][name] = json_of(mean_scores(validation, mode));
   }
+  if (compared) json["before_after"] = before_after_json(*compared);
   // A room's name may contain any bytes; invalid UTF-8 is replaced.
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }

@@ -15,6 +15,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/judge/validation/before_after.h"
 #include "core/judge/validation/connect_error_file.h"
 #include "core/judge/validation/metrics_json.h"
 #include "core/judge/validation/validation_partial.h"
@@ -82,20 +83,23 @@ std::optional<ConnectError> kept_error(const fs::path& directory, Generation gen
   }
 }
 
-std::string summary_of(const Validation& validation, const fs::path& report) {
+std::string summary_of(const Validation& validation, const std::optional<BeforeAfter>& compared,
+                       const fs::path& report) {
   std::string text;
   for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+    if (validation.views.empty()) break;
     const ViewScores mean = mean_scores(validation, mode);
     text += fmt::format("{:<10} PSNR {:6.2f} dB  WS-PSNR {:6.2f} dB  SSIM {:.4f}  FSIM {:.4f}\n",
                         generation_name(validation.modes[mode].options.generation), mean.psnr_db,
                         mean.ws_psnr_db, mean.ssim, mean.fsim);
   }
-  const int widest_px = std::ranges::max(validation.truths, {}, &TruthView::width).width;
+  const int widest_px = widest_truth_px(validation);
   if (widest_px > validation.captured_width_px) {
     text +=
         fmt::format("views up to {} pixels wide are enlarged {:.1f} times from panoramas of {}\n",
                     widest_px, enlargement_at(validation, widest_px), validation.captured_width_px);
   }
+  if (compared) text += before_after_text(*compared);
   return text + "distances in use: " + validation.distances + "\n" +
          escaped((report / "index.html").string());
 }
@@ -168,13 +172,47 @@ class ViewRun {
   std::vector<std::unique_ptr<Renderer>> renderers_;
 };
 
+// What is to be measured of a room.
+struct RoomTask {
+  const Room& room;
+  std::vector<ViewMode> modes{};
+  std::vector<TruthView> truths{};
+};
+
+// Throws where it cannot be measured.
+RoomTask checked_task(const Room& room, std::vector<ViewMode> modes,
+                      const ValidateOptions& options) {
+  RoomTask task{room, std::move(modes)};
+  if (!options.truth.empty()) task.truths = read_truth(options.truth, room);
+  renderers_of(room, task.modes,
+               task.truths.empty() ? room.panorama().width : task.truths.front().width);
+  if (!room.grid().cells.empty()) {
+    require_connect_error_options(options.connect);
+  } else if (task.truths.empty()) {
+    throw Error(room.directory().string() +
+                ": has no cell, so that no lines connect; give true views with --truth");
+  }
+  return task;
+}
+
+// Of these, the modes that a room can be rendered in.
+std::vector<ViewMode> modes_for(const Room& room, std::vector<ViewMode> modes) {
+  if (room.has_distances()) return modes;
+  std::erase_if(
+      modes, [](const ViewMode& mode) { return mode.options.generation != Generation::kInitial; });
+  if (!modes.empty()) return modes;
+  throw Error(room.directory().string() +
+              ": has no distances, so that only initial views can be compared; ask for them with "
+              "--generation initial, or run raywalk-build-lf depth on it");
+}
+
 // Renders and measures all that is not kept from an earlier run.
-Validation measured_validation(const Room& room, std::vector<TruthView> truths,
-                               const ValidateOptions& options, const ValidationPartial& partial) {
+Validation measured_validation(const RoomTask& task, const ConnectErrorOptions& options,
+                               const ValidationPartial& partial) {
   try {
-    Validation validation = validate_views(room, std::move(truths), options.modes, partial);
+    Validation validation = validate_views(task.room, task.truths, task.modes, partial);
     validation.connection_error =
-        connection_errors(room, options.modes, options.connect, partial.connection_errors());
+        connection_errors(task.room, task.modes, options, partial.connection_errors());
     return validation;
   } catch (const Interrupted&) {
     throw Interrupted("interrupted; the same command resumes with the remaining views");
@@ -239,6 +277,12 @@ std::vector<ConnectError> connection_errors(const Room& room, std::span<const Vi
   return errors;
 }
 
+int widest_truth_px(const Validation& validation) {
+  int widest_px = 0;
+  for (const TruthView& truth : validation.truths) widest_px = std::max(widest_px, truth.width);
+  return widest_px;
+}
+
 double enlargement_at(const Validation& validation, int width_px) {
   return static_cast<double>(width_px) / validation.captured_width_px;
 }
@@ -252,17 +296,30 @@ ViewScores mean_scores(const Validation& validation, std::size_t mode) {
 }
 
 std::string validate(const Room& room, const ValidateOptions& options) {
-  std::vector<TruthView> truths = read_truth(options.truth, room);
-  renderers_of(room, options.modes,
-               truths.front().width);  // throws for modes that cannot be rendered
-  if (!room.grid().cells.empty()) require_connect_error_options(options.connect);
+  if (options.truth.empty() && options.before.empty()) {
+    throw UsageError("give true views with --truth, or another room with --before");
+  }
+  const RoomTask task = checked_task(room, options.modes, options);
+  std::optional<Room> room_before;
+  std::optional<RoomTask> task_before;
+  if (!options.before.empty()) {
+    room_before = Room::open(options.before);
+    task_before.emplace(
+        checked_task(*room_before, modes_for(*room_before, options.modes), options));
+  }
   prepare_report(options.report);
   ValidationPartial partial(options.report, room);
-  const Validation validation = measured_validation(room, std::move(truths), options, partial);
-  write_file_atomically(options.report / "metrics.json", metrics_json(validation));
-  write_file_atomically(options.report / "index.html", validation_report(validation));
+  const Validation validation = measured_validation(task, options.connect, partial);
+  std::optional<BeforeAfter> compared;
+  if (task_before) {
+    const ValidationPartial partial_before(partial, *room_before);
+    compared = compare_rooms(measured_validation(*task_before, options.connect, partial_before),
+                             validation);
+  }
+  write_file_atomically(options.report / "metrics.json", metrics_json(validation, compared));
+  write_file_atomically(options.report / "index.html", validation_report(validation, compared));
   partial.complete();
-  return summary_of(validation, options.report);
+  return summary_of(validation, compared, options.report);
 }
 
 }  // namespace raywalk

@@ -61,6 +61,9 @@ std::vector<ConnectError> connection_errors(
     const Room& room, std::span<const ViewMode> modes, const ConnectErrorOptions& options,
     const std::optional<std::filesystem::path>& kept_in = std::nullopt);
 
+// Of the widest true view; 0 without.
+int widest_truth_px(const Validation& validation);
+
 // How many times wider than captured the detail of a view is shown; above 1 it is enlarged.
 double enlargement_at(const Validation& validation, int width_px);
 
@@ -68,7 +71,8 @@ double enlargement_at(const Validation& validation, int width_px);
 ViewScores mean_scores(const Validation& validation, std::size_t mode);
 
 struct ValidateOptions {
-  std::filesystem::path truth{};   // gt.csv
+  std::filesystem::path truth{};   // gt.csv; empty: only connection errors, of two rooms
+  std::filesystem::path before{};  // another room of the place, to compare with; empty: none
   std::filesystem::path report{};  // directory, created if it is missing
   std::vector<ViewMode> modes{};
   ConnectErrorOptions connect{};
@@ -76,8 +80,10 @@ struct ValidateOptions {
 
 // Reads the truth, checks that the report can be written, renders, measures, and writes
 // `report`/metrics.json and `report`/index.html, each atomically. A stopped run leaves what it
-// measured in `report`/validation.partial, and the same call resumes it. Returns a summary for the
-// user. Throws Error before any rendering where the input is wrong or the report cannot be written;
+// measured in `report`/validation.partial, and the same call resumes it. The room before is
+// measured in the same modes, initial views only if it has no distances, and compared
+// (before_after.h). Returns a summary for the user. Throws UsageError without a truth and another
+// room; Error before any rendering where the input is wrong or the report cannot be written;
 // Interrupted.
 std::string validate(const Room& room, const ValidateOptions& options);
 

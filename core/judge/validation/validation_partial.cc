@@ -90,13 +90,24 @@ MeasuredView view_from(const CheckedJson& json) {
   return view;
 }
 
+std::string fingerprint_of(const Room& room) {
+  return sha256_hex(fmt::format("{} {}", kResultsVersion, room_fingerprint(room)));
+}
+
 }  // namespace
 
 ValidationPartial::ValidationPartial(const fs::path& report, const Room& room)
     : directory_(made_directory(report / "validation.partial")),
-      lock_(directory_ / kLockFile,
-            "another raywalk-render validate is writing this report; wait for it to finish"),
-      room_fingerprint_(sha256_hex(fmt::format("{} {}", kResultsVersion, room_fingerprint(room)))),
+      lock_(std::make_shared<FileLock>(
+          directory_ / kLockFile,
+          "another raywalk-render validate is writing this report; wait for it to finish")),
+      room_fingerprint_(fingerprint_of(room)),
+      connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {}
+
+ValidationPartial::ValidationPartial(const ValidationPartial& partial, const Room& room)
+    : directory_(partial.directory_),
+      lock_(partial.lock_),
+      room_fingerprint_(fingerprint_of(room)),
       connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {}
 
 ValidationPartial::~ValidationPartial() {

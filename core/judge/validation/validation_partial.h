@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ class ValidationPartial {
   // Creates or reuses the directory and locks it. Throws Error if another run holds the lock or the
   // directory cannot be written.
   ValidationPartial(const std::filesystem::path& report, const Room& room);
+  // For another room of the same report: shares the directory and its lock.
+  ValidationPartial(const ValidationPartial& partial, const Room& room);
   // Removes the directory if nothing is kept in it.
   ~ValidationPartial();
   ValidationPartial(const ValidationPartial&) = delete;
@@ -59,7 +62,7 @@ class ValidationPartial {
   bool is_empty() const;
 
   std::filesystem::path directory_;
-  FileLock lock_;
+  std::shared_ptr<FileLock> lock_;
   std::string room_fingerprint_;
   std::filesystem::path connection_errors_;
 };

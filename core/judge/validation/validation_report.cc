@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/base/median.h"
@@ -15,18 +14,6 @@ namespace raywalk {
 namespace {
 
 constexpr const char* kNotMeasured = "–";
-
-// A metric as a table column.
-struct MetricColumn {
-  const char* heading;         // with unit
-  double ViewScores::*member;  // larger is better
-  int decimals;                // significant ones
-};
-
-constexpr std::array kColumns{MetricColumn{"PSNR / dB", &ViewScores::psnr_db, 2},
-                              MetricColumn{"WS-PSNR / dB", &ViewScores::ws_psnr_db, 2},
-                              MetricColumn{"SSIM", &ViewScores::ssim, 4},
-                              MetricColumn{"FSIM", &ViewScores::fsim, 4}};
 
 std::string mode_name(const ViewMode& mode) { return generation_name(mode.options.generation); }
 
@@ -97,7 +84,7 @@ void add_means(const Validation& validation, HtmlPage& page) {
     table.rows.push_back(
         {{mode_name(mode)}, {mode.connection}, {fmt::format("{:g}", mode.options.k_deg)}});
   }
-  for (const MetricColumn& column : kColumns) {
+  for (const NamedScore& column : kNamedScores) {
     table.header.push_back(column.heading);
     std::vector<double> means;
     for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
@@ -224,7 +211,7 @@ void add_connection_error(const Validation& validation, HtmlPage& page) {
   page.add_figures(figures);
 }
 
-void add_view_table(const Validation& validation, const MetricColumn& column, HtmlPage& page) {
+void add_view_table(const Validation& validation, const NamedScore& column, HtmlPage& page) {
   HtmlTable table{.caption = column.heading,
                   .header = {"view", "x / m", "z / m", "from line / cm"}};
   for (const ViewMode& mode : validation.modes) table.header.push_back(mode_name(mode));
@@ -245,7 +232,7 @@ void add_view_table(const Validation& validation, const MetricColumn& column, Ht
 
 void add_making(const Validation& validation, HtmlPage& page) {
   page.add_section("How the views were rendered");
-  const int widest_px = std::ranges::max(validation.truths, {}, &TruthView::width).width;
+  const int widest_px = widest_truth_px(validation);
   if (widest_px > validation.captured_width_px) {
     page.add_paragraph(fmt::format(
         "Views up to {} pixels wide are enlarged {:.1f} times from panoramas of {}: they cannot "
@@ -288,24 +275,35 @@ void add_making(const Validation& validation, HtmlPage& page) {
   page.add_table(table);
 }
 
+void add_views(const Validation& validation, HtmlPage& page) {
+  page.add_section("Every view");
+  for (const NamedScore& column : kNamedScores) add_view_table(validation, column, page);
+  add_making(validation, page);
+}
+
+std::string subtitle_of(const Validation& validation) {
+  if (validation.truths.empty()) return "connections of two rooms, without true views";
+  return fmt::format("{} true viewpoints, each rendered {}", validation.truths.size(),
+                     validation.modes.size() == 1
+                         ? "as " + mode_name(validation.modes.front()) + " view"
+                         : fmt::format("in {} ways", validation.modes.size()));
+}
+
 }  // namespace
 
-std::string validation_report(const Validation& validation) {
-  HtmlPage page("Validation of " + validation.volume,
-                fmt::format("{} true viewpoints, each rendered {}", validation.truths.size(),
-                            validation.modes.size() == 1
-                                ? "as " + mode_name(validation.modes.front()) + " view"
-                                : fmt::format("in {} ways", validation.modes.size())));
-  add_headline(validation, page);
-  add_means(validation, page);
-  for (const PictureSample& sample : validation.samples) add_sample(validation, sample, page);
-  add_gains(validation, page);
-  add_connection_error(validation, page);
-  page.add_section("Every view");
-  for (const MetricColumn& column : kColumns) {
-    add_view_table(validation, column, page);
+std::string validation_report(const Validation& validation,
+                              const std::optional<BeforeAfter>& compared) {
+  const bool viewed = !validation.views.empty();
+  HtmlPage page("Validation of " + validation.volume, subtitle_of(validation));
+  if (viewed) {
+    add_headline(validation, page);
+    add_means(validation, page);
   }
-  add_making(validation, page);
+  if (compared) add_before_after(*compared, &page);
+  for (const PictureSample& sample : validation.samples) add_sample(validation, sample, page);
+  if (viewed) add_gains(validation, page);
+  add_connection_error(validation, page);
+  if (viewed) add_views(validation, page);
   return page.html();
 }
 
