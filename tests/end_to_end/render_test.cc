@@ -232,6 +232,7 @@ TEST_F(RenderTest, ValidatesAgainstTruth) {
   make_room(spec);
   write_image(file("truth.png"), render_truth(spec, {0.1, 0.2}, 64));
   std::ofstream(file("gt.csv")) << "file,x,y,z\ntruth.png,0.1,0,0.2\n";
+  expect_error(render("validate " + room()), 2, "give true views with --truth, or another room", 3);
   const std::string command = "validate " + room() + " --truth " + file("gt.csv") + " --report " +
                               file("report") + " --viewpoints 2";
   const CommandResult result = render(command);

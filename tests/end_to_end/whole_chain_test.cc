@@ -163,7 +163,7 @@ TEST_F(WholeChainTest, FromTheFirstMoveToValidatedViews) {
   }
   ASSERT_NO_FATAL_FAILURE(run(fmt::format(
       "{} all {} --out {} --lens-start {}/lenses/dual-fisheye.yaml --width 512 --auto-mask "
-      "--keyframes-mm 200 --no-connection",
+      "--keyframes-mm 200",
       RAYWALK_CALIBRATE, path("session"), path("calibration"), RAYWALK_CONFIGS)));
   EXPECT_EQ(calibration()["trustworthy"], true);
 
