@@ -218,6 +218,9 @@ void Calibration::run_rectify() {
   RectifyOptions rectify = options_.rectify;
   rectify.mask = mask();
   rectify.tolerance = options_.input.tolerance;
+  if (has(CalibrationStep::kStitch)) {
+    rectify.fisheye = read_fisheye_source(captured_, camera(), options_.out);
+  }
   if (options_.pose_table) {
     rectify_set(set, poses, nullptr, rectify);
     return;

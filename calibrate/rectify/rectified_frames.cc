@@ -8,6 +8,9 @@
 
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/rectify/held_out_light.h"
+#include "calibrate/stitch/frame_pictures.h"
+#include "calibrate/stitch/frames_at_once.h"
+#include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
@@ -32,26 +35,42 @@ std::vector<int> posed_frames(const FramePoses& poses) {
   return frames;
 }
 
+// What all frames are made from.
+struct RectifyInputs {
+  const CaptureSet& panoramas;
+  const cv::Mat& mask;  // of all frames
+  const std::optional<FisheyeSource>& fisheye;
+
+  // The frames whose files are read.
+  const CaptureSet& frames() const { return fisheye ? fisheye->captured : panoramas; }
+  bool masks(int index) const {
+    return !mask.empty() || panoramas.frames[static_cast<std::size_t>(index)].mask.has_value();
+  }
+};
+
+std::string text_of(const fs::path& file) {
+  return fmt::format(" {} {}", fs::absolute(file).string(), stamp_of(file).text());
+}
+
 // Fingerprint of everything that the pictures depend on.
-std::string inputs_of(const CaptureSet& set, const FramePoses& poses,
-                      const std::vector<LightGain>& gains, const cv::Mat& mask) {
-  std::string inputs;
+std::string fingerprint_of(const RectifyInputs& inputs, const FramePoses& poses,
+                           const std::vector<LightGain>& gains) {
+  std::string text;
+  if (inputs.fisheye) text += "fisheye " + source_text(*inputs.fisheye);
   for (const int index : posed_frames(poses)) {
     const auto i = static_cast<std::size_t>(index);
-    const fs::path& file = set.frames[i].file;
-    inputs += fmt::format("{} {} {}", set.frames[i].name, fs::absolute(file).string(),
-                          stamp_of(file).text());
+    const CaptureFrame& frame = inputs.frames().frames[i];
+    text += frame.name + text_of(frame.file);
+    if (frame.back) text += text_of(*frame.back);
     for (const double element : poses[i]->world_from_camera.reshaped()) {
-      inputs += fmt::format(" {:.17g}", element);
+      text += fmt::format(" {:.17g}", element);
     }
-    for (const double gain : gains[i]) inputs += fmt::format(" {:.17g}", gain);
-    if (const auto& own = set.frames[i].mask) {
-      inputs += fmt::format(" {} {}", fs::absolute(*own).string(), stamp_of(*own).text());
-    }
-    inputs += '\n';
+    for (const double gain : gains[i]) text += fmt::format(" {:.17g}", gain);
+    if (frame.mask) text += text_of(*frame.mask);
+    text += '\n';
   }
-  if (!mask.empty()) inputs += sha256_of_pixels(mask);
-  return sha256_hex(inputs);
+  if (!inputs.mask.empty()) text += sha256_of_pixels(inputs.mask);
+  return sha256_hex(text);
 }
 
 // Prepares the partial directory: emptied unless it has the same inputs.
@@ -64,31 +83,76 @@ void prepare(const fs::path& partial, const std::string& inputs) {
   }
 }
 
-// `mask` is that of all frames.
-void write_mask(const CaptureSet& set, int index, const FramePose& pose, const cv::Mat& mask,
+void write_mask(const RectifyInputs& inputs, int index, const cv::Mat& rectified,
                 const fs::path& file) {
-  const cv::Mat rotated = rotate_mask(joint_mask(set, index, mask), pose.world_from_camera);
-  if (cv::countNonZero(rotated) > 0) return write_image(file, rotated);
-  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(index)];
+  if (cv::countNonZero(rectified) > 0) return write_image(file, rectified);
+  const CaptureFrame& frame = inputs.panoramas.frames[static_cast<std::size_t>(index)];
   throw Error(fmt::format(
       "{}: of what the mask of frame {} leaves, nothing remains after rotation; give it a mask "
       "that leaves more than single pixels",
-      frame.where.empty() ? set.source.string() : frame.where, frame.name));
+      frame.where.empty() ? inputs.panoramas.source.string() : frame.where, frame.name));
 }
 
-void write_frame(const CaptureSet& set, int index, const FramePose& pose, const LightGain& gain,
-                 const cv::Mat& mask, const fs::path& directory) {
-  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(index)];
-  const fs::path picture = directory / rectified_file(frame).filename();
-  const fs::path masked = directory / "masks" / rectified_mask_file(frame).filename();
-  if ((!mask.empty() || frame.mask) && !fs::exists(masked)) {
-    write_mask(set, index, pose, mask, masked);
+// Where the files of a frame go.
+struct FrameFiles {
+  fs::path picture{};
+  fs::path mask{};  // empty: it has none
+};
+
+FrameFiles files_of(const RectifyInputs& inputs, int index, const fs::path& directory) {
+  const CaptureFrame& frame = inputs.panoramas.frames[static_cast<std::size_t>(index)];
+  FrameFiles files{.picture = directory / rectified_file(frame).filename()};
+  if (inputs.masks(index)) {
+    files.mask = directory / "masks" / rectified_mask_file(frame).filename();
   }
-  if (fs::exists(picture)) return;
-  const cv::Mat panorama = read_panorama(frame.file);
+  return files;
+}
+
+bool are_there(const FrameFiles& files) {
+  return fs::exists(files.picture) && (files.mask.empty() || fs::exists(files.mask));
+}
+
+void write_from_panorama(const RectifyInputs& inputs, int index, const FramePose& pose,
+                         const LightGain& gain, const FrameFiles& files) {
+  if (!files.mask.empty()) {
+    write_mask(
+        inputs, index,
+        rotate_mask(joint_mask(inputs.panoramas, index, inputs.mask), pose.world_from_camera),
+        files.mask);
+  }
+  const cv::Mat panorama =
+      read_panorama(inputs.panoramas.frames[static_cast<std::size_t>(index)].file);
   const LevelsUnderGain levels(gain);
-  write_image(picture, rotate_panorama(panorama, pose.world_from_camera,
-                                       [&levels](const cv::Vec3f& seen) { return levels(seen); }));
+  write_image(files.picture,
+              rotate_panorama(panorama, pose.world_from_camera,
+                              [&levels](const cv::Vec3f& seen) { return levels(seen); }));
+}
+
+void write_from_fisheye(const RectifyInputs& inputs, int index, const FramePose& pose,
+                        const LightGain& gain, const FrameFiles& files) {
+  const FisheyeSource& source = *inputs.fisheye;
+  const FramePictures pictures =
+      read_frame_pictures(source.captured.frames[static_cast<std::size_t>(index)], source.camera);
+  const Stitcher stitcher(source.camera, source.width, source.options, source.balance,
+                          pose.world_from_camera);
+  const LevelsUnderGain levels(gain);
+  StitchedFrame made = stitcher.stitch(pictures.front, pictures.back, pictures.mask,
+                                       [&levels](const cv::Vec3f& seen) { return levels(seen); });
+  if (!inputs.mask.empty()) {
+    const cv::Mat common = rotate_mask(inputs.mask, pose.world_from_camera);
+    made.mask = made.mask.empty() ? common : made.mask & common;
+  }
+  if (!files.mask.empty()) write_mask(inputs, index, made.mask, files.mask);
+  write_image(files.picture, made.panorama);
+}
+
+// Number of concurrent frames. Panoramas are small beside the tables of fisheye pictures.
+int at_once(const RectifyInputs& inputs) {
+  if (!inputs.fisheye) return thread_count();
+  const FisheyeSource& source = *inputs.fisheye;
+  const double pixels = table_pixels(source.camera, source.width);
+  return frames_at_once(bytes_of_pictures(source.camera) + bytes_of_panorama(pixels) +
+                        bytes_of_tables(pixels));
 }
 
 void move_into_place(const fs::path& partial, const fs::path& directory, bool masked) {
@@ -181,23 +245,24 @@ fs::path rectified_mask_file(const CaptureFrame& frame) {
 
 void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
                             const std::vector<LightGain>& gains, const cv::Mat& mask,
-                            const fs::path& out) {
+                            const fs::path& out, const std::optional<FisheyeSource>& fisheye) {
+  const RectifyInputs inputs{panoramas, mask, fisheye};
   const fs::path directory = out / kDirectory;
   fs::path partial = directory;
   partial += ".partial";
-  prepare(partial, inputs_of(panoramas, poses, gains, mask));
+  prepare(partial, fingerprint_of(inputs, poses, gains));
   const std::vector<int> frames = posed_frames(poses);
   Progress progress("Rectifying", static_cast<std::int64_t>(frames.size()), "frames");
-  parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
-      write_frame(panoramas, static_cast<int>(frame), *poses[frame], gains[frame], mask, partial);
-      progress.advance();
-    }
+  for_each_frame(static_cast<int>(frames.size()), at_once(inputs), [&](int i) {
+    const int index = frames[static_cast<std::size_t>(i)];
+    const auto frame = static_cast<std::size_t>(index);
+    const FrameFiles files = files_of(inputs, index, partial);
+    const auto write = fisheye ? &write_from_fisheye : &write_from_panorama;
+    if (!are_there(files)) write(inputs, index, *poses[frame], gains[frame], files);
+    progress.advance();
   });
-  const bool masked = !mask.empty() || std::any_of(frames.begin(), frames.end(), [&](int frame) {
-    return panoramas.frames[static_cast<std::size_t>(frame)].mask.has_value();
-  });
+  const bool masked =
+      std::any_of(frames.begin(), frames.end(), [&](int frame) { return inputs.masks(frame); });
   move_into_place(partial, directory, masked);
 }
 

@@ -148,7 +148,7 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
     result.gains = result.exposure->gains;
     spdlog::info("{}", exposure_summary(*result.exposure));
   }
-  write_rectified_frames(panoramas, poses, result.gains, mask, options.out);
+  write_rectified_frames(panoramas, poses, result.gains, mask, options.out, options.fisheye);
   const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);
   const auto truth = rectified_rows(panoramas, poses, !mask.empty(), true);
   result.frames = static_cast<int>(rows.size());

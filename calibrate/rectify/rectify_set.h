@@ -13,6 +13,7 @@
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/grid/grid_result.h"
 #include "calibrate/rectify/exposure_gains.h"
+#include "calibrate/stitch/fisheye_source.h"
 
 namespace raywalk::calibrate {
 
@@ -22,6 +23,9 @@ struct RectifyOptions {
   std::optional<cv::Mat> mask{};
   GridTolerance tolerance{};  // how the lines of the capture were found
   bool equalise_gain = true;
+  // What the panoramas were stitched from: frames are then made straight from it. nullopt: the
+  // panoramas are the captured pictures.
+  std::optional<FisheyeSource> fisheye{};
   // Poses before the calibration, for comparison; empty: nominal_poses.
   FramePoses start{};
   std::filesystem::path out{};  // of the calibration

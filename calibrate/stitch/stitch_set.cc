@@ -3,19 +3,15 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-
 #include "calibrate/base/frame_masks.h"
+#include "calibrate/stitch/fisheye_source.h"
 #include "calibrate/stitch/frame_pictures.h"
+#include "calibrate/stitch/frames_at_once.h"
 #include "calibrate/stitch/measure_balance.h"
 #include "calibrate/stitch/stitch_page.h"
 #include "calibrate/stitch/stitch_record.h"
 #include "calibrate/stitch/stitcher.h"
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
-#include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
@@ -27,42 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Memory for all frames in work, and of one frame per pixel of its pictures (read, copied with a
-// fourth channel) and of its panorama (levels of two lenses, the result, its PNG).
-constexpr double kWorkBytes = 1.5e9;
-constexpr double kBytesPerFramePixel = 10.0;
-constexpr double kBytesPerPanoramaPixel = 20.0;
-
 // Blend width of the unblended sample on the page.
 constexpr double kHardSeam_deg = 1e-3;
-
-DualFisheyeCamera fitting_camera(const CaptureSet& set,
-                                 const std::optional<DualFisheyeCamera>& camera) {
-  if (!camera) {
-    throw UsageError(
-        "dual-fisheye frames need a lens file to be stitched; run raywalk-calibrate "
-        "lens, or give --lens FILE");
-  }
-  for (const CaptureFrame& frame : set.frames) {
-    if (camera->two_files == frame.back.has_value()) continue;
-    throw Error(fmt::format(
-        "station {}: {}, but the lens file is for a camera with {}; capture the station "
-        "again, or give this camera's lens file",
-        frame.name, frame.back ? "front and back in a file each" : "one picture, no back half",
-        camera->two_files ? "two files" : "one file"));
-  }
-  return scaled_to(*camera, set.frame);
-}
-
-void append(std::string* text, double value) { *text += fmt::format("{} ", value); }
-
-void append(std::string* text, const FisheyeLens& lens, const Eigen::Vector3d& position_m) {
-  for (const double value :
-       {lens.centre.u, lens.centre.v, lens.focal_px, lens.k[0], lens.k[1], lens.k[2], lens.k[3],
-        lens.largest_angle_rad, position_m.x(), position_m.y(), position_m.z()}) {
-    append(text, value);
-  }
-}
 
 void append(std::string* text, const fs::path& file) {
   *text += file.string() + " " + stamp_of(file).text() + "\n";
@@ -73,11 +35,7 @@ std::string fingerprint_of(const CaptureSet& set, const DualFisheyeCamera& camer
                            const StitchOptions& options, int width) {
   std::string text = fmt::format("stitch 1 {} {} {} {} {}\n", width, name_of(options.blend),
                                  options.blend_deg, options.seam_distance_m, options.balance);
-  append(&text, camera.layout.front, camera.layout.front_position_m);
-  append(&text, camera.layout.back, camera.layout.back_position_m);
-  append(&text, camera.layout.back_attitude.yaw_rad);
-  append(&text, camera.layout.back_attitude.pitch_rad);
-  append(&text, camera.layout.back_attitude.roll_rad);
+  text += camera_text(camera);
   for (const CaptureFrame& frame : set.frames) {
     text += "\n" + frame.name + " ";
     append(&text, frame.file);
@@ -146,31 +104,13 @@ class SetStitcher {
     return missing;
   }
 
-  // Number of concurrent frames, limited by threads and memory.
-  int frames_at_once(const Stitcher& stitcher) const {
-    const double files = camera_.two_files ? 2.0 : 1.0;
-    const double bytes =
-        kBytesPerFramePixel * files * camera_.picture.width * camera_.picture.height +
-        kBytesPerPanoramaPixel * stitcher.table_pixels();
-    return std::clamp(static_cast<int>(kWorkBytes / bytes), 1, thread_count());
-  }
-
-  // One worker per concurrent frame, each taking the next frame. Tasks that wait for memory could
-  // deadlock, as the thread that holds it may pick them up.
   void stitch(const Stitcher& stitcher, const std::vector<int>& frames) const {
     Progress progress("stitching", static_cast<std::int64_t>(frames.size()), "panoramas");
-    std::atomic<std::size_t> next = 0;
-    parallel_for(0, frames_at_once(stitcher), 1, [&](int, int) {
-      for (std::size_t i = next++; i < frames.size(); i = next++) {
-        throw_if_interrupted();
-        try {
-          stitch(stitcher, set_.frames[static_cast<std::size_t>(frames[i])]);
-        } catch (...) {
-          next = frames.size();  // the others stop after their frame
-          throw;
-        }
-        progress.advance();
-      }
+    const double bytes =
+        bytes_of_pictures(camera_) + bytes_of_panorama(table_pixels(camera_, width_));
+    for_each_frame(static_cast<int>(frames.size()), frames_at_once(bytes), [&](int i) {
+      stitch(stitcher, set_.frames[static_cast<std::size_t>(frames[static_cast<std::size_t>(i)])]);
+      progress.advance();
     });
   }
 

@@ -25,23 +25,33 @@ struct RowTables {
 class TableBuilder {
  public:
   TableBuilder(const DualFisheyeCamera& camera, PanoramaSize size, const StitcherOptions& options,
-               const LensBalance& balance)
+               const LensBalance& balance, const Eigen::Matrix3d& world_from_camera)
       : size_(size),
+        upward_(world_from_camera.row(1)),
         front_(front_view(camera, options.seam_distance_m)),
         back_(back_view(camera, options.seam_distance_m)),
         balance_(balance),
         blend_rad_(radians_from_degrees(options.blend_deg)),
         // The coarse bands of multi-band blending extend half a ramp beyond the ramp on each side.
-        reach_rad_(options.blend == BlendMethod::kFeather ? 0.5 * blend_rad_ : blend_rad_) {}
+        reach_rad_(options.blend == BlendMethod::kFeather ? 0.5 * blend_rad_ : blend_rad_) {
+    for (int column = 0; column < size.width; ++column) {
+      const double theta_rad =
+          angles_from_pixel({static_cast<double>(column), 0.0}, size).theta_rad;
+      horizon_.emplace_back(world_from_camera.transpose() *
+                            direction_from_angles({theta_rad, 0.0}));
+    }
+  }
 
   // Fills a row of the tables' pictures; returns the number of pixels seen by neither lens.
   int fill_row(int row, StitchTables* tables, RowTables* in_row) const {
     auto* region = tables->region.ptr<unsigned char>(row);
     auto* weight = tables->front_weight.ptr<float>(row);
     int unseen = 0;
+    const double phi_rad = angles_from_pixel({0.0, static_cast<double>(row)}, size_).phi_rad;
+    const double level = std::cos(phi_rad);
+    const Eigen::Vector3d upward = std::sin(phi_rad) * upward_;
     for (int column = 0; column < size_.width; ++column) {
-      const Eigen::Vector3d direction = direction_from_angles(
-          angles_from_pixel({static_cast<double>(column), static_cast<double>(row)}, size_));
+      const Eigen::Vector3d direction = level * horizon_[static_cast<std::size_t>(column)] + upward;
       const auto in_front = front_.look(direction), in_back = back_.look(direction);
       if (!in_front && !in_back) {
         ++unseen;
@@ -83,6 +93,8 @@ class TableBuilder {
   }
 
   PanoramaSize size_;
+  Eigen::Vector3d upward_;                  // the panorama's, in the camera's axes
+  std::vector<Eigen::Vector3d> horizon_{};  // by column: its direction at the horizon, likewise
   LensView front_, back_;
   LensBalance balance_;
   double blend_rad_;
@@ -112,12 +124,13 @@ LensSamples joined(std::vector<RowTables>* rows, LensSamples RowTables::*lens) {
 }  // namespace
 
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
-                                const StitcherOptions& options, const LensBalance& balance) {
+                                const StitcherOptions& options, const LensBalance& balance,
+                                const Eigen::Matrix3d& world_from_camera) {
   StitchTables tables;
   tables.size = size;
   tables.region.create(size.height, size.width, CV_8UC1);
   tables.front_weight.create(size.height, size.width, CV_32FC1);
-  const TableBuilder builder(camera, size, options, balance);
+  const TableBuilder builder(camera, size, options, balance, world_from_camera);
   std::vector<RowTables> rows(static_cast<std::size_t>(size.height));
   std::vector<int> unseen(rows.size());
   parallel_for(0, size.height, kRowsAtOnce, [&](int begin, int end) {

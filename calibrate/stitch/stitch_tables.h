@@ -1,6 +1,7 @@
 // Lookup tables of stitching: the lens and the source position of every pixel of a panorama.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <limits>
 #include <opencv2/core/mat.hpp>
@@ -55,9 +56,11 @@ struct StitchTables {
   cv::Mat front_weight{};  // CV_32FC1, 0..1: a ramp across the seam; 0.5 on it
 };
 
-// The seam is at equal angles from the rims of both lenses. Throws Error if some direction is seen
-// by neither lens.
+// The panorama is in the axes that `world_from_camera` turns the camera's into; the identity: in
+// the camera's own. The seam is at equal angles from the rims of both lenses. Throws Error if some
+// direction is seen by neither lens.
 StitchTables make_stitch_tables(const DualFisheyeCamera& camera, PanoramaSize size,
-                                const StitcherOptions& options, const LensBalance& balance);
+                                const StitcherOptions& options, const LensBalance& balance,
+                                const Eigen::Matrix3d& world_from_camera);
 
 }  // namespace raywalk::calibrate

@@ -23,6 +23,12 @@ double native_width(const DualFisheyeCamera& camera) {
   return kPi * (camera.layout.front.focal_px + camera.layout.back.focal_px);
 }
 
+// Of the tables over the panorama.
+int oversampling(const DualFisheyeCamera& camera, int width) {
+  return std::max(1,
+                  static_cast<int>(std::ceil(native_width(camera) / (kMostMinification * width))));
+}
+
 int checked_width(int width) {
   if (width < kSmallestWidth_px || width > kLargestWidth_px || width % 2 != 0) {
     throw UsageError(fmt::format("a panorama cannot be {} px wide; give an even width of {} to {}",
@@ -76,6 +82,19 @@ cv::Mat sampled(const cv::Mat& bordered, const LensSamples& lens, const ColourRo
   return levels;
 }
 
+// `levels` are CV_16SC3, times kLevelParts.
+cv::Mat changed(const cv::Mat& levels, const ColourChange& change) {
+  cv::Mat picture(levels.size(), CV_8UC3);
+  for (int v = 0; v < levels.rows; ++v) {
+    const auto* from = levels.ptr<cv::Vec3s>(v);
+    auto* to = picture.ptr<cv::Vec3b>(v);
+    for (int u = 0; u < levels.cols; ++u) {
+      to[u] = cv::Vec3b(change(cv::Vec3f(from[u]) * (1.0F / kLevelParts)));
+    }
+  }
+  return picture;
+}
+
 }  // namespace
 
 int default_panorama_width(const DualFisheyeCamera& camera) {
@@ -84,37 +103,65 @@ int default_panorama_width(const DualFisheyeCamera& camera) {
   return static_cast<int>(std::clamp<double>(width, kSmallestWidth_px, kLargestWidth_px));
 }
 
+double table_pixels(const DualFisheyeCamera& camera, int width) {
+  const double across = static_cast<double>(oversampling(camera, width)) * width;
+  return 0.5 * across * across;
+}
+
 Stitcher::Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
-                   const LensBalance& balance)
+                   const LensBalance& balance, const Eigen::Matrix3d& world_from_camera)
     : size_{checked_width(width), width / 2},
-      oversampling_(std::max(
-          1, static_cast<int>(std::ceil(native_width(camera) / (kMostMinification * width))))),
-      tables_(make_stitch_tables(camera, scaled(size_, oversampling_), checked(options), balance)),
+      oversampling_(oversampling(camera, width)),
+      tables_(make_stitch_tables(camera, scaled(size_, oversampling_), checked(options), balance,
+                                 world_from_camera)),
       seam_(tables_, options) {
   for (std::size_t colour = 0; colour < balance.back_gain.size(); ++colour) {
     back_roots_.bgr[colour] = static_cast<float>(root_of_light(balance.back_gain[colour]));
   }
 }
 
-StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
-                               const cv::Mat& mask) const {
+StitchedFrame Stitcher::stitch_finely(const cv::Mat& front, const cv::Mat& back,
+                                      const cv::Mat& mask) const {
   const cv::Mat front_padded = padded(front);
   const cv::Mat back_padded = front.data == back.data ? front_padded : padded(back);
   cv::Mat levels = sampled(front_padded, tables_.front, ColourRoots{}, tables_.size);
   cv::Mat back_levels = sampled(back_padded, tables_.back, back_roots_, tables_.size);
-  StitchedFrame stitched;
-  if (!mask.empty()) stitched.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
+  StitchedFrame fine;
+  if (!mask.empty()) fine.mask = join_masked_halves(tables_, mask, &levels, &back_levels);
   seam_.blend(&levels, back_levels);
+  fine.panorama = levels;
+  return fine;
+}
+
+void Stitcher::reduce(cv::Mat* picture) const {
+  if (oversampling_ == 1) return;
+  cv::Mat fine = *picture;
+  cv::resize(fine, *picture, {size_.width, size_.height}, 0.0, 0.0, cv::INTER_AREA);
+}
+
+void Stitcher::reduce_mask(cv::Mat* mask) const {
+  if (mask->empty() || oversampling_ == 1) return;
+  reduce(mask);
+  *mask = *mask == 255;
+}
+
+StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back,
+                               const cv::Mat& mask) const {
+  StitchedFrame stitched = stitch_finely(front, back, mask);
+  cv::Mat levels = stitched.panorama;
   levels.convertTo(stitched.panorama, CV_8U, 1.0 / kLevelParts);
-  if (oversampling_ == 1) return stitched;
-  const auto reduce = [&](cv::Mat* picture) {
-    cv::Mat fine = *picture;
-    cv::resize(fine, *picture, {size_.width, size_.height}, 0.0, 0.0, cv::INTER_AREA);
-  };
   reduce(&stitched.panorama);
-  if (stitched.mask.empty()) return stitched;
-  reduce(&stitched.mask);
-  stitched.mask = stitched.mask == 255;
+  reduce_mask(&stitched.mask);
+  return stitched;
+}
+
+StitchedFrame Stitcher::stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask,
+                               const ColourChange& change) const {
+  StitchedFrame stitched = stitch_finely(front, back, mask);
+  cv::Mat levels = stitched.panorama;
+  reduce(&levels);
+  stitched.panorama = changed(levels, change);
+  reduce_mask(&stitched.mask);
   return stitched;
 }
 

@@ -8,6 +8,7 @@
 #include "calibrate/stitch/stitch_tables.h"
 #include "core/files/lens_file.h"
 #include "core/geometry/sphere.h"
+#include "core/panorama/panorama_rotation.h"
 
 namespace raywalk::calibrate {
 
@@ -15,26 +16,27 @@ namespace raywalk::calibrate {
 // focal lengths, rounded to a multiple of 16.
 int default_panorama_width(const DualFisheyeCamera& camera);
 
+// Number of pixels of a stitcher's tables, before averaging down.
+double table_pixels(const DualFisheyeCamera& camera, int width);
+
 struct StitchedFrame {
   cv::Mat panorama{};  // CV_8UC3
   cv::Mat mask{};      // CV_8UC1 of its size, 0 = masked, 255 valid; empty: nothing is masked
 };
 
-// Construct once for all frames of a camera: its tables take about a second. A panorama coarser
-// than the frames is stitched at a multiple of its size and averaged down to avoid aliasing.
-// Thread-safe; each frame is stitched by one thread.
+// Construct once for all frames of a camera in its own axes: the tables take about a second. In
+// world axes every frame needs its own, as its attitude is part of them: a pixel is then sampled
+// once, from the fisheye pictures. A panorama coarser than the frames is stitched at a multiple of
+// its size and averaged down to avoid aliasing. Thread-safe; each frame is stitched by one thread.
 class Stitcher {
  public:
   // `width` of the panoramas is even, 64 to 32768. Throws UsageError for width and options out of
   // range, Error for lenses that leave a gap between them.
   Stitcher(const DualFisheyeCamera& camera, int width, const StitcherOptions& options,
-           const LensBalance& balance);
+           const LensBalance& balance,
+           const Eigen::Matrix3d& world_from_camera = Eigen::Matrix3d::Identity());
 
   PanoramaSize size() const { return size_; }
-  // Number of pixels of the tables, before averaging down.
-  double table_pixels() const {
-    return static_cast<double>(tables_.size.width) * tables_.size.height;
-  }
 
   // The panorama, CV_8UC3, of a frame that holds both image circles, or of one picture for each
   // lens. They are CV_8UC3 and of the camera's picture size.
@@ -44,8 +46,17 @@ class Stitcher {
   }
   // With the frame's mask (masked_halves.h), CV_8UC1 of the picture's size, 0 = masked, or empty.
   StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask) const;
+  // The same with `change` applied to each colour of the panorama before it is rounded.
+  StitchedFrame stitch(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask,
+                       const ColourChange& change) const;
 
  private:
+  // Levels times kLevelParts, CV_16SC3, and the mask, both of the tables' size.
+  StitchedFrame stitch_finely(const cv::Mat& front, const cv::Mat& back, const cv::Mat& mask) const;
+  // Averages down to the panorama's size.
+  void reduce(cv::Mat* picture) const;
+  void reduce_mask(cv::Mat* mask) const;
+
   PanoramaSize size_;
   int oversampling_;  // of the tables over the panorama
   StitchTables tables_;
