@@ -15,36 +15,13 @@
 #include <vector>
 
 #include "core/room/room.h"
-#include "core/view/depth_layers.h"
 #include "core/view/kept_maps.h"
+#include "core/view/map_choice.h"
 #include "core/view/row_table.h"
 #include "core/view/smooth_distances.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk {
-
-// A distance map of the room and where it was captured.
-struct MapStation {
-  int line = -1;
-  int map = -1;      // index into DistanceVolume
-  int station = -1;  // the map's station on the line
-  Eigen::Vector3d position_m{0, 0, 0};
-};
-
-// Distance maps of the given lines, nearest to `viewpoint_m` first, no two nearer to each other
-// than `gap_m`, at most `most_per_line` of a line and `most` in all.
-std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> lines,
-                                     const Eigen::Vector3d& viewpoint_m, double gap_m,
-                                     int most_per_line, int most);
-
-// Further maps of all lines, for points that masks hide from nearby stations: nearest first, each
-// at least a quarter of its own distance from all others and from those in `near`, so that a few
-// cover any room. At most `most`.
-std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
-                                     const Eigen::Vector3d& viewpoint_m, int most);
-
-// Range of the known inverse distances of a map, 1/m; {0, 0} where none is known.
-OmegaRange omega_range(const Room& room, const MapStation& map);
 
 class DistanceView {
  public:
@@ -98,18 +75,5 @@ class DistanceView {
   KeptMaps kept_;
   std::vector<std::shared_ptr<const KeptMap>> maps_;  // of the view
 };
-
-// A distance map looked up from another place.
-struct MapLookup {
-  float omega_there = 0.0f;    // inverse distance of the looked-up point from the map's station
-  float omega_map = -1.0f;     // inverse distance stored in that direction; < 0 if unknown
-  float omega_around = -1.0f;  // the largest of the four pixels around that direction
-};
-
-// Looks up the point at inverse distance `omega` in direction `direction` from `viewpoint_m` in a
-// map. The map is interpolated over the pixels that agree with the point within `tolerance`; where
-// none does, the nearest pixel is used.
-MapLookup look_up(const Room& room, const MapStation& map, const Eigen::Vector3f& direction,
-                  float omega, const Eigen::Vector3d& viewpoint_m, float tolerance);
 
 }  // namespace raywalk

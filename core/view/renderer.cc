@@ -14,6 +14,7 @@
 #include "core/room/kept_stations.h"
 #include "core/view/column_arrays.h"
 #include "core/view/column_worker.h"
+#include "core/view/depth_layers.h"
 #include "core/view/sample_reader.h"
 
 namespace raywalk {
