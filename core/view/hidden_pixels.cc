@@ -79,10 +79,10 @@ void HiddenPixels::show_station(const ColumnPoints& points, int fill, RowRun row
       continue;
     }
     const int part = hidden_part(row);
+    const std::uint8_t* const shown = shown_.data() + 3 * i;
     for (int c = 0; c < 3; ++c) {
       std::uint8_t& held = rgb[3 * row + c];
-      held = static_cast<std::uint8_t>(
-          held + ((shown_[static_cast<size_t>(3 * i + c)] - held) * part) / kSeen);
+      held = static_cast<std::uint8_t>(held + ((shown[c] - held) * part) / kSeen);
     }
     if (part > kSeen / 2) ++filled_;
   }

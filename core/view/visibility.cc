@@ -45,7 +45,8 @@ void RingVisibility::find_bins(float tolerance) {
   const auto points = static_cast<size_t>(points_);
   const int turn = 2 * rows_;
   for (size_t i = 0; i < points; ++i) {
-    const int row = static_cast<int>(position_[i] + 0.5f);  // not negative: rounded to nearest
+    const float row_above = position_[i] + 0.5f;  // not negative, so that truncation rounds
+    const int row = static_cast<int>(row_above);
     bin_[i] = row < turn ? row : row - turn;
   }
   const auto leaves_gap = [&](size_t i, size_t before) {
