@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <vector>
 
 #include "core/base/median.h"
@@ -15,6 +16,9 @@ namespace raywalk::bench {
 namespace {
 
 constexpr int kPairs = 12;
+constexpr int kWalks = 3;
+constexpr int kWalkSteps = 64;
+constexpr double kWalkStep_m = 0.03;
 
 // Growth of the resident set caused by one view of a room of which nothing has been read.
 struct ResidentGrowth {
@@ -34,7 +38,8 @@ ResidentGrowth resident_growth(const ViewOptions& options) {
 
 // A 4096x2048 view of a generation, at viewpoints distributed over the cell, relative to a
 // cv::remap of the same size with the same number of threads. The two alternate, so that other load
-// affects both; `ratio` is the median over the pairs, `cpu_ratio` the same for processor time.
+// affects both, and each reuses the memory of its picture; `ratio` is the median over the pairs,
+// `cpu_ratio` the same for processor time.
 // `peak_MB` and `mapped_MB` are the ResidentGrowth, `room_MB` the size of the room.
 void bench_options(benchmark::State& state, ViewOptions options) {
   options.k_deg = 76.0;
@@ -43,7 +48,8 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   const Room room = Room::open(bench_room());
   const std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
   Renderer renderer(room, options);
-  for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint);
+  RenderedView view;
+  for (const PlanPoint& viewpoint : viewpoints) renderer.render(viewpoint, view);
   PitchRemap remap(kBenchWidth);
   remap.run();
 
@@ -51,12 +57,13 @@ void bench_options(benchmark::State& state, ViewOptions options) {
   for (auto _ : state) {
     const PlanPoint viewpoint = viewpoints[view_s.size() % viewpoints.size()];
     const Times yardstick = times_of([&] { remap.run(); });
-    const Times view = times_of([&] { benchmark::DoNotOptimize(renderer.render(viewpoint)); });
-    view_s.push_back(view.wall_s);
+    const Times times = times_of([&] { renderer.render(viewpoint, view); });
+    benchmark::DoNotOptimize(view.image.data);
+    view_s.push_back(times.wall_s);
     remap_s.push_back(yardstick.wall_s);
-    ratios.push_back(view.wall_s / yardstick.wall_s);
-    cpu_ratios.push_back(view.cpu_s / yardstick.cpu_s);
-    state.SetIterationTime(view.wall_s);
+    ratios.push_back(times.wall_s / yardstick.wall_s);
+    cpu_ratios.push_back(times.cpu_s / yardstick.cpu_s);
+    state.SetIterationTime(times.wall_s);
   }
   state.counters["ratio"] = median(ratios);
   state.counters["cpu_ratio"] = median(cpu_ratios);
@@ -111,6 +118,43 @@ void bench_flat(benchmark::State& state, Generation generation) {
   state.counters["ratio"] = median(ratios);
   state.counters["view_ms"] = 1e3 * median(flat_s);
 }
+
+// A walk around the middle of the cell, kWalkSteps views kWalkStep_m apart, 2048 x 1024 each. `fps`
+// is the number of views per second.
+void bench_walk(benchmark::State& state, Generation generation) {
+  const Room room = Room::open(bench_room());
+  const Cell& cell = room.grid().cells.front();
+  const PlanPoint middle{0.5 * (cell.x_min_m + cell.x_max_m), 0.5 * (cell.z_min_m + cell.z_max_m)};
+  const double radius_m = kWalkSteps * kWalkStep_m / kTwoPi;
+  Renderer renderer(room, {.generation = generation, .k_deg = 76.0, .width = kBenchWidth / 2});
+  RenderedView view;
+  const auto step_to = [&](int step) {
+    const double angle_rad = kTwoPi * step / kWalkSteps;
+    renderer.render(
+        {middle.x_m + radius_m * std::sin(angle_rad), middle.z_m + radius_m * std::cos(angle_rad)},
+        view);
+    benchmark::DoNotOptimize(view.image.data);
+  };
+  for (int step = 0; step < kWalkSteps; ++step) step_to(step);
+  std::vector<double> frames_per_s;
+  for (auto _ : state) {
+    const Times times = times_of([&] {
+      for (int step = 0; step < kWalkSteps; ++step) step_to(step);
+    });
+    frames_per_s.push_back(kWalkSteps / times.wall_s);
+    state.SetIterationTime(times.wall_s);
+  }
+  state.counters["fps"] = median(frames_per_s);
+}
+
+BENCHMARK_CAPTURE(bench_walk, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kWalks)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_walk, two_sided, Generation::kTwoSided)
+    ->Iterations(kWalks)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(bench_flat, initial, Generation::kInitial)
     ->Iterations(kPairs)
