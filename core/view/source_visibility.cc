@@ -37,20 +37,32 @@ SourceVisibility::SourceVisibility(const ViewInputs& view, ColumnDistances& dist
       stations_(view.room, *view.distances, view.viewpoint_m()),
       samples_(view.output.height) {}
 
+// Where both stations are read, output columns with other stations share what is visible: it
+// changes little. A single station may see what another one does not.
+int SourceVisibility::only_station(const RaySource& source) const {
+  const Reading reading = usual_reading(view_, source);
+  return reading == Reading::kBoth ? kBothStations
+                                   : source.station + (reading == Reading::kSecond ? 1 : 0);
+}
+
 std::span<const std::uint8_t> SourceVisibility::visible_rows(int depth_theta,
                                                              const RaySource& source) {
   if (theta_ != depth_theta) {
     theta_ = depth_theta;
     visible_.clear();
-    visible_.reserve(2 * kMaxSources);  // returned spans stay valid
+    visible_.reserve(2 * kMaxSources);
   }
   const bool behind = source.d_p_m < 0.0;
+  const int only = only_station(source);
   for (const Visible& known : visible_) {
-    if (known.line == source.line && known.behind == behind) return known.rows;
+    if (known.line == source.line && known.behind == behind && known.only_station == only) {
+      return known.rows;
+    }
   }
-  Visible& visible = visible_.emplace_back();
+  Visible& visible = visible_.emplace_back();  // moving others keeps the rows they have returned
   visible.line = source.line;
   visible.behind = behind;
+  visible.only_station = only;
   ring_.compute(*view_.distances, depth_theta, source.d_p_m, visible.rows);
   remove_hidden_from_stations(depth_theta, source, visible.rows);
   weigh_visibility(view_.distances->trust(depth_theta), visible.rows);

@@ -40,12 +40,17 @@ class SourceVisibility {
                                             std::size_t which);
 
  private:
+  static constexpr int kBothStations = -1;
+
   struct Visible {
     int line = -1;
     bool behind = false;
+    int only_station = kBothStations;
     std::vector<std::uint8_t> rows;
   };
 
+  // The station that is read of a source, or kBothStations.
+  int only_station(const RaySource& source) const;
   std::span<const std::uint8_t> visible_rows(int depth_theta, const RaySource& source);
   // Sets visible[row] = 0 where a station of the source does not see the point and another one
   // does.

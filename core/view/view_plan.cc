@@ -116,6 +116,21 @@ ViewPlan::ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& 
   }
 }
 
+ViewPlan::ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const RaySource& between)
+    : grid_(grid),
+      viewpoint_{position_m.x(), position_m.z()},
+      height_m_(position_m.y()),
+      lines_{between.line},
+      everywhere_(ColumnPlan()) {
+  for (const double fraction : {0.0, 1.0}) {
+    RaySource station = between;
+    station.fraction = fraction;
+    station.weight = fraction == 0.0 ? 1.0 - between.fraction : between.fraction;
+    if (station.weight == 0.0) continue;
+    everywhere_->front[static_cast<size_t>(everywhere_->front_count++)] = station;
+  }
+}
+
 void ViewPlan::plan_cell(const Cell& cell, const ConnectionRule& rule) {
   closed_ = true;
   height_m_ = height_in_cell(grid_, cell, viewpoint_);
@@ -187,6 +202,7 @@ int ViewPlan::front_sources(double theta_rad, std::array<RaySource, 2>& sources)
 }
 
 ColumnPlan ViewPlan::column(double theta_rad) const {
+  if (everywhere_) return *everywhere_;
   ColumnPlan plan;
   plan.front_count = front_sources(wrap_angle(theta_rad), plan.front);
   // The line behind is the line in front of the opposite column, at negative distance.

@@ -54,8 +54,15 @@ class ViewPlan {
   // grid has cells and the viewpoint is in none of them, or when no column can be rendered.
   ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& rule);
 
+  // The view at `position_m`, which is read from one pair of neighbouring stations in every
+  // direction. Each of the two is a source of its own, with a share by nearness, so that points are
+  // read from one where the other does not see them: views of stations_mixed = 1. For re-creating a
+  // station that is left out.
+  ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const RaySource& between);
+
   PlanPoint viewpoint() const { return viewpoint_; }
-  // Height of the view: that of the lines that serve it, around the viewpoint (view_height.h).
+  // Height of the view: that of the lines that serve it, around the viewpoint (view_height.h), or
+  // of the position given.
   double height_m() const { return height_m_; }
   // Lines that serve the view.
   std::span<const int> lines() const { return lines_; }
@@ -76,6 +83,7 @@ class ViewPlan {
   PlanPoint viewpoint_;
   double height_m_ = 0.0;
   std::vector<int> lines_;
+  std::optional<ColumnPlan> everywhere_;  // of all columns
   bool closed_ = false;
   std::array<int, 4> side_lines_{};
   std::array<CornerConnection, 4> corners_{};  // corner i joins side i and side i + 1

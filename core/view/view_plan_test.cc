@@ -233,6 +233,40 @@ TEST(ViewPlan, CornerViewMeasuresFromTheViewpointAndTheLines) {
   EXPECT_NEAR(right_corner.overhang_this_m, 0.5, 1e-12);
 }
 
+TEST(ViewPlan, ViewBetweenTwoStationsReadsThemAllAround) {
+  const Grid grid = square_grid(1.0, 1.0);
+  const RaySource between{.line = 2, .station = 0, .fraction = 0.25};
+  const ViewPlan plan(grid, {7.0, 0.125, -3.0}, between);
+  EXPECT_EQ(plan.height_m(), 0.125) << "the position's own, wherever it is";
+  EXPECT_EQ(plan.viewpoint().x_m, 7.0);
+  EXPECT_EQ(plan.viewpoint().z_m, -3.0);
+  EXPECT_THAT(plan.lines(), testing::ElementsAre(2));
+  for (int degree = -180; degree < 180; degree += 15) {
+    const ColumnPlan column = plan.column(radians_from_degrees(degree));
+    ASSERT_EQ(column.front_count, 2);
+    EXPECT_EQ(column.behind_count, 0);
+    for (const size_t i : {0u, 1u}) {
+      EXPECT_EQ(column.front[i].line, 2);
+      EXPECT_EQ(column.front[i].station, 0);
+      EXPECT_EQ(column.front[i].fraction, static_cast<double>(i)) << "one of the stations alone";
+      EXPECT_EQ(column.front[i].weight, i == 0 ? 0.75 : 0.25);
+      EXPECT_EQ(column.front[i].d_p_m, 0.0);
+    }
+  }
+}
+
+TEST(ViewPlan, ViewAtAStationReadsThatOne) {
+  const Grid grid = square_grid(1.0, 1.0);
+  for (const double fraction : {0.0, 1.0}) {
+    const ViewPlan plan(grid, {0.0, 0.0, 0.0},
+                        RaySource{.line = 2, .station = 0, .fraction = fraction});
+    const ColumnPlan column = plan.column(0.0);
+    ASSERT_EQ(column.front_count, 1);
+    EXPECT_EQ(column.front[0].fraction, fraction);
+    EXPECT_EQ(column.front[0].weight, 1.0);
+  }
+}
+
 TEST(LineCrossing, LiesOnTheRayAndOnAnObliqueLine) {
   Line line = line_at(LineAxis::kX, 0.5, {-1.0, 0.0, 1.0});
   const double oblique = radians_from_degrees(2.0);
