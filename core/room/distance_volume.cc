@@ -54,14 +54,16 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
   check_stations(volume.stations_, stations_of_line, file.string());
   volume.stored_.resize(volume.stations_.size());
   std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
-  volume.distance_ = std::make_shared<MappedDataset>(
+  const auto distance_m = std::make_shared<MappedDataset>(
       MappedDataset::open(file, "distance_m", ElementType::kFloat32));
-  volume.confidence_ =
+  const auto confidence =
       std::make_shared<MappedDataset>(MappedDataset::open(file, "confidence", ElementType::kUint8));
-  const std::vector<std::size_t>& shape = volume.distance_->shape();
+  volume.distance_m_ = {distance_m, static_cast<const float*>(distance_m->data())};
+  volume.confidence_ = {confidence, static_cast<const std::uint8_t*>(confidence->data())};
+  const std::vector<std::size_t>& shape = distance_m->shape();
   if (shape.size() != 3 || shape[0] != volume.stations_.size() || shape[1] != 2 * shape[2] ||
       shape[1] > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
-      volume.confidence_->shape() != shape) {
+      confidence->shape() != shape) {
     throw Error(
         fmt::format("{}: 'distance_m' and 'confidence' are not both [{} maps][theta][phi] with "
                     "twice as many theta as phi",
@@ -91,6 +93,21 @@ DistanceVolume DistanceVolume::subset(std::span<const int> stations_of_line) con
   }
   part.left_out_ = left_out_.subset(stations_of_line);
   return part;
+}
+
+DistanceVolume DistanceVolume::with_maps(std::vector<int> stations, PanoramaSize size,
+                                         std::vector<float> distance_m,
+                                         std::vector<std::uint8_t> confidence) const {
+  DistanceVolume other = *this;
+  other.stored_.resize(stations.size());
+  std::iota(other.stored_.begin(), other.stored_.end(), 0);
+  other.stations_ = std::move(stations);
+  other.size_ = size;
+  const auto distances = std::make_shared<const std::vector<float>>(std::move(distance_m));
+  const auto confidences = std::make_shared<const std::vector<std::uint8_t>>(std::move(confidence));
+  other.distance_m_ = {distances, distances->data()};
+  other.confidence_ = {confidences, confidences->data()};
+  return other;
 }
 
 }  // namespace raywalk

@@ -44,6 +44,12 @@ class DistanceVolume {
   // mapping is shared.
   DistanceVolume subset(std::span<const int> stations_of_line) const;
 
+  // The same line with other maps, held in memory: of the given stations (increasing), [map][theta]
+  // [phi] as in the datasets. header_sha256() and bytes() remain those of the file.
+  DistanceVolume with_maps(std::vector<int> stations, PanoramaSize size,
+                           std::vector<float> distance_m,
+                           std::vector<std::uint8_t> confidence) const;
+
   int maps() const { return static_cast<int>(stations_.size()); }
   // Station index of each map, increasing.
   std::span<const int> stations() const { return stations_; }
@@ -63,10 +69,10 @@ class DistanceVolume {
   const LeftOutPixels& left_out() const { return left_out_; }
   // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
   std::span<const float> distance_column(int map, int theta) const {
-    return {static_cast<const float*>(distance_->data()) + offset(map, theta), rows()};
+    return {distance_m_.get() + offset(map, theta), rows()};
   }
   std::span<const std::uint8_t> confidence_column(int map, int theta) const {
-    return {static_cast<const std::uint8_t*>(confidence_->data()) + offset(map, theta), rows()};
+    return {confidence_.get() + offset(map, theta), rows()};
   }
 
  private:
@@ -79,15 +85,16 @@ class DistanceVolume {
   }
 
   std::vector<int> stations_;
-  std::vector<int> stored_;  // of each map, its index in the file
+  std::vector<int> stored_;  // of each map, its index in the file or memory
   PanoramaSize size_;
   std::string origin_;
   std::string line_;
   std::uint64_t bytes_ = 0;
   std::string header_sha256_;
   LeftOutPixels left_out_;
-  std::shared_ptr<const MappedDataset> distance_;
-  std::shared_ptr<const MappedDataset> confidence_;
+  // Shared with the dataset or the memory that holds them.
+  std::shared_ptr<const float> distance_m_;
+  std::shared_ptr<const std::uint8_t> confidence_;
 };
 
 }  // namespace raywalk
