@@ -59,12 +59,12 @@ void require_comparable(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask)
   }
 }
 
-double decibels_from_mean_squared_error(double mean_squared_error) {
+}  // namespace
+
+double psnr_db(double mean_squared_error) {
   if (mean_squared_error == 0.0) return std::numeric_limits<double>::infinity();
   return 10.0 * std::log10(kPeak * kPeak / mean_squared_error);
 }
-
-}  // namespace
 
 double mean_squared_error(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
   require_comparable(a, b, mask);
@@ -79,7 +79,7 @@ double mean_squared_error(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mas
 }
 
 double psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
-  return decibels_from_mean_squared_error(mean_squared_error(a, b, mask));
+  return psnr_db(mean_squared_error(a, b, mask));
 }
 
 double ws_psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
@@ -94,7 +94,7 @@ double ws_psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
     weighted_error += weight * static_cast<double>(error.sum);
     weight_sum += weight * static_cast<double>(error.pixels);
   }
-  return decibels_from_mean_squared_error(weighted_error / (weight_sum * kChannels));
+  return psnr_db(weighted_error / (weight_sum * kChannels));
 }
 
 }  // namespace raywalk

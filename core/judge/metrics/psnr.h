@@ -13,8 +13,11 @@ namespace raywalk {
 // Columns are selected by passing a.colRange(...).
 double mean_squared_error(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = cv::Mat());
 
-// 10 log10(255^2 / mean_squared_error) in dB; +infinity for identical images, 0 at worst. This is
-// the `average` of ffmpeg's psnr filter for RGB input.
+// 10 log10(255^2 / mean_squared_error) in dB; +infinity for an error of 0.
+double psnr_db(double mean_squared_error);
+
+// The PSNR of two images in dB; +infinity for identical images, 0 at worst. This is the `average`
+// of ffmpeg's psnr filter for RGB input.
 double psnr_db(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = cv::Mat());
 
 // WS-PSNR in dB (Sun, Lu, Yu: Weighted-to-Spherically-Uniform Quality Evaluation for

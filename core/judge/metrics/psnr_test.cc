@@ -90,6 +90,12 @@ TEST(Psnr, HasItsLimits) {
   EXPECT_NEAR(ws_psnr_db(black, white), 0.0, 1e-12);
 }
 
+TEST(Psnr, OfAMeanSquaredError) {
+  EXPECT_EQ(psnr_db(0.0), kInfinity);
+  EXPECT_EQ(psnr_db(255.0 * 255.0), 0.0);
+  EXPECT_NEAR(psnr_db(1.0), 48.1308, 1e-4);
+}
+
 TEST(Psnr, IsTheClosedFormForAUniformError) {
   const cv::Mat a = flat_image({64, 32}, {50, 60, 70});
   const cv::Mat b = flat_image({64, 32}, {55, 65, 75});

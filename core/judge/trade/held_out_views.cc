@@ -4,14 +4,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstring>
-#include <opencv2/imgproc.hpp>
 #include <system_error>
 
 #include "core/base/child_process.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
+#include "core/judge/held_out/captured_station.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk {
@@ -72,29 +71,6 @@ void estimate(const fs::path& room, const DepthRun& run) {
   if (succeeded(status)) return;
   throw Error(fmt::format("{}: {} {}; see {}", room.string(), program.string(),
                           describe_failure(status), log.string()));
-}
-
-cv::Mat frame_of(const LineVolume& volume, int station) {
-  const PanoramaSize size = volume.panorama();
-  cv::Mat columns(size.width, size.height, CV_8UC3);
-  for (int theta = 0; theta < size.width; ++theta) {
-    const auto column = volume.column(station, theta);
-    std::memcpy(columns.ptr(theta), column.data(), column.size());
-  }
-  cv::Mat frame;
-  cv::cvtColor(columns.t(), frame, cv::COLOR_RGB2BGR);
-  return frame;
-}
-
-cv::Mat mask_of(const LineVolume& volume, int station) {
-  if (!volume.masked()) return {};
-  const PanoramaSize size = volume.panorama();
-  cv::Mat mask(size.height, size.width, CV_8UC1, cv::Scalar(0));
-  for (int theta = 0; theta < size.width; ++theta) {
-    const RowRun rows = volume.valid_rows(station, theta);
-    if (!rows.empty()) mask.col(theta).rowRange(rows.begin, rows.end).setTo(255);
-  }
-  return mask;
 }
 
 // A held-out station.
@@ -158,8 +134,8 @@ HeldOutViews held_out_views(const Room& room, int every, std::size_t most) {
     held_out.views.push_back({.name = fs::path(station_of(room, candidate).file).stem().string(),
                               .room = held_out.room.get(),
                               .viewpoint = viewpoint_of(room, candidate),
-                              .truth = frame_of(volume, candidate.station),
-                              .mask = mask_of(volume, candidate.station)});
+                              .truth = captured_picture(volume, candidate.station),
+                              .mask = captured_mask(volume, candidate.station)});
   }
   return held_out;
 }
