@@ -16,6 +16,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
+#include "core/judge/held_out/recreated_station.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -109,14 +110,13 @@ std::int64_t images_of(const Room& room) {
   return images;
 }
 
-// Every dropped station with its kept neighbours.
-std::vector<HeldOutStation> dropped_stations(const KeptStations& kept) {
+std::vector<HeldOutStation> dropped_stations(const Grid& grid, const KeptStations& kept) {
   std::vector<HeldOutStation> dropped;
-  for (size_t line = 0; line < kept.size(); ++line) {
-    for (size_t i = 1; i < kept[line].size(); ++i) {
-      const int left = kept[line][i - 1], right = kept[line][i];
-      for (int station = left + 1; station < right; ++station) {
-        dropped.push_back({static_cast<int>(line), station, left, right});
+  for (int line = 0; line < static_cast<int>(kept.size()); ++line) {
+    const auto count = static_cast<int>(grid.lines[static_cast<size_t>(line)].stations.size());
+    for (int station = 0; station < count; ++station) {
+      if (!std::ranges::binary_search(kept[static_cast<size_t>(line)], station)) {
+        dropped.push_back({line, station});
       }
     }
   }
@@ -157,14 +157,20 @@ ThinnedFacts thinned_facts(const Room& room, const KeptStations& kept, const fs:
     facts.stations += static_cast<int>(kept[line].size());
     facts.distance_maps += thinned.distances(static_cast<int>(line)).maps();
   }
-  const auto views = pick_evenly(dropped_stations(kept), kMaxViews);
+  const std::vector<HeldOutStation> dropped = dropped_stations(room.grid(), kept);
+  const std::vector<int> views = pick_evenly(static_cast<int>(dropped.size()), kMaxViews);
   facts.views = static_cast<int>(views.size());
-  facts.psnr_db = facts.worst_psnr_db = psnr_db(0.0);
+  facts.psnr_db = facts.worst_psnr_db = kMaxRecreationDb;
   if (views.empty()) return facts;
   facts.psnr_db = 0.0;
-  for (const RecreationScore& score : recreate_stations(room, thinned, views, tolerance_px)) {
-    facts.psnr_db += score.psnr_with_distances_db / static_cast<double>(views.size());
-    facts.worst_psnr_db = std::min(facts.worst_psnr_db, score.psnr_with_distances_db);
+  Progress progress("re-creating", std::ssize(views), "stations");
+  StationRecreation recreation(room, thinned, tolerance_px);
+  for (const int i : views) {
+    const double db =
+        recreation.score(dropped[static_cast<size_t>(i)], thinned).psnr_with_distances_db;
+    facts.psnr_db += db / static_cast<double>(views.size());
+    facts.worst_psnr_db = std::min(facts.worst_psnr_db, db);
+    progress.advance();
   }
   return facts;
 }
