@@ -16,8 +16,7 @@ inline constexpr double kTrustedShare = 0.95;
 // quantile (by solid angle) of the difference, divided by sqrt(2) because both maps have
 // independent errors. Pixels occluded in one of the maps do not count, nor those of a confidence
 // below kMinConfidence, which views ignore. Errors common to all maps (such as a wrong scale) are
-// not detected. None if the room has fewer than two maps or they have
-// no surface in common.
+// not detected. None if the room has fewer than two maps or they have no surface in common.
 std::optional<double> omega_error(const Room& room);
 
 }  // namespace raywalk::build_lf

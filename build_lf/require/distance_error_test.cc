@@ -35,6 +35,14 @@ TEST_F(OmegaErrorTest, OneMapHasNothingToCompareWith) {
   EXPECT_FALSE(omega_error(room_of({.width = 64, .distances = false})));
 }
 
+TEST_F(OmegaErrorTest, DistancesThatViewsIgnoreDoNotCount) {
+  room_of({.width = 64});
+  replace_distances([](float metres) { return metres; }, kMinConfidence);
+  EXPECT_TRUE(omega_error(Room::open(path_)));
+  replace_distances([](float metres) { return metres; }, kMinConfidence - 1);
+  EXPECT_FALSE(omega_error(Room::open(path_)));
+}
+
 TEST_F(OmegaErrorTest, SkyIsAgreement) {
   SyntheticRoomSpec spec{.width = 64};
   spec.scene.infinitely_far = true;
