@@ -1,11 +1,10 @@
-#include "core/view/source_visibility.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
 
 #include "core/view/column_renderer.h"
+#include "core/view/source_visibility.h"
 #include "core/view/test_room.h"
 
 namespace raywalk {
