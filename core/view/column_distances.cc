@@ -38,12 +38,12 @@ const ColumnPoints& ColumnDistances::prepare(int u) {
   return points_;
 }
 
-ColumnPoints ColumnDistances::in_layers(double d_p_m) {
-  if (!view_.layers) return points_;
-  snapped_omega_ = omega_;
+ColumnPoints ColumnDistances::in_layers(const ColumnPoints& points, double d_p_m) {
+  if (!view_.layers) return points;
+  snapped_omega_.assign(points.omega.begin(), points.omega.end());
   kernels_.snap_to_layers(latitudes_.table(), view_.output.height, static_cast<float>(d_p_m),
                           *view_.layers, snapped_omega_.data());
-  ColumnPoints snapped = points_;
+  ColumnPoints snapped = points;
   snapped.omega = snapped_omega_;
   return snapped;
 }

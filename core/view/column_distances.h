@@ -31,9 +31,9 @@ class ColumnDistances {
 
   // The points of output column `u`. Valid until the next call.
   const ColumnPoints& prepare(int u);
-  // The same, moved onto the depth layers around an acquisition point at signed plan distance
-  // d_p_m, if the view has layers. Valid until the next call.
-  ColumnPoints in_layers(double d_p_m);
+  // The points of a column, moved onto the depth layers around an acquisition point at signed plan
+  // distance d_p_m, if the view has layers. Valid until the next call of either.
+  ColumnPoints in_layers(const ColumnPoints& points, double d_p_m);
 
   // Rows of the output and of the distances.
   const RowMapping& mapping() const { return mapping_; }

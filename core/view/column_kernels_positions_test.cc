@@ -258,6 +258,42 @@ TEST_P(KernelPositions, ProjectPointsAgreesWithExactGeometry) {
   }
 }
 
+TEST_P(KernelPositions, MarkedPixelsAreTheFirstTwoColumnsAndRowsThatAPointCovers) {
+  const int rows = 512;
+  const LatitudeTable latitudes(rows, rows);
+  const ColumnTarget target{1024, 512, 1000, 0.25f};
+  int empty = 0;
+  int wide = 0;
+  for (int i = 0; i < 100; ++i) {
+    auto omega = random_.room_omegas(rows);
+    omega[7] = -1.0f;  // unknown
+    PointArrays found(rows);
+    kernels_->project_points(latitudes.table(), omega.data(), rows, random_.offset(0.5), target,
+                             found.points());
+    for (size_t at = 0; at < omega.size(); ++at) {
+      const int upper = std::max(found.first_row[at], 0);
+      const int lower = std::min(found.last_row[at], target.height - 1);
+      const int columns = found.last_column[at] - found.first_column[at] + 1;
+      if (at == 7 || columns < 1 || lower < upper) {
+        ASSERT_EQ(found.omega[at], -1.0f) << "nothing is marked";
+        ASSERT_EQ(found.is_wide[at], 0);
+        ++empty;
+        continue;
+      }
+      const auto pixel = [&](int column) {
+        return wrapped_column(column, target.width) * target.height + upper;
+      };
+      ASSERT_EQ(found.left[at], pixel(found.first_column[at]));
+      ASSERT_EQ(found.right[at], pixel(found.first_column[at] + (columns > 1 ? 1 : 0)));
+      ASSERT_EQ(found.down[at], lower > upper ? 1 : 0);
+      ASSERT_EQ(found.is_wide[at], columns > 2 || lower - upper > 1 ? 1 : 0);
+      wide += found.is_wide[at];
+    }
+  }
+  EXPECT_GT(empty, 100);
+  EXPECT_GT(wide, 100);
+}
+
 TEST_P(KernelPositions, ProjectRingAgreesWithExactGeometryAllAround) {
   constexpr int kRows = 512;
   const LatitudeTable ring(kRows, 2 * kRows);

@@ -25,7 +25,7 @@ ColumnMixing::ColumnMixing(const ViewInputs& view, ColumnDistances& distances,
 void ColumnMixing::mix(const ColumnPoints& points, std::span<const RaySource> sources,
                        const ColumnShares& shares, RowRun rows, std::uint8_t* rgb) {
   if (sources.size() == 1) {
-    mix_source(sources[0], shares.needed, shares.skip_px, rows, rgb);
+    mix_source(points, sources[0], shares.needed, shares.skip_px, rows, rgb);
     return;
   }
   if (mixes_in_registers(sources)) {
@@ -37,9 +37,9 @@ void ColumnMixing::mix(const ColumnPoints& points, std::span<const RaySource> so
     const auto& weights = shares.weights[i];
     std::ranges::transform(weights, needed_.begin(), [](int weight) { return weight > 0 ? 1 : 0; });
     if (shares.any_shared) {
-      add_source(sources[i], needed_, shares.skip_px, weights, rows);
+      add_source(points, sources[i], needed_, shares.skip_px, weights, rows);
     } else {
-      mix_source(sources[i], needed_, shares.skip_px, rows, rgb);
+      mix_source(points, sources[i], needed_, shares.skip_px, rows, rgb);
     }
   }
   if (!shares.any_shared) return;
@@ -78,17 +78,19 @@ void ColumnMixing::mix_in_registers(const ColumnPoints& points, std::span<const 
   rgb[3 * rows.end] = beyond;
 }
 
-void ColumnMixing::mix_source(const RaySource& source, std::span<const std::uint8_t> needed,
-                              double skip_px, RowRun rows, std::uint8_t* rgb) {
-  const ColumnPoints snapped = distances_.in_layers(source.d_p_m);
+void ColumnMixing::mix_source(const ColumnPoints& points, const RaySource& source,
+                              std::span<const std::uint8_t> needed, double skip_px, RowRun rows,
+                              std::uint8_t* rgb) {
+  const ColumnPoints snapped = distances_.in_layers(points, source.d_p_m);
   for (const RowPiece& piece : readings_.split(snapped, source, rows, needed, skip_px)) {
     mix_piece(snapped, source, piece, rgb);
   }
 }
 
-void ColumnMixing::add_source(const RaySource& source, std::span<const std::uint8_t> needed,
-                              double skip_px, std::span<const std::int16_t> weights, RowRun rows) {
-  const ColumnPoints snapped = distances_.in_layers(source.d_p_m);
+void ColumnMixing::add_source(const ColumnPoints& points, const RaySource& source,
+                              std::span<const std::uint8_t> needed, double skip_px,
+                              std::span<const std::int16_t> weights, RowRun rows) {
+  const ColumnPoints snapped = distances_.in_layers(points, source.d_p_m);
   for (const RowPiece& piece : readings_.split(snapped, source, rows, needed, skip_px)) {
     add_piece(snapped, source, piece, weights);
   }

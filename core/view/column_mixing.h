@@ -45,9 +45,11 @@ class ColumnMixing {
   bool mixes_in_registers(std::span<const RaySource> sources) const;
   void mix_in_registers(const ColumnPoints& points, std::span<const RaySource> sources,
                         const ColumnShares& shares, RowRun rows, std::uint8_t* rgb);
-  void mix_source(const RaySource& source, std::span<const std::uint8_t> needed, double skip_px,
-                  RowRun rows, std::uint8_t* rgb);
-  void add_source(const RaySource& source, std::span<const std::uint8_t> needed, double skip_px,
+  void mix_source(const ColumnPoints& points, const RaySource& source,
+                  std::span<const std::uint8_t> needed, double skip_px, RowRun rows,
+                  std::uint8_t* rgb);
+  void add_source(const ColumnPoints& points, const RaySource& source,
+                  std::span<const std::uint8_t> needed, double skip_px,
                   std::span<const std::int16_t> weights, RowRun rows);
   void mix_piece(const ColumnPoints& points, const RaySource& source, const RowPiece& piece,
                  std::uint8_t* rgb);

@@ -97,9 +97,8 @@ template <auto member>
 inline constexpr DialAccess kAccess{dial_kind(member), &get_member<member>, &set_member<member>};
 
 struct Dial {
-  const char* key = nullptr;  // in settings files and JSON, with the unit as its suffix
-  const char* flag =
-      nullptr;  // "--overlap-deg"; nullptr: not for users, only for tests and benches
+  const char* key = nullptr;   // in settings files and JSON, with the unit as its suffix
+  const char* flag = nullptr;  // "--overlap-deg"; nullptr: only for tests and benches
   DialAccess value{};
   const char* unit = "";                 // for messages
   std::span<const char* const> names{};  // of a choice, in the order of its enumerators

@@ -35,9 +35,6 @@ class HiddenPixels {
   bool stretch(const ColumnPoints& points, RowRun rendered,
                const std::function<void(int row)>& render_row, std::uint8_t* rgb);
 
-  // Whether no line sees an output row at all; of the last column.
-  bool is_hidden(int row) const { return hidden_part(row) == kSeen; }
-
   // Since the first column.
   std::int64_t filled() const { return filled_; }
   std::int64_t stretched() const { return stretched_; }
@@ -47,9 +44,11 @@ class HiddenPixels {
   void show_station(const ColumnPoints& points, int fill, RowRun rows, std::uint8_t* rgb);
   // Marks those of the rows that nothing else is shown in.
   void leave_unresolved(RowRun rows);
+  // Of an output row, what no line sees, 0 to kSeen, and whether that is all of it.
   std::uint8_t hidden_part(int row) const {
     return hidden_[static_cast<std::size_t>(mapping_.nearest[static_cast<std::size_t>(row)])];
   }
+  bool is_hidden(int row) const { return hidden_part(row) == kSeen; }
 
   const ViewInputs& view_;
   const RowMapping& mapping_;

@@ -93,7 +93,7 @@ std::span<const std::uint8_t> SourceVisibility::usable_rows(const ColumnPoints& 
   }
   auto& usable = usable_[which];
   usable.assign(visible.begin(), visible.end());
-  const ColumnPoints snapped = distances_.in_layers(source.d_p_m);
+  const ColumnPoints snapped = distances_.in_layers(points, source.d_p_m);
   for (int next = 0; next < 2; ++next) {
     if (!reads(usual_reading(view_, source), next)) continue;
     remove_masked(snapped, source.line, source.station + next, usable);

@@ -9,7 +9,9 @@
 //   row_readings.h       which rows are read from which stations, if some may be skipped
 //   station_positions.h  where in a station each row is read
 //   column_mixing.h      the samples there, mixed
-//   hidden_pixels.h      what no line sees, from other stations; picture_fill.h fills the rest
+//   hidden_pixels.h      what no line sees, from the stations of fill_stations.h; picture_fill.h
+//                        fills the rest
+// initial_columns.h renders the columns of initial views, which have no distances.
 // column_renderer.h calls them in this order.
 #pragma once
 

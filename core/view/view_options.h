@@ -171,7 +171,7 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .most = 4.0,
      .group = DialGroup::kTrade,
      .help = "Distance maps that a view's distances are gathered from",
-     .cost = "8 bytes and some 60 operations per pixel of each map, once per view",
+     .cost = "4 bytes and some 60 operations per pixel of each map, once per view",
      .phrase = "maps {}",
      .effect = DialEffect::kCorrectedViews,
      .sweep = DialSweep{.singly = {1, 2}, .grid = DialGrid::kSamples, .in_grid = {1, 2, 4}}},
