@@ -20,11 +20,11 @@ void require_in_range(const Dial& dial, const ViewOptions& options) {
 
 }  // namespace
 
-const Dial& dial_of(const std::string& key) {
+const Dial& dial_of(std::string_view key) {
   for (const Dial& dial : kDials) {
     if (key == dial.key) return dial;
   }
-  throw std::out_of_range("no dial " + key);
+  throw std::out_of_range(fmt::format("no dial {}", key));
 }
 
 ViewOptions default_options() {

@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/geometry/layer_count.h"
 #include "core/geometry/sphere.h"
@@ -225,7 +226,7 @@ inline constexpr auto kBenchDials = std::to_array<Dial>({
 });
 
 // One of kDials. Throws std::out_of_range where there is none of this key.
-const Dial& dial_of(const std::string& key);
+const Dial& dial_of(std::string_view key);
 
 // Every dial at default_of().
 ViewOptions default_options();
