@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::string_view kPageStyle = R"(<style>
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1f2933; --soft: #5d6975;
-  --rule: #dfe4e8; --panel: #f6f8f9; --accent: #0072b2; --best: #e2f1fa; }
+  --rule: #dfe4e8; --panel: #f6f8f9; --accent: #0072b2; --best: #e2f1fa;
+  --warning: #d55e00; }
 @media (prefers-color-scheme: dark) { :root { --paper: #14181c; --ink: #e4e8ec; --soft: #98a3af;
   --rule: #2d353d; --panel: #1b2126; --accent: #4aa8e0; --best: #17374a; } }
 * { box-sizing: border-box; }
@@ -24,6 +25,9 @@ h1, h2, p, li, dd, figcaption { overflow-wrap: anywhere; }
 h2 { font-size: 1.3rem; margin: 2.6rem 0 .6rem; }
 p { max-width: 75ch; margin: .6rem 0; }
 .subtitle { color: var(--soft); margin: 0 0 1rem; }
+.warnings { border: 1px solid var(--rule); border-left: 4px solid var(--warning); border-radius: 8px;
+  background: var(--panel); padding: .6rem 1.1rem; margin: 1.2rem 0; }
+.warnings h2 { font-size: 1rem; margin: 0; }
 .facts { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1.2rem 0; }
 .facts div { background: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
   padding: .6rem 1.1rem; }
@@ -170,6 +174,12 @@ void HtmlPage::add_section(std::string_view heading, std::string_view anchor) {
 }
 
 void HtmlPage::add_paragraph(std::string_view text) { body_ += element("p", text); }
+
+void HtmlPage::add_warnings(std::span<const std::string> warnings) {
+  body_ += "<section class=\"warnings\">\n" + element("h2", "Warnings");
+  for (const std::string& warning : warnings) add_paragraph(warning);
+  body_ += "</section>\n";
+}
 
 void HtmlPage::add_facts(std::span<const HtmlFact> facts) { body_ += fact_list(facts, "facts"); }
 

@@ -1,6 +1,7 @@
 // Reports as one self-contained HTML page: text, tables, plots and pictures, without scripts or
 // other files (except links to other reports). The page follows the reader's light or dark mode,
-// prints well and is well-formed XML.
+// prints well and is well-formed XML. Reports that show a JSON document are made with JsonPage
+// (json_page.h).
 //
 //   HtmlPage page("Validation of room.lf", "12 views, hlf-vd at 16 layers");
 //   page.add_section("Gain over distance");
@@ -77,6 +78,8 @@ class HtmlPage {
   // `anchor`: link target "#anchor".
   void add_section(std::string_view heading, std::string_view anchor = {});
   void add_paragraph(std::string_view text);
+  // A section of its own.
+  void add_warnings(std::span<const std::string> warnings);
   void add_facts(std::span<const HtmlFact> facts);
   void add_facts(std::initializer_list<HtmlFact> facts);
   // A table wider than the window scrolls by itself. Throws Error if a row is not as long as the
