@@ -6,9 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "build_lf/depth/station_image.h"
-#include "core/base/counted.h"
-#include "core/report/html_page.h"
-#include "core/report/svg_plot.h"
+#include "core/report/json_page.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -46,129 +44,94 @@ cv::Mat photograph(const Room& room, const InverseDistanceMap& map) {
   return picture;
 }
 
-void add_maps(const Room& room, const std::vector<InverseDistanceMap>& shown, HtmlPage* page) {
-  page->add_section("Distances and confidence");
-  page->add_paragraph(
-      "Inverse distance from blue (far) to red (near); confidence from black to white, and red "
-      "where it is low (the share above is of the solid angle of all maps): there the renderer "
-      "prefers other maps. Expect it on plain walls, "
-      "panes and mirrors, at silhouettes, and along a rail that no other line crosses.");
-  for (const InverseDistanceMap& map : shown) {
+void add_maps(const MapPictures& pictures, JsonPage page) {
+  page.section("Distances and confidence")
+      .paragraph(
+          "Inverse distance from blue (far) to red (near); confidence from black to white, and red "
+          "where it is low (the share above is of the solid angle of all maps): there the renderer "
+          "prefers other maps. Expect it on plain walls, panes and mirrors, at silhouettes, and "
+          "along a rail that no other line crosses.");
+  for (const std::vector<HtmlFigure>& of_map : pictures) page.figures(of_map);
+  const LinePlot axes{.title = "Confidence along the lines",
+                      .x_label = "station",
+                      .y_label = "mean confidence",
+                      .y_range = AxisRange{0.0, 1.0}};
+  page.section("Stations")
+      .figures({page.plot(axes, {{"maps", "{line}", "station", "mean_confidence"}},
+                          "Mean over the sphere of each map")});
+}
+
+void add_left_out(JsonPage page) {
+  page.section("Left out")
+      .paragraph(
+          "People, cars and other things that moved: what these stations show and the stations "
+          "around them contradict. Views read the place from other stations, and use these pixels "
+          "only where no other station sees it. raywalk-build-lf depth --keep-moving keeps them.")
+      .table("left_out", {{"line", "{line}"},
+                          {"station", "{station}"},
+                          {"file", "{file}"},
+                          {"left out", "{share:.2%}"}});
+}
+
+void add_truth(JsonPage truth) {
+  const LinePlot axes{.title = "Low confidence predicts error",
+                      .x_label = "confidence",
+                      .y_label = "share of pixels off by more than 1 px",
+                      .x_range = AxisRange{0.0, 1.0},
+                      .y_range = AxisRange{0.0, 1.0}};
+  const std::vector<JsonColumn> columns{{"confidence", "{confidence:.2f}"},
+                                        {"pixels", "{pixels}"},
+                                        {"off by more than 1 px", "{wrong_share:.1%}"},
+                                        {"median error, px", "{median_error_px:.2f}"}};
+  truth.section("Comparison with the given distances")
+      .paragraph("{maps:counted map}: {summary}.")
+      .figures({truth.plot(axes,
+                           {{"calibration", "all pixels", "confidence", "wrong_share"},
+                            {"completed", "completed pixels", "confidence", "wrong_share"}},
+                           "Calibration of the confidence")})
+      .table("calibration", columns)
+      .when("completed")
+      .paragraph("Of these, the pixels completed from their surroundings:")
+      .table("completed", columns);
+}
+
+}  // namespace
+
+MapPictures map_pictures(const Room& room, const std::vector<InverseDistanceMap>& maps) {
+  MapPictures pictures;
+  for (const InverseDistanceMap& map : maps) {
     const std::string where = fmt::format(
         "line {}, station {}", room.grid().lines[static_cast<size_t>(map.station.line)].id,
         map.station.station);
-    page->add_figures(
+    pictures.push_back(
         {picture_figure(photograph(room, map), EmbeddedFormat::kJpeg, "panorama", where),
          picture_figure(distance_picture(map), EmbeddedFormat::kJpeg, "inverse distance",
                         where + ": inverse distance"),
          picture_figure(confidence_picture(map), EmbeddedFormat::kJpeg, "confidence",
                         where + ": confidence")});
   }
+  return pictures;
 }
 
-void add_stations(const DepthSummary& summary, HtmlPage* page) {
-  LinePlot plot{.title = "Confidence along the lines",
-                .x_label = "station",
-                .y_label = "mean confidence",
-                .y_range = AxisRange{0.0, 1.0}};
-  for (const MapSummary& map : summary.maps) {
-    if (plot.series.empty() || plot.series.back().name != map.line) {
-      plot.series.push_back({.name = map.line, .style = PlotStyle::kLineAndPoints});
-    }
-    plot.series.back().points.push_back({static_cast<double>(map.station), map.mean_confidence});
-  }
-  page->add_section("Stations");
-  page->add_figures({svg_figure(svg_from_plot(plot), "Mean over the sphere of each map")});
-}
-
-void add_left_out(const DepthSummary& summary, HtmlPage* page) {
-  page->add_section("Left out");
-  page->add_paragraph(
-      "People, cars and other things that moved: what these stations show and the stations around "
-      "them contradict. Views read the place from other stations, and use these pixels only where "
-      "no other station sees it. raywalk-build-lf depth --keep-moving keeps them.");
-  HtmlTable table{.header = {"line", "station", "file", "left out"}};
-  for (const LeftOutSummary& station : summary.left_out) {
-    table.rows.push_back({{station.line},
-                          {fmt::format("{}", station.station)},
-                          {station.file},
-                          {fmt::format("{:.2f} %", 100.0 * station.share)}});
-  }
-  page->add_table(table);
-}
-
-PlotSeries wrong_series(const std::string& name, const std::vector<ConfidenceBand>& bands) {
-  PlotSeries series{.name = name, .style = PlotStyle::kLineAndPoints};
-  for (const ConfidenceBand& band : bands) {
-    series.points.push_back({band.confidence, band.wrong_share});
-  }
-  return series;
-}
-
-HtmlTable table_of(const std::vector<ConfidenceBand>& bands) {
-  HtmlTable table{.header = {"confidence", "pixels", "off by more than 1 px", "median error, px"}};
-  for (const ConfidenceBand& band : bands) {
-    table.rows.push_back({{fmt::format("{:.2f}", band.confidence)},
-                          {fmt::format("{}", band.pixels)},
-                          {fmt::format("{:.1f} %", 100.0 * band.wrong_share)},
-                          {fmt::format("{:.2f}", band.median_error_px)}});
-  }
-  return table;
-}
-
-void add_truth(const TruthComparison& truth, HtmlPage* page) {
-  page->add_section("Comparison with the given distances");
-  page->add_paragraph(
-      fmt::format("{}: {}.", counted(static_cast<std::size_t>(truth.maps), "map"), text_of(truth)));
-  LinePlot plot{.title = "Low confidence predicts error",
-                .x_label = "confidence",
-                .y_label = "share of pixels off by more than 1 px",
-                .x_range = AxisRange{0.0, 1.0},
-                .y_range = AxisRange{0.0, 1.0}};
-  plot.series.push_back(wrong_series("all pixels", truth.calibration));
-  if (!truth.completed.empty()) {
-    plot.series.push_back(wrong_series("completed pixels", truth.completed));
-  }
-  page->add_figures({svg_figure(svg_from_plot(plot), "Calibration of the confidence")});
-  page->add_table(table_of(truth.calibration));
-  if (truth.completed.empty()) return;
-  page->add_paragraph("Of these, the pixels completed from their surroundings:");
-  page->add_table(table_of(truth.completed));
-}
-
-}  // namespace
-
-std::string depth_page(const Room& room, const DepthSummary& summary,
-                       const std::vector<InverseDistanceMap>& shown) {
-  HtmlPage page("Distances of " + summary.room,
-                fmt::format("{} maps by {} at {} x {}", summary.maps.size(), summary.method,
-                            summary.size.width, summary.size.height));
-  page.add_facts(
-      {{"maps", fmt::format("{} of {} stations", summary.maps.size(), summary.stations)},
-       {"longest baseline", fmt::format("{:.3g} m", summary.reach_m)},
-       {"layers", fmt::format("{}", summary.layers)},
-       {fmt::format("confidence below {:.2f}", kMinConfidence / 255.0),
-        fmt::format("{:.1f} %", 100.0 * summary.low_confidence_share())},
-       {"left out, as it moved", summary.leave_out_moving
-                                     ? fmt::format("{:.2g} %", 100.0 * summary.left_out_share())
-                                     : "not looked for"},
-       {"in use by views", summary.distances},
-       {"time", fmt::format("{:.0f} s", summary.seconds)},
-       {"memory", fmt::format("{:.0f} MB", summary.peak_memory_mb)},
-       {"gains differ by", fmt::format("{:.1f} %", 100.0 * summary.gain_spread)}});
-  if (summary.gains) {
-    page.add_section("Gains");
-    page.add_paragraph("By the surfaces that several stations see, " + text_of(*summary.gains) +
-                       ".");
-  }
-  if (!summary.warnings.empty()) {
-    page.add_section("Warnings");
-    for (const std::string& warning : summary.warnings) page.add_paragraph(warning);
-  }
-  add_maps(room, shown, &page);
-  add_stations(summary, &page);
-  if (!summary.left_out.empty()) add_left_out(summary, &page);
-  if (summary.truth) add_truth(*summary.truth, &page);
+std::string depth_page(const nlohmann::ordered_json& document, const MapPictures& pictures) {
+  JsonPage page(document, "Distances of {room}",
+                "{maps:size} maps by {method} at {width} x {height}");
+  page.facts({{"maps", "{maps:size} of {stations} stations"},
+              {"longest baseline", "{reach_m:.3g m}"},
+              {"layers", "{layers}"},
+              {"confidence below {low_confidence_below:.2f}", "{low_confidence_share:.1%}"},
+              {"left out, as it moved", "{left_out_share:.2g%}", "leave_out_moving"},
+              {"left out, as it moved", "not looked for", "!leave_out_moving"},
+              {"in use by views", "{distances}"},
+              {"time", "{seconds:.0f s}"},
+              {"memory", "{peak_memory_mb:.0f MB}"},
+              {"gains differ by", "{gain_spread:.1%}"}});
+  page.within("gains").section("Gains").paragraph(
+      "By the surfaces that several stations see, {summary}.");
+  page.warnings("warnings");
+  add_maps(pictures, page);
+  add_left_out(page.when("left_out"));
+  add_truth(page.within("truth"));
   return page.html();
 }
 

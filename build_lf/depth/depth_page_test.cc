@@ -2,12 +2,16 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
+#include "build_lf/depth/depth_summary.h"
 #include "build_lf/depth/depth_test_room.h"
 #include "core/report/markup_check.h"
 
 namespace raywalk::build_lf {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -18,7 +22,9 @@ class DepthPageTest : public ::testing::Test {
     tiny.width = 32;
     return tiny;
   }
-  std::string page() const { return depth_page(room_.room(), summary_, shown_); }
+  std::string page() const {
+    return depth_page(depth_document(summary_), map_pictures(room_.room(), shown_));
+  }
 
   DepthTestRoom room_{spec()};
   DepthSummary summary_{.room = "room.lf",
@@ -78,6 +84,18 @@ TEST_F(DepthPageTest, ShowsTheErrorsOfCompletedPixelsByThemselves) {
   for (const char* text : {"completed pixels", "432", "35.0 %", "1.50", "5678", "90.0 %"}) {
     EXPECT_THAT(page(), HasSubstr(text));
   }
+}
+
+TEST_F(DepthPageTest, SaysWhatWasLeftOutAndWhatGainsDo) {
+  EXPECT_THAT(page(), AllOf(Not(HasSubstr("not looked for")), Not(HasSubstr("<h2>Left out</h2>")),
+                            Not(HasSubstr("<h2>Gains</h2>"))));
+  summary_.left_out = {{"x0", 8, "b.png", 0.034}};
+  summary_.gains = GainsSummary{.stations = 68, .corrected = 17, .spread = 0.05, .largest = 1.25};
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_THAT(page(), AllOf(HasSubstr("<h2>Left out</h2>"), HasSubstr("3.40 %"),
+                            HasSubstr("0.05 %"), HasSubstr("17 of 68 stations")));
+  summary_.leave_out_moving = false;
+  EXPECT_THAT(page(), HasSubstr("not looked for"));
 }
 
 TEST_F(DepthPageTest, HandlesARoomOfSky) {

@@ -29,16 +29,15 @@ ordered_json json_of(const TruthComparison& truth) {
           {"within_2px_share", truth.within_2px_share},
           {"within_4px_share", truth.within_4px_share},
           {"median_relative_error", truth.median_relative_error},
+          {"summary", text_of(truth)},
           {"calibration", json_of(truth.calibration)},
           {"completed", json_of(truth.completed)}};
 }
 
 ordered_json json_of(const GainsSummary& gains) {
-  return {{"stations", gains.stations},
-          {"corrected", gains.corrected},
-          {"local", gains.local},
-          {"spread", gains.spread},
-          {"largest", gains.largest}};
+  return {{"stations", gains.stations}, {"corrected", gains.corrected},
+          {"local", gains.local},       {"spread", gains.spread},
+          {"largest", gains.largest},   {"summary", text_of(gains)}};
 }
 
 ordered_json json_of(const FrameFinding& finding) {
@@ -109,7 +108,7 @@ std::string text_of(const DepthSummary& summary) {
   return text + use_text(summary) + "\n";
 }
 
-std::string depth_summary_to_json(const DepthSummary& summary) {
+ordered_json depth_document(const DepthSummary& summary) {
   ordered_json json{{"format", "raywalk-depth"},
                     {"format_version", 1},
                     {"room", summary.room},
@@ -148,7 +147,7 @@ std::string depth_summary_to_json(const DepthSummary& summary) {
   json["gains"] = summary.gains ? json_of(*summary.gains) : ordered_json(nullptr);
   json["maps"] = ordered_json::array();
   for (const MapSummary& map : summary.maps) json["maps"].push_back(json_of(map));
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json;
 }
 
 }  // namespace raywalk::build_lf

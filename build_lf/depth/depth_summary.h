@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -79,7 +80,8 @@ struct DepthSummary {
   double left_out_share() const;
 };
 
-std::string depth_summary_to_json(const DepthSummary& summary);
+// The document of depth.json.
+nlohmann::ordered_json depth_document(const DepthSummary& summary);
 
 // For a terminal: where the result is, how much of it has low confidence, the comparison with the
 // truth, the gains, and which distances views now use.

@@ -32,7 +32,7 @@ DepthSummary some_summary() {
 }
 
 TEST(DepthSummaryTest, EveryFigureHasItsKey) {
-  const auto json = nlohmann::json::parse(depth_summary_to_json(some_summary()));
+  const auto json = depth_document(some_summary());
   EXPECT_EQ(json["format"], "raywalk-depth");
   EXPECT_EQ(json["format_version"], 1);
   EXPECT_EQ(json["room"], "room.lf");
@@ -89,12 +89,13 @@ TEST(DepthSummaryTest, TruthIsPresentIfCompared) {
   DepthSummary summary = some_summary();
   summary.truth = TruthComparison{
       2, 0.5, 0.75, 0.875, 0.02, {{0.0625, 1000, 0.9, 2.5}}, {{0.3125, 10, 0.5, 1.5}}};
-  const auto truth = nlohmann::json::parse(depth_summary_to_json(summary))["truth"];
+  const auto truth = depth_document(summary)["truth"];
   EXPECT_EQ(truth["maps"], 2);
   EXPECT_EQ(truth["within_1px_share"], 0.5);
   EXPECT_EQ(truth["within_2px_share"], 0.75);
   EXPECT_EQ(truth["within_4px_share"], 0.875);
   EXPECT_EQ(truth["median_relative_error"], 0.02);
+  EXPECT_EQ(truth["summary"], text_of(*summary.truth));
   ASSERT_EQ(truth["calibration"].size(), 1U);
   EXPECT_EQ(truth["calibration"][0]["confidence"], 0.0625);
   EXPECT_EQ(truth["calibration"][0]["pixels"], 1000);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "build_lf/depth/contradictions.h"
 #include "build_lf/depth/depth_page.h"
@@ -27,6 +28,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/json_text.h"
 #include "core/files/sha256.h"
 #include "core/room/kept_stations.h"
 
@@ -354,8 +356,9 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   summary.peak_memory_mb = peak_memory_mb();
   summary.page = (output / "depth.html").string();
-  write_file_atomically(output / "depth.html", depth_page(room, summary, shown));
-  write_file_atomically(output / "depth.json", depth_summary_to_json(summary));
+  const nlohmann::ordered_json document = depth_document(summary);
+  write_file_atomically(output / "depth.json", json_text(document));
+  write_file_atomically(output / "depth.html", depth_page(document, map_pictures(room, shown)));
   return summary;
 }
 
