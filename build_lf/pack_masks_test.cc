@@ -12,7 +12,6 @@
 #include "build_lf/station_data.h"
 #include "build_lf/test_capture.h"
 #include "core/files/atomic_output.h"
-#include "core/room/hdf5_file.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -130,22 +129,6 @@ TEST_F(PackMasksTest, MasksAreRotatedWithTheirFrames) {
       EXPECT_GE(rows.end, kHeight - 2) << u;
     }
   }
-}
-
-TEST_F(PackMasksTest, OnlyRoomsWithMasksNeedTheNewerFormat) {
-  const auto version_of = [](const Room& room, const char* line) {
-    // The attribute in the file.
-    const Hdf5File file = Hdf5File::open(line_volume_path(room.directory(), line));
-    int version = 0;
-    const Hdf5Handle attribute(H5Aopen(file.id(), "format_version", H5P_DEFAULT), H5Aclose);
-    H5Aread(attribute.get(), H5T_NATIVE_INT, &version);
-    return version;
-  };
-  write_list(of_front);
-  write_mask(mask_without(kNadir));
-  const Room room = pack();
-  EXPECT_EQ(version_of(room, "x0"), 1);
-  EXPECT_EQ(version_of(room, "x1"), 2);
 }
 
 TEST_F(PackMasksTest, VerifyDetectsAChangedMask) {

@@ -73,17 +73,26 @@ std::vector<Check> checks_of(const Room& room, int index) {
   return checks;
 }
 
-// The columns of one station or map are contiguous in memory.
+// The columns of a map are contiguous in memory.
 template <typename T>
 std::span<const T> all_columns(std::span<const T> first_column, int columns) {
   return {first_column.data(), first_column.size() * static_cast<size_t>(columns)};
 }
 
+// Whether the polar part of a station repeats its columns.
+bool polar_part_is_right(const LineVolume& volume, int station) {
+  const std::span<const std::uint8_t> columns = volume.columns(station);
+  const auto stored = volume.columns_and_polar_part(station).subspan(columns.size());
+  std::vector<std::uint8_t> expected(stored.size());
+  if (volume.has_polar_part()) volume.polar_part().fill(columns, expected);
+  return std::ranges::equal(stored, expected);
+}
+
 std::string actual_checksum(const Room& room, const Check& check) {
   if (check.map < 0) {
     const LineVolume& volume = room.volume(check.line);
-    return checksum_of_rays(all_columns(volume.column(check.station, 0), volume.panorama().width),
-                            volume.stored_valid_rows(check.station));
+    if (!polar_part_is_right(volume, check.station)) return "that of a wrong polar part";
+    return checksum_of_rays(volume.columns(check.station), volume.stored_valid_rows(check.station));
   }
   const DistanceVolume& volume = room.distances(check.line);
   return checksum_of_distances(

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
 #include "core/room/distance_volume.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
+#include "core/room/polar_part.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -70,6 +72,18 @@ void complete_valid_rows(const LineRays& rays, StationRays* station) {
   }
 }
 
+// The oldest format that can hold the rays.
+int version_of(const LineRays& rays, const PolarPart& polar_part) {
+  if (polar_part.columns() > 0) return kPolarVolumeVersion;
+  return rays.masked ? kMaskedVolumeVersion : kPlainVolumeVersion;
+}
+
+void append(const PolarPart& polar_part, std::vector<std::uint8_t>* rays, std::size_t bytes) {
+  const std::size_t end_of_columns = rays->size();
+  rays->resize(bytes);
+  polar_part.fill(std::span(*rays).first(end_of_columns), std::span(*rays).subspan(end_of_columns));
+}
+
 }  // namespace
 
 void write_line_volume(const std::filesystem::path& file, const Line& line,
@@ -86,13 +100,14 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
                        Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kLineVolumeFormat, rays.masked ? kMaskedVolumeVersion : kPlainVolumeVersion,
-                line);
+  const PolarPart polar_part(rays.panorama);
+  describe_file(&hdf5, kLineVolumeFormat, version_of(rays, polar_part), line);
   write_positions(&hdf5, line);
   const std::size_t count = line.stations.size();
   const auto width = static_cast<std::size_t>(rays.panorama.width);
-  const std::array<std::size_t, 4> rays_shape{count, width,
-                                              static_cast<std::size_t>(rays.panorama.height), 3};
+  const auto height = static_cast<std::size_t>(rays.panorama.height);
+  const std::array<std::size_t, 4> rays_shape{
+      count, width + static_cast<std::size_t>(polar_part.columns()), height, 3};
   const std::array<std::size_t, 3> rows_shape{count, width, 2};
   std::vector<std::string> sha256(count);
   {
@@ -104,6 +119,7 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
       StationRays station = rays.read(i);
       complete_valid_rows(rays, &station);
       sha256[i] = checksum_of_rays(station.rays, station.valid_rows);
+      append(polar_part, &station.rays, 3 * rays_shape[1] * height);
       return station;
     };
     convert_and_store(count, read, [&](std::size_t i, const StationRays& station) {
@@ -115,14 +131,15 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
     });
   }
   describe_dataset(&hdf5, "rays", "station, theta, phi, rgb", "sRGB, 0 to 255");
+  if (polar_part.columns() > 0) hdf5.write_attribute("rays", "theta_columns", rays.panorama.width);
   if (rays.masked) {
     describe_dataset(&hdf5, "valid_rows", "station, theta, (first, one past last)",
                      "rows that may be used");
   }
   write_checksums(&hdf5, sha256,
-                  rays.masked ? "sha256(text of sha256(rays[station]) and "
-                                "sha256(valid_rows[station]))"
-                              : "rays[station], as stored");
+                  rays.masked ? "sha256(text of sha256(rays[station]), without the polar "
+                                "part, and sha256(valid_rows[station]))"
+                              : "rays[station], without the polar part, as stored");
   hdf5.close();
   output.commit();
 }

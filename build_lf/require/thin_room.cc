@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxViews = 48;
 
-// All columns of a station or map, which are contiguous in memory.
+// All columns of a map, which are contiguous in memory.
 template <typename T>
 std::vector<T> all_columns(std::span<const T> first_column, int columns) {
   return {first_column.data(), first_column.data() + first_column.size() * size_t(columns)};
@@ -33,8 +33,8 @@ std::vector<T> all_columns(std::span<const T> first_column, int columns) {
 
 StationRays rays_of(const LineVolume& volume, int station) {
   const auto valid_rows = volume.stored_valid_rows(station);
-  return {all_columns(volume.column(station, 0), volume.panorama().width),
-          {valid_rows.begin(), valid_rows.end()}};
+  const auto columns = volume.columns(station);
+  return {{columns.begin(), columns.end()}, {valid_rows.begin(), valid_rows.end()}};
 }
 
 // A map at another width: inverse distances interpolated as in OmegaMap, confidence of the nearest

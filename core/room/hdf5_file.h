@@ -16,11 +16,13 @@ namespace raywalk {
 // The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads; a file's own is its
 // root attribute `format_version`. A file is written in the oldest format that can hold its
 // content, so that older programs can read it.
-inline constexpr int kVolumeFormatVersion = 2;
-// Format 1 holds rays or distances; format 2 adds masks (`valid_rows` of a line). A program that
-// does not support masks must not open a masked line, as it would show masked pixels.
+inline constexpr int kVolumeFormatVersion = 3;
+// Format 1 holds rays or distances; format 2 adds masks (`valid_rows` of a line), format 3 the
+// polar part of rays (polar_part.h). A program that does not support masks must not open a masked
+// line, as it would show masked pixels.
 inline constexpr int kPlainVolumeVersion = 1;
 inline constexpr int kMaskedVolumeVersion = 2;
+inline constexpr int kPolarVolumeVersion = 3;
 
 // Owns an HDF5 identifier and its close function.
 class Hdf5Handle {

@@ -38,7 +38,16 @@ LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
   volume.stored_.resize(count);
   std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
   volume.panorama_ = panorama;
-  require_shape(*volume.rays_, {count, width, static_cast<size_t>(panorama.height), 3}, "rays",
+  volume.polar_part_ = PolarPart(panorama);
+  volume.stored_columns_ = width;
+  volume.layout_ = volume.polar_part_.layout_without();
+  const size_t with_polar_part = width + static_cast<size_t>(volume.polar_part_.columns());
+  if (volume.rays_->shape().size() == 4 && volume.rays_->shape()[1] == with_polar_part) {
+    volume.stored_columns_ = with_polar_part;
+    volume.layout_ = volume.polar_part_.layout();
+  }
+  require_shape(*volume.rays_,
+                {count, volume.stored_columns_, static_cast<size_t>(panorama.height), 3}, "rays",
                 file);
   if (masked) {
     volume.valid_rows_ = std::make_shared<MappedDataset>(

@@ -36,19 +36,6 @@ struct RowMapping {
   std::vector<int> first_row;  // of the rows that are nearest to each map row; one more for the end
 };
 
-// Interpolates between columns up to 2^k apart where they still lie within half a row's height of
-// each other: as exact as the interpolation between rows, from fewer columns. A level 2^k that does
-// not divide the panorama's width is not used.
-inline PolarColumns polar_columns(PanoramaSize size) {
-  PolarColumns polar;
-  for (int k = 0; k < PolarColumns::kMaxDoublings; ++k) {
-    const int step = 2 << k;
-    if (size.width % step != 0) break;
-    polar.rows[k] = static_cast<int>(std::asin(0.5 / step) / kPi * size.height);
-  }
-  return polar;
-}
-
 // Storage for SamplePositions.
 struct PositionArrays {
   explicit PositionArrays(int rows)

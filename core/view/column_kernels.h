@@ -14,6 +14,7 @@
 #include <cstdint>
 
 #include "core/geometry/sphere.h"
+#include "core/room/polar_columns.h"
 
 namespace raywalk {
 
@@ -24,24 +25,6 @@ struct ColumnOffset {
   float side = 0.0f;
 };
 
-// Towards the poles the columns of a panorama converge until one output pixel covers hundreds of
-// them, each elsewhere in memory. Samples within rows[k] rows of a pole are interpolated between
-// columns 2 << k apart, at multiples of that. rows falls with k; 0 disables a level.
-struct PolarColumns {
-  static constexpr int kMaxDoublings = 4;
-  int rows[kMaxDoublings] = {};
-};
-
-// log2 of the distance between the columns that a sample with upper row `upper` is interpolated
-// from.
-constexpr int polar_doublings(const PolarColumns& polar, int upper, int height) {
-  const int below = height - 2 - upper;
-  const int from_pole = upper < below ? upper : below;
-  int doublings = 0;
-  for (const int rows : polar.rows) doublings += from_pole < rows ? 1 : 0;
-  return doublings;
-}
-
 // Size of the source panorama and the position of the column's plan direction in it: column
 // `u_whole` plus `u_part` in [0, 1).
 struct ColumnTarget {
@@ -49,7 +32,7 @@ struct ColumnTarget {
   int height = 0;
   int u_whole = 0;
   float u_part = 0.0f;
-  PolarColumns polar{};  // used by place_shifted only
+  RayLayout rays{};  // used by place_shifted only
 };
 
 // Prefetch distance of samples, rows.

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/room/polar_part.h"
 #include "core/view/column_kernels.h"
 #include "core/view/row_table.h"
 #include "core/view/test_columns.h"
@@ -115,7 +116,7 @@ TEST_F(KernelIdentity, FindShiftsAndPlaceThem) {
     SampleArrays a(rows), b(rows);
     const ShiftedRows shifted = found_a.from(0, kRows, per_row);
     ColumnTarget target = target_;
-    target.polar = {{165, 81, 40, 20}};
+    target.rays = PolarPart({target.width, target.height}).layout();
     generic_->place_shifted(shifted, 0, rows, target, a.positions());
     avx2_->place_shifted(shifted, 0, rows, target, b.positions());
     ASSERT_TRUE(a == b);

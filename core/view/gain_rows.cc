@@ -27,7 +27,7 @@ void interpolate(const float* from, const float* to, int rows, float* factors) {
 
 }  // namespace
 
-RoomGains::RoomGains(const Room& room) : panorama_(room.panorama()) {
+RoomGains::RoomGains(const Room& room) : panorama_(room.panorama()), polar_part_(room.panorama()) {
   for (const auto& line : room.gains()) {
     auto& fields = fields_.emplace_back();
     for (const GainField& field : line) {
@@ -116,9 +116,8 @@ void GainRows::apply(const RowSamples& samples, std::uint8_t* rgb) {
   if (gains_ == nullptr) return;
   const auto shares = shares_of(samples);
   const auto place = [&](std::size_t i, int row) {
-    const StationSamples& at = samples.at[i];
-    const std::int32_t offset = at.positions.offset_left[row];
-    return cv::Point(offset / at.extent.column_bytes, offset % at.extent.column_bytes / 3);
+    const RayPlace at = gains_->place_of(samples.at[i].positions.offset_left[row]);
+    return cv::Point(at.column, at.row);
   };
   multiply(std::span(shares).first(static_cast<std::size_t>(samples.count)), samples.rows, place,
            rgb);

@@ -23,6 +23,8 @@ class RoomGains {
   // width and of the height, to `rgb`.
   void add(int line, int station, float share, float u, float v, float* rgb) const;
   PanoramaSize panorama() const { return panorama_; }
+  // The pixel at an offset of SamplePositions.
+  RayPlace place_of(std::int32_t offset) const { return polar_part_.place_of(offset); }
 
  private:
   const cv::Mat& field(int line, int station) const {
@@ -32,6 +34,7 @@ class RoomGains {
   // [line][station]: factors, CV_32FC3, with a border of one patch; empty where all are 1.
   std::vector<std::vector<cv::Mat>> fields_;
   PanoramaSize panorama_;
+  PolarPart polar_part_;
 };
 
 // A station's share of a row that is mixed from several.

@@ -34,14 +34,21 @@ void expose_line(const fs::path& file, int line) {
   hsize_t shape[4];
   H5Sget_simple_extent_dims(space.get(), shape, nullptr);
   const int stations = static_cast<int>(shape[0]);
-  const int width = static_cast<int>(shape[1]);
-  cv::Mat all(stations * width, static_cast<int>(shape[2]), CV_8UC3);
+  const int stored_columns = static_cast<int>(shape[1]);
+  const int height = static_cast<int>(shape[2]);
+  const int width = 2 * height;
+  const PolarPart polar_part({width, height});
+  cv::Mat all(stations * stored_columns, height, CV_8UC3);
   H5Dread(rays.get(), H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data);
   for (int station = 0; station < stations; ++station) {
-    cv::Mat panorama = all.rowRange(station * width, (station + 1) * width);
+    cv::Mat panorama = all.rowRange(station * stored_columns, station * stored_columns + width);
     cv::Mat exposed = panorama.clone();
     apply_gains({.local = exposure_of(line, station)}, &exposed);
     exposed.copyTo(panorama);
+    const std::size_t bytes = 3 * panorama.total();
+    polar_part.fill(
+        {panorama.data, bytes},
+        {panorama.data + bytes, static_cast<std::size_t>(3 * height * (stored_columns - width))});
   }
   H5Dwrite(rays.get(), H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data);
 }

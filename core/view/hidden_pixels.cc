@@ -62,7 +62,7 @@ void HiddenPixels::show_station(const ColumnPoints& points, int fill, RowRun row
   const LeftOutPixels& left_out = view_.room.distances(map.line).left_out();
   const bool anything_moved = left_out.any(map.station);
   SampleCheck masks(volume, map.station);
-  LeftOutCheck moved(left_out, map.station, volume.panorama());
+  LeftOutCheck moved(left_out, volume, map.station);
   // What moved is shown where no other station sees the place.
   const auto shows_moved = [&](int row) {
     return fill_.is_left_out(map, points.depth_theta, mapping_.nearest[static_cast<size_t>(row)]);

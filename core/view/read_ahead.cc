@@ -17,8 +17,7 @@ constexpr int kColumnStep = 2;
 
 }  // namespace
 
-ReadAhead::ReadAhead(const ViewInputs& view)
-    : view_(view), captured_(view.room.panorama()), polar_(polar_columns_of(view)) {
+ReadAhead::ReadAhead(const ViewInputs& view) : view_(view), captured_(view.room.panorama()) {
   if (view.distances == nullptr) return;
   const int rows = view.distances->size().height;
   latitudes_ = std::make_unique<LatitudeTable>(rows, rows);
@@ -72,7 +71,8 @@ ColumnPosition ReadAhead::ahead(int u) const {
 
 void ReadAhead::mark(int u, const RaySource& source, int station) {
   Pages& pages = marked_[{source.line, station}];
-  pages.resize((station_bytes() + kPageBytes - 1) / kPageBytes);
+  lead_ = lead_of(source.line, station);
+  pages.resize((lead_ + station_bytes(source.line) + kPageBytes - 1) / kPageBytes);
   const double theta_rad = theta_of(u);
   const ColumnPosition at = ahead(u);
   const ColumnTarget target{captured_.width, captured_.height, at.whole, at.part};
@@ -96,11 +96,11 @@ void ReadAhead::mark(int u, const RaySource& source, int station) {
       column_offset(viewpoint_m - line.stations[static_cast<size_t>(station)].position_m,
                     theta_rad),
       target, positions_->positions());
-  mark_positions(&pages);
+  mark_positions(layout_of(view_, source.line), &pages);
 }
 
 // Marks what is read for the rows of the distances and for the output rows between them.
-void ReadAhead::mark_positions(Pages* pages) {
+void ReadAhead::mark_positions(const RayLayout& layout, Pages* pages) {
   const int rows = view_.distances->size().height;
   const int per_row = std::max(1, view_.output.height / rows);
   const int half_turn = captured_.width / 2;
@@ -118,10 +118,14 @@ void ReadAhead::mark_positions(Pages* pages) {
     for (int step = 0; step < between; ++step) {
       const int left = column + columns * step / between + captured_.width;
       const int upper = row + rows_on * step / between;
-      const int apart = 1 << polar_doublings(polar_, upper, captured_.height);
-      const int before = left / apart * apart;
-      for (const int next : {0, apart})
-        mark_rows((before + next) % captured_.width, upper, upper + 2, pages);
+      const int doublings = polar_doublings(layout.polar, upper, captured_.height);
+      const int before = left >> doublings << doublings;
+      for (const int next : {0, 1 << doublings}) {
+        const int read = (before + next) % captured_.width;
+        const auto begin =
+            static_cast<size_t>(ray_offset(layout, doublings, read, upper, captured_.height));
+        mark_bytes(begin, begin + 6, pages);
+      }
     }
   }
 }
@@ -131,8 +135,12 @@ void ReadAhead::mark_rows(int column, int first_row, int end_row, Pages* pages) 
     return 3 * (static_cast<size_t>(column) * static_cast<size_t>(captured_.height) +
                 static_cast<size_t>(row));
   };
-  const size_t last = (byte_of(std::min(end_row, captured_.height)) - 1) / kPageBytes;
-  for (size_t page = byte_of(first_row) / kPageBytes; page <= last; ++page) (*pages)[page] = true;
+  mark_bytes(byte_of(first_row), byte_of(end_row), pages);
+}
+
+void ReadAhead::mark_bytes(size_t begin, size_t end, Pages* pages) const {
+  const size_t last = (lead_ + end - 1) / kPageBytes;
+  for (size_t page = (lead_ + begin) / kPageBytes; page <= last; ++page) (*pages)[page] = true;
 }
 
 void ReadAhead::append_runs(int line, int station, const Pages& pages,
@@ -149,14 +157,20 @@ void ReadAhead::append_runs(int line, int station, const Pages& pages,
       end = next(following, false);
       following = next(end, true);
     }
-    runs->push_back(
-        {line, station, begin * kPageBytes, std::min(end * kPageBytes, station_bytes())});
+    const size_t lead = lead_of(line, station);
+    runs->push_back({line, station, std::max(begin * kPageBytes, lead) - lead,
+                     std::min(end * kPageBytes - lead, station_bytes(line))});
     begin = following;
   }
 }
 
-size_t ReadAhead::station_bytes() const {
-  return 3 * static_cast<size_t>(captured_.width) * static_cast<size_t>(captured_.height);
+size_t ReadAhead::lead_of(int line, int station) const {
+  const void* first = view_.room.volume(line).column(station, 0).data();
+  return reinterpret_cast<std::uintptr_t>(first) % kPageBytes;
+}
+
+size_t ReadAhead::station_bytes(int line) const {
+  return view_.room.volume(line).columns_and_polar_part(0).size();
 }
 
 }  // namespace raywalk

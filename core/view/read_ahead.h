@@ -1,8 +1,8 @@
-// Reading ahead from the disk. A view needs a few bytes in each of some 200,000 pages of the
-// volumes, most of them around the poles, where neighbouring rows lie in distant columns. Where the
-// pages are not in memory yet, as after opening a room, rendering would wait for each in turn.
-// Requested for a block of columns at a time, they arrive as fast as the disk can read. Memory use
-// does not grow: the block reads its pages right away.
+// Reading ahead from the disk. A view reads neighbouring columns of each station and, of the rows
+// near the poles, its polar part (polar_part.h). Where they are not in memory yet, as after opening
+// a room, rendering would wait for one page after the other. Requested for a block of columns at a
+// time, they arrive as fast as the disk can read. Memory use does not grow: the block reads its
+// pages right away.
 #pragma once
 
 #include <array>
@@ -55,19 +55,22 @@ class ReadAhead {
   std::array<int, 2> checked_columns(int u) const;
   void mark(int u, const RaySource& source, int station);
   void mark_rows(int column, int first_row, int end_row, Pages* pages) const;
-  void mark_positions(Pages* pages);
+  void mark_bytes(std::size_t begin, std::size_t end, Pages* pages) const;
+  void mark_positions(const RayLayout& layout, Pages* pages);
   void append_runs(int line, int station, const Pages& pages, std::vector<RayBytes>* runs) const;
-  std::size_t station_bytes() const;  // of its rays
+  std::size_t station_bytes(int line) const;  // of its rays, with their polar part
+  // Bytes from the start of the page that holds a station's first ray to that ray.
+  std::size_t lead_of(int line, int station) const;
   double theta_of(int u) const;
   // The column of a captured panorama that looks in an output column's direction.
   ColumnPosition ahead(int u) const;
 
   const ViewInputs& view_;
   PanoramaSize captured_;
-  PolarColumns polar_;
   std::unique_ptr<LatitudeTable> latitudes_;  // of the distances' rows; null in an initial view
   std::unique_ptr<PositionArrays> positions_;
   std::map<std::pair<int, int>, Pages> marked_;  // by line and station
+  std::size_t lead_ = 0;                         // of the station that is being marked
 };
 
 }  // namespace raywalk

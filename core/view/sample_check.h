@@ -10,6 +10,34 @@
 
 namespace raywalk {
 
+// The pixel of an offset of SamplePositions. Fast for consecutive samples of a column, which mostly
+// lie in the same column of the station.
+class PlaceOfSamples {
+ public:
+  // Whether the sample is in another column than the last one.
+  bool move_to(const LineVolume& volume, std::int32_t sample) {
+    if (sample >= begin_ && sample < end_) {
+      row_ = (sample - begin_) / 3;
+      return false;
+    }
+    const RayPlace at = volume.polar_part().place_of(sample);
+    const bool moved = at.column != column_;
+    row_ = at.row;
+    column_ = at.column;
+    const std::int32_t column_bytes = 3 * volume.panorama().height;
+    begin_ = at.column * column_bytes;
+    end_ = begin_ + column_bytes;
+    return moved;
+  }
+  int column() const { return column_; }
+  int row() const { return row_; }
+
+ private:
+  std::int32_t begin_ = 0, end_ = 0;  // offsets of the column; none at first
+  int column_ = -1;
+  int row_ = 0;
+};
+
 class SampleCheck {
  public:
   // The volume must outlive the check.
@@ -33,18 +61,16 @@ class SampleCheck {
 
  private:
   struct Column {
-    std::int32_t offset = -1;  // of its first row; negative: none looked up yet
-    RowRun rows;
+    PlaceOfSamples place;
+    RowRun rows{};
 
     // `beyond`: number of further rows read above and below the sample's two, within the panorama.
     bool valid(const SampleCheck& check, std::int32_t sample, int beyond = 0) {
-      if (offset < 0 || sample < offset || sample >= offset + check.column_bytes_) {
-        const int theta = sample / check.column_bytes_;
-        offset = theta * check.column_bytes_;
-        rows = check.volume_.valid_rows(check.station_, theta);
+      if (place.move_to(check.volume_, sample)) {
+        rows = check.volume_.valid_rows(check.station_, place.column());
       }
-      const int upper = (sample - offset) / 3;
-      const int last = check.column_bytes_ / 3 - 1;
+      const int upper = place.row();
+      const int last = check.volume_.panorama().height - 1;
       return std::max(upper - beyond, 0) >= rows.begin &&
              std::min(upper + 1 + beyond, last) < rows.end;
     }
@@ -63,9 +89,9 @@ class SampleCheck {
 // column.
 class LeftOutCheck {
  public:
-  // The pixels must outlive the check; `captured` is the size of the station's panorama.
-  LeftOutCheck(const LeftOutPixels& pixels, int station, PanoramaSize captured)
-      : pixels_(pixels), station_(station), captured_(captured) {}
+  // The pixels, of the volume's line, and the volume must outlive the check.
+  LeftOutCheck(const LeftOutPixels& pixels, const LineVolume& volume, int station)
+      : pixels_(pixels), volume_(volume), station_(station) {}
 
   // Whether all four pixels of a bilinear sample may be used; offsets as in SamplePositions.
   bool valid(std::int32_t offset_left, std::int32_t offset_right) {
@@ -74,22 +100,21 @@ class LeftOutCheck {
 
  private:
   struct Column {
-    std::int32_t offset = -1;  // of its first row; negative: none looked up yet
-    std::span<const RowRun> runs;
+    PlaceOfSamples place;
+    std::span<const RowRun> runs{};
 
     bool valid(const LeftOutCheck& check, std::int32_t sample) {
-      const std::int32_t column_bytes = 3 * check.captured_.height;
       const PanoramaSize size = check.pixels_.size();
-      if (offset < 0 || sample < offset || sample >= offset + column_bytes) {
-        const std::int64_t theta = sample / column_bytes;
-        offset = static_cast<std::int32_t>(theta) * column_bytes;
+      const PanoramaSize captured = check.volume_.panorama();
+      if (place.move_to(check.volume_, sample)) {
+        const std::int64_t theta = place.column();
         runs = check.pixels_.rows(check.station_,
-                                  static_cast<int>(theta * size.width / check.captured_.width));
+                                  static_cast<int>(theta * size.width / captured.width));
       }
       if (runs.empty()) return true;
-      const std::int64_t upper = (sample - offset) / 3;
+      const std::int64_t upper = place.row();
       const auto row_of = [&](std::int64_t row) {
-        return static_cast<int>(row * size.height / check.captured_.height);
+        return static_cast<int>(row * size.height / captured.height);
       };
       const int first = row_of(upper);
       const int last = row_of(upper + 1);
@@ -99,8 +124,8 @@ class LeftOutCheck {
   };
 
   const LeftOutPixels& pixels_;
+  const LineVolume& volume_;
   int station_;
-  PanoramaSize captured_;
   Column left_;
   Column right_;
 };

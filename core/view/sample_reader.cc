@@ -14,22 +14,27 @@ StationSamples from_row(StationSamples samples, int begin) {
   return samples;
 }
 
-// Marks the pixels of one sample: two rows of the two columns around it, and `beyond` more on every
-// side.
-void touch_around(TouchedRays* touched, int line, const StationSamples& samples, int row,
-                  int beyond, PanoramaSize size) {
+// Marks the pixels of a linear sample: two rows of the two columns around it.
+void touch_linear(TouchedRays* touched, int line, const StationSamples& samples, int row) {
+  touched->mark(line, samples.rays + samples.positions.offset_left[row], 6);
+  touched->mark(line, samples.rays + samples.positions.offset_right[row], 6);
+}
+
+// Of a cubic one, which has a pixel more on every side.
+void touch_cubic(TouchedRays* touched, int line, const StationSamples& samples, int row,
+                 PanoramaSize size) {
   const int column_bytes = 3 * size.height;
   const std::int32_t left = samples.positions.offset_left[row];
   const std::int32_t right = samples.positions.offset_right[row];
   const int upper = left % column_bytes / 3;
-  const int first_row = std::max(upper - beyond, 0);
-  const int last_row = std::min(upper + 1 + beyond, size.height - 1);
+  const int first_row = std::max(upper - 1, 0);
+  const int last_row = std::min(upper + 2, size.height - 1);
   const auto touch_column = [&](int column) {
     const int around_seam = (column + size.width) % size.width;
     touched->mark(line, samples.rays + around_seam * column_bytes + 3 * first_row,
                   3 * static_cast<std::size_t>(last_row - first_row + 1));
   };
-  for (int step = 0; step <= beyond; ++step) {
+  for (const int step : {0, 1}) {
     touch_column(left / column_bytes - step);
     touch_column(right / column_bytes + step);
   }
@@ -166,9 +171,10 @@ void SampleReader::touch(const RowSamples& samples, Interpolation interpolation,
       if (weight != nullptr && weight[row] == 0) continue;
       if (interpolation == Interpolation::kNearest) {
         touch_nearest(touched_, samples.line, at, row);
+      } else if (interpolation == Interpolation::kCubic) {
+        touch_cubic(touched_, samples.line, at, row, room_.panorama());
       } else {
-        touch_around(touched_, samples.line, at, row,
-                     interpolation == Interpolation::kCubic ? 1 : 0, room_.panorama());
+        touch_linear(touched_, samples.line, at, row);
       }
     }
   }

@@ -110,7 +110,7 @@ void SourceVisibility::remove_masked(const ColumnPoints& points, int line, int s
   const SamplePositions at =
       positions_.find(points, line, station, all, samples_.positions()).positions;
   SampleCheck masks(volume, station);
-  LeftOutCheck moved(view_.room.distances(line).left_out(), station, volume.panorama());
+  LeftOutCheck moved(view_.room.distances(line).left_out(), volume, station);
   for (int row = 0; row < view_.output.height; ++row) {
     const std::int32_t left = at.offset_left[row];
     const std::int32_t right = at.offset_right[row];

@@ -8,7 +8,6 @@ StationPositions::StationPositions(const ViewInputs& view)
     : view_(view),
       kernels_(column_kernels()),
       rows_per_distance_(raywalk::rows_per_distance(view)),
-      polar_(polar_columns_of(view)),
       latitudes_(view.output.height, view.output.height) {
   if (view.arithmetic == Arithmetic::kDouble) {
     precise_ = std::make_unique<PrecisePositions>(view.output.height);
@@ -39,7 +38,8 @@ StationSamples StationPositions::find(const ColumnPoints& points, int line, int 
   const auto row_above = [&](int row) { return std::max(row - per_row / 2, 0) / per_row; };
   const int first = row_above(rows.begin);
   const int count = std::min(row_above(rows.end - 1) + 2, depth_rows) - first;
-  const ColumnTarget target = target_of(points.theta_rad);
+  ColumnTarget target = target_of(points.theta_rad);
+  target.rays = layout_of(view_, line);
   kernels_.find_shifts(depth_latitudes_->table(first), points.depth_omega.data() + first, first,
                        count, depth_rows, offset_from(line, station, points.theta_rad), target,
                        shift_u_.data(), shift_v_.data());
@@ -85,7 +85,7 @@ ColumnTarget StationPositions::target_of(double theta_rad) const {
   const PanoramaSize captured = view_.room.panorama();
   const ColumnPosition position =
       split_column(pixel_from_angles({theta_rad, 0.0}, captured).u, captured.width);
-  return {captured.width, captured.height, position.whole, position.part, polar_};
+  return {captured.width, captured.height, position.whole, position.part};
 }
 
 Eigen::Vector3d StationPositions::displacement_from(int line, int station) const {

@@ -53,7 +53,6 @@ class StationPositions {
   const ViewInputs& view_;
   const ColumnKernels& kernels_;
   int rows_per_distance_;
-  PolarColumns polar_;
   LatitudeTable latitudes_;
   std::unique_ptr<LatitudeTable> depth_latitudes_;  // null in an initial view
   std::unique_ptr<PrecisePositions> precise_;       // null unless positions are computed in double

@@ -71,12 +71,12 @@ class SpherePoints {
 
 // Where sample `i` lies in the panorama.
 PixelPosition position_of(const SamplePositions& at, int i) {
-  const int height = kPositionsSize.height;
-  const int left = at.offset_left[i] / 3 / height;
-  const int right = at.offset_right[i] / 3 / height;
-  const int apart = (right - left + kPositionsWidth) % kPositionsWidth;
-  return {left + apart * weight_of(at.weight_right[i]) / 32768.0,
-          at.offset_left[i] / 3 % height + weight_of(at.weight_lower[i]) / 32768.0};
+  const PolarPart part(kPositionsSize);
+  const RayPlace left = part.place_of(at.offset_left[i]);
+  const int right = part.place_of(at.offset_right[i]).column;
+  const int apart = (right - left.column + kPositionsWidth) % kPositionsWidth;
+  return {left.column + apart * weight_of(at.weight_right[i]) / 32768.0,
+          left.row + weight_of(at.weight_lower[i]) / 32768.0};
 }
 
 // The largest distance of a column's samples from their exact positions, pixels, where the station

@@ -1,7 +1,5 @@
 #include "core/view/view_inputs.h"
 
-#include "core/view/column_arrays.h"
-
 namespace raywalk {
 
 int rows_per_distance(const ViewInputs& view) {
@@ -12,10 +10,12 @@ int rows_per_distance(const ViewInputs& view) {
   return whole && (ratio == 2 || ratio == 4 || ratio == 8) ? ratio : 1;
 }
 
-PolarColumns polar_columns_of(const ViewInputs& view) {
+RayLayout layout_of(const ViewInputs& view, int line) {
   // Cubic samples are read from neighbouring columns.
-  if (rows_per_distance(view) == 1 || view.interpolation == Interpolation::kCubic) return {};
-  return polar_columns(view.room.panorama());
+  if (rows_per_distance(view) == 1 || view.interpolation == Interpolation::kCubic) {
+    return {.stride = {3 * view.room.panorama().height}};
+  }
+  return view.room.volume(line).layout();
 }
 
 }  // namespace raywalk

@@ -68,8 +68,8 @@ inline constexpr std::uint8_t kSeen = 255;
 // with explicit layers or double arithmetic.
 int rows_per_distance(const ViewInputs& view);
 
-// The columns of a station that such interpolated positions lie between.
-PolarColumns polar_columns_of(const ViewInputs& view);
+// Where such interpolated positions find the pixels of a line's stations.
+RayLayout layout_of(const ViewInputs& view, int line);
 
 // Counts of work done and skipped. A reading is one line's share of one pixel.
 struct WorkCounts {

@@ -54,6 +54,7 @@ struct SyntheticRoomSpec {
   std::function<std::uint8_t(int u, int v)> stored_confidence{};
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
   std::optional<CameraCompanion> companion{};
+  bool polar_part = true;  // whether volumes have one, as those of format 3
 };
 
 // The grid of such a room.
