@@ -13,12 +13,13 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kLargest = "largest ";
 constexpr std::string_view kLeast = "least ";
 
-// Whether an expression has its largest (or least) value over the rows in `row`; numbers that are
+// Whether an expression has its largest (or least) value of several rows in `row`; numbers that are
 // none do not count.
 bool is_extreme(const std::vector<JsonScope>& rows, const JsonScope& row,
                 std::string_view expression, bool largest) {
   const double own = row.number(expression);
-  return std::isfinite(own) && std::ranges::none_of(rows, [&](const JsonScope& other) {
+  return rows.size() > 1 && std::isfinite(own) &&
+         std::ranges::none_of(rows, [&](const JsonScope& other) {
            const double value = other.number(expression);
            return largest ? value > own : value < own;
          });

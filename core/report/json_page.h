@@ -43,7 +43,8 @@ struct JsonFact {
 // A cell of a table.
 struct JsonCell {
   std::string text{};
-  // The condition to emphasise it, or "largest EXPRESSION" or "least EXPRESSION" over the rows.
+  // The condition to emphasise it, or "largest EXPRESSION" or "least EXPRESSION" over the rows, if
+  // there are several.
   std::string emphasis{};
   std::string link{};  // target; empty: none
 };

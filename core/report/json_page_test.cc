@@ -107,6 +107,12 @@ TEST_F(JsonPageTest, TheLargestAndTheLeastOfAColumnAreEmphasised) {
   EXPECT_THAT(page, HasSubstr("<td class=\"best\">38.5</td><td>–</td>"));
   EXPECT_THAT(page, HasSubstr("<td>30.5</td><td class=\"best\">4.5</td>"));
   EXPECT_THAT(page, HasSubstr("<td>34.0</td><td>9.5</td>"));
+  // A row alone is no comparison.
+  document_["scores"].erase(1);
+  document_["scores"].erase(1);
+  JsonPage alone(document_, "");
+  alone.table("scores", {{"name", "{name}"}, {"PSNR", "{db:.1f}", "largest db"}});
+  EXPECT_THAT(alone.html(), HasSubstr("<td>30.5</td>"));
 }
 
 TEST_F(JsonPageTest, ATableMayHaveOtherRowsBesideThoseOfAList) {
