@@ -9,18 +9,18 @@
 #include <iomanip>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 #include "core/geometry/connection_error.h"
-#include "core/report/html_page.h"
-#include "core/report/markup.h"
-#include "core/report/svg_plot.h"
+#include "core/report/json_page.h"
 
 namespace raywalk {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 constexpr int kMaxModelViewpoints = 1000;
 // Cells and distances that somebody may mean: from a model on a table to a stadium.
@@ -33,6 +33,9 @@ constexpr double kMostDistance = 10000.0;
 constexpr int kSweepSamples = 14;
 // Distances closer together than this (in N) count as one sample of the sweep.
 constexpr double kSameDistance = 1e-6;
+constexpr const char* kSetting =
+    "N = {side_m:g} m, station step {step_m:g} m, {viewpoints} x {viewpoints} viewpoints, rows of "
+    "1 degree";
 
 struct StatedOptimum {
   double distance_over_side;
@@ -69,6 +72,11 @@ void check_options(const ErrorModelOptions& options) {
 
 bool same_distance(double a, double b) { return std::abs(a - b) < kSameDistance; }
 
+bool is_among(const std::vector<double>& distances, double distance) {
+  return std::ranges::any_of(distances,
+                             [&](double known) { return same_distance(known, distance); });
+}
+
 std::vector<double> sorted_distances(const ErrorModelOptions& options) {
   std::vector<double> distances = options.distances_over_side;
   std::ranges::sort(distances);
@@ -82,9 +90,7 @@ std::vector<double> sweep_distances(const std::vector<double>& given) {
   for (int i = 0; i < kSweepSamples; ++i) {
     const double sample =
         std::lerp(given.front(), given.back(), static_cast<double>(i) / (kSweepSamples - 1));
-    const bool known = std::ranges::any_of(
-        sweep, [&](double distance) { return same_distance(distance, sample); });
-    if (!known) sweep.push_back(sample);
+    if (!is_among(sweep, sample)) sweep.push_back(sample);
   }
   std::ranges::sort(sweep);
   return sweep;
@@ -106,177 +112,133 @@ std::vector<DistanceCurve> compute_curves(const ErrorModelOptions& options,
   return curves;
 }
 
-const DistanceCurve& curve_at(const std::vector<DistanceCurve>& curves, double distance) {
-  return *std::ranges::find_if(curves, [&](const DistanceCurve& curve) {
-    return same_distance(curve.distance_over_side, distance);
-  });
-}
-
-double value_at(const ConnectionErrorCurve::Values& values, int k_deg) {
-  return values[static_cast<std::size_t>(k_deg - ConnectionErrorCurve::kMinDeg)];
-}
-
-const StatedOptimum* stated_optimum(double distance) {
-  const auto* stated = std::ranges::find_if(kStatedOptima, [&](const StatedOptimum& candidate) {
-    return same_distance(candidate.distance_over_side, distance);
-  });
-  return stated == kStatedOptima.end() ? nullptr : stated;
-}
-
-// The paper's optimum, "76", or "-" where it states none.
-std::string stated_text(double distance) {
-  const StatedOptimum* stated = stated_optimum(distance);
-  return stated == nullptr ? "-" : std::to_string(stated->k_deg);
-}
-
-std::string times_side(double distance) { return plain_number(distance, 3) + " N"; }
-
-// The points (k, values(k) * scale).
-std::vector<PlotPoint> points_over_k(const ConnectionErrorCurve::Values& values, double scale) {
-  std::vector<PlotPoint> points;
-  for (int k = ConnectionErrorCurve::kMinDeg; k <= ConnectionErrorCurve::kMaxDeg; ++k) {
-    points.push_back({static_cast<double>(k), value_at(values, k) * scale});
+// The paper's optimum; null where it states none.
+Json stated_k_deg(double distance) {
+  for (const StatedOptimum& stated : kStatedOptima) {
+    if (same_distance(stated.distance_over_side, distance)) return stated.k_deg;
   }
-  return points;
+  return nullptr;
 }
 
-std::vector<PlotPoint> share_points(const ConnectionErrorCurve::Values& values) {
-  const double max = *std::ranges::max_element(values);
-  return points_over_k(values, max > 0.0 ? 1.0 / max : 0.0);
-}
-
-LinePlot figure_a(const DistanceCurve& curve) {
-  LinePlot plot{
-      .title = "(a) Errors at d_src = " + times_side(curve.distance_over_side),
-      .x_label = "k (degrees)",
-      .y_label = "error, normalised as in (6)",
-      .series = {{.name = "E_t", .points = points_over_k(curve.errors.total, 1.0)},
-                 {.name = "E_m / max(E_m)", .points = share_points(curve.errors.mismatch_rad)},
-                 {.name = "E_b / max(E_b)", .points = share_points(curve.errors.bending_rad)}}};
-  const int optimum = curve.errors.optimum_k_deg;
-  plot.references.push_back(
-      {static_cast<double>(optimum), "least E_t: " + std::to_string(optimum)});
-  if (const StatedOptimum* stated = stated_optimum(curve.distance_over_side)) {
-    plot.references.push_back(
-        {static_cast<double>(stated->k_deg), "paper: " + std::to_string(stated->k_deg)});
+// What (a) and (b) of Fig. 11 plot: both errors as (6) adds them.
+Json rows_over_k(const ConnectionErrorCurve& errors) {
+  const auto share = [](const ConnectionErrorCurve::Values& values, std::size_t i) {
+    const double max = *std::ranges::max_element(values);
+    return max > 0.0 ? values[i] / max : 0.0;
+  };
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < errors.total.size(); ++i) {
+    rows.push_back({{"k_deg", ConnectionErrorCurve::kMinDeg + static_cast<int>(i)},
+                    {"e_t", errors.total[i]},
+                    {"e_m_share", share(errors.mismatch_rad, i)},
+                    {"e_b_share", share(errors.bending_rad, i)}});
   }
-  return plot;
+  return rows;
 }
 
-LinePlot figure_b(const std::vector<DistanceCurve>& curves, const std::vector<double>& given) {
-  LinePlot plot{
-      .title = "(b) Total error E_t", .x_label = "k (degrees)", .y_label = "E_t, equation (6)"};
-  for (auto distance = given.rbegin(); distance != given.rend(); ++distance) {
-    plot.series.push_back({.name = "d_src = " + times_side(*distance),
-                           .points = points_over_k(curve_at(curves, *distance).errors.total, 1.0)});
-  }
-  return plot;
-}
-
-LinePlot figure_c(const std::vector<DistanceCurve>& curves) {
-  LinePlot plot{.title = "(c) Optimum k", .x_label = "d_src / N", .y_label = "k (degrees)"};
-  PlotSeries computed{.name = "computed", .style = PlotStyle::kLineAndPoints};
-  PlotSeries stated{.name = "stated in the paper", .style = PlotStyle::kPoints};
-  for (const DistanceCurve& curve : curves) {
-    const double distance = curve.distance_over_side;
-    computed.points.push_back({distance, static_cast<double>(curve.errors.optimum_k_deg)});
-    if (const StatedOptimum* optimum = stated_optimum(distance)) {
-      stated.points.push_back({distance, static_cast<double>(optimum->k_deg)});
-    }
-  }
-  plot.series = {computed, stated};
-  return plot;
-}
-
-std::string setting_text(const ErrorModelOptions& options) {
-  const std::string viewpoints = std::to_string(options.viewpoints);
-  return "N = " + plain_number(options.side_m, 6) + " m, station step " +
-         plain_number(options.step_m, 6) + " m, " + viewpoints + " x " + viewpoints +
-         " viewpoints, rows of 1 degree";
-}
-
-HtmlTable optimum_table(const ErrorModelOptions& options,
-                        const std::vector<DistanceCurve>& curves) {
-  HtmlTable table{
-      .caption = "k of least E_t, and E_t there, at LFU (k = 45) and at Ray-space360 (k = 90)",
-      .header = {"d_src / N", "d_src (m)", "optimum k", "paper's k", "E_t", "E_t at 45",
-                 "E_t at 90"}};
-  for (const DistanceCurve& curve : curves) {
-    const double distance = curve.distance_over_side;
-    const ConnectionErrorCurve& errors = curve.errors;
-    table.rows.push_back({{plain_number(distance, 3)},
-                          {plain_number(distance * options.side_m, 6)},
-                          {std::to_string(errors.optimum_k_deg), true},
-                          {stated_text(distance)},
-                          {fixed_number(value_at(errors.total, errors.optimum_k_deg), 4)},
-                          {fixed_number(value_at(errors.total, 45), 4)},
-                          {fixed_number(value_at(errors.total, 90), 4)}});
-  }
-  return table;
-}
-
-std::string page_html(const ErrorModelOptions& options, const std::vector<DistanceCurve>& curves,
-                      const DistanceCurve& detail, const std::array<std::string, 3>& figures) {
-  HtmlPage page("Error model of the hybrid connection", setting_text(options));
-  const ConnectionErrorCurve& errors = detail.errors;
-  page.add_facts({{"least E_t at d_src = " + times_side(detail.distance_over_side),
-                   "k = " + std::to_string(errors.optimum_k_deg) + " degrees"},
-                  {"E_t there", fixed_number(value_at(errors.total, errors.optimum_k_deg), 3)},
-                  {"LFU (k = 45)", fixed_number(value_at(errors.total, 45), 3)},
-                  {"Ray-space360 (k = 90)", fixed_number(value_at(errors.total, 90), 3)}});
-  page.add_paragraph(
-      "A ray that leaves its line at more than k degrees is taken from the neighbouring line "
-      "instead. A small k mismatches the two lines where they meet (E_m, equation 7), a large k "
-      "bends what the line sees sideways (E_b, equation 10). E_t, equation 6, adds the two, each "
-      "divided by its maximum over k = 45 to 90 degrees at the same distance.");
-  page.add_section("Figure 11");
-  page.add_figures({svg_figure(figures[0],
-                               "E_m falls and E_b grows with k; the least sum lies "
-                               "between."),
-                    svg_figure(figures[1], "The farther the source, the more convex the curve."),
-                    svg_figure(figures[2],
-                               "The k of least E_t over the distance of the source, in "
-                               "whole degrees.")});
-  page.add_section("Optimum");
-  page.add_table(optimum_table(options, curves));
-  page.add_paragraph(
-      "The paper states 76 degrees at 1.5 N and a fall from 87 to 72 degrees over 1.2 N to 2.5 N, "
-      "but not the station step of equation 3 behind these numbers. The optimum depends on it: "
-      "with a step of 0.01 N it lies at 72 to 73 degrees throughout, with 0.15 N it meets the 76 "
-      "degrees at 1.5 N and falls from 78 to 74.");
-  return page.html();
-}
-
-std::string json_text(const ErrorModelOptions& options, const std::vector<DistanceCurve>& curves) {
-  nlohmann::ordered_json json;
-  json["side_m"] = options.side_m;
-  json["step_m"] = options.step_m;
-  json["viewpoints"] = options.viewpoints;
+// Of error-model.json. `given`: sorted.
+Json document_of(const ErrorModelOptions& options, const std::vector<double>& given,
+                 const std::vector<DistanceCurve>& curves) {
+  Json json{
+      {"side_m", options.side_m}, {"step_m", options.step_m}, {"viewpoints", options.viewpoints}};
   for (int k = ConnectionErrorCurve::kMinDeg; k <= ConnectionErrorCurve::kMaxDeg; ++k) {
     json["k_deg"].push_back(k);
   }
   for (const DistanceCurve& curve : curves) {
-    json["curves"].push_back({{"d_src_m", curve.distance_over_side * options.side_m},
-                              {"d_src_over_side", curve.distance_over_side},
-                              {"e_m_rad", curve.errors.mismatch_rad},
-                              {"e_b_rad", curve.errors.bending_rad},
-                              {"e_t", curve.errors.total},
-                              {"optimum_k_deg", curve.errors.optimum_k_deg}});
+    const double distance = curve.distance_over_side;
+    const ConnectionErrorCurve& errors = curve.errors;
+    if (same_distance(distance, given[given.size() / 2])) json["detail"] = json["curves"].size();
+    json["curves"].push_back(
+        {{"d_src_m", distance * options.side_m},
+         {"d_src_over_side", distance},
+         {"e_m_rad", errors.mismatch_rad},
+         {"e_b_rad", errors.bending_rad},
+         {"e_t", errors.total},
+         {"optimum_k_deg", errors.optimum_k_deg},
+         {"least_e_t", *std::ranges::min_element(errors.total)},
+         {"paper_k_deg", stated_k_deg(distance)},
+         {"over_k", is_among(given, distance) ? rows_over_k(errors) : Json::array()}});
   }
   for (const StatedOptimum& stated : kStatedOptima) {
     json["paper"].push_back(
         {{"d_src_over_side", stated.distance_over_side}, {"optimum_k_deg", stated.k_deg}});
   }
-  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json;
 }
 
-void print_table(const ErrorModelOptions& options, const HtmlTable& optima, std::ostream& table) {
+HtmlFigure figure_a(const Json& curve, const JsonPage& detail) {
+  LinePlot axes{.title = "(a) Errors at d_src = {d_src_over_side:g N}",
+                .x_label = "k (degrees)",
+                .y_label = "error, normalised as in (6)",
+                .references = {{curve["optimum_k_deg"].get<double>(),
+                                detail.text("least E_t: {optimum_k_deg}")}}};
+  if (!curve["paper_k_deg"].is_null()) {
+    axes.references.push_back(
+        {curve["paper_k_deg"].get<double>(), detail.text("paper: {paper_k_deg}")});
+  }
+  return detail.plot(axes,
+                     {{"over_k", "E_t", "k_deg", "e_t", PlotStyle::kLine},
+                      {"over_k", "E_m / max(E_m)", "k_deg", "e_m_share", PlotStyle::kLine},
+                      {"over_k", "E_b / max(E_b)", "k_deg", "e_b_share", PlotStyle::kLine}},
+                     "E_m falls and E_b grows with k; the least sum lies between.");
+}
+
+HtmlFigure figure_b(const JsonPage& page) {
+  return page.plot(
+      {.title = "(b) Total error E_t", .x_label = "k (degrees)", .y_label = "E_t, equation (6)"},
+      {{"curves.over_k", "d_src = {^d_src_over_side:g N}", "k_deg", "e_t", PlotStyle::kLine}},
+      "The farther the source, the more convex the curve.");
+}
+
+HtmlFigure figure_c(const JsonPage& page) {
+  return page.plot(
+      {.title = "(c) Optimum k", .x_label = "d_src / N", .y_label = "k (degrees)"},
+      {{"curves", "computed", "d_src_over_side", "optimum_k_deg"},
+       {"curves", "stated in the paper", "d_src_over_side", "paper_k_deg", PlotStyle::kPoints}},
+      "The k of least E_t over the distance of the source, in whole degrees.");
+}
+
+// E_t is given at k = 45, 46, ..., 90.
+std::vector<JsonColumn> optimum_columns() {
+  return {{"d_src / N", "{d_src_over_side:g}"},
+          {"d_src (m)", "{d_src_m:g}"},
+          {"optimum k", "{optimum_k_deg}", "optimum_k_deg"},
+          {"paper's k", "{paper_k_deg:|-}"},
+          {"E_t", "{least_e_t:.4f}"},
+          {"E_t at 45", "{e_t.0:.4f}"},
+          {"E_t at 90", "{e_t.45:.4f}"}};
+}
+
+void add_content(const std::vector<HtmlFigure>& figures, JsonPage detail, JsonPage page) {
+  detail.facts({{"least E_t at d_src = {d_src_over_side:g N}", "k = {optimum_k_deg} degrees"},
+                {"E_t there", "{least_e_t:.3f}"},
+                {"LFU (k = 45)", "{e_t.0:.3f}"},
+                {"Ray-space360 (k = 90)", "{e_t.45:.3f}"}});
+  page.paragraph(
+      "A ray that leaves its line at more than k degrees is taken from the neighbouring line "
+      "instead. A small k mismatches the two lines where they meet (E_m, equation 7), a large k "
+      "bends what the line sees sideways (E_b, equation 10). E_t, equation 6, adds the two, each "
+      "divided by its maximum over k = 45 to 90 degrees at the same distance.");
+  page.section("Figure 11").figures(figures);
+  page.section("Optimum")
+      .table("curves", optimum_columns(),
+             "k of least E_t, and E_t there, at LFU (k = 45) and at Ray-space360 (k = 90)")
+      .paragraph(
+          "The paper states 76 degrees at 1.5 N and a fall from 87 to 72 degrees over 1.2 N to "
+          "2.5 N, but not the station step of equation 3 behind these numbers. The optimum depends "
+          "on it: with a step of 0.01 N it lies at 72 to 73 degrees throughout, with 0.15 N it "
+          "meets the 76 degrees at 1.5 N and falls from 78 to 74.");
+}
+
+void print_table(const Json& document, std::ostream& table) {
   constexpr int kColumn = 11;
-  table << "Error model: " << setting_text(options) << "\n";
-  for (const std::string& name : optima.header) table << std::setw(kColumn) << name;
+  const JsonScope scope(document);
+  table << "Error model: " << scope.text(kSetting) << "\n";
+  const std::vector<JsonColumn> columns = optimum_columns();
+  for (const JsonColumn& column : columns) table << std::setw(kColumn) << column.header;
   table << "\n";
-  for (const std::vector<HtmlCell>& row : optima.rows) {
-    for (const HtmlCell& cell : row) table << std::setw(kColumn) << cell.text;
+  for (const JsonScope& curve : scope.entries("curves")) {
+    for (const JsonColumn& column : columns) table << std::setw(kColumn) << curve.text(column.cell);
     table << "\n";
   }
 }
@@ -287,18 +249,20 @@ void write_error_model_report(const ErrorModelOptions& options, std::ostream& ta
   check_options(options);
   make_directories(options.report_dir);
   const std::vector<double> given = sorted_distances(options);
-  const std::vector<DistanceCurve> curves = compute_curves(options, sweep_distances(given));
-  const DistanceCurve& detail = curve_at(curves, given[given.size() / 2]);
-  const std::array<std::string, 3> figures{svg_from_plot(figure_a(detail)),
-                                           svg_from_plot(figure_b(curves, given)),
-                                           svg_from_plot(figure_c(curves))};
-  write_file_atomically(options.report_dir / "fig11a.svg", figures[0]);
-  write_file_atomically(options.report_dir / "fig11b.svg", figures[1]);
-  write_file_atomically(options.report_dir / "fig11c.svg", figures[2]);
-  write_file_atomically(options.report_dir / "error-model.json", json_text(options, curves));
-  write_file_atomically(options.report_dir / "index.html",
-                        page_html(options, curves, detail, figures));
-  print_table(options, optimum_table(options, curves), table);
+  const Json document =
+      document_of(options, given, compute_curves(options, sweep_distances(given)));
+  write_file_atomically(options.report_dir / "error-model.json", json_text(document));
+  const JsonPage page(document, "Error model of the hybrid connection", kSetting);
+  const JsonPage detail = page.within(page.text("curves.{detail}"));
+  const std::vector<HtmlFigure> figures{
+      figure_a(document["curves"][document["detail"].get<std::size_t>()], detail), figure_b(page),
+      figure_c(page)};
+  write_file_atomically(options.report_dir / "fig11a.svg", figures[0].markup);
+  write_file_atomically(options.report_dir / "fig11b.svg", figures[1].markup);
+  write_file_atomically(options.report_dir / "fig11c.svg", figures[2].markup);
+  add_content(figures, detail, page);
+  write_file_atomically(options.report_dir / "index.html", page.html());
+  print_table(document, table);
 }
 
 }  // namespace raywalk

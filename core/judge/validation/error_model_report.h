@@ -20,10 +20,15 @@ struct ErrorModelOptions {
 
 // Writes index.html, error-model.json, fig11a.svg, fig11b.svg and fig11c.svg to report_dir, each
 // atomically, and the table of optima as text to `table`. Takes about a second. error-model.json:
-// {"side_m", "step_m", "viewpoints", "k_deg": [45..90], "curves": [{"d_src_m", "d_src_over_side",
-// "e_m_rad", "e_b_rad", "e_t", "optimum_k_deg"}], "paper": [{"d_src_over_side", "optimum_k_deg"}]};
-// e_m_rad, e_b_rad and e_t have one entry for each k. Throws UsageError for an option outside its
-// range, Error when a file cannot be written.
+//   {"side_m", "step_m", "viewpoints", "k_deg": [45..90],
+//    "detail": index of the curve of Fig. 11 (a),
+//    "curves": [{"d_src_m", "d_src_over_side", "e_m_rad", "e_b_rad", "e_t", "optimum_k_deg",
+//                "least_e_t", "paper_k_deg": null where the paper states none,
+//                "over_k": [{"k_deg", "e_t", "e_m_share", "e_b_share"}]}],
+//    "paper": [{"d_src_over_side", "optimum_k_deg"}]}
+// e_m_rad, e_b_rad and e_t have one entry for each k; over_k has the shares of the errors' maxima,
+// of the given distances only. Throws UsageError for an option outside its range, Error when a file
+// cannot be written.
 void write_error_model_report(const ErrorModelOptions& options, std::ostream& table);
 
 }  // namespace raywalk

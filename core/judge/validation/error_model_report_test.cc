@@ -82,6 +82,22 @@ TEST_F(ErrorModelReportTest, PageShowsTheFigures) {
   }
 }
 
+TEST_F(ErrorModelReportTest, PageAndTableShowTheOptima) {
+  const std::string table = write(options());
+  EXPECT_THAT(table, HasSubstr("N = 1 m, station step 0.01 m, 5 x 5 viewpoints"));
+  for (const char* text : {"N = 1 m, station step 0.01 m, 5 x 5 viewpoints",
+                           "<dt>least E_t at d_src = 1.5 N</dt>", "<td>87</td>", "<td>-</td>"}) {
+    EXPECT_THAT(content("index.html"), HasSubstr(text));
+  }
+  const nlohmann::json data = json();
+  const nlohmann::json& detail = data["curves"][data["detail"].get<std::size_t>()];
+  EXPECT_EQ(detail["d_src_over_side"], 1.5);
+  EXPECT_EQ(detail["paper_k_deg"], 76);
+  const auto k = detail["optimum_k_deg"].get<std::size_t>();
+  EXPECT_EQ(detail["least_e_t"], detail["e_t"][k - 45]);
+  EXPECT_EQ(detail["over_k"][k - 45]["e_t"], detail["least_e_t"]);
+}
+
 TEST_F(ErrorModelReportTest, FiguresShowTheirSeries) {
   write(options());
   for (const char* text : {">E_t<", ">E_m / max(E_m)<", ">E_b / max(E_b)<", ">paper: 76<"}) {
@@ -139,6 +155,11 @@ TEST_F(ErrorModelReportTest, DataHoldsTheCurvesOverK) {
   const double share_of_bending =
       curve["e_b_rad"][0].get<double>() / curve["e_b_rad"][45].get<double>();
   EXPECT_DOUBLE_EQ(curve["e_t"][0].get<double>(), 1.0 + share_of_bending);
+  ASSERT_EQ(curve["over_k"].size(), 46U);
+  EXPECT_EQ(curve["over_k"][45]["k_deg"], 90);
+  EXPECT_EQ(curve["over_k"][0]["e_m_share"], 1.0);
+  EXPECT_DOUBLE_EQ(curve["over_k"][0]["e_b_share"].get<double>(), share_of_bending);
+  EXPECT_TRUE(data["curves"][1]["over_k"].empty());  // not a given distance
   EXPECT_EQ(data["paper"].size(), 3U);
 }
 
@@ -160,6 +181,8 @@ TEST_F(ErrorModelReportTest, TakesASingleDistance) {
   single.distances_over_side = {1.7};
   write(single);
   EXPECT_EQ(json()["curves"].size(), 1U);
+  EXPECT_TRUE(json()["curves"][0]["paper_k_deg"].is_null());
+  EXPECT_THAT(content("fig11a.svg"), testing::Not(HasSubstr("paper")));
   EXPECT_EQ(markup_fault(content("fig11c.svg")), "");
 }
 
