@@ -72,37 +72,6 @@ ordered_json json_of(const ConnectionBeforeAfter& row) {
           {"ratio", row.after / row.before}};
 }
 
-HtmlTable scores_table(const BeforeAfter& rooms) {
-  HtmlTable table{.caption = "Mean over all views; gains are after minus before",
-                  .header = {"generation", "score", "before", "after", "gain"}};
-  for (const ScoresBeforeAfter& scores : rooms.scores) {
-    for (const NamedScore& score : kNamedScores) {
-      const double before = scores.before.*score.member, after = scores.after.*score.member;
-      table.rows.push_back({{generation_name(scores.generation)},
-                            {score.heading},
-                            {number_or_dash(before, score.decimals), before > after},
-                            {number_or_dash(after, score.decimals), after > before},
-                            {fmt::format("{:+.{}f}", after - before, score.decimals)}});
-    }
-  }
-  return table;
-}
-
-HtmlTable connection_table(const BeforeAfter& rooms) {
-  HtmlTable table{.caption =
-                      "E_connect, equation (11) of the paper, in squared 8-bit levels, over "
-                      "the corners that each room can read; smaller is better",
-                  .header = {"generation", "k / deg", "before", "after", "after / before"}};
-  for (const ConnectionBeforeAfter& row : rooms.connection) {
-    table.rows.push_back({{generation_name(row.generation)},
-                          {fmt::format("{:g}", row.k_deg)},
-                          {number_or_dash(row.before, 1), row.before < row.after},
-                          {number_or_dash(row.after, 1), row.after < row.before},
-                          {number_or_dash(row.after / row.before, 3)}});
-  }
-  return table;
-}
-
 }  // namespace
 
 BeforeAfter compare_rooms(const Validation& before, const Validation& after) {
@@ -126,14 +95,34 @@ ordered_json before_after_json(const BeforeAfter& rooms) {
           {"connection_error", connection}};
 }
 
-void add_before_after(const BeforeAfter& rooms, HtmlPage* page) {
-  page->add_section("Before and after");
-  page->add_paragraph(fmt::format(
-      "Before: {} (distances: {}). After: {} (distances: {}). Both are rendered at the same "
-      "viewpoints with the same settings; the better of both is emphasised.",
-      rooms.before, rooms.distances_before, rooms.after, rooms.distances_after));
-  if (!rooms.scores.empty()) page->add_table(scores_table(rooms));
-  if (!rooms.connection.empty()) page->add_table(connection_table(rooms));
+void add_before_after(JsonPage rooms) {
+  JsonTable scores{.caption = "Mean over all views; gains are after minus before",
+                   .header = {"generation", "score", "before", "after", "gain"}};
+  for (const NamedScore& score : kNamedScores) {
+    const auto cell = [&](const std::string& text) {
+      return fmt::format(fmt::runtime(text), score.key, score.decimals);
+    };
+    scores.rows.push_back({"means",
+                           {{"{generation}"},
+                            {score.heading},
+                            {cell("{{before.{}:.{}f}}"), cell("before.{0} > after.{0}")},
+                            {cell("{{after.{}:.{}f}}"), cell("after.{0} > before.{0}")},
+                            {cell("{{gain.{}:+.{}f}}")}}});
+  }
+  rooms.section("Before and after")
+      .paragraph(
+          "Before: {before} (distances: {distances_before}). After: {after} (distances: "
+          "{distances_after}). Both are rendered at the same viewpoints with the same settings; "
+          "the better of both is emphasised.")
+      .table(scores)
+      .table("connection_error",
+             {{"generation", "{generation}"},
+              {"k / deg", "{k_deg:g}"},
+              {"before", "{before:.1f}", "before < after"},
+              {"after", "{after:.1f}", "after < before"},
+              {"after / before", "{ratio:.3f}"}},
+             "E_connect, equation (11) of the paper, in squared 8-bit levels, over the corners "
+             "that each room can read; smaller is better");
 }
 
 std::string before_after_text(const BeforeAfter& rooms) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/judge/validation/validate.h"
-#include "core/report/html_page.h"
+#include "core/report/json_page.h"
 
 namespace raywalk {
 
@@ -47,8 +47,8 @@ BeforeAfter compare_rooms(const Validation& before, const Validation& after);
 // Gains are after minus before. What was not measured is null.
 nlohmann::ordered_json before_after_json(const BeforeAfter& rooms);
 
-// A section of the report.
-void add_before_after(const BeforeAfter& rooms, HtmlPage* page);
+// A section of the report. `rooms`: the part that before_after_json made.
+void add_before_after(JsonPage rooms);
 
 // Lines for the user, each ending with a newline: one per generation with its scores, and one with
 // E_connect at the largest k.

@@ -1,6 +1,7 @@
 // Two rooms of one scene: in the one before, a line is exposed otherwise.
 #include "core/judge/validation/before_after.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,6 +94,27 @@ TEST_F(BeforeAfterTest, BothRoomsStandSideBySideWithTheGain) {
   EXPECT_THAT(page(), Not(HasSubstr("Before and after")));
 }
 
+TEST_F(BeforeAfterTest, ThePageEmphasisesTheBetterRoom) {
+  run();
+  EXPECT_EQ(markup_fault(page()), "");
+  const json both = compared();
+  const json& mean = both["means"][1];
+  const json& connection = both["connection_error"][3];
+  EXPECT_THAT(
+      page(),
+      AllOf(HasSubstr("Before: " + options_.before.string() + " (distances: given)"),
+            HasSubstr(fmt::format("<th scope=\"row\">hlf-vd</th><td>PSNR / dB</td><td>{:.2f}</td>"
+                                  "<td class=\"best\">{:.2f}</td><td>{:+.2f}</td>",
+                                  mean["before"]["psnr_db"].get<double>(),
+                                  mean["after"]["psnr_db"].get<double>(),
+                                  mean["gain"]["psnr_db"].get<double>())),
+            HasSubstr(fmt::format("<th scope=\"row\">hlf-vd</th><td>90</td><td>{:.1f}</td>"
+                                  "<td class=\"best\">{:.1f}</td><td>{:.3f}</td>",
+                                  connection["before"].get<double>(),
+                                  connection["after"].get<double>(),
+                                  connection["ratio"].get<double>()))));
+}
+
 TEST_F(BeforeAfterTest, WithoutATruthConnectionsAreCompared) {
   options_.truth.clear();
   const std::string said = run();
@@ -101,7 +123,9 @@ TEST_F(BeforeAfterTest, WithoutATruthConnectionsAreCompared) {
   EXPECT_TRUE(compared()["means"].empty());
   EXPECT_TRUE(json::parse(read_file(options_.report / "metrics.json"))["means"].empty());
   EXPECT_EQ(markup_fault(page()), "");
-  EXPECT_THAT(page(), AllOf(HasSubstr("Before and after"), HasSubstr("after / before")));
+  EXPECT_THAT(page(), AllOf(HasSubstr("Before and after"), HasSubstr("after / before"),
+                            HasSubstr("connections of two rooms, without true views"),
+                            Not(HasSubstr("Every view")), Not(HasSubstr("Mean over all views"))));
   EXPECT_FALSE(fs::exists(options_.report / "validation.partial"));
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/json_text.h"
 #include "core/judge/validation/before_after.h"
 #include "core/judge/validation/connect_error_file.h"
 #include "core/judge/validation/metrics_json.h"
@@ -227,7 +229,6 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   validation.volume = room.directory().string();
   validation.captured_width_px = room.panorama().width;
   validation.distances = room.distances_origin();
-  validation.has_distances = room.has_distances();
   for (const std::size_t truth : spread_over_distance(truths, kMaxSamples)) {
     validation.samples.push_back({.truth = truth});
   }
@@ -316,8 +317,10 @@ std::string validate(const Room& room, const ValidateOptions& options) {
     compared = compare_rooms(measured_validation(*task_before, options.connect, partial_before),
                              validation);
   }
-  write_file_atomically(options.report / "metrics.json", metrics_json(validation, compared));
-  write_file_atomically(options.report / "index.html", validation_report(validation, compared));
+  const nlohmann::ordered_json document = metrics_document(validation, compared);
+  write_file_atomically(options.report / "metrics.json", json_text(document));
+  write_file_atomically(options.report / "index.html",
+                        validation_report(document, validation.samples));
   partial.complete();
   return summary_of(validation, compared, options.report);
 }

@@ -39,7 +39,6 @@ struct Validation {
   std::string volume{};       // the room
   std::string distances{};    // in use in the room: Room::distances_origin()
   int captured_width_px = 0;  // of its panoramas; wider views are enlarged
-  bool has_distances = false;
   std::vector<TruthView> truths{};
   std::vector<ViewMode> modes{};
   std::vector<ValidatedView> views{};            // truth by truth, within it mode by mode

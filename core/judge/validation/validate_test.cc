@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -12,6 +13,7 @@
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "core/judge/validation/connect_error_file.h"
+#include "core/report/markup_check.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
@@ -80,14 +82,18 @@ TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   validate(room_, options_);
   const json all = metrics();
   EXPECT_EQ(keys_of(all),
-            (std::set<std::string>{"volume", "distances", "views", "connection_error", "means"}));
+            (std::set<std::string>{"volume", "distances", "captured_width_px", "truths",
+                                   "widest_truth_px", "modes", "best", "views", "limited_views",
+                                   "quarters", "quarter_gains", "connection", "connection_error",
+                                   "means"}));
   EXPECT_EQ(all["distances"], "given");
   EXPECT_EQ(all["volume"], room_.directory().string());
   ASSERT_EQ(all["views"].size(), 6U);
-  EXPECT_EQ(
-      keys_of(all["views"][0]),
-      (std::set<std::string>{"name", "x_m", "z_m", "generation", "connection", "k_deg", "layers",
-                             "enlargement", "psnr_db", "ws_psnr_db", "ssim", "fsim", "render_ms"}));
+  EXPECT_EQ(keys_of(all["views"][0]),
+            (std::set<std::string>{"name", "x_m", "z_m", "line_distance_m", "generation",
+                                   "connection", "k_deg", "layers", "enlargement", "psnr_db",
+                                   "ws_psnr_db", "ssim", "fsim", "best", "limited_corners",
+                                   "filled_share", "unseen_share", "empty_share", "render_ms"}));
   EXPECT_EQ(all["views"][0]["name"], "near");
   EXPECT_EQ(all["views"][0]["x_m"], 0.4);
   EXPECT_EQ(all["views"][0]["layers"], 0);
@@ -107,11 +113,61 @@ TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   EXPECT_GE(all["connection_error"][0]["e_connect"], 0.0);
 }
 
+TEST_F(ValidateTest, TheDocumentComparesGenerations) {
+  make_room({.overhang_m = 0.5, .width = 128});
+  options_.connect.viewpoints = 3;  // of which some are not on a diagonal, where k has no effect
+  make_two_truths();
+  validate(room_, options_);
+  const json all = metrics();
+  ASSERT_EQ(all["modes"].size(), 3U);
+  const json& best = all["best"];
+  EXPECT_NE(best["generation"], "initial");
+  for (const json& mode : all["modes"]) EXPECT_GE(best["psnr_db"], mode["psnr_db"]);
+  EXPECT_NEAR(best["gain_db"].get<double>(),
+              best["psnr_db"].get<double>() - all["modes"][0]["psnr_db"].get<double>(), 1e-9);
+  for (int truth = 0; truth < 2; ++truth) {
+    int best_views = 0;
+    for (int mode = 0; mode < 3; ++mode) {
+      best_views += all["views"][3 * truth + mode]["best"]["ssim"] ? 1 : 0;
+    }
+    EXPECT_EQ(best_views, 1);
+  }
+  // Each view has four quarters, the same of each generation.
+  ASSERT_EQ(all["quarters"].size(), 24U);
+  ASSERT_EQ(all["quarter_gains"].size(), 24U);
+  EXPECT_EQ(all["quarter_gains"][0]["psnr_db"], 0.0);
+  EXPECT_EQ(all["quarters"][4]["generation"], "hlf-vd");
+  EXPECT_DOUBLE_EQ(
+      all["quarter_gains"][4]["psnr_db"].get<double>(),
+      all["quarters"][4]["psnr_db"].get<double>() - all["quarters"][0]["psnr_db"].get<double>());
+  ASSERT_EQ(all["connection"]["comparable"], true);
+  double corrected_up_to = 0.0;
+  const json& rows = all["connection_error"];
+  for (std::size_t i = 0; i < 9; ++i) {
+    const double own = rows[i]["e_connect_common"];
+    EXPECT_EQ(rows[i]["e_connect_plotted"], own);
+    bool least = true;
+    for (std::size_t k = i / 3 * 3; k < i / 3 * 3 + 3; ++k) {
+      least = least && own <= rows[k]["e_connect_common"].get<double>();
+    }
+    EXPECT_EQ(rows[i]["least"], least) << i;
+    if (i >= 3) corrected_up_to = std::max(corrected_up_to, own);
+  }
+  EXPECT_NE(rows[0]["least"], rows[1]["least"]);
+  EXPECT_EQ(all["connection"]["corrected_up_to"], corrected_up_to);
+}
+
 TEST_F(ValidateTest, ThePageIsSelfContained) {
-  make_room({.width = 64});
+  make_room({.overhang_m = 0.25, .width = 64});
   make_two_truths();
   const std::string said = validate(room_, options_);
   EXPECT_THAT(said, AllOf(HasSubstr("two-sided"), HasSubstr("index.html")));
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_THAT(page(), AllOf(HasSubstr("2 true viewpoints, 3 generations"),
+                            HasSubstr("gain over initial views"),
+                            HasSubstr("near at (0.4, 0) m, 10 cm from the nearest line"),
+                            HasSubstr("at the scale of the corrected views"),
+                            HasSubstr("two-sided: connection hybrid at k = 80 degrees (given)")));
   EXPECT_THAT(page(), AllOf(HasSubstr("Ground truth"), HasSubstr("half and half"),
                             HasSubstr("error, times 4"), HasSubstr("Gain in FSIM"),
                             HasSubstr("E_connect over k"), HasSubstr("data:image/jpeg")));
@@ -140,6 +196,8 @@ TEST_F(ValidateTest, AnErrorThatCannotBeMeasuredIsNull) {
   EXPECT_EQ(row["coverage"], 0.0);
   EXPECT_TRUE(row["e_connect"].is_null());
   EXPECT_TRUE(row["e_connect_common"].is_null());
+  EXPECT_EQ(row["least"], false);
+  EXPECT_THAT(page(), HasSubstr("too few to compare the angles"));
 }
 
 TEST_F(ValidateTest, ARoomWithoutDistancesHasInitialViewsOnly) {
@@ -147,7 +205,12 @@ TEST_F(ValidateTest, ARoomWithoutDistancesHasInitialViewsOnly) {
   make_two_truths();
   validate(room_, options_);
   EXPECT_EQ(keys_of(metrics()["means"]), std::set<std::string>{"initial"});
-  EXPECT_THAT(page(), HasSubstr("The room has no distances"));
+  EXPECT_TRUE(metrics()["best"]["gain_db"].is_null());
+  EXPECT_TRUE(metrics()["quarter_gains"].empty());
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_THAT(page(), AllOf(HasSubstr("The room has no distances"), Not(HasSubstr("Gain in PSNR")),
+                            Not(HasSubstr("gain over initial")), Not(HasSubstr("class=\"best\"")),
+                            Not(HasSubstr("Distances of the corrected views"))));
 }
 
 TEST_F(ValidateTest, ATruthMayHaveAnotherSize) {
@@ -196,6 +259,7 @@ TEST_F(ValidateTest, ASingleLineIsValidatedWithItsEmptyShare) {
   list("before.png,0,0,-0.25\n");
   validate(room_, options_);
   EXPECT_TRUE(metrics()["connection_error"].empty());
+  EXPECT_THAT(page(), Not(HasSubstr("How well neighbouring lines connect")));
   EXPECT_THAT(page(), HasSubstr("empty"));
 }
 
@@ -252,6 +316,8 @@ class ResumedValidateTest : public ValidateTest {
   json timeless() const {
     json all = metrics();
     for (json& view : all["views"]) view.erase("render_ms");
+    for (json& mode : all["modes"]) mode.erase("median_render_ms");
+    all["best"].erase("median_render_ms");
     return all;
   }
   // Pages differ in the times only.

@@ -2,17 +2,16 @@
 // gain over the distance from the line (Fig. 13), connection errors (Table 2), and all scores.
 #pragma once
 
-#include <optional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
-#include "core/judge/validation/before_after.h"
 #include "core/judge/validation/validate.h"
 
 namespace raywalk {
 
-// One self-contained HTML page. `validation` has at least one mode, and at least one view unless
-// two rooms are compared.
-std::string validation_report(const Validation& validation,
-                              const std::optional<BeforeAfter>& compared = std::nullopt);
+// One self-contained HTML page. `document`: of metrics.json; `samples`: of Validation.
+std::string validation_report(const nlohmann::ordered_json& document,
+                              const std::vector<PictureSample>& samples);
 
 }  // namespace raywalk
