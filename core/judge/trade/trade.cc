@@ -15,6 +15,7 @@
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
+#include "core/files/json_text.h"
 #include "core/files/sha256.h"
 #include "core/judge/trade/captured_views.h"
 #include "core/judge/trade/held_out_views.h"
@@ -304,11 +305,12 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
 std::string write_trade(const TradeInput& input, const fs::path& report) {
   prepare_report(report, input.rooms.front().room->directory());
   const Trade trade = measure_trade(input, partial_file(report));
-  const std::string page = trade_page(trade, trade_pictures(trade, input.rooms));
-  write_file_atomically(report / "trade.json", trade_json(trade));
+  const TradePictures pictures = trade_pictures(trade, input.rooms);
+  const nlohmann::ordered_json document = trade_document(trade);
+  write_file_atomically(report / "trade.json", json_text(document));
   write_measured_settings(input.rooms.front().room->directory(), measured_settings(trade));
   write_file_atomically(report / "trade.csv", trade_csv(trade));
-  write_file_atomically(report / "index.html", page);
+  write_file_atomically(report / "index.html", trade_page(document, pictures));
   fs::remove(partial_file(report));
   return summary_of(trade, report);
 }

@@ -11,8 +11,9 @@ namespace raywalk {
 
 inline constexpr int kTradeFormatVersion = 3;
 
-// trade.json; docs/file-formats.md lists its keys. A value that was not measured is null.
-std::string trade_json(const Trade& trade);
+// The document of trade.json; docs/file-formats.md lists its keys. A value that was not measured is
+// null in the file.
+nlohmann::ordered_json trade_document(const Trade& trade);
 
 // trade.csv: one row per setting, with the numbers of trade.json under the same names; the fronts
 // are columns pareto_psnr_db, ... of 0 and 1. A value that is null in trade.json is empty here.

@@ -38,15 +38,13 @@ std::vector<std::size_t> settings_shown(const Trade& trade) {
 }  // namespace
 
 TradePictures trade_pictures(const Trade& trade, std::span<const TradeRoom> rooms) {
-  const std::size_t middle = rooms.front().views.size() / 2;
-  const TradeView& shown = rooms.front().views[middle];
-  TradePictures pictures{.view = shown.name,
-                         .truth = shrunk_to(shown.truth, kPictureWidth_px),
+  const std::size_t shown = pictured_view(trade.views.size());
+  TradePictures pictures{.truth = shrunk_to(rooms.front().views[shown].truth, kPictureWidth_px),
                          .errors = std::vector<cv::Mat>(trade.settings.size())};
   for (const std::size_t i : settings_shown(trade)) {
     throw_if_interrupted();
     const TradeSetting& setting = trade.settings[i].setting;
-    const TradeView& view = rooms[setting.room].views[middle];
+    const TradeView& view = rooms[setting.room].views[shown];
     const cv::Mat picture = picture_of(setting, view);
     pictures.errors[i] = shrunk_to(
         error_of(picture, truth_completed_by(picture, view.truth, view.mask)), kPictureWidth_px);

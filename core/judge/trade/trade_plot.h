@@ -1,17 +1,18 @@
-// A trade of speed for accuracy as a plot.
+// The plots of the report of a trade, from the document of trade.json. Every point is a setting,
+// linked to its card on the page.
 #pragma once
 
-#include <string>
+#include <nlohmann/json_fwd.hpp>
 
-#include "core/judge/trade/trade_result.h"
+#include "core/report/html_page.h"
 
 namespace raywalk {
 
-// HTML anchor of a setting on the page: "setting-12" for index 11.
-std::string anchor_of(std::size_t setting);
+// PSNR over the time of a view: all settings, and the front as steps. Settings on the front are
+// filled and numbered.
+HtmlFigure trade_plot(const nlohmann::ordered_json& document);
 
-// PSNR over the time of a view: every setting as a point linked to its anchor, and the front as
-// steps. Settings on the front are filled and numbered. An <svg> element.
-std::string trade_plot(const Trade& trade);
+// PSNR of held-out stations over that against the truth, of settings with both.
+HtmlFigure held_out_plot(const nlohmann::ordered_json& document);
 
 }  // namespace raywalk

@@ -96,6 +96,9 @@ std::size_t disturbed_count(const std::vector<MeasuredSetting>& settings);
 // are any.
 void find_fronts(std::vector<MeasuredSetting>* settings);
 
+// Index of the view of middle distance, whose errors the page shows.
+constexpr std::size_t pictured_view(std::size_t view_count) { return view_count / 2; }
+
 // Indices of the settings on the front of PSNR, the fastest first.
 std::vector<std::size_t> psnr_front(const Trade& trade);
 

@@ -12,6 +12,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
+std::string parameter_text(const ordered_json& value) {
+  return value.is_string() ? value.get<std::string>() : fmt::format("{:g}", value.get<double>());
+}
+
 // A parameter's value as part of a setting's name.
 std::string phrase(const std::string& parameter, const ordered_json& value) {
   // Those that are no dials.
@@ -31,10 +35,6 @@ ordered_json parameters_of(const TradeSetting& setting) {
   parameters["stored_width_px"] = setting.stored_width_px;
   parameters["depth"] = setting.depth;
   return parameters;
-}
-
-std::string parameter_text(const ordered_json& value) {
-  return value.is_string() ? value.get<std::string>() : fmt::format("{:g}", value.get<double>());
 }
 
 std::vector<std::string> changed_parameters(const TradeSetting& setting, const TradeSetting& from) {

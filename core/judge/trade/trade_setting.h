@@ -24,9 +24,6 @@ struct TradeSetting {
 // are the same where these are equal.
 nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
-// A parameter's value as text for tables.
-std::string parameter_text(const nlohmann::ordered_json& value);
-
 // The parameters that differ from those of another setting, in the order of parameters_of.
 std::vector<std::string> changed_parameters(const TradeSetting& setting, const TradeSetting& from);
 

@@ -56,7 +56,8 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
   EXPECT_GT(all["remap_ms"], 0.0);
   EXPECT_GT(all["settings"].size(), 20U);
   const json& first = all["settings"][0];
-  EXPECT_EQ(keys_of(first), (std::set<std::string>{"name",
+  EXPECT_EQ(keys_of(first), (std::set<std::string>{"number",
+                                                   "name",
                                                    "generation",
                                                    "k_deg",
                                                    "overlap_deg",
@@ -90,8 +91,43 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
                                                    "held_out_fsim",
                                                    "e_connect",
                                                    "pareto"}));
+  EXPECT_EQ(first["number"], 1);
   EXPECT_EQ(keys_of(first["pareto"]),
             (std::set<std::string>{"psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect"}));
+}
+
+TEST_F(TradeTest, TheDocumentFindsTheFrontAndTheEffectOfEachParameter) {
+  trade(room_, options_);
+  const json all = written();
+  EXPECT_EQ(all["pictured_view"], "middle");
+  ASSERT_FALSE(all["front"].empty());
+  double ratio = 0.0;
+  for (const json& setting : all["front"]) {
+    EXPECT_EQ(setting, all["settings"][setting["number"].get<std::size_t>() - 1]);
+    EXPECT_EQ(setting["pareto"]["psnr_db"], true);
+    EXPECT_LE(ratio, setting["ratio"]);
+    ratio = setting["ratio"];
+  }
+  ASSERT_EQ(all["single_parameters"].size(), 2U);
+  const json& corrected = all["single_parameters"][1];
+  EXPECT_EQ(corrected["generation"], "hlf-vd");
+  ASSERT_GT(corrected["changes"].size(), 5U);
+  const auto central = std::ranges::find_if(
+      all["settings"], [](const json& setting) { return setting["name"] == "hlf-vd"; });
+  for (const json& change : corrected["changes"]) {
+    const json& setting = all["settings"][change["number"].get<std::size_t>() - 1];
+    EXPECT_EQ(change["name"], setting["name"]);
+    EXPECT_EQ(change["ms"], setting["ms"]);
+    EXPECT_DOUBLE_EQ(change["ratio"].get<double>(),
+                     setting["ratio"].get<double>() / (*central)["ratio"].get<double>() - 1.0);
+    EXPECT_DOUBLE_EQ(change["ssim"].get<double>(),
+                     setting["ssim"].get<double>() - (*central)["ssim"].get<double>());
+  }
+  EXPECT_EQ(all["parameters"][0]["key"], "generation");
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_THAT(page(), AllOf(HasSubstr("Against hlf-vd"), HasSubstr("default hlf-vd. Cost: "),
+                            HasSubstr("<dt>k_deg</dt>\n<dd>80</dd>"), HasSubstr("<dd>auto</dd>"),
+                            Not(HasSubstr("<h2>Presets</h2>")), Not(HasSubstr("Held-out"))));
 }
 
 TEST_F(TradeTest, ScoresAreThoseOfTheViews) {
@@ -178,7 +214,7 @@ TEST_F(TradeTest, EveryPointOfThePageLinksToItsSetting) {
 
 // Without values that depend on the clock or the system.
 json timeless(json trade) {
-  trade.erase("remap_ms");
+  for (const char* key : {"remap_ms", "front"}) trade.erase(key);
   for (json& setting : trade["settings"]) {
     for (const char* key : {"ms", "ratio", "cpu_ratio", "remap_ms", "remap_spread", "others_share",
                             "peak_mb", "mapped_mb", "pareto"}) {
@@ -345,9 +381,20 @@ TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
   ASSERT_EQ(trade["presets"].size(), 2U);
   EXPECT_EQ(trade["presets"][0]["setting"], "hlf-vd");
   EXPECT_EQ(trade["presets"][1]["setting"], "preset own");
+  EXPECT_EQ(trade["presets"][1]["number"], trade["settings"].size());
+  EXPECT_EQ(trade["presets"][1]["ratio"], trade["settings"].back()["ratio"]);
+  double least = trade["settings"].back()["ratio"];
+  for (const json& setting : trade["settings"]) {
+    if (setting["psnr_db"] < trade["settings"].back()["psnr_db"]) continue;
+    least = std::min(least, setting["ratio"].get<double>());
+  }
+  EXPECT_DOUBLE_EQ(trade["presets"][1]["slower_than_front"].get<double>(),
+                   trade["settings"].back()["ratio"].get<double>() / least - 1.0);
+  EXPECT_EQ(markup_fault(page()), "");
   EXPECT_EQ(trade["settings"].back()["layers"], 7);
-  EXPECT_THAT(page(), AllOf(HasSubstr("Held-out stations against the truth"),
-                            HasSubstr("own: it is not.")));
+  EXPECT_THAT(page(),
+              AllOf(HasSubstr("Held-out stations against the truth"), HasSubstr("own: it is not."),
+                    HasSubstr("<h2>Presets</h2>"), HasSubstr("PSNR of held-out stations, dB")));
 }
 
 TEST_F(HeldOutTradeTest, WorksWithoutTruth) {
