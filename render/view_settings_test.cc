@@ -5,10 +5,12 @@
 
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 #include "core/files/test_directory.h"
 #include "core/files/test_yaml_keys.h"
 #include "core/room/requirements.h"
@@ -176,7 +178,8 @@ class RequiredModeTest : public ViewModeTest {
     required.distances_sha256 = distances_sha256(room);
     required.layers = {.omega_min_per_m = 0.25, .omega_max_per_m = 2.0, .by_d_p = {}};
     required.connection.model_k_deg = 61.0;
-    write_file_atomically(requirements_path(room.directory()), requirements_to_json(required));
+    write_file_atomically(requirements_path(room.directory()),
+                          json_text(requirements_document(required)));
     return room;
   }
 };

@@ -1,17 +1,14 @@
 // The HTML report of `raywalk-build-lf require`.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "build_lf/require/thin_room.h"
-#include "core/room/requirements.h"
-#include "core/room/room.h"
+#include "build_lf/require/requirement_plots.h"
 
 namespace raywalk::build_lf {
 
-// A self-contained HTML page with plots of all measurements. `needed` are the stations needed with
-// distances.
-std::string requirements_page(const Room& room, const RoomRequirements& requirements,
-                              const KeptStations& needed);
+// A self-contained HTML page. `document`: of require.json.
+std::string require_page(const nlohmann::ordered_json& document, const RequirementFigures& figures);
 
 }  // namespace raywalk::build_lf

@@ -6,12 +6,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "build_lf/partial_room.h"
 #include "build_lf/require/held_out.h"
 #include "build_lf/require/needed_stations.h"
+#include "build_lf/require/require_document.h"
 #include "build_lf/require/require_page.h"
+#include "build_lf/require/requirement_plots.h"
 #include "build_lf/require/scene_facts.h"
 #include "build_lf/require/stored_size.h"
 #include "build_lf/require/thin_room.h"
@@ -19,9 +22,10 @@
 #include "core/base/escaped.h"
 #include "core/base/median.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 #include "core/files/output_path.h"
 #include "core/geometry/spacing.h"
-#include "core/room/choose_k.h"
+#include "core/report/json_scope.h"
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
 
@@ -131,36 +135,34 @@ void require_kept_maps(const Room& room, const KeptStations& kept) {
                   room.directory().string()));
 }
 
-std::string summary_of(const RoomRequirements& r, const RequireOptions& options) {
-  const std::string name = escaped(options.room.string());
-  const auto cm = [](double metres) {
-    return std::isfinite(metres) ? fmt::format("{:.2f} cm", 100.0 * metres) : "any";
-  };
+std::string summary_of(const nlohmann::ordered_json& document, const RequireOptions& options) {
+  const JsonScope scope(document);
+  const std::string room = escaped(options.room.string());
   std::string text =
-      fmt::format("{}: surfaces from {:.2f} to {:.2f} m, for {} px, with distances {}:\n", name,
-                  r.distance.near_m, r.distance.far_m, r.tolerance_px, r.distances);
-  for (const LayersAtDistance& each : r.layers.by_d_p) {
-    if (each.d_p_m == r.storage.reach_m) {
-      text += fmt::format("  layers    {} at {:.2f} m from the line\n", each.layers, each.d_p_m);
+      room +
+      scope.text(
+          ": surfaces from {distance.near_m:.2f m|sky} to {distance.far_m:.2f m|sky}, for "
+          "{tolerance_px:g px}, with distances {distances}:\n"
+          "  layers    {layers.at_reach} at {storage.reach_m:.2f m} from the line\n"
+          "  spacing   {spacing.needed_without_depth_m as cm:.2f cm|any} without depth, "
+          "{spacing.needed_with_distances_m as cm:.2f cm} with distances; captured "
+          "{spacing.captured_median_m as cm:.2f cm}\n"
+          "  stations  {spacing.stations_needed_with_distances} of {spacing.stations} needed with "
+          "distances\n");
+  if (scope.holds("connection.k_deg")) {
+    text += scope.text(
+        "  k         {connection.k_deg:g} for hlf-vd views ({connection.k_source}); the model E_t "
+        "has {connection.model_k_deg:g}");
+    if (scope.holds("!connection.measured")) {
+      text += "; raywalk-render connect-error " + room + " measures it";
     }
+    text += "\n";
   }
-  text += fmt::format(
-      "  spacing   {} without depth, {} with distances; captured {}\n"
-      "  stations  {} of {} needed with distances\n",
-      cm(r.spacing.needed_without_depth_m), cm(r.spacing.needed_with_distances_m),
-      cm(r.spacing.captured_median_m), r.spacing.stations_needed_with_distances,
-      r.spacing.stations);
-  if (r.connection.model_k_deg) {
-    const ChosenK chosen = choose_k(read_connection_errors(options.room), "hlf-vd");
-    text += fmt::format("  k         {:g} for hlf-vd views ({}); the model E_t has {:g}{}\n",
-                        chosen.k_deg, chosen.source, *r.connection.model_k_deg,
-                        r.connection.measured.empty()
-                            ? fmt::format("; raywalk-render connect-error {} measures it", name)
-                            : "");
-  }
-  if (r.thinned) {
-    text += fmt::format("  {}: {} stations, dropped ones re-created at {:.1f} dB\n",
-                        escaped(r.thinned->room), r.thinned->stations, r.thinned->psnr_db);
+  if (scope.holds("thinned")) {
+    text += "  " + escaped(options.thin->string()) +
+            scope.text(
+                ": {thinned.stations:counted station}, dropped ones re-created at "
+                "{thinned.psnr_db:.1f dB}\n");
   }
   return text + escaped(options.report ? (*options.report / "index.html").string()
                                        : requirements_path(options.room).string());
@@ -198,21 +200,21 @@ std::string require_room(const RequireOptions& options) {
   RoomRequirements requirements = measure_requirements(room, options.tolerance_px);
   const KeptStations kept = stations_for(room, requirements.spacing.needed_with_distances_m, true);
   if (options.thin) require_kept_maps(room, kept);
-  std::string json = requirements_to_json(requirements);
-  write_file_atomically(requirements_path(options.room), json);
+  nlohmann::ordered_json document = require_document(room, requirements);
+  write_file_atomically(requirements_path(options.room), json_text(document));
   if (options.thin) {
     write_thinned_room(room, kept, requirements.storage.needed_distance_width_px, *options.thin,
                        options.replace_thin);
     requirements.thinned = thinned_facts(room, kept, *options.thin, options.tolerance_px);
-    json = requirements_to_json(requirements);
-    write_file_atomically(requirements_path(options.room), json);
+    document = require_document(room, requirements);
+    write_file_atomically(requirements_path(options.room), json_text(document));
   }
   if (options.report) {
-    write_file_atomically(*options.report / "require.json", json);
+    write_file_atomically(*options.report / "require.json", json_text(document));
     write_file_atomically(*options.report / "index.html",
-                          requirements_page(room, requirements, kept));
+                          require_page(document, requirement_figures(room, requirements, kept)));
   }
-  return summary_of(requirements, options);
+  return summary_of(document, options);
 }
 
 }  // namespace raywalk::build_lf

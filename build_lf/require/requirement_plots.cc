@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "build_lf/require/floor_plan.h"
+#include "build_lf/require/scene_plots.h"
 #include "core/base/counted.h"
 #include "core/geometry/spacing.h"
 #include "core/report/svg_plot.h"
@@ -32,8 +34,7 @@ double tolerance_rad(const RoomRequirements& r) {
   return angle_of_pixels(r.tolerance_px, r.storage.panorama_width_px);
 }
 
-}  // namespace
-
+// Number of layers over the distance d_p from the line, up to the far side of the cell.
 std::string layers_plot(const RoomRequirements& r) {
   LinePlot plot = plot_of("distance from the line / m", "depth layers");
   PlotSeries curve{.name = fmt::format("for {:g} px", r.tolerance_px)};
@@ -53,6 +54,8 @@ std::string layers_plot(const RoomRequirements& r) {
   return svg_from_plot(plot);
 }
 
+// Ghost (distance between the two copies of a source, in pixels) over the station spacing, for
+// different knowledge of the distances.
 std::string ghost_plot(const RoomRequirements& r) {
   LinePlot plot = plot_of("spacing of the stations / cm", "ghost / px");
   const OmegaRange scene = r.layers.range();
@@ -84,27 +87,11 @@ std::string ghost_plot(const RoomRequirements& r) {
   return svg_from_plot(plot);
 }
 
-std::string held_out_plot(const RoomRequirements& r) {
-  LinePlot plot = plot_of("step between the stations kept / cm", "PSNR / dB");
-  PlotSeries with{.name = "with distances", .style = PlotStyle::kLineAndPoints};
-  PlotSeries without{.name = "without depth", .style = PlotStyle::kLineAndPoints};
-  PlotSeries tolerance{.name = fmt::format("{:g} px off", r.tolerance_px)};
-  for (const HeldOutFacts& each : r.spacing.held_out) {
-    const double step_cm = kCentimetres * each.step_m;
-    with.points.push_back({step_cm, each.psnr_with_distances_db});
-    without.points.push_back({step_cm, each.psnr_without_depth_db});
-    tolerance.points.push_back({step_cm, each.psnr_of_tolerance_db});
-  }
-  plot.series = {std::move(with), std::move(without), std::move(tolerance)};
-  plot.references = {{kCentimetres * r.spacing.needed_with_distances_m, "needed"}};
-  return svg_from_plot(plot);
-}
-
+// E_t over k for the room's distances. The room must have a cell.
 std::string model_plot(const Room& room, const RoomRequirements& r) {
   LinePlot plot = plot_of("k / degrees", "E_t, equation (6)");
-  const ConnectionModel model = connection_model(room);
-  PlotSeries series{.name = model.from_distances ? "model E_t" : "model E_t at 1.5 N"};
-  const ConnectionErrorCurve& curve = model.curve;
+  PlotSeries series{.name = "model E_t"};
+  const ConnectionErrorCurve curve = connection_model(room).curve;
   for (size_t i = 0; i < curve.total.size(); ++i) {
     series.points.push_back(
         {ConnectionErrorCurve::kMinDeg + static_cast<double>(i), curve.total[i]});
@@ -115,6 +102,7 @@ std::string model_plot(const Room& room, const RoomRequirements& r) {
   return svg_from_plot(plot);
 }
 
+// Measured E_connect over k, one curve per generation.
 std::string measured_connection_plot(const Room& room) {
   LinePlot plot = plot_of("k / degrees", "E_connect / squared 8-bit levels");
   for (const ConnectionErrorMeasurement& each : read_connection_errors(room.directory())) {
@@ -126,6 +114,37 @@ std::string measured_connection_plot(const Room& room) {
     plot.series.push_back(std::move(series));
   }
   return svg_from_plot(plot);
+}
+
+}  // namespace
+
+RequirementFigures requirement_figures(const Room& room, const RoomRequirements& r,
+                                       const KeptStations& needed) {
+  RequirementFigures figures;
+  figures.directions =
+      svg_figure(direction_map_svg(r.distance),
+                 "Nearest surface (1 % quantile) per field of 15 x 15 degrees, in metres, laid out "
+                 "as a panorama: longitude across, latitude up.");
+  figures.around = {
+      svg_figure(floor_plan_svg(room, needed),
+                 "From above: surfaces near eye level (grey), stations that are needed with "
+                 "distances (filled) and those that could be left out (rings)."),
+      svg_figure(horizon_svg(r.distance),
+                 "Around the horizon, within 15 degrees: median (line), and from the nearest 1 % "
+                 "to the farthest (band).")};
+  figures.layers = svg_figure(layers_plot(r), "Depth layers over the distance from the line.");
+  figures.ghosts =
+      svg_figure(ghost_plot(r), "Distance between the two copies of the nearest source.");
+  if (r.connection.model_k_deg) {
+    figures.connection.push_back(
+        svg_figure(model_plot(room, r), "The model E_t over the room's distances."));
+  }
+  if (!r.connection.measured.empty()) {
+    figures.connection.push_back(
+        svg_figure(measured_connection_plot(room),
+                   "Measured E_connect, over the corners readable at every k."));
+  }
+  return figures;
 }
 
 }  // namespace raywalk::build_lf

@@ -1,27 +1,25 @@
-// The plots of the report of `raywalk-build-lf require`, as <svg> elements.
+// The figures of the report of `raywalk-build-lf require` that are not plots of its JSON's lists.
 #pragma once
 
-#include <string>
+#include <vector>
 
+#include "build_lf/require/thin_room.h"
+#include "core/report/html_page.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
 
-// Number of layers over the distance d_p from the line, up to the far side of the cell.
-std::string layers_plot(const RoomRequirements& requirements);
+struct RequirementFigures {
+  HtmlFigure directions{};
+  std::vector<HtmlFigure> around{};  // the room and its distances seen from above
+  HtmlFigure layers{};
+  HtmlFigure ghosts{};
+  std::vector<HtmlFigure> connection{};  // none where the room has no cell
+};
 
-// Ghost (distance between the two copies of a source, in pixels) over the station spacing, for
-// different knowledge of the distances.
-std::string ghost_plot(const RoomRequirements& requirements);
-
-// PSNR of re-created stations over the step between the kept ones, and the PSNR of the tolerance.
-std::string held_out_plot(const RoomRequirements& requirements);
-
-// E_t over k for the room's distances. The room must have a cell.
-std::string model_plot(const Room& room, const RoomRequirements& requirements);
-
-// Measured E_connect over k, one curve per generation.
-std::string measured_connection_plot(const Room& room);
+// `needed` are the stations needed with distances.
+RequirementFigures requirement_figures(const Room& room, const RoomRequirements& requirements,
+                                       const KeptStations& needed);
 
 }  // namespace raywalk::build_lf

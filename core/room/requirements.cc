@@ -242,15 +242,14 @@ std::filesystem::path requirements_path(const std::filesystem::path& room) {
   return room / "require.json";
 }
 
-std::string requirements_to_json(const RoomRequirements& requirements) {
+Json requirements_document(const RoomRequirements& requirements) {
   Json root = {{"format", kRequirementsFormat},
                {"format_version", kRequirementsVersion},
                {"written_by", "raywalk " RAYWALK_VERSION}};
   if (!requirements.distances.empty()) root["distances"] = requirements.distances;
   RoomRequirements copy = requirements;  // visit_members needs mutable members
   root.update(json_of(copy));
-  // A directory's name may not be valid UTF-8.
-  return root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return root;
 }
 
 RoomRequirements requirements_from_json(const std::string& text, const std::string& source) {

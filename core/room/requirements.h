@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -147,9 +148,10 @@ std::string distances_sha256(const Room& room);
 
 std::filesystem::path requirements_path(const std::filesystem::path& room);
 
-// Text of require.json and back. `source` names the text in errors. Parsing throws Error for
-// invalid JSON, another format, a newer version or values out of range.
-std::string requirements_to_json(const RoomRequirements& requirements);
+// As in require.json, whose other keys are for readers of its report only.
+nlohmann::ordered_json requirements_document(const RoomRequirements& requirements);
+// From the text of a require.json, which errors call `source`. Throws Error for invalid JSON,
+// another format, a newer version or values out of range.
 RoomRequirements requirements_from_json(const std::string& text, const std::string& source);
 
 // The requirements stored in the room. None if there are none or, with a warning, if they were

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 #include "core/files/test_directory.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
@@ -123,16 +124,16 @@ std::string requirements_error(const std::string& text) {
 }
 
 TEST(Requirements, EveryMemberIsAKeyOfTheFile) {
-  auto written = nlohmann::json::parse(requirements_to_json(example()));
+  auto written = nlohmann::json::parse(json_text(requirements_document(example())));
   EXPECT_TRUE(written["written_by"].get<std::string>().starts_with("raywalk "));
   written.erase("written_by");
   EXPECT_EQ(written, nlohmann::json::parse(kExampleJson)) << written.dump(1);
 }
 
 TEST(Requirements, AreReadAsTheyWereWritten) {
-  const std::string text = requirements_to_json(example());
+  const std::string text = json_text(requirements_document(example()));
   const RoomRequirements read = requirements_from_json(text, "test");
-  EXPECT_EQ(requirements_to_json(read), text);
+  EXPECT_EQ(json_text(requirements_document(read)), text);
   EXPECT_EQ(read.tolerance_px, 0.25);
   EXPECT_EQ(read.distance.far_m, kInfinity);
   EXPECT_EQ(read.distance.omega_error_per_m, 0.003);
@@ -152,14 +153,14 @@ TEST(Requirements, UnknownValuesAreNull) {
   r.distance.omega_error_per_m.reset();
   r.connection.model_k_deg.reset();
   r.thinned.reset();
-  const RoomRequirements read = requirements_from_json(requirements_to_json(r), "test");
+  const RoomRequirements read = requirements_from_json(json_text(requirements_document(r)), "test");
   EXPECT_FALSE(read.distance.omega_error_per_m);
   EXPECT_FALSE(read.connection.model_k_deg);
   EXPECT_FALSE(read.thinned);
 }
 
 TEST(Requirements, DamageIsReportedWithARemedy) {
-  const std::string whole = requirements_to_json(example());
+  const std::string whole = json_text(requirements_document(example()));
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = whole;
     const size_t at = text.find(from);
@@ -195,7 +196,7 @@ TEST(Requirements, DamageIsReportedWithARemedy) {
 }
 
 TEST(Requirements, NewerVersionIsNamed) {
-  std::string text = requirements_to_json(example());
+  std::string text = json_text(requirements_document(example()));
   const std::string version = "\"format_version\": 1";
   text.replace(text.find(version), version.size(), "\"format_version\": 2");
   EXPECT_THAT(requirements_error(text), HasSubstr("format version 2 is newer than 1"));
@@ -208,7 +209,7 @@ class CurrentRequirements : public ::testing::Test {
     return Room::open(path_);
   }
   void keep(const RoomRequirements& requirements) const {
-    write_file_atomically(requirements_path(path_), requirements_to_json(requirements));
+    write_file_atomically(requirements_path(path_), json_text(requirements_document(requirements)));
   }
 
   TestDirectory directory_;
