@@ -13,8 +13,9 @@ constexpr std::string_view kPageStyle = R"(<style>
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1f2933; --soft: #5d6975;
   --rule: #dfe4e8; --panel: #f6f8f9; --accent: #0072b2; --best: #e2f1fa;
   --warning: #d55e00; }
-@media (prefers-color-scheme: dark) { :root { --paper: #14181c; --ink: #e4e8ec; --soft: #98a3af;
-  --rule: #2d353d; --panel: #1b2126; --accent: #4aa8e0; --best: #17374a; } }
+/* Paper is white: what is printed is light also where the reader prefers dark pages. */
+@media screen and (prefers-color-scheme: dark) { :root { --paper: #14181c; --ink: #e4e8ec;
+  --soft: #98a3af; --rule: #2d353d; --panel: #1b2126; --accent: #4aa8e0; --best: #17374a; } }
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--paper); color: var(--ink);
   font: 16px/1.55 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
@@ -35,14 +36,6 @@ p { max-width: 75ch; margin: .6rem 0; }
 .facts dd { margin: 0; font-size: 1.35rem; font-weight: 600; font-variant-numeric: tabular-nums; }
 .table { margin: 1.2rem 0; }
 .table p { color: var(--soft); font-size: .93rem; margin: 0 0 .4rem; }
-/* A wide table scrolls by itself, a drawing in its card; a shadow at an edge shows that there is
-   more. */
-.scroll { overflow-x: auto; --under: var(--paper); }
-.scroll, figure { background:
-  linear-gradient(to right, var(--under) 40%, transparent) left / 2.5rem 100% no-repeat local,
-  linear-gradient(to left, var(--under) 40%, transparent) right / 2.5rem 100% no-repeat local,
-  linear-gradient(to right, #0004, transparent) left / .8rem 100% no-repeat,
-  linear-gradient(to left, #0004, transparent) right / .8rem 100% no-repeat var(--under); }
 table { border-collapse: collapse; font-size: .93rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .35rem .55rem; text-align: right; border-bottom: 1px solid var(--rule);
   white-space: nowrap; }
@@ -53,24 +46,17 @@ tbody th { white-space: normal; min-width: 9rem; }
 a { color: var(--accent); }
 .best { background: var(--best); font-weight: 700; }
 .figures { display: grid; gap: 1.4rem; margin: 1.2rem 0; grid-template-columns: minmax(0, 1fr); }
-@media (min-width: 1060px) {
-.two { grid-template-columns: repeat(2, minmax(0, 1fr)); }
-.two > figure:last-child:nth-child(odd) { grid-column: 1 / -1; } }
-@media (min-width: 900px) {
-.three { grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .9rem; } }
-figure { margin: 0; --under: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
-  padding: .8rem; break-inside: avoid; overflow-x: auto; }
+figure { margin: 0; border: 1px solid var(--rule); border-radius: 8px; padding: .8rem; }
 /* Small pictures fill their card; one that has the page to itself keeps its size or is enlarged a
    little. */
 figure img { display: block; width: 100%; height: auto; margin: 0 auto; border-radius: 4px; }
 .one > figure img, .two > figure:last-child:nth-child(odd) img { width: auto; max-width: 100%;
   min-width: min(100%, 720px); }
-/* Smaller, the text of a drawing could not be read: it scrolls in its card. */
-figure > svg { display: block; margin: 0 auto; max-width: 100%; min-width: 480px; height: auto; }
+figure > svg { display: block; margin: 0 auto; max-width: 100%; height: auto; }
 .cards { display: grid; gap: 1.4rem; margin: 1.2rem 0; align-items: start;
   grid-template-columns: repeat(auto-fill, minmax(min(100%, 480px), 1fr)); }
 .card { background: var(--panel); border: 1px solid var(--rule); border-radius: 8px;
-  padding: .8rem 1rem; break-inside: avoid; scroll-margin-top: 1rem; }
+  padding: .8rem 1rem; scroll-margin-top: 1rem; }
 .card:target { border-color: var(--accent); box-shadow: 0 0 0 2px var(--accent); }
 .card h3 { display: flex; justify-content: space-between; gap: 1rem; font-size: 1rem;
   margin: 0 0 .6rem; }
@@ -82,6 +68,61 @@ figure > svg { display: block; margin: 0 auto; max-width: 100%; min-width: 480px
 .values dt { color: var(--soft); }
 .values dd { margin: 0; font-variant-numeric: tabular-nums; text-align: right; }
 figcaption { color: var(--soft); font-size: .9rem; padding-top: .6rem; }
+@media print, (min-width: 1060px) {
+.two { grid-template-columns: repeat(2, minmax(0, 1fr)); }
+.two > figure:last-child:nth-child(odd) { grid-column: 1 / -1; } }
+@media print, (min-width: 900px) {
+.three { grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .9rem; } }
+@media screen {
+/* A wide table scrolls by itself, a drawing in its card; a shadow at an edge shows that there is
+   more. */
+.scroll, figure { overflow-x: auto; --under: var(--paper); background:
+  linear-gradient(to right, var(--under) 40%, transparent) left / 2.5rem 100% no-repeat local,
+  linear-gradient(to left, var(--under) 40%, transparent) right / 2.5rem 100% no-repeat local,
+  linear-gradient(to right, #0004, transparent) left / .8rem 100% no-repeat,
+  linear-gradient(to left, #0004, transparent) right / .8rem 100% no-repeat var(--under); }
+figure { --under: var(--panel); } }
+/* A phone: smaller margins, and names of rows that stay while their table scrolls. */
+@media screen and (max-width: 600px) {
+main { padding: 1.5rem 1rem 3rem; }
+h1 { font-size: 1.5rem; }
+h2 { font-size: 1.2rem; margin-top: 2rem; }
+.facts { display: grid; grid-template-columns: 1fr 1fr; gap: .5rem; }
+.facts div { padding: .5rem .7rem; }
+.facts div:last-child:nth-child(odd) { grid-column: 1 / -1; }
+.facts dd { font-size: 1.1rem; line-height: 1.35; }
+figure { padding: .6rem; }
+.values { columns: 1; }
+table { font-size: .86rem; }
+th, td { padding: .35rem .45rem; }
+tbody th { min-width: 7.5rem; }
+th:first-child { position: sticky; left: 0; }
+th:first-child:not(.best) { background: var(--paper); } }
+@media print {
+@page { margin: 14mm; }
+:root { font-size: 10pt; }
+body { font-size: 1rem; line-height: 1.45; }
+main { max-width: none; padding: 0; }
+h1 { font-size: 1.6rem; }
+h2 { margin-top: 1.6rem; }
+h1, h2, h3, .table > p { break-after: avoid; }
+p { orphans: 3; widows: 3; }
+.facts, .figures, .cards { gap: .7rem; }
+.facts div { padding: .3rem .7rem; }
+.facts dd { font-size: 1.1rem; }
+/* Nothing scrolls on paper: cells break their lines where a table would be too wide. */
+table { font-size: .88rem; }
+table:has(th:nth-child(10)) { font-size: .75rem; }
+th, td { white-space: normal; padding: .2rem .45rem; }
+tbody th { min-width: 0; }
+tr, figure, .card, .facts div, .warnings { break-inside: avoid; }
+/* Short tables stay whole; of others, no row is left alone at an end of a page. */
+.table:not(:has(tr:nth-child(16))) { break-inside: avoid; }
+tbody tr:nth-child(-n+2) { break-after: avoid; }
+tbody tr:nth-last-child(-n+2) { break-before: avoid; }
+figure { padding: .5rem; }
+figure > svg { min-width: 0 !important; }
+.cards { grid-template-columns: repeat(2, minmax(0, 1fr)); } }
 </style>
 )";
 
