@@ -57,9 +57,7 @@ HtmlFigure held_out_plot(const nlohmann::ordered_json& document, const JsonPage&
   const std::string list = "spacing.held_out", step = "step_m as cm";
   return page.plot({.x_label = "step between the stations kept / cm",
                     .y_label = "PSNR / dB",
-                    .references = {{100.0 * needed_m, "needed"}},
-                    .width_px = 560,
-                    .height_px = 340},
+                    .references = {{100.0 * needed_m, "needed"}}},
                    {{list, "with distances", step, "psnr_with_distances_db"},
                     {list, "without depth", step, "psnr_without_depth_db"},
                     {list, "{/tolerance_px:g px} off", step, "psnr_of_tolerance_db"}},

@@ -25,8 +25,6 @@ LinePlot plot_of(const char* x_label, const char* y_label) {
   LinePlot plot;
   plot.x_label = x_label;
   plot.y_label = y_label;
-  plot.width_px = 560;
-  plot.height_px = 340;
   return plot;
 }
 

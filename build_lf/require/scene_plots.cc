@@ -17,11 +17,11 @@ namespace {
 
 constexpr const char* kStyle = R"(<style>
 .raywalk-scene { --ink: #1f2933; --soft: #6b7785; --grid: #d5dbe1; --sky: #cfe6f5; --band: #0072b2; }
-@media (prefers-color-scheme: dark) {
+@media screen and (prefers-color-scheme: dark) {
 .raywalk-scene { --ink: #e4e8ec; --soft: #98a3af; --grid: #3a434c; --sky: #25465c; --band: #4aa8e0; } }
 .raywalk-scene text { font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: var(--ink); }
 .raywalk-scene .tick { fill: var(--soft); }
-.raywalk-scene .field { font-size: 9px; }
+.raywalk-scene .field { font-size: 9.5px; }
 .raywalk-scene .ring { fill: none; stroke: var(--grid); }
 .raywalk-scene .spread { fill: var(--band); fill-opacity: .18; stroke: none; }
 .raywalk-scene .median { fill: none; stroke: var(--band); stroke-width: 2.2; stroke-linejoin: round; }
@@ -29,12 +29,13 @@ constexpr const char* kStyle = R"(<style>
 </style>
 )";
 
-std::string open_svg(int width, int height, const char* title) {
+// `least_width`: a page scrolls it where there is less room.
+std::string open_svg(int width, int height, int least_width, const char* title) {
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"raywalk-scene\" role=\"img\" "
       "width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
-      "style=\"max-width: 100%; height: auto\">\n<title>{2}</title>\n{3}",
-      width, height, title, kStyle);
+      "style=\"max-width: 100%; min-width: {2}px; height: auto\">\n<title>{3}</title>\n{4}",
+      width, height, least_width, title, kStyle);
 }
 
 std::string text_at(double x, double y, const char* anchor, const std::string& text,
@@ -151,9 +152,10 @@ double ring_step(double largest_m) {
 
 std::string direction_map_svg(const DistanceFacts& distance) {
   constexpr double kLeft = 40.0, kTop = 12.0, kSide = 25.0;
-  constexpr int kWidth = 660, kHeight = 390;
+  constexpr int kWidth = 660, kHeight = 390, kLeastWidth = 600;
   const NearRange range = near_range(distance.directions);
-  std::string svg = open_svg(kWidth, kHeight, "Nearest surface in every direction, metres");
+  std::string svg =
+      open_svg(kWidth, kHeight, kLeastWidth, "Nearest surface in every direction, metres");
   for (const DirectionRange& field : distance.directions) {
     svg += field_rect(field, range, kLeft, kTop, kSide);
   }
@@ -199,7 +201,7 @@ std::string horizon_svg(const DistanceFacts& distance) {
     }
     return path + "Z";
   };
-  std::string svg = open_svg(kSize, kSize, "Distances around the horizon");
+  std::string svg = open_svg(kSize, kSize, kSize / 2, "Distances around the horizon");
   const double step_m = ring_step(largest_m);
   const int rings = static_cast<int>(largest_m / step_m + 1e-6);
   for (int ring = 1; ring <= rings; ++ring) {

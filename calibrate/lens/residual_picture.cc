@@ -22,7 +22,7 @@ constexpr double kTypicalArrow_px = 9.0;
 
 constexpr const char* kStyle = R"(.raywalk-residuals { --ink: #1f2933; --soft: #98a3af;
   --accent: #d55e00; }
-@media (prefers-color-scheme: dark) {
+@media screen and (prefers-color-scheme: dark) {
 .raywalk-residuals { --ink: #e4e8ec; --soft: #6b7785; --accent: #f08a4b; } }
 .raywalk-residuals text { font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif;
   fill: var(--ink); }

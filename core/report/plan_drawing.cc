@@ -11,16 +11,16 @@ namespace raywalk {
 namespace {
 
 constexpr double kLongest_px = 520.0;
-constexpr double kCaption_px = 20.0;
-constexpr double kNote_px = 16.0;
+constexpr double kCaption_px = 22.0;
+constexpr double kNote_px = 18.0;
 constexpr double kLabelGap_px = 6.0;
-constexpr double kTextHeight_px = 9.0;
+constexpr double kTextHeight_px = 10.0;
 
 constexpr std::string_view kPlanStyle = R"(.raywalk-plan { --ink: #1f2933; --soft: #6b7785;
   --accent: #d55e00; }
-@media (prefers-color-scheme: dark) {
+@media screen and (prefers-color-scheme: dark) {
 .raywalk-plan { --ink: #e4e8ec; --soft: #98a3af; --accent: #f08a4b; } }
-.raywalk-plan text { font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif;
+.raywalk-plan text { font: 14px system-ui, "Segoe UI", "DejaVu Sans", sans-serif;
   fill: var(--soft); }
 .raywalk-plan .scale { stroke: var(--ink); stroke-width: 2; }
 )";

@@ -31,7 +31,7 @@ TEST(PlanDrawing, TheFrontIsUpAndTheLongerSideIs520Pixels) {
   EXPECT_THAT(svg, HasSubstr("<circle class=\"mark\" cx=\"40\" cy=\"40\" r=\"2\"/>"));
   EXPECT_THAT(svg, HasSubstr("<line class=\"rail\" x1=\"40\" y1=\"300\" x2=\"560\" y2=\"300\"/>"));
   EXPECT_THAT(svg, HasSubstr("<polygon class=\"cell\" points=\"300,170 560,170 300,40\"/>"));
-  EXPECT_THAT(svg, HasSubstr("width=\"600\" height=\"360\""));
+  EXPECT_THAT(svg, HasSubstr("width=\"600\" height=\"362\""));
   EXPECT_DOUBLE_EQ(drawing.metres_of(260.0), 1.0);
 }
 
@@ -42,7 +42,7 @@ TEST(PlanDrawing, TheScaleBarIsARoundLengthOfAboutAQuarter) {
   EXPECT_THAT(svg(1.0), HasSubstr(">0.2 m; front"));
   EXPECT_THAT(svg(2.0), HasSubstr(">0.5 m; front"));
   EXPECT_THAT(svg(9.0), HasSubstr(">2 m; front"));
-  EXPECT_THAT(svg(2.0), HasSubstr("class=\"scale\" x1=\"20\" y1=\"568\" x2=\"150\""));
+  EXPECT_THAT(svg(2.0), HasSubstr("class=\"scale\" x1=\"20\" y1=\"570\" x2=\"150\""));
 }
 
 TEST(PlanDrawing, TextIsEscapedAndMarkupIsWellFormed) {
@@ -56,10 +56,10 @@ TEST(PlanDrawing, TextIsEscapedAndMarkupIsWellFormed) {
       drawing.svg("A <plan>", ".raywalk-plan .a { fill: var(--ink); }\n", notes);
   EXPECT_EQ(markup_fault(svg), "");
   EXPECT_THAT(svg, Not(HasSubstr("<x0>")));
-  EXPECT_THAT(svg, HasSubstr("x=\"14\" y=\"24.5\" text-anchor=\"end\">&lt;x0&gt;<"));
-  EXPECT_THAT(svg, HasSubstr("x=\"26\" y=\"24.5\" text-anchor=\"start\">"));
+  EXPECT_THAT(svg, HasSubstr("x=\"14\" y=\"25\" text-anchor=\"end\">&lt;x0&gt;<"));
+  EXPECT_THAT(svg, HasSubstr("x=\"26\" y=\"25\" text-anchor=\"start\">"));
   EXPECT_THAT(svg, HasSubstr("x=\"20\" y=\"14\" text-anchor=\"middle\">"));
-  EXPECT_THAT(svg, HasSubstr("x=\"20\" y=\"35\" text-anchor=\"middle\">"));
+  EXPECT_THAT(svg, HasSubstr("x=\"20\" y=\"36\" text-anchor=\"middle\">"));
   EXPECT_THAT(svg, HasSubstr("a &amp; b"));
 }
 

@@ -18,7 +18,7 @@ constexpr int kXTicks = 6;
 constexpr int kYTicks = 5;
 constexpr double kNoteGapPx = 6.0;
 constexpr double kReferenceRowPx = 16.0;
-constexpr double kLeastScale = 0.7;  // smaller, its texts could not be read; a page scrolls it
+constexpr double kLeastScale = 0.6;  // smaller, its texts could not be read; a page scrolls it
 constexpr double kLegendKeyPx = 26.0;
 constexpr double kLegendGapPx = 18.0;
 constexpr double kLegendRowPx = 18.0;
@@ -29,11 +29,11 @@ constexpr std::size_t kColours = 6;
 constexpr std::string_view kPlotStyle = R"(<style>
 .raywalk-plot { --ink: #1f2933; --soft: #6b7785; --grid: #e3e7eb; --s0: #0072b2; --s1: #d55e00;
   --s2: #009e73; --s3: #b0508a; --s4: #b57d00; --s5: #3a93c4; }
-@media (prefers-color-scheme: dark) {
+@media screen and (prefers-color-scheme: dark) {
 .raywalk-plot { --ink: #e4e8ec; --soft: #98a3af; --grid: #333b44; --s0: #4aa8e0; --s1: #f08a4b;
   --s2: #3cc79b; --s3: #de8fba; --s4: #e8b13a; --s5: #8cccf0; } }
-.raywalk-plot text { font: 12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: var(--ink); }
-.raywalk-plot .title { font-size: 14px; font-weight: 600; }
+.raywalk-plot text { font: 13px system-ui, "Segoe UI", "DejaVu Sans", sans-serif; fill: var(--ink); }
+.raywalk-plot .title { font-size: 15px; font-weight: 600; }
 .raywalk-plot .tick, .raywalk-plot .note { fill: var(--soft); }
 .raywalk-plot .grid { stroke: var(--grid); stroke-width: 1; }
 .raywalk-plot .axis { stroke: var(--soft); stroke-width: 1; fill: none; }

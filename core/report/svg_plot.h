@@ -52,8 +52,9 @@ struct LinePlot {
   std::optional<AxisRange> y_range{};  // none: the data's, grown to round numbers
   AxisScale x_scale = AxisScale::kLinear;
   AxisScale y_scale = AxisScale::kLinear;
-  int width_px = 640;
-  int height_px = 400;
+  // Such that texts can still be read where a plot is as wide as a phone, or half as wide as paper.
+  int width_px = 480;
+  int height_px = 320;
 };
 
 // A complete <svg> element, valid as a file and within a page, that scales to the available width

@@ -86,6 +86,18 @@ TEST(SvgPlot, StaysWithinThePicture) {
   }
 }
 
+// What is left of a phone's 360 px within margins and a card.
+TEST(SvgPlot, FitsAPhoneWithTextsThatCanBeRead) {
+  constexpr double kPhone_px = 300.0;
+  const std::string svg = svg_from_plot(simple_plot());
+  std::smatch least, width, font;
+  ASSERT_TRUE(std::regex_search(svg, least, std::regex("min-width: ([0-9.]+)px")));
+  EXPECT_LE(std::stod(least[1]), kPhone_px);
+  ASSERT_TRUE(std::regex_search(svg, width, std::regex("viewBox=\"0 0 ([0-9]+) ")));
+  ASSERT_TRUE(std::regex_search(svg, font, std::regex("text \\{ font: ([0-9]+)px")));
+  EXPECT_GE(std::stod(font[1]) * kPhone_px / std::stod(width[1]), 8.0);
+}
+
 // Where the labels of points and references are printed.
 std::vector<PlotPoint> notes(const std::string& svg) {
   const std::regex note("<text x=\"([-0-9.]+)\" y=\"([-0-9.]+)\" class=\"note\"");

@@ -6,7 +6,7 @@
 
 namespace raywalk {
 
-inline constexpr double kFontPx = 12.0;
+inline constexpr double kFontPx = 13.0;
 
 // Approximate printed width of a text, rather too large: the widest glyphs of common sans-serif
 // fonts are those of digits and capitals, 0.64 of the font size.
