@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/files/checked_json.h"
 
@@ -12,6 +13,12 @@ namespace {
 CheckedJson report_of(const Calibration& calibration, const char* file, CalibrationStep step) {
   return CheckedJson::read(calibration.out() / file,
                            "run raywalk-calibrate " + step_name(step) + " again");
+}
+
+// What not every document has: null, or without its key in those of earlier versions.
+std::optional<CheckedJson> part_of(const CheckedJson& document, const std::string& key) {
+  if (!document.has(key) || document.at(key).is_null()) return std::nullopt;
+  return document.at(key);
 }
 
 std::string lens_numbers(const Calibration& calibration) {
@@ -37,12 +44,12 @@ std::string mask_numbers(const Calibration& calibration) {
   const CheckedJson mask = report_of(calibration, "mask.json", CalibrationStep::kMask);
   const double share = mask.at("masked_share").number();
   std::string text = fmt::format("{:.2f} % of the sphere is masked", 100.0 * share);
-  if (!mask.has("frame_masks")) return text;
-  const CheckedJson own = mask.at("frame_masks");
+  const std::optional<CheckedJson> own = part_of(mask, "frame_masks");
+  if (!own) return text;
   const std::string with_own =
       fmt::format("{:.2f} % in the {} of {} frames with a mask of their own",
-                  100.0 * own.at("masked_share").number(), own.at("frames").integer(),
-                  own.at("of_frames").integer());
+                  100.0 * own->at("masked_share").number(), own->at("frames").integer(),
+                  own->at("of_frames").integer());
   return share > 0.0 ? fmt::format("{} in all frames, {}", text, with_own)
                      : fmt::format("masked of the sphere: {}", with_own);
 }

@@ -1,11 +1,9 @@
 #include "calibrate/mask/mask_report.h"
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "core/report/html_page.h"
+#include "core/report/json_page.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -27,58 +25,46 @@ cv::Mat tinted(const cv::Mat& mask, const cv::Mat& panorama) {
 
 }  // namespace
 
-std::string mask_json(const MaskReport& report, PanoramaSize size) {
-  nlohmann::ordered_json json{{"format_version", kFormatVersion},
-                              {"width_px", size.width},
-                              {"height_px", size.height},
-                              {"masked_share", report.masked_share},
-                              {"cone_deg", report.options.cone_deg},
-                              {"picture", nullptr},
-                              {"automatic", nullptr}};
-  if (report.options.picture) json["picture"] = report.options.picture->string();
+nlohmann::ordered_json mask_document(const MaskReport& report, PanoramaSize size) {
+  nlohmann::ordered_json document{{"format_version", kFormatVersion},
+                                  {"width_px", size.width},
+                                  {"height_px", size.height},
+                                  {"masked_share", report.masked_share},
+                                  {"cone_deg", report.options.cone_deg},
+                                  {"picture", nullptr},
+                                  {"automatic", nullptr},
+                                  {"frame_masks", nullptr},
+                                  {"station", report.station}};
+  if (report.options.picture) document["picture"] = report.options.picture->string();
   if (report.dolly) {
-    json["automatic"] = {{"reach_deg", report.dolly->reach_deg},
-                         {"lines", report.dolly->lines},
-                         {"stations", report.dolly->stations}};
+    document["automatic"] = {{"reach_deg", report.dolly->reach_deg},
+                             {"lines", report.dolly->lines},
+                             {"stations", report.dolly->stations}};
   }
   if (report.of_frames.frames > 0) {
-    json["frame_masks"] = {{"frames", report.of_frames.frames},
-                           {"of_frames", report.frames},
-                           {"masked_share", report.of_frames.share}};
+    document["frame_masks"] = {{"frames", report.of_frames.frames},
+                               {"of_frames", report.frames},
+                               {"masked_share", report.of_frames.share}};
   }
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return document;
 }
 
-std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama) {
-  HtmlPage page("Mask of the frames",
-                report.of_frames.frames > 0
-                    ? "What moves with the camera, and what the frames' own masks hide"
-                    : "The same in every frame: it hides what moves with the camera");
-  std::vector<HtmlFact> facts{
-      {"of the sphere is masked", fmt::format("{:.2f} %", 100.0 * report.masked_share)}};
-  if (report.of_frames.frames > 0) {
-    facts.front().name = "of the sphere is masked in all frames";
-    facts.push_back({"frames with a mask of their own",
-                     fmt::format("{} of {}", report.of_frames.frames, report.frames)});
-    facts.push_back(
-        {"of their sphere is masked", fmt::format("{:.2f} %", 100.0 * report.of_frames.share)});
-  }
-  if (report.options.cone_deg > 0.0) {
-    facts.push_back({"cone about the nadir", fmt::format("{:g} degrees", report.options.cone_deg)});
-  }
-  if (report.dolly) {
-    facts.push_back(
-        {"reach of the detected dolly", fmt::format("{:.1f} degrees", report.dolly->reach_deg)});
-  }
-  page.add_facts(facts);
-  if (report.options.picture) page.add_paragraph("Picture: " + report.options.picture->string());
-  if (report.dolly) {
-    page.add_paragraph(fmt::format("The dolly was detected from {} stations of {} lines.",
-                                   report.dolly->stations, report.dolly->lines));
-  }
-  const std::string caption = "Station " + report.station + "; red: masked";
-  page.add_figures(
-      {picture_figure(tinted(mask, panorama), EmbeddedFormat::kJpeg, caption, caption)});
+std::string mask_page(const nlohmann::ordered_json& document, const cv::Mat& mask,
+                      const cv::Mat& panorama) {
+  JsonPage page(document, "Mask of the frames",
+                "{!frame_masks:The same in every frame: it hides what moves with the camera|What "
+                "moves with the camera, and what the frames' own masks hide}");
+  page.facts({{"of the sphere is masked{!frame_masks:| in all frames}", "{masked_share:.2%}"},
+              {"frames with a mask of their own", "{frame_masks.frames} of {frame_masks.of_frames}",
+               "frame_masks"},
+              {"of their sphere is masked", "{frame_masks.masked_share:.2%}", "frame_masks"},
+              {"cone about the nadir", "{cone_deg:g degrees}", "cone_deg"},
+              {"reach of the detected dolly", "{automatic.reach_deg:.1f degrees}", "automatic"}});
+  page.when("picture").paragraph("Picture: {picture}");
+  page.within("automatic")
+      .paragraph("The dolly was detected from {stations} stations of {lines:counted line}.");
+  const std::string caption = page.text("Station {station}; red: masked");
+  page.figures({picture_figure(tinted(mask, panorama), EmbeddedFormat::kJpeg, caption, caption)});
   return page.html();
 }
 

@@ -1,6 +1,7 @@
 // mask.json and mask.html.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -20,13 +21,15 @@ struct MaskReport {
   MaskFigures of_frames{};  // masks of single frames
 };
 
-// Keys: format_version, width_px, height_px, masked_share, cone_deg, picture (null: none),
-// automatic (null: disabled, or nothing found) {reach_deg, lines, stations}; and, only if frames
-// have masks of their own, frame_masks {frames, of_frames, masked_share (with the common mask,
-// mean)}.
-std::string mask_json(const MaskReport& report, PanoramaSize size);
+// Of mask.json. Keys: format_version, width_px, height_px, masked_share, cone_deg, picture (null:
+// none), automatic (null: disabled, or nothing found) {reach_deg, lines, stations}, frame_masks
+// (null: no frame has a mask of its own) {frames, of_frames, masked_share (with the common mask,
+// mean)}, station.
+nlohmann::ordered_json mask_document(const MaskReport& report, PanoramaSize size);
 
-// `panorama` is that of the station, CV_8UC3, `mask` what is masked in it, of the same size.
-std::string mask_page(const MaskReport& report, const cv::Mat& mask, const cv::Mat& panorama);
+// `document`: of mask.json; `panorama`: of its station, CV_8UC3; `mask`: what is masked in it, of
+// the same size.
+std::string mask_page(const nlohmann::ordered_json& document, const cv::Mat& mask,
+                      const cv::Mat& panorama);
 
 }  // namespace raywalk::calibrate

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "calibrate/base/frame_masks.h"
@@ -12,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
+#include "core/files/json_text.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -59,10 +61,11 @@ void write_report(const CaptureSet& panoramas, const cv::Mat& mask,
                           .dolly = dolly,
                           .frames = static_cast<int>(panoramas.frames.size()),
                           .of_frames = mask_figures(panoramas, mask)};
+  const nlohmann::ordered_json document = mask_document(report, panoramas.frame);
+  write_file_atomically(options.out / "mask.json", json_text(document));
   write_file_atomically(options.out / "mask.html",
-                        mask_page(report, joint_mask(panoramas, static_cast<int>(shown), mask),
+                        mask_page(document, joint_mask(panoramas, static_cast<int>(shown), mask),
                                   read_panorama(sample.file)));
-  write_file_atomically(options.out / "mask.json", mask_json(report, panoramas.frame));
 }
 
 }  // namespace
