@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "core/report/html_page.h"
-#include "core/report/svg_plot.h"
+#include "core/report/json_page.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -36,77 +34,62 @@ cv::Mat seam_crop(const cv::Mat& panorama, double theta_deg) {
   return shown;
 }
 
-std::string falloff_plot(const BalanceFit& fit) {
-  LinePlot plot{.title = "Light over the angle from a lens's axis",
-                .x_label = "angle / degrees",
-                .y_label = "share of the light on the axis",
-                .series = {{.name = "both lenses"}}};
-  for (int angle = 0; angle <= 95; ++angle) {
-    plot.series[0].points.push_back(
-        {static_cast<double>(angle), fit.balance.share_at(radians_from_degrees(angle))});
-  }
-  plot.y_range = AxisRange{0.0, 1.2};
-  return svg_from_plot(plot);
-}
-
-void add_balance(const StitchRecord& record, HtmlPage* page) {
-  const BalanceFit& fit = record.balance.fit;
-  const auto& bgr = fit.balance.back_gain;
-  page->add_section("Balance of the lenses");
-  page->add_paragraph(fmt::format(
-      "Measured once for all frames, in {} of them: at {} points seen by both lenses, and at {} "
-      "seen by one lens from two stations. The overlap determines the gain and the slope of the "
-      "falloff at the rim; points that move through the picture determine the falloff further in.",
-      record.balance.frames, record.balance.overlap_ratios, record.balance.motion_ratios));
-  page->add_table({.caption = "Standard deviations follow from the scatter of the ratios",
-                   .header = {"figure", "value", "standard deviation"},
-                   .rows = {{{"light of the back lens over the front's, red"},
-                             {fmt::format("{:.4f}", bgr[2])},
-                             {fmt::format("{:.4f}", fit.gain_sigma * bgr[2])}},
-                            {{"green"},
-                             {fmt::format("{:.4f}", bgr[1])},
-                             {fmt::format("{:.4f}", fit.gain_sigma * bgr[1])}},
-                            {{"blue"},
-                             {fmt::format("{:.4f}", bgr[0])},
-                             {fmt::format("{:.4f}", fit.gain_sigma * bgr[0])}},
-                            {{"light at 45 degrees from the axis"},
-                             {fmt::format("{:.4f}", fit.balance.share_at(0.25 * kPi))},
-                             {fmt::format("{:.4f}", fit.share_45_sigma)}},
-                            {{"light at 90 degrees"},
-                             {fmt::format("{:.4f}", fit.balance.share_at(kHalfPi))},
-                             {fmt::format("{:.4f}", fit.share_90_sigma)}}}});
-  page->add_figures({svg_figure(falloff_plot(fit), "Vignetting that is corrected")});
-}
-
-}  // namespace
-
-std::string stitch_page(const StitchRecord& record, const StitchSample& sample) {
-  HtmlPage page("Stitched panoramas",
-                fmt::format("{} frames, {} x {}, {} blend over {:g} degrees", record.frames,
-                            record.panorama.width, record.panorama.height,
-                            name_of(record.options.blend), record.options.blend_deg));
-  page.add_facts(
-      {{"step at the seam before", fmt::format("{:.2f} levels", record.balance.step_before_levels)},
-       {"after balancing", fmt::format("{:.2f} levels", record.balance.step_after_levels)},
-       {"correlation of the lenses along the seam",
-        fmt::format("{:.3f}", record.balance.correlation)}});
-  page.add_paragraph(
-      "The step is the median difference of brightness between the lenses in their overlap. The "
-      "correlation is that of their levels there (1 is perfect; near objects lower it by "
-      "parallax). "
-      "Both are medians over the frames used.");
-  for (const std::string& warning : record.balance.warnings)
-    page.add_paragraph("Warning: " + warning);
-  page.add_section("Station " + sample.station);
-  page.add_figures({shown(sample.panorama, "The panorama")});
+std::vector<HtmlFigure> seam_crops(const StitchSample& sample) {
   std::vector<HtmlFigure> crops;
   for (const double theta_deg : {-90.0, 90.0}) {
     const std::string place = fmt::format("Seam at {:g} degrees", theta_deg);
     crops.push_back(shown(seam_crop(sample.unbalanced, theta_deg), place + ", as captured"));
     crops.push_back(shown(seam_crop(sample.panorama, theta_deg), place + ", balanced and blended"));
   }
-  page.add_figures(crops);
-  add_balance(record, &page);
+  return crops;
+}
+
+void add_balance(JsonPage page) {
+  const auto row = [](const std::string& name, const std::string& value, const std::string& sigma) {
+    return JsonRows{.cells = {{name}, {"{" + value + ":.4f}"}, {"{" + sigma + ":.2g%}"}}};
+  };
+  const LinePlot axes{.title = "Light over the angle from a lens's axis",
+                      .x_label = "angle / degrees",
+                      .y_label = "share of the light on the axis",
+                      .y_range = AxisRange{0.0, 1.2}};
+  page.section("Balance of the lenses")
+      .paragraph(
+          "Measured once for all frames, in {frames} of them: at {overlap_ratios} points seen by "
+          "both lenses, and at {motion_ratios} seen by one lens from two stations. The overlap "
+          "determines the gain and the slope of the falloff at the rim; points that move through "
+          "the picture determine the falloff further in.")
+      .table({.caption = "Standard deviations are shares of the values, from the scatter of the "
+                         "ratios",
+              .header = {"figure", "value", "standard deviation"},
+              .rows = {row("light of the back lens over the front's, red", "back_gain.0",
+                           "gain_sigma"),
+                       row("green", "back_gain.1", "gain_sigma"),
+                       row("blue", "back_gain.2", "gain_sigma"),
+                       row("light at 45 degrees from the axis", "share_45", "share_45_sigma"),
+                       row("light at 90 degrees", "share_90", "share_90_sigma")}})
+      .figures({page.plot(axes, {{"light", "both lenses", "angle_deg", "share", PlotStyle::kLine}},
+                          "Vignetting that is corrected")});
+}
+
+}  // namespace
+
+std::string stitch_page(const nlohmann::ordered_json& document, const StitchSample& sample) {
+  JsonPage page(document, "Stitched panoramas",
+                "{frames} frames, {width_px} x {height_px}, {blend} blend over {blend_deg:g} "
+                "degrees");
+  page.within("seam")
+      .facts({{"step at the seam before", "{step_before_levels:.2f levels}"},
+              {"after balancing", "{step_after_levels:.2f levels}"},
+              {"correlation of the lenses along the seam", "{correlation:.3f}"}})
+      .paragraph(
+          "The step is the median difference of brightness between the lenses in their overlap. "
+          "The correlation is that of their levels there (1 is perfect; near objects lower it by "
+          "parallax). Both are medians over the frames used.");
+  page.warnings("warnings");
+  page.section("One of the panoramas")
+      .figures({shown(sample.panorama, "Station " + sample.station)})
+      .figures(seam_crops(sample));
+  add_balance(page.within("balance"));
   return page.html();
 }
 

@@ -1,10 +1,9 @@
 // stitch.html: a sample panorama of a capture and the agreement of the lenses.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <string>
-
-#include "calibrate/stitch/stitch_record.h"
 
 namespace raywalk::calibrate {
 
@@ -15,6 +14,7 @@ struct StitchSample {
   cv::Mat unbalanced{};  // neither balanced nor blended
 };
 
-std::string stitch_page(const StitchRecord& record, const StitchSample& sample);
+// `document`: of stitch.json.
+std::string stitch_page(const nlohmann::ordered_json& document, const StitchSample& sample);
 
 }  // namespace raywalk::calibrate

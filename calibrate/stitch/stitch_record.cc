@@ -12,6 +12,18 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr int kFormatVersion = 1;
+constexpr int kLightStep_deg = 5;
+constexpr int kWidestLight_deg = 95;
+
+// The falloff that is corrected.
+ordered_json light_json(const LensBalance& balance) {
+  ordered_json light = ordered_json::array();
+  for (int angle_deg = 0; angle_deg <= kWidestLight_deg; angle_deg += kLightStep_deg) {
+    light.push_back(
+        {{"angle_deg", angle_deg}, {"share", balance.share_at(radians_from_degrees(angle_deg))}});
+  }
+  return light;
+}
 
 ordered_json balance_json(const BalanceReport& report) {
   const BalanceFit& fit = report.fit;
@@ -27,7 +39,8 @@ ordered_json balance_json(const BalanceReport& report) {
           {"scatter", fit.scatter},
           {"frames", report.frames},
           {"overlap_ratios", report.overlap_ratios},
-          {"motion_ratios", report.motion_ratios}};
+          {"motion_ratios", report.motion_ratios},
+          {"light", light_json(fit.balance)}};
 }
 
 BalanceReport balance_from(const CheckedJson& json) {
@@ -71,25 +84,25 @@ StitchRecord record_from(const CheckedJson& json) {
 
 }  // namespace
 
-std::string to_json(const StitchRecord& record) {
+ordered_json stitch_document(const StitchRecord& record) {
   const double distance = record.options.seam_distance_m;
-  ordered_json json{{"format_version", kFormatVersion},
-                    {"fingerprint", record.fingerprint},
-                    {"complete", record.complete},
-                    {"width_px", record.panorama.width},
-                    {"height_px", record.panorama.height},
-                    {"frames", record.frames},
-                    {"blend", name_of(record.options.blend)},
-                    {"blend_deg", record.options.blend_deg},
-                    {"seam_distance_m", nullptr},
-                    {"balance", balance_json(record.balance)},
-                    {"seam",
-                     {{"step_before_levels", record.balance.step_before_levels},
-                      {"step_after_levels", record.balance.step_after_levels},
-                      {"correlation", record.balance.correlation}}},
-                    {"warnings", record.balance.warnings}};
-  if (std::isfinite(distance)) json["seam_distance_m"] = distance;
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  ordered_json document{{"format_version", kFormatVersion},
+                        {"fingerprint", record.fingerprint},
+                        {"complete", record.complete},
+                        {"width_px", record.panorama.width},
+                        {"height_px", record.panorama.height},
+                        {"frames", record.frames},
+                        {"blend", name_of(record.options.blend)},
+                        {"blend_deg", record.options.blend_deg},
+                        {"seam_distance_m", nullptr},
+                        {"balance", balance_json(record.balance)},
+                        {"seam",
+                         {{"step_before_levels", record.balance.step_before_levels},
+                          {"step_after_levels", record.balance.step_after_levels},
+                          {"correlation", record.balance.correlation}}},
+                        {"warnings", record.balance.warnings}};
+  if (std::isfinite(distance)) document["seam_distance_m"] = distance;
+  return document;
 }
 
 std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -24,9 +25,9 @@ struct StitchRecord {
 // Keys: format_version, fingerprint, complete, width_px, height_px, frames, blend ("multi-band",
 // "feather"), blend_deg, seam_distance_m (null: infinity), balance {back_gain [red, green, blue],
 // falloff_2, falloff_4, gain_sigma, share_45, share_45_sigma, share_90, share_90_sigma, scatter,
-// frames, overlap_ratios, motion_ratios}, seam {step_before_levels, step_after_levels,
-// correlation}, warnings [text].
-std::string to_json(const StitchRecord& record);
+// frames, overlap_ratios, motion_ratios, light [{angle_deg, share of the light on the axis}]}, seam
+// {step_before_levels, step_after_levels, correlation}, warnings [text].
+nlohmann::ordered_json stitch_document(const StitchRecord& record);
 
 // nullopt if there is no such file, or it is damaged or of another version.
 std::optional<StitchRecord> read_stitch_record(const std::filesystem::path& file);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibrate/base/frame_masks.h"
 #include "calibrate/stitch/fisheye_source.h"
 #include "calibrate/stitch/frame_pictures.h"
@@ -16,6 +18,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
 #include "core/files/image_file.h"
+#include "core/files/json_text.h"
 #include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
@@ -81,8 +84,8 @@ class SetStitcher {
     return {options_.blend, options_.blend_deg, options_.seam_distance_m};
   }
 
-  // Panoramas of other inputs are removed before a new record is written, which would make them
-  // valid.
+  // Panoramas and the page of other inputs are removed before a new record is written, which would
+  // make them valid.
   void begin(const std::string& fingerprint) {
     record_ = {.fingerprint = fingerprint,
                .panorama = size(),
@@ -90,8 +93,9 @@ class SetStitcher {
                .frames = static_cast<int>(set_.frames.size())};
     record_.balance = measure_balance(set_, camera_, options_.balance);
     fs::remove_all(folder_);
+    fs::remove(options_.out / "stitch.html");
     make_directories(any_masks(set_) ? folder_ / "masks" : folder_);
-    write_file_atomically(options_.out / "stitch.json", to_json(record_));
+    write_file_atomically(options_.out / "stitch.json", json_text(stitch_document(record_)));
   }
 
   std::vector<int> missing_frames() const {
@@ -131,9 +135,10 @@ class SetStitcher {
     const StitchSample sample{
         frame.name, stitcher.stitch(pictures.front, pictures.back, pictures.mask).panorama,
         unbalanced.stitch(pictures.front, pictures.back)};
-    write_file_atomically(options_.out / "stitch.html", stitch_page(record_, sample));
     record_.complete = true;
-    write_file_atomically(options_.out / "stitch.json", to_json(record_));
+    const nlohmann::ordered_json document = stitch_document(record_);
+    write_file_atomically(options_.out / "stitch.json", json_text(document));
+    write_file_atomically(options_.out / "stitch.html", stitch_page(document, sample));
     for (const std::string& warning : record_.balance.warnings) spdlog::warn("{}", warning);
   }
 

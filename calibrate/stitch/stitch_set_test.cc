@@ -22,7 +22,9 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr int kStations = 12;
 constexpr capture::LensLightSettings kLight{.vignetting = 0.25, .lens_gain_ev = 0.2};
@@ -148,7 +150,12 @@ TEST_F(StitchSetTest, WritesPanoramasFiguresAndPage) {
   EXPECT_TRUE(json.at("seam_distance_m").is_null());
   const std::string page = read_file(directory_ / "out/stitch.html");
   EXPECT_EQ(markup_fault(page), "");
-  EXPECT_THAT(page, HasSubstr("levels"));
+  EXPECT_THAT(page, AllOf(HasSubstr("3 frames, 256 x 128, multi-band blend over 2 degrees"),
+                          HasSubstr("levels</dd>"), HasSubstr("Station x0_1</figcaption>"),
+                          HasSubstr("Seam at 90 degrees, as captured"),
+                          HasSubstr("Measured once for all frames, in 3 of them"),
+                          HasSubstr("light at 90 degrees</th><td>0."),
+                          HasSubstr("Light over the angle"), Not(HasSubstr("Warnings"))));
 }
 
 // The true vignetting is from another formula (capture/simulated/virtual_room/lens_light.h).
@@ -184,6 +191,10 @@ TEST_F(StitchSetTest, ResumesAnInterruptedRun) {
   stitch_set(set, camera_, options());
   EXPECT_EQ(read_file(panorama(1)), first);
   EXPECT_EQ(cv::norm(read_panorama(panorama(2)), marked, cv::NORM_INF), 0.0);
+  // Also a page that is missing is made.
+  fs::remove(directory_ / "out/stitch.html");
+  stitch_set(set, camera_, options());
+  EXPECT_TRUE(fs::exists(directory_ / "out/stitch.html"));
   // With another camera all are stitched again.
   camera_.layout.front.focal_px += 0.5;
   stitch_set(set, camera_, options());
@@ -271,6 +282,8 @@ TEST_F(StitchSetTest, BackLensUpsideDownIsFlagged) {
   const auto record = read_stitch_record(directory_ / "out/stitch.json");
   ASSERT_TRUE(record && !record->balance.warnings.empty());
   EXPECT_THAT(record->balance.warnings[0], HasSubstr("do not show the same along their seam"));
+  EXPECT_THAT(read_file(directory_ / "out/stitch.html"),
+              HasSubstr("do not show the same along their seam"));
 }
 
 TEST(BlendMethodTest, NamesRoundTrip) {
