@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "calibrate/lens/board_fit.h"
 #include "calibrate/lens/capture_fit.h"
 #include "calibrate/lens/lens_report.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -80,8 +83,9 @@ LensFit calibrate_lens(const CaptureSet& set, const LensOptions& options) {
   require_monotonic_radius(fit.camera.layout.front);
   require_monotonic_radius(fit.camera.layout.back);
   make_directories(options.out);
-  write_file_atomically(options.out / "lens.html", lens_page(fit));
-  write_file_atomically(options.out / "lens.json", lens_json(fit));
+  const nlohmann::ordered_json document = lens_document(fit);
+  write_file_atomically(options.out / "lens.json", json_text(document));
+  write_file_atomically(options.out / "lens.html", lens_page(document, residual_figures(fit)));
   // Last, as the next steps check for this file.
   write_lens_file(options.out / "lens.yaml", fit.camera);
   return fit;

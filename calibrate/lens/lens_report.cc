@@ -1,171 +1,169 @@
 #include "calibrate/lens/lens_report.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "calibrate/lens/lens_values.h"
 #include "calibrate/lens/residual_picture.h"
-#include "core/report/html_page.h"
-#include "core/report/markup.h"
-#include "core/report/svg_plot.h"
+#include "core/report/json_page.h"
 
 namespace raywalk::calibrate {
 namespace {
 
 using nlohmann::ordered_json;
 
-const char* lens_name(bool back) { return back ? "back" : "front"; }
-
-bool from_board(const LensFit& fit) { return fit.method == "charuco"; }
-
-ordered_json json_of(const LensValue& value) {
-  return {{"start", value.start},
-          {"fitted", value.fitted},
-          {"sigma", value.sigma > 0.0 ? ordered_json(value.sigma) : ordered_json(nullptr)}};
-}
-
-ordered_json json_of(const std::vector<LensValue>& values) {
+ordered_json values_json(const std::vector<LensValue>& values) {
   ordered_json json = ordered_json::object();
-  for (const LensValue& value : values) json[value.key] = json_of(value);
+  for (const LensValue& value : values) {
+    json[value.key] = {{"start", value.start}, {"fitted", value.fitted}, {"sigma", nullptr}};
+    if (value.sigma > 0.0) json[value.key]["sigma"] = value.sigma;
+  }
   return json;
 }
 
-ordered_json json_of(const std::vector<LensValue>& values, const LensUncertainty& sigma) {
-  ordered_json json = json_of(values);
+ordered_json lens_values_json(const std::vector<LensValue>& values, const LensUncertainty& sigma) {
+  ordered_json json = values_json(values);
   json["imaging_sigma_px"] = {{"middle", sigma.middle_px}, {"rim", sigma.rim_px}};
   return json;
 }
 
-HtmlTable table_of(const std::string& caption, const std::vector<LensValue>& values) {
-  HtmlTable table{.caption = caption,
-                  .header = {"", "unit", "start", "fitted", "standard deviation"}};
-  for (const LensValue& value : values) {
-    table.rows.push_back(
-        {{value.name},
-         {value.unit},
-         {fixed_number(value.start, value.decimals)},
-         {fixed_number(value.fitted, value.decimals)},
-         {value.sigma > 0.0 ? fixed_number(value.sigma, value.decimals + 1) : "not fitted"}});
+ordered_json rings_json(const std::vector<ResidualRing>& rings) {
+  ordered_json json = ordered_json::array();
+  for (const ResidualRing& ring : rings) {
+    json.push_back({{"lens", ring.back ? "back" : "front"},
+                    {"off_axis_deg", degrees_from_radians(ring.off_axis_rad)},
+                    {"count", ring.count},
+                    {"rms_px", ring.rms_px},
+                    {"radial_px", ring.radial_px}});
   }
-  return table;
+  return json;
 }
 
-void add_headline(const LensFit& fit, HtmlPage* page) {
-  page->add_facts(
-      {{"root mean square residual", fmt::format("{:.3f} px", fit.residual_px)},
-       {"largest standard deviation of an image position",
-        fmt::format("{:.3f} px", fit.sigma.worst_px())},
-       {from_board(fit) ? "board corners" : "features followed", std::to_string(fit.points)},
-       {"seen by both lenses", std::to_string(fit.overlap_points)}});
-  for (const std::string& warning : fit.warnings) page->add_paragraph("Warning: " + warning + ".");
-  if (fit.trustworthy()) page->add_paragraph("No warnings.");
+void add_residuals(std::vector<HtmlFigure> figures, JsonPage page) {
+  const LinePlot axes{.title = "Residuals over the angle from the axis",
+                      .x_label = "angle from the axis / deg",
+                      .y_label = "residual / px"};
+  const std::string rings = "residuals_over_angle";
+  figures.push_back(
+      page.plot(axes,
+                {{rings, "{lens}: root mean square", "off_axis_deg", "rms_px"},
+                 {rings, "{lens}: mean outwards", "off_axis_deg", "radial_px"}},
+                "Rings of five degrees. A mean outwards other than 0 is an error of the radial "
+                "model"));
+  page.section("Residuals")
+      .paragraph(
+          "Residuals of the image points: observed minus fitted. Arrows of random directions are "
+          "noise; arrows that agree with their neighbours show an error of the lens model.")
+      .figures(std::move(figures))
+      .table({.caption = "Data of the fit",
+              .header = {"", "number"},
+              .rows = {
+                  {{},
+                   {{"{method is charuco:pictures that show the board|stations}"}, {"{pictures}"}}},
+                  {{},
+                   {{"{method is charuco:corners, once per picture|features of the room}"},
+                    {"{points}"}}},
+                  {{}, {{"seen by both lenses"}, {"{overlap_points}"}}},
+                  {{}, {{"image points"}, {"{observations}"}}},
+                  {{}, {{"image points dropped as outliers"}, {"{dropped_observations}"}}},
+                  {{},
+                   {{"features dropped: they move with the camera"}, {"{dropped_still}"}},
+                   "!method is charuco"}}});
 }
 
-HtmlTable counts_table(const LensFit& fit) {
-  const auto row = [](const std::string& name, int count) {
-    return std::vector<HtmlCell>{{name}, {std::to_string(count)}};
+// `key` is that of the value in its part of the document.
+JsonRows row_of(const std::string& key, const std::string& name, const std::string& unit,
+                int decimals) {
+  const auto number = [&](const char* figure, int digits, const char* otherwise) {
+    return "{" + key + "." + figure + ":." + std::to_string(digits) + "f" + otherwise + "}";
   };
-  HtmlTable table{.caption = "Data of the fit", .header = {"", "number"}};
-  table.rows = {
-      row(from_board(fit) ? "pictures that show the board" : "stations", fit.pictures),
-      row(from_board(fit) ? "corners, once per picture" : "features of the room", fit.points),
-      row("seen by both lenses", fit.overlap_points), row("image points", fit.observations),
-      row("image points dropped as outliers", fit.dropped_observations)};
-  if (!from_board(fit)) {
-    table.rows.push_back(row("features dropped: they move with the camera", fit.dropped_still));
-  }
-  return table;
+  return {.cells = {{name},
+                    {unit},
+                    {number("start", decimals, "")},
+                    {number("fitted", decimals, "")},
+                    {number("sigma", decimals + 1, "|not fitted")}}};
 }
 
-LinePlot ring_plot(const std::vector<ResidualRing>& rings) {
-  LinePlot plot{.title = "Residuals over the angle from the axis",
-                .x_label = "angle from the axis / deg",
-                .y_label = "residual / px"};
-  for (const bool back : {false, true}) {
-    PlotSeries rms{
-        fmt::format("{}: root mean square", lens_name(back)), {}, PlotStyle::kLineAndPoints};
-    PlotSeries radial{
-        fmt::format("{}: mean outwards", lens_name(back)), {}, PlotStyle::kLineAndPoints};
-    for (const ResidualRing& ring : rings) {
-      if (ring.back != back) continue;
-      const double angle_deg = degrees_from_radians(ring.off_axis_rad);
-      rms.points.push_back({angle_deg, ring.rms_px});
-      radial.points.push_back({angle_deg, ring.radial_px});
-    }
-    plot.series.push_back(std::move(rms));
-    plot.series.push_back(std::move(radial));
+JsonTable table_of(const std::string& caption, const std::vector<JsonRows>& rows) {
+  return {.caption = caption,
+          .header = {"", "unit", "start", "fitted", "standard deviation"},
+          .rows = rows};
+}
+
+void add_values(JsonPage page) {
+  std::vector<JsonRows> rows{row_of("centre_u_px", "centre, from the left", "px", 2),
+                             row_of("centre_v_px", "centre, from the top", "px", 2),
+                             row_of("focal_px", "focal length", "px", 2)};
+  for (const char* coefficient : {"k1", "k2", "k3", "k4"}) {
+    rows.push_back(row_of(coefficient, coefficient, "", 5));
   }
-  return plot;
+  rows.push_back(row_of("largest_angle_deg", "half field of view", "deg", 2));
+  page.section("Values").paragraph(
+      "A direction at the angle t from a lens's axis is imaged at focal length (t + k1 t^3 + k2 "
+      "t^5 + k3 t^7 + k4 t^9) from the centre, in pictures of {picture.width_px} x "
+      "{picture.height_px} pixels. The coefficients are correlated, so their standard deviations "
+      "look large. The standard deviation of a direction's image position is "
+      "{front.imaging_sigma_px.middle:.3f px} half way to the rim and "
+      "{front.imaging_sigma_px.rim:.3f px} at the rim for the front lens, "
+      "{back.imaging_sigma_px.middle:.3f} and {back.imaging_sigma_px.rim:.3f px} for the back "
+      "lens.");
+  page.within("front").table(table_of("Front lens", rows));
+  for (const char* angle : {"yaw", "pitch", "roll"}) {
+    rows.push_back(row_of(std::string(angle) + "_deg", angle, "deg", 3));
+  }
+  page.within("back").table(
+      table_of("Back lens, with its attitude relative to the front lens", rows));
+  page.within("baseline_mm")
+      .table(table_of("Position of the back lens relative to the front lens",
+                      {row_of("x", "to the right", "mm", 2), row_of("y", "upwards", "mm", 2),
+                       row_of("z", "forwards", "mm", 2)}));
 }
 
 }  // namespace
 
-std::string lens_page(const LensFit& fit) {
-  HtmlPage page("Lenses of the camera", from_board(fit) ? "from pictures of a ChArUco board"
-                                                        : "from features tracked along the rail");
-  add_headline(fit, &page);
-  page.add_section("Residuals");
-  page.add_paragraph(
-      "Residuals of the image points: observed minus fitted. Arrows of random directions are "
-      "noise; "
-      "arrows that agree with their neighbours show an error of the lens model.");
-  page.add_figures(
-      {svg_figure(residual_picture(fit, false), "Front lens"),
-       svg_figure(residual_picture(fit, true), "Back lens"),
-       svg_figure(svg_from_plot(ring_plot(residual_rings(fit))),
-                  "Rings of five degrees. A mean outwards other than 0 is an error of the radial "
-                  "model")});
-  page.add_table(counts_table(fit));
-  page.add_section("Values");
-  page.add_paragraph(fmt::format(
-      "A direction at the angle t from a lens's axis is imaged at focal length (t + k1 t^3 + k2 "
-      "t^5 + k3 t^7 + k4 t^9) from the centre, in pictures of {} x {} pixels. The coefficients "
-      "are correlated, so their standard deviations look large. The standard deviation of a "
-      "direction's image position is {:.3f} px half way to the rim and {:.3f} px at the rim for "
-      "the front lens, {:.3f} and {:.3f} px for the back lens.",
-      fit.camera.picture.width, fit.camera.picture.height, fit.sigma.front.middle_px,
-      fit.sigma.front.rim_px, fit.sigma.back.middle_px, fit.sigma.back.rim_px));
-  page.add_table(table_of("Front lens", front_values(fit)));
-  page.add_table(
-      table_of("Back lens, with its attitude relative to the front lens", back_values(fit)));
-  page.add_table(
-      table_of("Position of the back lens relative to the front lens", baseline_values(fit)));
-  return page.html();
+ordered_json lens_document(const LensFit& fit) {
+  return {{"format", "raywalk-lens"},
+          {"format_version", 1},
+          {"method", fit.method},
+          {"trustworthy", fit.trustworthy()},
+          {"warnings", fit.warnings},
+          {"residual_px", fit.residual_px},
+          {"worst_imaging_sigma_px", fit.sigma.worst_px()},
+          {"pictures", fit.pictures},
+          {"points", fit.points},
+          {"overlap_points", fit.overlap_points},
+          {"observations", fit.observations},
+          {"dropped_observations", fit.dropped_observations},
+          {"dropped_still", fit.dropped_still},
+          {"back_pose_fitted", fit.back_pose_fitted},
+          {"picture",
+           {{"width_px", fit.camera.picture.width},
+            {"height_px", fit.camera.picture.height},
+            {"two_files", fit.camera.two_files}}},
+          {"front", lens_values_json(front_values(fit), fit.sigma.front)},
+          {"back", lens_values_json(back_values(fit), fit.sigma.back)},
+          {"baseline_mm", values_json(baseline_values(fit))},
+          {"residuals_over_angle", rings_json(residual_rings(fit))}};
 }
 
-std::string lens_json(const LensFit& fit) {
-  ordered_json json{{"format", "raywalk-lens"},
-                    {"format_version", 1},
-                    {"method", fit.method},
-                    {"trustworthy", fit.trustworthy()},
-                    {"warnings", fit.warnings},
-                    {"residual_px", fit.residual_px},
-                    {"pictures", fit.pictures},
-                    {"points", fit.points},
-                    {"overlap_points", fit.overlap_points},
-                    {"observations", fit.observations},
-                    {"dropped_observations", fit.dropped_observations},
-                    {"dropped_still", fit.dropped_still},
-                    {"back_pose_fitted", fit.back_pose_fitted}};
-  json["picture"] = {{"width_px", fit.camera.picture.width},
-                     {"height_px", fit.camera.picture.height},
-                     {"two_files", fit.camera.two_files}};
-  json["front"] = json_of(front_values(fit), fit.sigma.front);
-  json["back"] = json_of(back_values(fit), fit.sigma.back);
-  json["baseline_mm"] = json_of(baseline_values(fit));
-  json["residuals_over_angle"] = ordered_json::array();
-  for (const ResidualRing& ring : residual_rings(fit)) {
-    json["residuals_over_angle"].push_back(
-        {{"lens", lens_name(ring.back)},
-         {"off_axis_deg", degrees_from_radians(ring.off_axis_rad)},
-         {"count", ring.count},
-         {"rms_px", ring.rms_px},
-         {"radial_px", ring.radial_px}});
-  }
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+std::vector<HtmlFigure> residual_figures(const LensFit& fit) {
+  return {svg_figure(residual_picture(fit, false), "Front lens"),
+          svg_figure(residual_picture(fit, true), "Back lens")};
+}
+
+std::string lens_page(const ordered_json& document, std::vector<HtmlFigure> residuals) {
+  JsonPage page(document, "Lenses of the camera",
+                "{method is charuco:from pictures of a ChArUco board|from features tracked along "
+                "the rail}");
+  page.facts(
+      {{"root mean square residual", "{residual_px:.3f px}"},
+       {"largest standard deviation of an image position", "{worst_imaging_sigma_px:.3f px}"},
+       {"{method is charuco:board corners|features followed}", "{points}"},
+       {"seen by both lenses", "{overlap_points}"}});
+  page.warnings("warnings");
+  page.when("trustworthy").paragraph("No warnings.");
+  add_residuals(std::move(residuals), page);
+  add_values(page);
+  return page.html();
 }
 
 }  // namespace raywalk::calibrate

@@ -1,5 +1,6 @@
 #include "calibrate/lens/lens_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +13,9 @@
 namespace raywalk::calibrate {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Residuals that point outwards by 0.5 px in a ring of the front lens.
 LensFit fit_with_residuals() {
@@ -45,7 +48,7 @@ TEST(LensReportTest, RingsShowErrorsOfTheRadialModel) {
 
 TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
   const LensFit fit = fit_with_residuals();
-  const auto json = nlohmann::json::parse(lens_json(fit));
+  const nlohmann::ordered_json json = lens_document(fit);
   EXPECT_EQ(json["front"]["focal_px"]["start"], fit.start.layout.front.focal_px);
   EXPECT_EQ(json["front"]["focal_px"]["fitted"], fit.camera.layout.front.focal_px);
   EXPECT_EQ(json["front"]["focal_px"]["sigma"], 0.02);
@@ -57,14 +60,38 @@ TEST(LensReportTest, JsonHoldsStartAndFittedValues) {
   EXPECT_TRUE(json["trustworthy"]);
 }
 
+std::string page_of(const LensFit& fit) {
+  return lens_page(lens_document(fit), residual_figures(fit));
+}
+
 TEST(LensReportTest, PageIsWellFormedAndShowsWarnings) {
   LensFit fit = fit_with_residuals();
-  EXPECT_THAT(lens_page(fit), HasSubstr("No warnings"));
+  EXPECT_THAT(page_of(fit), HasSubstr("No warnings"));
   fit.warnings = {"too <few> points"};
-  const std::string page = lens_page(fit);
+  const std::string page = page_of(fit);
   EXPECT_EQ(markup_fault(page), "");
-  EXPECT_THAT(page, HasSubstr("too &lt;few&gt; points"));
-  EXPECT_THAT(lens_page(LensFit{}), HasSubstr("</html>"));
+  EXPECT_THAT(page, AllOf(HasSubstr("too &lt;few&gt; points"), Not(HasSubstr("No warnings"))));
+  EXPECT_THAT(page_of(LensFit{}), HasSubstr("</html>"));
+}
+
+TEST(LensReportTest, PageShowsTheFit) {
+  LensFit fit = fit_with_residuals();
+  fit.sigma.back.rim_px = 0.1234;
+  const std::string row =
+      fmt::format("focal length</th><td>px</td><td>{:.2f}</td><td>{:.2f}</td><td>0.020</td>",
+                  fit.start.layout.front.focal_px, fit.camera.layout.front.focal_px);
+  EXPECT_THAT(page_of(fit),
+              AllOf(HasSubstr("from features tracked along the rail"), HasSubstr(row),
+                    HasSubstr("0.123 px</dd>"), HasSubstr("0.123 px for the back lens"),
+                    HasSubstr("yaw</th><td>deg</td><td>180.000</td><td>180.400</td>"
+                              "<td>not fitted</td>"),
+                    HasSubstr("forwards</th><td>mm</td>"), HasSubstr("<td>-10.00</td>"),
+                    HasSubstr("they move with the camera</th><td>17</td>"),
+                    HasSubstr("front: mean outwards"), HasSubstr("Back lens</figcaption>")));
+  fit.method = "charuco";
+  EXPECT_THAT(page_of(fit),
+              AllOf(HasSubstr("from pictures of a ChArUco board"), HasSubstr("board corners"),
+                    HasSubstr("corners, once per picture"), Not(HasSubstr("move with the"))));
 }
 
 }  // namespace

@@ -10,24 +10,17 @@ namespace {
 
 std::vector<LensValue> values_of(const FisheyeLens& start, const FisheyeLens& fitted,
                                  const LensUncertainty& sigma) {
-  std::vector<LensValue> values{
-      {"centre_u_px", "centre, from the left", "px", start.centre.u, fitted.centre.u,
-       sigma.centre_u_px},
-      {"centre_v_px", "centre, from the top", "px", start.centre.v, fitted.centre.v,
-       sigma.centre_v_px},
-      {"focal_px", "focal length", "px", start.focal_px, fitted.focal_px, sigma.focal_px}};
-  constexpr int kCoefficientDecimals = 5;
+  std::vector<LensValue> values{{"centre_u_px", start.centre.u, fitted.centre.u, sigma.centre_u_px},
+                                {"centre_v_px", start.centre.v, fitted.centre.v, sigma.centre_v_px},
+                                {"focal_px", start.focal_px, fitted.focal_px, sigma.focal_px}};
   for (std::size_t i = 0; i < fitted.k.size(); ++i) {
     const std::string key = "k" + std::to_string(i + 1);
-    values.push_back({key, key, "", start.k[i], fitted.k[i], sigma.k[i], kCoefficientDecimals});
+    values.push_back({key, start.k[i], fitted.k[i], sigma.k[i]});
   }
-  values.push_back({"largest_angle_deg", "half field of view", "deg",
-                    degrees_from_radians(start.largest_angle_rad),
+  values.push_back({"largest_angle_deg", degrees_from_radians(start.largest_angle_rad),
                     degrees_from_radians(fitted.largest_angle_rad), 0.0});
   return values;
 }
-
-constexpr int kAngleDecimals = 3;
 
 }  // namespace
 
@@ -44,12 +37,12 @@ std::vector<LensValue> back_values(const LensFit& fit) {
   const double yaw_rad = start.yaw_rad + wrap_angle(fitted.yaw_rad - start.yaw_rad);
   // A rotation about the lens's y is a yaw, about x a pitch and about z a roll, as it is upright.
   const Eigen::Vector3d& sigma = fit.sigma.back_rotation_deg;
-  values.push_back({"yaw_deg", "yaw", "deg", degrees_from_radians(start.yaw_rad),
-                    degrees_from_radians(yaw_rad), sigma.y(), kAngleDecimals});
-  values.push_back({"pitch_deg", "pitch", "deg", degrees_from_radians(start.pitch_rad),
-                    degrees_from_radians(fitted.pitch_rad), sigma.x(), kAngleDecimals});
-  values.push_back({"roll_deg", "roll", "deg", degrees_from_radians(start.roll_rad),
-                    degrees_from_radians(fitted.roll_rad), sigma.z(), kAngleDecimals});
+  values.push_back(
+      {"yaw_deg", degrees_from_radians(start.yaw_rad), degrees_from_radians(yaw_rad), sigma.y()});
+  values.push_back({"pitch_deg", degrees_from_radians(start.pitch_rad),
+                    degrees_from_radians(fitted.pitch_rad), sigma.x()});
+  values.push_back({"roll_deg", degrees_from_radians(start.roll_rad),
+                    degrees_from_radians(fitted.roll_rad), sigma.z()});
   return values;
 }
 
@@ -60,11 +53,10 @@ std::vector<LensValue> baseline_values(const LensFit& fit) {
   const Eigen::Vector3d start = baseline_mm(fit.start.layout);
   const Eigen::Vector3d fitted = baseline_mm(fit.camera.layout);
   constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
-  constexpr std::array<const char*, 3> kNames{"to the right", "upwards", "forwards"};
   std::vector<LensValue> values;
   for (int i = 0; i < 3; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    values.push_back({kAxes[at], kNames[at], "mm", start[i], fitted[i], fit.sigma.baseline_mm[i]});
+    values.push_back({kAxes[at], start[i], fitted[i], fit.sigma.baseline_mm[i]});
   }
   return values;
 }

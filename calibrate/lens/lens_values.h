@@ -10,13 +10,10 @@ namespace raywalk::calibrate {
 
 // One parameter of the camera before and after the fit.
 struct LensValue {
-  std::string key{};   // as in the lens file: "centre_u_px"
-  std::string name{};  // for display: "centre, to the right"
-  std::string unit{};
+  std::string key{};  // as in the lens file: "centre_u_px"
   double start = 0.0;
   double fitted = 0.0;
   double sigma = 0.0;  // standard deviation; 0: not fitted
-  int decimals = 2;    // to display
 };
 
 std::vector<LensValue> front_values(const LensFit& fit);
