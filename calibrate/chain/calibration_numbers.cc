@@ -59,10 +59,9 @@ std::string poses_numbers(const Calibration& calibration) {
   const int keyframes = poses.at("keyframes").integer(0),
             stations = poses.at("stations").integer(0);
   std::string held_out;
-  if (poses.has("held_out")) {
-    const CheckedJson frames = poses.at("held_out");
-    held_out = fmt::format(", {} of {} held-out frames", frames.at("posed").integer(),
-                           frames.at("frames").integer());
+  if (const auto frames = part_of(poses, "held_out")) {
+    held_out = fmt::format(", {} of {} held-out frames", frames->at("posed").integer(),
+                           frames->at("frames").integer());
   }
   return fmt::format(
       "{} of {} stations posed{}{}, residual {:.2f} px (W = 4096), positions to {:.2f} "

@@ -17,6 +17,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 // x0, x1, z0, z1 with stations 50 mm apart, all solved where they were planned.
 struct SolvedGrid {
@@ -129,10 +130,18 @@ TEST(CrossingFigures, CountPointsSeenFromBothLinesNearby) {
   EXPECT_EQ(figures[1].points, 0);
 }
 
-TEST(PosesReport, IsWellFormedWhateverTheNames) {
+// Written of a grid's poses.
+std::string page_of(const SolvedGrid& grid) {
   const TestDirectory directory;
+  write_poses_report(directory.path(), grid.set, grid.start, grid.result);
+  std::string page = read_file(directory / "poses.html");
+  EXPECT_EQ(markup_fault(page), "");
+  return page;
+}
+
+TEST(PosesReport, IsWellFormedWhateverTheNames) {
   SolvedGrid grid;
-  grid.set.source = "a <b> & \"c\"";
+  grid.set.source = "a <b> & \"c\" {d}";
   grid.set.lines[0].id = "<x0>";
   grid.set.frames[1].name = "x&1";
   grid.result.poses[1].reset();
@@ -140,23 +149,51 @@ TEST(PosesReport, IsWellFormedWhateverTheNames) {
   grid.result.poses[2]->position_m.x() += 0.01;
   grid.result.warnings = grid.warnings();
   grid.result.times = {{"faces", 1.5, true}};
-  write_poses_report(directory.path(), grid.set, grid.start, grid.result);
-  const std::string page = read_file(directory / "poses.html");
-  EXPECT_EQ(markup_fault(page), "");
-  EXPECT_THAT(page, AllOf(HasSubstr("too &lt;plain&gt;"), HasSubstr("Warning: "),
-                          HasSubstr("exaggerated")));
+  EXPECT_THAT(
+      page_of(grid),
+      AllOf(HasSubstr("&lt;b&gt; &amp; &quot;c&quot; {d}</h1>"),
+            HasSubstr("<h2>Stations without a pose</h2>"),
+            HasSubstr("x&amp;1</th><td>too &lt;plain&gt;</td>"), HasSubstr("<h2>Warnings</h2>"),
+            HasSubstr("&lt;x0&gt; × z0</th><td>500</td>"), HasSubstr("exaggerated")));
+}
+
+TEST(PosesReport, ShowsTheSolution) {
+  SolvedGrid grid;
+  grid.result.position_sigma_mm = 0.0123;
+  grid.result.alignment.spread_m = {1.5, 0.75, 0.0};
+  grid.result.alignment.rank = 2;
+  grid.result.poses[2]->position_m.x() += 0.01;
+  grid.result.poses[4].reset();
+  grid.result.lines = line_figures(grid.set, grid.result, grid.start);
+  grid.result.times = {{"faces", 1.5, true}, {"features", 41.0, false}};
+  EXPECT_THAT(
+      page_of(grid),
+      AllOf(HasSubstr("4 lines, 124 stations"), HasSubstr("<dd>123 of 124</dd>"),
+            HasSubstr("0.012 mm"), HasSubstr("<dd>42 s</dd>"),
+            HasSubstr("<td>31</td><td>31</td><td class=\"best\">30</td><td>3000</td><td>0.50</td>"
+                      "<td>10.0</td><td>0.00</td>"),
+            HasSubstr("2 (stations in a plane: the rotation is from positions); their spread is "
+                      "1.500, 0.750 and 0.000 m."),
+            HasSubstr("faces</th><td>1.5</td><td>done before</td>"),
+            HasSubstr("features</th><td>41.0</td><td></td>"), Not(HasSubstr("held-out")),
+            Not(HasSubstr("without a pose")), Not(HasSubstr("Warnings"))));
+  grid.set.frames.push_back({.name = "truth", .line = kHeldOut});
+  grid.start.emplace_back();
+  grid.result.poses.emplace_back();
+  grid.result.keyframes.push_back(124);
+  grid.result.unposed = {{124, "too dark"}};
+  EXPECT_THAT(page_of(grid), AllOf(HasSubstr("held-out frames with a pose</dt>\n<dd>0 of 1</dd>"),
+                                   HasSubstr("<h2>Frames without a pose</h2>")));
 }
 
 // The page is written even for a grid without extent or a solution without poses.
 TEST(PosesReport, IsWrittenWithNothingSolved) {
-  const TestDirectory directory;
   SolvedGrid grid;
   for (CaptureFrame& frame : grid.set.frames) frame.nominal_m.setZero();
   grid.start = nominal_poses(grid.set);
   for (int line = 0; line < 4; ++line) grid.forget(line);
   grid.result.crossings.clear();
-  write_poses_report(directory.path(), grid.set, grid.start, grid.result);
-  EXPECT_EQ(markup_fault(read_file(directory / "poses.html")), "");
+  EXPECT_THAT(page_of(grid), AllOf(HasSubstr("No two lines cross."), Not(HasSubstr("Plan"))));
 }
 
 }  // namespace

@@ -139,6 +139,7 @@ TEST_F(SolvePoses, RecoversHowTwoRailsCross) {
   const auto json = nlohmann::json::parse(read_file(directory / "out/poses-report.json"));
   EXPECT_EQ(json["posed"], 7);
   EXPECT_EQ(json["unposed"][0]["name"], "x0_3");
+  EXPECT_TRUE(json["held_out"].is_null());
   EXPECT_EQ(markup_fault(read_file(directory / "out/poses.html")), "");
   const FramePoses read = read_frame_poses(directory / "out/poses.json", set);
   EXPECT_LT(largest_difference(read, result.poses).position_m, 1e-9);
