@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <optional>
 
 #include "core/files/checked_json.h"
@@ -77,20 +76,13 @@ std::string grid_numbers(const Calibration& calibration) {
   const std::string set =
       fmt::format("{} stations on {} lines", calibration.captured().stations(), grid.lines.size());
   if (grid.crossings.empty()) return set + ", no crossings";
-  const auto largest = [&](auto figure) {
-    double value = 0.0;
-    for (const CrossingFigures& crossing : grid.crossings) {
-      value = std::max(value, figure(crossing));
-    }
-    return value;
-  };
+  const LargestDisagreement before = largest_disagreement(grid.crossings, &CrossingFigures::before);
+  const LargestDisagreement after = largest_disagreement(grid.crossings, &CrossingFigures::after);
   return fmt::format(
       "{}, largest error at the {} crossings {:.2f} mm and {:.2f} px (W = 4096), before {:.2f} mm "
       "and {:.2f} px",
-      set, grid.crossings.size(), largest([](const auto& c) { return c.after.position_mm; }),
-      largest([](const auto& c) { return c.after.rotation_px; }),
-      largest([](const auto& c) { return c.before.position_mm; }),
-      largest([](const auto& c) { return c.before.rotation_px; }));
+      set, grid.crossings.size(), after.position_mm, after.rotation_px, before.position_mm,
+      before.rotation_px);
 }
 
 std::string rectify_numbers(const Calibration& calibration) {

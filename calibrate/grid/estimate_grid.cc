@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "calibrate/grid/crossing_matches.h"
+#include "calibrate/grid/grid_drawing.h"
 #include "calibrate/grid/grid_estimation.h"
 #include "calibrate/grid/grid_page.h"
 #include "calibrate/grid/held_out_poses.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -49,11 +52,12 @@ GridResult estimate_grid(const CaptureSet& panoramas, const FramePoses& solved,
                                   ? held_out_poses(panoramas, solved, result)
                                   : FramePoses(panoramas.frames.size() - stations.frames.size());
   add_note(panoramas, held_out, options.method, &result);
-  const std::string page = grid_page(stations, result);
   result.poses.insert(result.poses.end(), held_out.begin(), held_out.end());
   make_directories(options.out);
-  write_grid_result(options.out / "grid.json", panoramas, result);
-  write_file_atomically(options.out / "grid.html", page);
+  const nlohmann::ordered_json document = grid_document(panoramas, result);
+  write_file_atomically(options.out / "grid.json", json_text(document));
+  write_file_atomically(options.out / "grid.html",
+                        grid_page(document, grid_drawing(stations, result)));
   return result;
 }
 

@@ -1,14 +1,14 @@
 // The report of raywalk-calibrate grid.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
-
-#include "calibrate/grid/grid_result.h"
 
 namespace raywalk::calibrate {
 
 // A complete HTML page: lines, candidate models, crossings before and after, the plan with
-// exaggerated corrections, and the stations' deviations along each line.
-std::string grid_page(const CaptureSet& set, const GridResult& result);
+// exaggerated corrections, and the stations' deviations along each line. `document`: of grid.json;
+// `drawing`: by grid_drawing.
+std::string grid_page(const nlohmann::ordered_json& document, const std::string& drawing);
 
 }  // namespace raywalk::calibrate

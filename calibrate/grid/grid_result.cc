@@ -1,10 +1,11 @@
 #include "calibrate/grid/grid_result.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/frame_poses_json.h"
+#include "calibrate/grid/line_summary.h"
 #include "core/base/error.h"
-#include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
 
 namespace raywalk::calibrate {
@@ -36,6 +37,11 @@ ordered_json json_of(const std::vector<RailModelScore>& models) {
                      {"kept", model.kept}});
   }
   return array;
+}
+
+ordered_json kept_name(const std::vector<RailModelScore>& models) {
+  const auto kept = std::ranges::find(models, true, &RailModelScore::kept);
+  return kept == models.end() ? ordered_json(nullptr) : ordered_json(kept->name);
 }
 
 ordered_json json_of(const Disagreement& disagreement) {
@@ -80,6 +86,8 @@ ordered_json json_of(const CaptureSet& set, const LineFit& line) {
           {"jitter_along_mm", line.jitter_along_mm},
           {"jitter_mm", line.jitter_mm},
           {"jitter_deg", line.jitter_deg},
+          {"position_model", kept_name(line.position_models)},
+          {"rotation_model", kept_name(line.rotation_models)},
           {"position_models", json_of(line.position_models)},
           {"rotation_models", json_of(line.rotation_models)}};
 }
@@ -106,6 +114,31 @@ ordered_json json_of(const CaptureSet& set, const CrossingFigures& crossing) {
           {"split_half_expected_deg", crossing.split_half_expected_deg},
           {"trustworthy", crossing.trustworthy},
           {"warnings", crossing.warnings}};
+}
+
+ordered_json largest_json(const std::vector<CrossingFigures>& crossings) {
+  if (crossings.empty()) return nullptr;
+  const auto json_when = [&](Disagreement CrossingFigures::*when) -> ordered_json {
+    const LargestDisagreement largest = largest_disagreement(crossings, when);
+    return {{"position_mm", largest.position_mm}, {"rotation_px", largest.rotation_px}};
+  };
+  return {{"before", json_when(&CrossingFigures::before)},
+          {"after", json_when(&CrossingFigures::after)}};
+}
+
+ordered_json deviations_json(const CaptureSet& set, const LineFit& line, const FramePoses& poses) {
+  ordered_json stations = ordered_json::array();
+  for (const RailDeviation& off : rail_deviations(set, line, poses)) {
+    stations.push_back({{"name", set.frames[static_cast<size_t>(off.frame)].name},
+                        {"rail_m", set.rail_m(off.frame)},
+                        {"along_mm", off.position_mm.x()},
+                        {"across_mm", off.position_mm.y()},
+                        {"up_mm", off.position_mm.z()},
+                        {"about_x_deg", off.rotation_deg.x()},
+                        {"about_y_deg", off.rotation_deg.y()},
+                        {"about_z_deg", off.rotation_deg.z()}});
+  }
+  return {{"line", line.id}, {"stations", stations}};
 }
 
 template <typename Vector>
@@ -240,25 +273,44 @@ GridResult result_of(const CaptureSet& set, const CheckedJson& root) {
 
 }  // namespace
 
-void write_grid_result(const std::filesystem::path& file, const CaptureSet& set,
-                       const GridResult& result) {
-  ordered_json root{{"format_version", kFormatVersion},
-                    {"method", result.method == GridMethod::kPoses ? "poses" : "rotation"},
-                    {"trustworthy", result.trustworthy},
-                    {"warnings", result.warnings},
-                    {"notes", result.notes},
-                    {"scale", result.scale},
-                    {"solved_line_error_mm", result.solved_line_error_mm},
-                    {"solved_line_error_deg", result.solved_line_error_deg},
-                    {"lines", ordered_json::array()},
-                    {"crossings", ordered_json::array()}};
-  for (const LineFit& line : result.lines) root["lines"].push_back(json_of(set, line));
-  for (const CrossingFigures& crossing : result.crossings) {
-    root["crossings"].push_back(json_of(set, crossing));
+LargestDisagreement largest_disagreement(const std::vector<CrossingFigures>& crossings,
+                                         Disagreement CrossingFigures::*when) {
+  LargestDisagreement largest;
+  for (const CrossingFigures& crossing : crossings) {
+    const Disagreement& figures = crossing.*when;
+    largest.position_mm = std::max(largest.position_mm, figures.position_mm);
+    largest.rotation_px = std::max(largest.rotation_px, figures.rotation_px);
   }
-  root["frames"] = frame_poses_json(set, result.poses);
-  write_file_atomically(
-      file, root.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  return largest;
+}
+
+ordered_json crossings_json(const CaptureSet& set, const std::vector<CrossingFigures>& crossings) {
+  ordered_json list = ordered_json::array();
+  for (const CrossingFigures& crossing : crossings) list.push_back(json_of(set, crossing));
+  return list;
+}
+
+ordered_json grid_document(const CaptureSet& set, const GridResult& result) {
+  ordered_json lines = ordered_json::array(), deviations = ordered_json::array();
+  for (const LineFit& line : result.lines) {
+    lines.push_back(json_of(set, line));
+    deviations.push_back(deviations_json(set, line, result.poses));
+  }
+  return {{"format_version", kFormatVersion},
+          {"source", set.source.string()},
+          {"stations", set.stations()},
+          {"method", result.method == GridMethod::kPoses ? "poses" : "rotation"},
+          {"trustworthy", result.trustworthy},
+          {"warnings", result.warnings},
+          {"notes", result.notes},
+          {"scale", result.scale},
+          {"solved_line_error_mm", result.solved_line_error_mm},
+          {"solved_line_error_deg", result.solved_line_error_deg},
+          {"largest_disagreement", largest_json(result.crossings)},
+          {"lines", lines},
+          {"crossings", crossings_json(set, result.crossings)},
+          {"deviations", deviations},
+          {"frames", frame_poses_json(set, result.poses)}};
 }
 
 GridResult read_grid_result(const std::filesystem::path& file, const CaptureSet& set) {

@@ -9,6 +9,7 @@
 #include "calibrate/grid/test_grid.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/json_text.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk::calibrate {
@@ -30,7 +31,7 @@ struct Written {
     result = estimate_from_matches(grid.set, GridMethod::kPoses, grid.solved,
                                    nominal_poses(grid.set), grid.crossings);
     result.notes.push_back("a note");
-    write_grid_result(file, grid.set, result);
+    write_file_atomically(file, json_text(grid_document(grid.set, result)));
   }
 
   std::string error_of(const std::string& text) const {
@@ -48,9 +49,8 @@ TEST(GridResultTest, ReadsWhatItWrote) {
   const Written written;
   const GridResult read = read_grid_result(written.file, written.grid.set);
   // Writing what was read gives the same values, so nothing was lost.
-  write_grid_result(written.directory / "again.json", written.grid.set, read);
   const json one = json::parse(read_file(written.file));
-  const json two = json::parse(read_file(written.directory / "again.json"));
+  const json two = json::parse(json_text(grid_document(written.grid.set, read)));
   // Attitudes are converted between angles and matrices, which rounds the last digits.
   EXPECT_EQ(one.at("lines"), two.at("lines"));
   EXPECT_EQ(one.at("crossings"), two.at("crossings"));

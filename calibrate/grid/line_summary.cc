@@ -81,4 +81,27 @@ RailParameters rail_parameters(const RailFrame& frame, const LineFit& line) {
   return parameters;
 }
 
+std::vector<RailDeviation> rail_deviations(const CaptureSet& set, const LineFit& line,
+                                           const FramePoses& poses) {
+  const RailFrame frame = rail_frame(set, line.line);
+  const RailParameters parameters = rail_parameters(frame, line);
+  const RailAxes<double> axes =
+      rail_axes(frame.axis, parameters[P::kHeading], parameters[P::kTilt]);
+  std::vector<RailDeviation> deviations;
+  for (const int index : set.lines[static_cast<size_t>(line.line)].frames) {
+    const FramePose& pose = *poses[static_cast<size_t>(index)];
+    const double rail_m = set.rail_m(index);
+    const Eigen::Vector3d off_m = pose.position_m - rail_position(frame, parameters.data(), rail_m);
+    const Eigen::Matrix3d expected = matrix_of(rail_rotation(frame, parameters.data(), rail_m)) *
+                                     planned_attitude(set.frames[static_cast<size_t>(index)]);
+    deviations.push_back(
+        {.frame = index,
+         .position_mm = 1e3 * Eigen::Vector3d(off_m.dot(axes.direction), off_m.dot(axes.across),
+                                              off_m.dot(axes.up)),
+         .rotation_deg =
+             degrees_from_radians(1.0) * vector_of(pose.world_from_camera * expected.transpose())});
+  }
+  return deviations;
+}
+
 }  // namespace raywalk::calibrate
