@@ -3,9 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate/base/frame_poses_json.h"
+#include "calibrate/chain/calibration_page.h"
+#include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
+#include "core/files/json_text.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -65,11 +68,34 @@ ordered_json camera_json(const std::optional<DualFisheyeCamera>& camera) {
           {"back", back}};
 }
 
-ordered_json steps_json(const std::vector<StepRun>& steps) {
+const char* purpose_of(CalibrationStep step) {
+  switch (step) {
+    case CalibrationStep::kLens:
+      return "the lenses and the residuals of their fit";
+    case CalibrationStep::kStitch:
+      return "two fisheye pictures stitched to a panorama";
+    case CalibrationStep::kMask:
+      return "masks what moves with the camera";
+    case CalibrationStep::kPoses:
+      return "poses of the panoramas, solved from their features";
+    case CalibrationStep::kGrid:
+      return "lines of the rail, their models and crossings";
+    case CalibrationStep::kRectify:
+      return "frames in world axes, exposures";
+  }
+  return "";
+}
+
+ordered_json steps_json(const std::vector<StepRun>& steps, const fs::path& out) {
   ordered_json list = ordered_json::array();
   for (const StepRun& run : steps) {
-    list.push_back(
-        {{"step", step_name(run.step)}, {"seconds", run.seconds}, {"reused", run.reused}});
+    const std::string name = step_name(run.step);
+    const std::string page = name + ".html";
+    list.push_back({{"step", name},
+                    {"purpose", purpose_of(run.step)},
+                    {"page", fs::exists(out / page) ? ordered_json(page) : ordered_json(nullptr)},
+                    {"seconds", run.seconds},
+                    {"reused", run.reused}});
   }
   return list;
 }
@@ -97,28 +123,37 @@ CalibrationSummary summary_of(const Calibration& calibration) {
   return summary;
 }
 
-void write_calibration_json(const Calibration& calibration, const CalibrationSummary& summary) {
-  const ordered_json grid = read_json(calibration.out() / "grid.json");
+ordered_json calibration_document(const Calibration& calibration,
+                                  const CalibrationSummary& summary) {
+  const CaptureSet& set = calibration.captured();
+  const ordered_json grid = grid_document(set, calibration.grid());
   const ordered_json rectified = read_json(calibration.out() / "rectify.json");
-  const ordered_json document{
-      {"format_version", kSummaryFormatVersion},
-      {"source", calibration.captured().source.string()},
-      {"method", grid.at("method")},
-      {"trustworthy", summary.trustworthy},
-      {"warnings", summary.warnings},
-      {"notes", summary.notes},
-      {"lens", camera_json(calibration.camera())},
-      {"scale", grid.at("scale")},
-      {"lines", grid.at("lines")},
-      {"crossings", grid.at("crossings")},
-      {"frames", frame_poses_json(calibration.captured(), calibration.final_poses())},
-      {"line_tolerance_mm", rectified.at("line_tolerance_mm")},
-      {"same_station_mm", rectified.at("same_station_mm")},
-      {"keyframe_trade", keyframe_json(summary.trade)},
-      {"steps", steps_json(summary.steps)}};
-  write_file_atomically(
-      calibration.out() / "calibration.json",
-      document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  return {{"format_version", kSummaryFormatVersion},
+          {"source", grid.at("source")},
+          {"stations", grid.at("stations")},
+          {"method", grid.at("method")},
+          {"trustworthy", summary.trustworthy},
+          {"warnings", summary.warnings},
+          {"notes", summary.notes},
+          {"largest_disagreement", grid.at("largest_disagreement")},
+          {"lens", camera_json(calibration.camera())},
+          {"scale", grid.at("scale")},
+          {"lines", grid.at("lines")},
+          {"crossings", grid.at("crossings")},
+          {"overlays", rectified.at("crossings")},
+          {"frames", frame_poses_json(set, calibration.final_poses())},
+          {"line_tolerance_mm", rectified.at("line_tolerance_mm")},
+          {"same_station_mm", rectified.at("same_station_mm")},
+          {"pack_command", pack_command(calibration.rectified(), calibration.out())},
+          {"keyframe_trade", keyframe_json(summary.trade)},
+          {"steps", steps_json(summary.steps, calibration.out())}};
+}
+
+void write_calibration(const Calibration& calibration, const CalibrationSummary& summary) {
+  const fs::path& out = calibration.out();
+  const ordered_json document = calibration_document(calibration, summary);
+  write_file_atomically(out / "calibration.json", json_text(document));
+  write_file_atomically(out / "index.html", calibration_page(document, out));
 }
 
 }  // namespace raywalk::calibrate

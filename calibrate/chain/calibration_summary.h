@@ -1,7 +1,7 @@
 // The summary of a calibration: calibration.json and index.html.
 #pragma once
 
-#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -32,15 +32,11 @@ std::vector<std::string> step_warnings(const Calibration& calibration, Calibrati
 // and the fit of its lenses has no warnings.
 CalibrationSummary summary_of(const Calibration& calibration);
 
-// Writes OUT/calibration.json:
-//   {"format_version": 1, "source", "method": "poses" | "rotation", "trustworthy", "warnings",
-//    "notes", "lens": null | {"picture_width_px", "picture_height_px", "two_files", "front",
-//    "back"}, "scale", "lines" and "crossings" as in grid.json, "frames" as in poses.json,
-//    "line_tolerance_mm", "same_station_mm", "keyframe_trade",
-//    "steps": [{"step", "seconds", "reused"}]}
-void write_calibration_json(const Calibration& calibration, const CalibrationSummary& summary);
+// The document of OUT/calibration.json; docs/file-formats.md has its keys.
+nlohmann::ordered_json calibration_document(const Calibration& calibration,
+                                            const CalibrationSummary& summary);
 
-// Writes OUT/index.html. Both throw Error if the file cannot be written.
-void write_calibration_page(const Calibration& calibration, const CalibrationSummary& summary);
+// Writes OUT/calibration.json and from it OUT/index.html. Throws Error if a file cannot be written.
+void write_calibration(const Calibration& calibration, const CalibrationSummary& summary);
 
 }  // namespace raywalk::calibrate

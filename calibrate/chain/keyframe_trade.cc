@@ -9,8 +9,8 @@
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
+#include "core/files/json_text.h"
 #include "core/files/sha256.h"
-#include "core/report/markup.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -107,32 +107,9 @@ std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
     seconds += solved.trial.seconds;
     trials.push_back(solved.trial);
   }
-  write_file_atomically(
-      calibration->out() / kFile,
-      keyframe_json(trials).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
-          "\n");
+  write_file_atomically(calibration->out() / kFile, json_text(keyframe_json(trials)));
   calibration->records().note(kStep, fingerprint, seconds, {kFile});
   return trials;
-}
-
-HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials) {
-  HtmlTable table{.caption =
-                      "Differences from the densest spacing, over all stations; those without "
-                      "a solved pose are predicted from their rail",
-                  .header = {"keyframes every", "keyframes", "time / s", "median / mm",
-                             "largest / mm", "median / deg", "largest / deg", "trustworthy"}};
-  for (const KeyframeTrial& trial : trials) {
-    table.rows.push_back(
-        {{trial.keyframes_mm > 0.0 ? fmt::format("{:g} mm", trial.keyframes_mm) : "station"},
-         {std::to_string(trial.keyframes)},
-         {fixed_number(trial.seconds, 0)},
-         {fixed_number(trial.median_mm, 3)},
-         {fixed_number(trial.largest_mm, 3)},
-         {fixed_number(trial.median_deg, 4)},
-         {fixed_number(trial.largest_deg, 4)},
-         {trial.trustworthy ? "yes" : "no"}});
-  }
-  return table;
 }
 
 ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials) {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "calibrate/chain/calibration.h"
-#include "core/report/html_page.h"
 
 namespace raywalk::calibrate {
 
@@ -28,7 +27,6 @@ struct KeyframeTrial {
 std::vector<KeyframeTrial> compare_keyframes(Calibration* calibration,
                                              std::vector<double> spacings_mm);
 
-HtmlTable keyframe_table(const std::vector<KeyframeTrial>& trials);
 nlohmann::ordered_json keyframe_json(const std::vector<KeyframeTrial>& trials);
 
 }  // namespace raywalk::calibrate

@@ -46,8 +46,7 @@ void run_all(Calibration* calibration, const ChainOptions& options, std::ostream
   if (!options.compare_keyframes_mm.empty()) {
     summary.trade = compare_keyframes(calibration, options.compare_keyframes_mm);
   }
-  write_calibration_json(*calibration, summary);
-  write_calibration_page(*calibration, summary);
+  write_calibration(*calibration, summary);
   for (const StepRun& run : summary.steps) {
     out << fmt::format("{}: {}\n", step_name(run.step), step_numbers(*calibration, run.step));
   }

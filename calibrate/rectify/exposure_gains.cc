@@ -99,14 +99,15 @@ double root_mean_square(const Eigen::VectorXd& values) {
 }
 
 // What the halves differ by, and half of what exceeds chance as an error of the whole.
-struct Disagreement {
+struct HalvesDisagreement {
   HalvesComparison comparison{};
   Eigen::RowVectorXd error;
 };
 
 // `lens` is that of the whole: a half alone, such as the upper one, cannot tell it well.
-Disagreement disagreement_of(const Split& split, std::span<const LinkPatches> links, int kind,
-                             const LensTerms& lens, int frames, const Eigen::Vector3d& centre_m) {
+HalvesDisagreement disagreement_of(const Split& split, std::span<const LinkPatches> links, int kind,
+                                   const LensTerms& lens, int frames,
+                                   const Eigen::Vector3d& centre_m) {
   const Halves halves = halves_by(links, split.order);
   const auto estimate_of = [&](std::span<const LinkPatches> half) {
     return estimate_light(without_lens(samples_of(half, kind, centre_m), lens), frames);
@@ -141,8 +142,8 @@ MeasuredLight measure_light(std::span<const LinkPatches> links, int kind, int fr
                            .freedom = parts_in(samples) - 1};
   uncertain.errors.topRows(kSceneParts) = estimate.influence;
   for (Eigen::Index i = 0; i < extra; ++i) {
-    const Disagreement found = disagreement_of(kinds_of_halves[static_cast<std::size_t>(i)], links,
-                                               kind, estimate.lens, frames, centre_m);
+    const HalvesDisagreement found = disagreement_of(kinds_of_halves[static_cast<std::size_t>(i)],
+                                                     links, kind, estimate.lens, frames, centre_m);
     light.halves.push_back(found.comparison);
     uncertain.errors.row(kSceneParts + i) = found.error;
   }

@@ -5,14 +5,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "calibrate/rectify/crossing_table.h"
 #include "calibrate/rectify/exposure_report.h"
 #include "calibrate/rectify/rectified_frames.h"
+#include "calibrate/rectify/rectify_page.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
-#include "core/files/image_file.h"
-#include "core/report/markup.h"
+#include "core/files/json_text.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -24,11 +23,23 @@ constexpr int kFormatVersion = 1;
 constexpr const char* kReport = "rectify.json";
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-ordered_json frame_json(const CaptureFrame& frame, const FramePose& pose, const LightGain& gain) {
-  return {{"name", frame.name},
-          {"file", rectified_file(frame).generic_string()},
-          {"position_m", {pose.position_m.x(), pose.position_m.y(), pose.position_m.z()}},
-          {"gain", {{"red", gain[0]}, {"green", gain[1]}, {"blue", gain[2]}}}};
+ordered_json frame_json(const CaptureSet& set, int index, const FramePose& pose,
+                        const RectifyResult& result) {
+  const CaptureFrame& frame = set.frames[static_cast<std::size_t>(index)];
+  const LightGain& gain = result.gains[static_cast<std::size_t>(index)];
+  ordered_json json{{"name", frame.name},
+                    {"line", nullptr},
+                    {"rail_m", nullptr},
+                    {"file", rectified_file(frame).generic_string()},
+                    {"position_m", {pose.position_m.x(), pose.position_m.y(), pose.position_m.z()}},
+                    {"gain", {{"red", gain[0]}, {"green", gain[1]}, {"blue", gain[2]}}},
+                    {"gain_stops", mean_stops(gain)}};
+  if (!frame.held_out()) {
+    json["line"] = set.line_id(frame.line);
+    json["rail_m"] = set.rail_m(index);
+  }
+  if (result.exposure) json["exposure"] = frame_exposure_json(*result.exposure, index);
+  return json;
 }
 
 ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& comparison) {
@@ -42,38 +53,14 @@ ordered_json comparison_json(const CaptureSet& set, const CrossingComparison& co
           {"difference_after", comparison.difference_after}};
 }
 
-ordered_json result_json(const CaptureSet& set, const FramePoses& poses,
-                         const RectifyResult& result) {
-  ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (!poses[i]) continue;
-    frames.push_back(frame_json(set.frames[i], *poses[i], result.gains[i]));
-    if (!result.exposure) continue;
-    frames.back()["exposure"] = frame_exposure_json(*result.exposure, static_cast<int>(i));
-  }
-  for (const CrossingComparison& comparison : result.crossings) {
-    crossings.push_back(comparison_json(set, comparison));
-  }
-  ordered_json exposure;
-  if (result.exposure) exposure = exposure_json(set, *result.exposure);
-  ordered_json tolerance, same_station;
-  if (result.line_tolerance_mm) tolerance = *result.line_tolerance_mm;
-  if (result.same_station_mm) same_station = *result.same_station_mm;
-  ordered_json document{{"format_version", kFormatVersion},
-                        {"grid_frames", result.frames},
-                        {"validation_frames", result.validation_frames},
-                        {"left_out", result.left_out},
-                        {"line_tolerance_mm", tolerance},
-                        {"same_station_mm", same_station},
-                        {"crossings", crossings},
-                        {"exposure", exposure},
-                        {"frames", frames}};
-  if (result.masks.frames > 0) {
-    document["frame_masks"] = {{"frames", result.masks.frames},
-                               {"of_frames", set.frames.size()},
-                               {"masked_share", result.masks.share}};
-  }
-  return document;
+ordered_json masks_json(const CaptureSet& set, const MaskFigures& masks) {
+  if (masks.frames == 0) return nullptr;
+  return {
+      {"frames", masks.frames}, {"of_frames", set.frames.size()}, {"masked_share", masks.share}};
+}
+
+ordered_json json_of(const std::optional<double>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
 }
 
 int line_named(const CaptureSet& set, const CheckedJson& id) {
@@ -113,42 +100,13 @@ RectifyResult result_of(const CheckedJson& document, const CaptureSet& set) {
   if (!tolerance.is_null()) result.line_tolerance_mm = tolerance.number();
   const CheckedJson same_station = document.at("same_station_mm");
   if (!same_station.is_null()) result.same_station_mm = same_station.number();
-  if (document.has("frame_masks")) {
+  // Earlier versions wrote it only with masks.
+  if (document.has("frame_masks") && !document.at("frame_masks").is_null()) {
     const CheckedJson masks = document.at("frame_masks");
     result.masks = {.frames = masks.at("frames").integer(),
                     .share = masks.at("masked_share").number()};
   }
   return result;
-}
-
-HtmlFigure overlay_figure(const fs::path& file, const std::string& caption) {
-  return picture_figure(read_picture(file), EmbeddedFormat::kJpeg, caption, caption);
-}
-
-void add_head(const RectifyResult& result, const fs::path& out, HtmlPage* page) {
-  std::vector<HtmlFact> facts{{"frames", std::to_string(result.frames)},
-                              {"validation frames", std::to_string(result.validation_frames)},
-                              {"left out", std::to_string(result.left_out.size())}};
-  if (result.masks.frames > 0) {
-    facts.push_back({"frames with a mask of their own", std::to_string(result.masks.frames)});
-    facts.push_back(
-        {"of their sphere is masked", fmt::format("{:.2f} %", 100.0 * result.masks.share)});
-  }
-  page->add_facts(facts);
-  page->add_paragraph(
-      "Frames are rotated to world axes in one resampling; their positions are those of the "
-      "estimated poses. The next step:");
-  page->add_paragraph(pack_command(result, out));
-  page->add_paragraph(
-      fmt::format("What the calibration gains: pack {} too, the frames at their planned positions, "
-                  "and give its "
-                  "room to raywalk-render validate --before.",
-                  (out / "before.csv").string()));
-  if (!result.left_out.empty()) {
-    std::string names;
-    for (const std::string& name : result.left_out) names += (names.empty() ? "" : ", ") + name;
-    page->add_paragraph("Omitted, without a pose: " + names + ".");
-  }
 }
 
 }  // namespace
@@ -165,48 +123,39 @@ std::string pack_command(const RectifyResult& result, const fs::path& out) {
   return command;
 }
 
-void add_overlays(const CaptureSet& set, const RectifyResult& result, const fs::path& out,
-                  HtmlPage* page) {
-  if (result.crossings.empty()) return;
-  page->add_section("Overlays of the lines");
-  page->add_paragraph(
-      "The two panoramas nearest to each crossing, one in red, the other in cyan, in the direction "
-      "with the most texture: where they agree the picture is grey. They were not taken at exactly "
-      "the same position, so near objects keep a little parallax.");
-  for (const CrossingComparison& crossing : result.crossings) {
-    const std::string what =
-        fmt::format("{}, frames {} and {}", crossing_name(set, crossing.along_x, crossing.along_z),
-                    crossing.frame_x, crossing.frame_z);
-    page->add_figures(
-        {overlay_figure(out / crossing.before,
-                        fmt::format("{}, before: differ by {:.2f} levels RMS", what,
-                                    crossing.difference_before)),
-         overlay_figure(out / crossing.after, fmt::format("{}, after: differ by {:.2f} levels RMS",
-                                                          what, crossing.difference_after))});
+ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
+                              const GridResult* grid, const RectifyResult& result,
+                              const fs::path& out) {
+  ordered_json frames = ordered_json::array(), crossings = ordered_json::array();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) frames.push_back(frame_json(set, static_cast<int>(i), *poses[i], result));
   }
+  for (const CrossingComparison& comparison : result.crossings) {
+    crossings.push_back(comparison_json(set, comparison));
+  }
+  ordered_json exposure;
+  if (result.exposure) exposure = exposure_json(set, *result.exposure);
+  return {{"format_version", kFormatVersion},
+          {"source", set.source.string()},
+          {"grid_frames", result.frames},
+          {"validation_frames", result.validation_frames},
+          {"left_out", result.left_out},
+          {"frame_masks", masks_json(set, result.masks)},
+          {"line_tolerance_mm", json_of(result.line_tolerance_mm)},
+          {"same_station_mm", json_of(result.same_station_mm)},
+          {"pack_command", pack_command(result, out)},
+          {"before_list", (out / "before.csv").string()},
+          {"grid_crossings", grid ? crossings_json(set, grid->crossings) : ordered_json::array()},
+          {"crossings", crossings},
+          {"exposure", exposure},
+          {"frames", frames}};
 }
 
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const fs::path& out) {
-  HtmlPage page("Rectified frames", set.source.string());
-  add_head(result, out, &page);
-  if (grid != nullptr && !grid->crossings.empty()) {
-    page.add_section("At the crossings");
-    page.add_table(crossing_table(set, grid->crossings));
-  }
-  add_overlays(set, result, out, &page);
-  page.add_section("Exposure");
-  if (result.exposure) {
-    add_exposure(set, *result.exposure, &page);
-  } else {
-    page.add_paragraph("Not compared (--no-gain): the frames' light is as captured.");
-  }
-  write_file_atomically(out / "rectify.html", page.html());
-  write_file_atomically(
-      out / kReport,
-      result_json(set, poses, result)
-              .dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
-          "\n");
+  const ordered_json document = rectify_document(set, poses, grid, result, out);
+  write_file_atomically(out / kReport, json_text(document));
+  write_file_atomically(out / "rectify.html", rectify_page(document, out));
 }
 
 RectifyResult read_rectify_result(const fs::path& file, const CaptureSet& set) {

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "calibrate/rectify/rectify_set.h"
-#include "core/report/html_page.h"
 
 namespace raywalk::calibrate {
 
@@ -12,9 +13,10 @@ namespace raywalk::calibrate {
 void write_rectify_report(const CaptureSet& set, const FramePoses& poses, const GridResult* grid,
                           const RectifyResult& result, const std::filesystem::path& out);
 
-// A part shared with other pages: the overlays, read from OUT.
-void add_overlays(const CaptureSet& set, const RectifyResult& result,
-                  const std::filesystem::path& out, HtmlPage* page);
+// The document of rectify.json.
+nlohmann::ordered_json rectify_document(const CaptureSet& set, const FramePoses& poses,
+                                        const GridResult* grid, const RectifyResult& result,
+                                        const std::filesystem::path& out);
 
 // "raywalk-build-lf pack --frames OUT/poses.csv ...", the next step.
 std::string pack_command(const RectifyResult& result, const std::filesystem::path& out);

@@ -383,7 +383,7 @@ TEST_F(CalibrateTest, AllStepsAlignTheLinesAndAreNotRepeated) {
   EXPECT_LT(spread("pitch_deg"), 0.5);  // of 0.9
   EXPECT_LT(spread("roll_deg"), 0.5);   // of 0.7
   expect_a_better_connection();
-  EXPECT_THAT(read_file(out() / "index.html"), AllOf(HasSubstr("grid.html"), HasSubstr("x0 / z0")));
+  EXPECT_THAT(read_file(out() / "index.html"), AllOf(HasSubstr("grid.html"), HasSubstr("x0 × z0")));
 
   const auto made = fs::last_write_time(out() / "rectified/x0_000.png");
   const CommandResult second = run("all", options);
