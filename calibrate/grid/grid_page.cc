@@ -28,6 +28,9 @@ void add_models(JsonPage page) {
           "noise. Left out: the residual of stations left out of the fit (five-fold "
           "cross-validation). Whatever the model, the pose of a station with a solved pose is "
           "weighted between that pose and the rail by their variances.");
+  page.facts({{"scale of the solved poses", "{scale:.5f}"},
+              {"common error of solved lines",
+               "{solved_line_error_mm:.2f mm}, {solved_line_error_deg:.4f°}"}});
   const auto add_table = [&](std::string_view list, const std::string& unit,
                              std::string_view caption) {
     page.table(list,
@@ -80,11 +83,7 @@ std::string grid_page(const nlohmann::ordered_json& document, const std::string&
   page.section("Plan").figures({svg_figure(
       drawing, "Lines as planned (grey) and as estimated, with exaggerated displacements")});
   add_lines(page);
-  page.when("method is poses")
-      .facts({{"scale of the solved poses", "{scale:.5f}"},
-              {"common error of solved lines",
-               "{solved_line_error_mm:.2f mm}, {solved_line_error_deg:.4f°}"}});
-  add_models(page);
+  add_models(page.when("method is poses"));
   add_deviations(page);
   return page.html();
 }

@@ -60,12 +60,12 @@ TEST(GridPageTest, SaysWhatAGridWithoutCrossingsLacks) {
   estimated.result.notes.clear();
   const std::string page = estimated.page();
   EXPECT_EQ(markup_fault(page), "");
-  EXPECT_THAT(
-      page,
-      AllOf(HasSubstr("1 line, 11 stations, from matches at the crossings alone"),
-            HasSubstr("<h2>Warnings</h2>"), HasSubstr("look &amp; see"),
-            Not(HasSubstr("<h2>At the crossings</h2>")), Not(HasSubstr("largest rotation")),
-            Not(HasSubstr("common error of solved lines")), Not(HasSubstr("<h2>Notes</h2>"))));
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("1 line, 11 stations, from matches at the crossings alone"),
+                    HasSubstr("<h2>Warnings</h2>"), HasSubstr("look &amp; see"),
+                    Not(HasSubstr("<h2>At the crossings</h2>")), Not(HasSubstr("largest rotation")),
+                    Not(HasSubstr("common error of solved lines")),
+                    Not(HasSubstr("Models of the rails")), Not(HasSubstr("<h2>Notes</h2>"))));
 }
 
 // What is small against the rest of a line is nothing that its rail has.
