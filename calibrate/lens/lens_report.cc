@@ -54,49 +54,37 @@ void add_residuals(std::vector<HtmlFigure> figures, JsonPage page) {
           "Residuals of the image points: observed minus fitted. Arrows of random directions are "
           "noise; arrows that agree with their neighbours show an error of the lens model.")
       .figures(std::move(figures))
-      .table({.caption = "Data of the fit",
-              .header = {"", "number"},
-              .rows = {
-                  {{},
-                   {{"{method is charuco:pictures that show the board|stations}"}, {"{pictures}"}}},
-                  {{},
-                   {{"{method is charuco:corners, once per picture|features of the room}"},
-                    {"{points}"}}},
-                  {{}, {{"seen by both lenses"}, {"{overlap_points}"}}},
-                  {{}, {{"image points"}, {"{observations}"}}},
-                  {{}, {{"image points dropped as outliers"}, {"{dropped_observations}"}}},
-                  {{},
-                   {{"features dropped: they move with the camera"}, {"{dropped_still}"}},
-                   "!method is charuco"}}});
+      .facts({{"{method is charuco:pictures that show the board|stations}", "{pictures}"},
+              {"image points", "{observations}"},
+              {"image points dropped as outliers", "{dropped_observations}"},
+              {"features dropped: they move with the camera", "{dropped_still}",
+               "!method is charuco"}});
 }
 
-// `key` is that of the value in its part of the document.
-JsonRows row_of(const std::string& key, const std::string& name, const std::string& unit,
-                int decimals) {
+// A value in its part of the document.
+JsonRows row_of(const std::string& key, const std::string& name, int decimals) {
   const auto number = [&](const char* figure, int digits, const char* otherwise) {
     return "{" + key + "." + figure + ":." + std::to_string(digits) + "f" + otherwise + "}";
   };
   return {.cells = {{name},
-                    {unit},
                     {number("start", decimals, "")},
                     {number("fitted", decimals, "")},
                     {number("sigma", decimals + 1, "|not fitted")}}};
 }
 
 JsonTable table_of(const std::string& caption, const std::vector<JsonRows>& rows) {
-  return {.caption = caption,
-          .header = {"", "unit", "start", "fitted", "standard deviation"},
-          .rows = rows};
+  return {caption, {"", "start", "fitted", "standard deviation"}, rows};
 }
 
 void add_values(JsonPage page) {
-  std::vector<JsonRows> rows{row_of("centre_u_px", "centre, from the left", "px", 2),
-                             row_of("centre_v_px", "centre, from the top", "px", 2),
-                             row_of("focal_px", "focal length", "px", 2)};
-  for (const char* coefficient : {"k1", "k2", "k3", "k4"}) {
-    rows.push_back(row_of(coefficient, coefficient, "", 5));
-  }
-  rows.push_back(row_of("largest_angle_deg", "half field of view", "deg", 2));
+  std::vector<JsonRows> rows{row_of("centre_u_px", "centre, from the left / px", 2),
+                             row_of("centre_v_px", "centre, from the top / px", 2),
+                             row_of("focal_px", "focal length / px", 2),
+                             row_of("k1", "k1", 5),
+                             row_of("k2", "k2", 5),
+                             row_of("k3", "k3", 5),
+                             row_of("k4", "k4", 5),
+                             row_of("largest_angle_deg", "half field of view / deg", 2)};
   page.section("Values").paragraph(
       "A direction at the angle t from a lens's axis is imaged at focal length (t + k1 t^3 + k2 "
       "t^5 + k3 t^7 + k4 t^9) from the centre, in pictures of {picture.width_px} x "
@@ -107,15 +95,15 @@ void add_values(JsonPage page) {
       "{back.imaging_sigma_px.middle:.3f} and {back.imaging_sigma_px.rim:.3f px} for the back "
       "lens.");
   page.within("front").table(table_of("Front lens", rows));
-  for (const char* angle : {"yaw", "pitch", "roll"}) {
-    rows.push_back(row_of(std::string(angle) + "_deg", angle, "deg", 3));
-  }
+  rows.push_back(row_of("yaw_deg", "yaw / deg", 3));
+  rows.push_back(row_of("pitch_deg", "pitch / deg", 3));
+  rows.push_back(row_of("roll_deg", "roll / deg", 3));
   page.within("back").table(
       table_of("Back lens, with its attitude relative to the front lens", rows));
   page.within("baseline_mm")
       .table(table_of("Position of the back lens relative to the front lens",
-                      {row_of("x", "to the right", "mm", 2), row_of("y", "upwards", "mm", 2),
-                       row_of("z", "forwards", "mm", 2)}));
+                      {row_of("x", "to the right / mm", 2), row_of("y", "upwards / mm", 2),
+                       row_of("z", "forwards / mm", 2)}));
 }
 
 }  // namespace
@@ -157,7 +145,7 @@ std::string lens_page(const ordered_json& document, std::vector<HtmlFigure> resi
   page.facts(
       {{"root mean square residual", "{residual_px:.3f px}"},
        {"largest standard deviation of an image position", "{worst_imaging_sigma_px:.3f px}"},
-       {"{method is charuco:board corners|features followed}", "{points}"},
+       {"{method is charuco:board corners, once per picture|features followed}", "{points}"},
        {"seen by both lenses", "{overlap_points}"}});
   page.warnings("warnings");
   page.when("trustworthy").paragraph("No warnings.");

@@ -78,20 +78,20 @@ TEST(LensReportTest, PageShowsTheFit) {
   LensFit fit = fit_with_residuals();
   fit.sigma.back.rim_px = 0.1234;
   const std::string row =
-      fmt::format("focal length</th><td>px</td><td>{:.2f}</td><td>{:.2f}</td><td>0.020</td>",
+      fmt::format("focal length / px</th><td>{:.2f}</td><td>{:.2f}</td><td>0.020</td>",
                   fit.start.layout.front.focal_px, fit.camera.layout.front.focal_px);
   EXPECT_THAT(page_of(fit),
               AllOf(HasSubstr("from features tracked along the rail"), HasSubstr(row),
                     HasSubstr("0.123 px</dd>"), HasSubstr("0.123 px for the back lens"),
-                    HasSubstr("yaw</th><td>deg</td><td>180.000</td><td>180.400</td>"
+                    HasSubstr("yaw / deg</th><td>180.000</td><td>180.400</td>"
                               "<td>not fitted</td>"),
-                    HasSubstr("forwards</th><td>mm</td>"), HasSubstr("<td>-10.00</td>"),
-                    HasSubstr("they move with the camera</th><td>17</td>"),
+                    HasSubstr("forwards / mm</th><td>0.00</td><td>-10.00</td>"),
+                    HasSubstr("they move with the camera</dt>\n<dd>17</dd>"),
                     HasSubstr("front: mean outwards"), HasSubstr("Back lens</figcaption>")));
   fit.method = "charuco";
   EXPECT_THAT(page_of(fit),
-              AllOf(HasSubstr("from pictures of a ChArUco board"), HasSubstr("board corners"),
-                    HasSubstr("corners, once per picture"), Not(HasSubstr("move with the"))));
+              AllOf(HasSubstr("from pictures of a ChArUco board"),
+                    HasSubstr("board corners, once per picture"), Not(HasSubstr("move with the"))));
 }
 
 }  // namespace
