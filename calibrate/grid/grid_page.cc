@@ -54,11 +54,9 @@ void add_deviations(JsonPage page) {
   for (JsonPage& line : page.parts("deviations")) {
     const auto plot = [&](const std::string& what, const std::string& unit,
                           const std::vector<JsonSeries>& series) {
-      return line.plot({.title = "Line {line}: " + what,
-                        .x_label = "rail position, m",
-                        .y_label = unit,
-                        .height_px = 300},
-                       series, "Deviation of the " + what + " from the rail");
+      return line.plot(
+          {.title = "Line {line}: " + what, .x_label = "rail position, m", .y_label = unit}, series,
+          "Deviation of the " + what + " from the rail");
     };
     line.figures({plot("position", "mm",
                        {{"stations", "along", "rail_m", "along_mm"},

@@ -18,7 +18,7 @@ void add_verdict(JsonPage page) {
   page.when("notes").section("Notes").paragraphs("notes");
 }
 
-void add_crossings(std::string_view list, JsonPage page) {
+void add_crossings(std::string_view list, const JsonPage& page) {
   const JsonColumn crossing{"crossing", "{along_x} × {along_z}", "!trustworthy"};
   page.when(list)
       .section("At the crossings")

@@ -11,7 +11,7 @@ namespace raywalk::calibrate {
 void add_verdict(JsonPage page);
 
 // The disagreement of the lines at each crossing of a list; nothing if it has none.
-void add_crossings(std::string_view list, JsonPage page);
+void add_crossings(std::string_view list, const JsonPage& page);
 
 // Every line against the plan, with the models of its rail.
 void add_lines(JsonPage page);

@@ -80,7 +80,7 @@ void add_exposure(JsonPage page) {
 
 }  // namespace
 
-void add_overlays(std::string_view list, const fs::path& out, JsonPage page) {
+void add_overlays(std::string_view list, const fs::path& out, const JsonPage& page) {
   page.when(list)
       .section("Overlays of the lines")
       .paragraph(

@@ -15,6 +15,6 @@ std::string rectify_page(const nlohmann::ordered_json& document, const std::file
 
 // A part shared with other pages: the overlays of a list with the keys of rectify.json's crossings;
 // nothing if it is empty.
-void add_overlays(std::string_view list, const std::filesystem::path& out, JsonPage page);
+void add_overlays(std::string_view list, const std::filesystem::path& out, const JsonPage& page);
 
 }  // namespace raywalk::calibrate

@@ -85,7 +85,7 @@ void add_gains(JsonPage page) {
                               "Gain in FSIM over the initial view")});
 }
 
-void add_connections(const ordered_json& document, JsonPage page) {
+void add_connections(const ordered_json& document, const JsonPage& page) {
   if (document["connection"].is_null()) return;
   LinePlot axes{.x_label = "k / degrees",
                 .y_label = "E_connect / squared 8-bit levels",
