@@ -155,7 +155,7 @@ std::string fact_list(std::span<const HtmlFact> facts, std::string_view css_clas
 std::string card_element(const HtmlCard& card) {
   std::string markup = "<section class=\"card\" id=\"" + escape_markup(card.anchor) + "\">\n<h3>" +
                        element("span", card.heading);
-  if (!card.back.file.empty()) markup += link_element(card.back.file, card.back.text);
+  if (!card.back.target.empty()) markup += link_element(card.back.target, card.back.text);
   markup += "</h3>\n" + card.picture;
   for (const std::vector<HtmlFact>& group : card.facts) markup += fact_list(group, "values");
   return markup + "</section>\n";
@@ -222,11 +222,7 @@ void HtmlPage::add_warnings(std::span<const std::string> warnings) {
   body_ += "</section>\n";
 }
 
-void HtmlPage::add_facts(std::span<const HtmlFact> facts) { body_ += fact_list(facts, "facts"); }
-
-void HtmlPage::add_facts(std::initializer_list<HtmlFact> facts) {
-  add_facts(std::span<const HtmlFact>(facts.begin(), facts.size()));
-}
+void HtmlPage::add_facts(const std::vector<HtmlFact>& facts) { body_ += fact_list(facts, "facts"); }
 
 void HtmlPage::add_table(const HtmlTable& table) {
   std::string rows;
@@ -247,17 +243,7 @@ void HtmlPage::add_table(const HtmlTable& table) {
            "</tbody>\n</table>\n</div>\n</div>\n";
 }
 
-void HtmlPage::add_links(std::span<const HtmlLink> links) {
-  body_ += "<ul>\n";
-  for (const HtmlLink& link : links) {
-    body_ += "<li>" + link_element(link.file, link.text);
-    if (!link.note.empty()) body_ += ": " + escape_markup(link.note);
-    body_ += "</li>\n";
-  }
-  body_ += "</ul>\n";
-}
-
-void HtmlPage::add_figures(std::span<const HtmlFigure> figures) {
+void HtmlPage::add_figures(const std::vector<HtmlFigure>& figures) {
   body_ += "<div class=\"figures " + std::string(columns_of(figures)) + "\">\n";
   for (const HtmlFigure& figure : figures) {
     body_ += "<figure>\n" + figure.markup;
@@ -265,10 +251,6 @@ void HtmlPage::add_figures(std::span<const HtmlFigure> figures) {
     body_ += "</figure>\n";
   }
   body_ += "</div>\n";
-}
-
-void HtmlPage::add_figures(std::initializer_list<HtmlFigure> figures) {
-  add_figures(std::span<const HtmlFigure>(figures.begin(), figures.size()));
 }
 
 void HtmlPage::add_cards(std::span<const HtmlCard> cards) {

@@ -1,5 +1,5 @@
 // Reports as one self-contained HTML page: text, tables, plots and pictures, without scripts or
-// other files (except links to other reports). The page follows the reader's light or dark mode,
+// other files (except what it links to). The page follows the reader's light or dark mode,
 // prints well and is well-formed XML. Reports that show a JSON document are made with JsonPage
 // (json_page.h).
 //
@@ -10,7 +10,6 @@
 //   write_file_atomically(dir / "index.html", page.html());
 #pragma once
 
-#include <initializer_list>
 #include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
@@ -54,18 +53,16 @@ struct HtmlFact {
   std::string value{};
 };
 
-// A page beside this one.
 struct HtmlLink {
-  std::string file{};  // relative
+  std::string target{};
   std::string text{};
-  std::string note{};  // describes the target
 };
 
 // An entry of a list of cards, with an anchor to link to.
 struct HtmlCard {
   std::string anchor{};                        // link target "#anchor"; unique in the page
   std::string heading{};                       // plain text
-  HtmlLink back{};                             // a link back; empty file: none
+  HtmlLink back{};                             // a link back; empty target: none
   std::string picture{};                       // markup, as picture_figure makes it; may be empty
   std::vector<std::vector<HtmlFact>> facts{};  // in groups
 };
@@ -80,17 +77,13 @@ class HtmlPage {
   void add_paragraph(std::string_view text);
   // A section of its own.
   void add_warnings(std::span<const std::string> warnings);
-  void add_facts(std::span<const HtmlFact> facts);
-  void add_facts(std::initializer_list<HtmlFact> facts);
+  void add_facts(const std::vector<HtmlFact>& facts);
   // A table wider than the window scrolls by itself. Throws Error if a row is not as long as the
   // header.
   void add_table(const HtmlTable& table);
-  // One below the other.
-  void add_links(std::span<const HtmlLink> links);
   // Side by side where the window has room, in as many columns as leave no gap, else one below the
   // other.
-  void add_figures(std::span<const HtmlFigure> figures);
-  void add_figures(std::initializer_list<HtmlFigure> figures);
+  void add_figures(const std::vector<HtmlFigure>& figures);
 
   // Side by side as far as the window has room; the card that a link targets is highlighted.
   void add_cards(std::span<const HtmlCard> cards);

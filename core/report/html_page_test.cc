@@ -204,14 +204,6 @@ TEST(HtmlPage, SmallPicturesFillTheirCards) {
   EXPECT_THAT(page_of(2, 0), HasSubstr("figure img { display: block; width: 100%; height: auto;"));
 }
 
-TEST(HtmlPage, LinksToOtherReports) {
-  HtmlPage page("A title");
-  page.add_links(std::vector<HtmlLink>{{"grid.html", "Grid", "what the rail did"},
-                                       {"a&b.html", "<Poses>", ""}});
-  EXPECT_THAT(page.html(), HasSubstr("<a href=\"grid.html\">Grid</a>: what the rail did</li>"));
-  EXPECT_THAT(page.html(), HasSubstr("<a href=\"a&amp;b.html\">&lt;Poses&gt;</a></li>"));
-}
-
 TEST(HtmlPage, CardsHaveAnchors) {
   HtmlPage page("Cards");
   page.add_section("Overview & more", "top");
@@ -219,7 +211,7 @@ TEST(HtmlPage, CardsHaveAnchors) {
   const std::vector<HtmlCard> cards{
       {.anchor = "card-1",
        .heading = "a<b",
-       .back = {.file = "#top", .text = "back"},
+       .back = {.target = "#top", .text = "back"},
        .picture = picture_figure(gradient(), EmbeddedFormat::kPng, "a", "").markup,
        .facts = {{{"width", "32 px"}}, {{"time", "<1 ms"}}}},
       {.anchor = "card-2", .heading = "empty"}};

@@ -53,14 +53,10 @@ void add_rows(const JsonScope& scope, const JsonRows& added, HtmlTable* table) {
   }
 }
 
-HtmlLink filled(const JsonScope& scope, const HtmlLink& link) {
-  return {scope.text(link.file), scope.text(link.text), scope.text(link.note)};
-}
-
 HtmlCard filled(const JsonScope& scope, const HtmlCard& card) {
   HtmlCard result{.anchor = scope.text(card.anchor),
                   .heading = scope.text(card.heading),
-                  .back = filled(scope, card.back)};
+                  .back = {scope.text(card.back.target), scope.text(card.back.text)}};
   for (const std::vector<HtmlFact>& group : card.facts) {
     std::vector<HtmlFact>& facts = result.facts.emplace_back();
     for (const HtmlFact& fact : group) {
@@ -158,13 +154,6 @@ JsonPage& JsonPage::table(const JsonTable& table) {
     if (is_shown(scope_, rows.when)) add_rows(scope_, rows, &filled);
   }
   if (!filled.rows.empty()) page_->add_table(filled);
-  return *this;
-}
-
-JsonPage& JsonPage::links(std::string_view list, const HtmlLink& link) {
-  std::vector<HtmlLink> links;
-  for (const JsonPage& entry : parts(list)) links.push_back(filled(entry.scope_, link));
-  if (!links.empty()) page_->add_links(links);
   return *this;
 }
 

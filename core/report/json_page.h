@@ -109,8 +109,6 @@ class JsonPage {
   JsonPage& table(std::string_view list, const std::vector<JsonColumn>& columns,
                   std::string_view caption = {});
   JsonPage& table(const JsonTable& table);
-  // A link for each entry of a list.
-  JsonPage& links(std::string_view list, const HtmlLink& link);
   // A card for each entry of a list. `pictures`: markup of each; may be empty.
   JsonPage& cards(std::string_view list, const HtmlCard& card,
                   const std::vector<std::string>& pictures);

@@ -65,13 +65,13 @@ TEST_F(JsonPageTest, APartWithoutContentAddsNothing) {
                                     page_.within("truth").when("share > maps")};
   for (JsonPage part : parts) {
     part.section("Section").paragraph("{maps}").paragraphs("maps").warnings("warnings");
-    part.facts({{"maps", "{maps}"}}).table("maps", {{"maps", "{.}"}}).links("maps", {});
+    part.facts({{"maps", "{maps}"}}).table("maps", {{"maps", "{.}"}});
     part.table({.header = {"maps"}, .rows = {{"", {{"{maps}"}}}}}).cards("maps", {}, {});
     part.figures({{"<svg/>", "caption"}}).figures({part.plot({}, {{"maps"}}, "{maps}")});
     EXPECT_TRUE(part.parts("maps").empty());
     EXPECT_EQ(html(), before);
   }
-  page_.warnings("empty").table("empty", {{"a", "{b}"}}, "A caption").links("empty", {});
+  page_.warnings("empty").table("empty", {{"a", "{b}"}}, "A caption");
   page_.figures({page_.when("none").plot({}, {}, "")});
   EXPECT_EQ(html(), before);
 }
@@ -126,13 +126,11 @@ TEST_F(JsonPageTest, ATableMayHaveOtherRowsBesideThoseOfAList) {
                                 "<td class=\"best\">38.5</td>"));
 }
 
-TEST_F(JsonPageTest, LinksAndCardsAreMadeOfEntries) {
-  page_.links("scores", {"{name}.html", "{line}", "{db:.1f dB}"});
-  EXPECT_THAT(html(), HasSubstr("<a href=\"best.html\">x0</a>: 38.5 dB"));
+TEST_F(JsonPageTest, CardsAreMadeOfEntries) {
   page_.cards("scores",
               {.anchor = "card-{line}-{at}",
                .heading = "{name}",
-               .back = {.file = "#top", .text = "of {/views}"},
+               .back = {.target = "#top", .text = "of {/views}"},
                .facts = {{{"PSNR", "{db:.1f}"}}, {{"ms", "{ms:.1f}"}}}},
               {"<img alt=\"1\"/>", "", "<img alt=\"3\"/>"});
   EXPECT_THAT(html(), HasSubstr("id=\"card-z0-0\""));

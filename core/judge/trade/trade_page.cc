@@ -141,7 +141,7 @@ void add_settings(const TradePictures& pictures, JsonPage page) {
       .cards("settings",
              {.anchor = kAnchor,
               .heading = kTitle,
-              .back = {.file = std::string("#") + kFrontAnchor, .text = "front"},
+              .back = {.target = std::string("#") + kFrontAnchor, .text = "front"},
               .facts = {parameter_facts(),
                         {{"time / ms", "{ms:.2f}"},
                          {"time / remap", "{ratio:.2f}"},
