@@ -163,9 +163,15 @@ TEST_F(TradeTest, ConnectionErrorsAreThoseOfGenerationAndK) {
 
 // Unlike k would be compared over unlike corners.
 TEST_F(TradeTest, ConnectionErrorsOverTooFewCommonCornersAreNotGiven) {
-  make_room({.overhang_m = 0.05, .width = 128});
+  make_room({.overhang_m = 0.02, .width = 128});
+  const ConnectError measured = measure_connect_error(
+      room_, Generation::kInitial, {.viewpoints = 2, .k_list_deg = {45.0, 90.0}});
+  ASSERT_GT(measured.common_share, 0.0);
+  ASSERT_LT(measured.common_share, kLeastCommonShare);
   write_trade(few(), options_.report);
-  for (const json& setting : written()["settings"]) {
+  const json settings = written()["settings"];
+  ASSERT_EQ(settings.size(), 5U);
+  for (const json& setting : settings) {
     EXPECT_TRUE(setting["e_connect"].is_null()) << setting["name"];
     EXPECT_EQ(setting["pareto"]["e_connect"], false);
   }
