@@ -1,0 +1,118 @@
+// What an exported room holds: manifest.json, written by `raywalk-render export-web`
+// (render/web/web_manifest.h describes every key).
+
+/** Format of manifest.json that this page reads. */
+export const FORMAT = "raywalk-web";
+export const VERSION = 1;
+
+export const GENERATIONS = ["initial", "hlf-vd", "two-sided"] as const;
+export type Generation = (typeof GENERATIONS)[number];
+
+export type PlanPoint = [x_m: number, z_m: number];
+
+export interface Station {
+  name: string;
+  along_m: number;
+  position_m: [x: number, y: number, z: number];
+}
+
+export interface Line {
+  id: string;
+  origin_m: PlanPoint;
+  direction: PlanPoint;
+  height_m: number;
+  spacing_m: number;
+  stations: Station[];
+}
+
+export interface Cell {
+  x_min_m: number;
+  x_max_m: number;
+  z_min_m: number;
+  z_max_m: number;
+  lines: [front: number, right: number, back: number, left: number];
+}
+
+export interface Hotspot {
+  x_m: number;
+  y_m: number;
+  z_m: number;
+  text: string;
+  link?: string;
+}
+
+export interface TruthView {
+  x_m: number;
+  y_m: number;
+  z_m: number;
+  picture: string;
+  engine: string;
+}
+
+export interface PathView {
+  x_m: number;
+  z_m: number;
+  yaw_deg: number;
+  pitch_deg: number;
+  roll_deg: number;
+}
+
+export interface Quality {
+  psnr_db: number;
+  worst_psnr_db: number;
+  views: number;
+  text: string;
+}
+
+export interface Manifest {
+  format: string;
+  version: number;
+  program: string;
+  title: string;
+  budget_mb: number;
+  panorama: { width_px: number; coarse_width_px: number };
+  distances: { width_px: number; omega_step_per_m: number; surface_tolerance: number };
+  view: { generation: Generation; k_deg: number; overlap_deg: number; distance_maps: number };
+  lines: Line[];
+  cells: Cell[];
+  start: { x_m: number; z_m: number; yaw_deg: number };
+  vertical_range_m: number;
+  quality: Quality | null;
+  truth: TruthView[];
+  hotspots: Hotspot[];
+  path: PathView[];
+  /** Only where `raywalk-render serve` answers: the address of views that the engine renders. */
+  engine?: { view: string };
+}
+
+/** What is wrong with an exported folder, in one sentence for users. */
+export class ExportError extends Error {}
+
+/** Checks what the page relies on. Throws ExportError. */
+export function parseManifest(text: string): Manifest {
+  let manifest: Manifest;
+  try {
+    manifest = JSON.parse(text) as Manifest;
+  } catch {
+    throw new ExportError("manifest.json is not valid JSON; export the room again.");
+  }
+  if (manifest.format !== FORMAT) {
+    throw new ExportError("manifest.json does not describe a Raywalk room; export the room again.");
+  }
+  if (manifest.version !== VERSION) {
+    throw new ExportError(
+      `This room was exported in format ${manifest.version}; this page reads format ${VERSION}. ` +
+        "Export the room again.",
+    );
+  }
+  const complete =
+    manifest.panorama?.width_px > 0 &&
+    manifest.distances?.width_px > 0 &&
+    Array.isArray(manifest.lines) &&
+    Array.isArray(manifest.cells) &&
+    manifest.lines.every((line) => line.stations?.length >= 2);
+  if (!complete) {
+    throw new ExportError("manifest.json is incomplete; export the room again.");
+  }
+  return manifest;
+}
