@@ -16,6 +16,7 @@ await build({
   // What WebXR headsets and the browsers of Debian 12 understand.
   target: ["es2020"],
   minify: true,
+  loader: { ".glsl": "text" },
   legalComments: "eof", // licences of the libraries inside
   logLevel: "warning",
 });

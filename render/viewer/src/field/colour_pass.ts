@@ -1,0 +1,108 @@
+// The colours of a view: one triangle over the picture, whose shader looks every point up in the
+// stations.
+import {
+  BufferGeometry,
+  GLSL3,
+  Mesh,
+  RawShaderMaterial,
+  Vector2,
+  Vector3,
+  Vector4,
+  Matrix3,
+  type Texture,
+} from "three";
+import type { Manifest } from "../manifest";
+import type { Eye } from "./distance_pass";
+import colourFragment from "./shaders/colour.frag.glsl";
+import colourVertex from "./shaders/colour.vert.glsl";
+import stationsSource from "./shaders/stations.glsl";
+import type { StationTextures } from "./station_textures";
+
+/** Stations that are searched for a point that no line sees, at most. */
+export const MAX_FILL = 16;
+const NO_DIVIDERS = new Vector2(-1, -1);
+
+export interface ColourInputs {
+  eye: Eye;
+  viewpoint_m: readonly [number, number, number];
+  plan: Texture;
+  /** Null: the vertical cut. */
+  distances: Texture | null;
+  sources: number;
+  fillLayers: readonly number[];
+}
+
+export class ColourPass {
+  readonly mesh: Mesh<BufferGeometry, RawShaderMaterial>;
+  private readonly uniforms;
+
+  constructor({ distances }: Pick<Manifest, "distances">, textures: StationTextures) {
+    this.uniforms = {
+      omegaMaps: { value: textures.omegaMaps },
+      omegaStep: { value: distances.omega_step_per_m },
+      surfaceTolerance: { value: distances.surface_tolerance },
+      projection: { value: new Vector4() },
+      worldFromCamera: { value: new Matrix3() },
+      distances: { value: null as Texture | null },
+      plan: { value: null as Texture | null },
+      stations: { value: textures.table },
+      pictures: { value: textures.pictures },
+      coarsePictures: { value: textures.coarsePictures },
+      viewpoint: { value: new Vector3() },
+      corrected: { value: false },
+      sources: { value: 0 },
+      fillLayers: { value: new Int32Array(MAX_FILL) },
+      fillCount: { value: 0 },
+      vignette: { value: 0 },
+      dividers: { value: NO_DIVIDERS.clone() },
+      truthPicture: { value: null as Texture | null },
+      enginePicture: { value: null as Texture | null },
+    };
+    const triangle = new BufferGeometry();
+    triangle.setDrawRange(0, 3);
+    this.mesh = new Mesh(
+      triangle,
+      new RawShaderMaterial({
+        glslVersion: GLSL3,
+        defines: { MAX_FILL },
+        vertexShader: colourVertex,
+        fragmentShader: stationsSource + colourFragment,
+        uniforms: this.uniforms,
+        depthTest: false,
+        depthWrite: false,
+      }),
+    );
+    this.mesh.frustumCulled = false;
+  }
+
+  set vignette(strength: number) {
+    this.uniforms.vignette.value = strength;
+  }
+
+  /** Sets what the next drawing of the mesh shows. */
+  set(inputs: ColourInputs): void {
+    const { uniforms } = this;
+    uniforms.projection.value.copy(inputs.eye.projection);
+    uniforms.worldFromCamera.value.copy(inputs.eye.worldFromCamera);
+    uniforms.viewpoint.value.set(...inputs.viewpoint_m);
+    uniforms.plan.value = inputs.plan;
+    uniforms.distances.value = inputs.distances;
+    uniforms.corrected.value = inputs.distances !== null;
+    uniforms.sources.value = inputs.sources;
+    uniforms.fillCount.value = inputs.fillLayers.length;
+    uniforms.fillLayers.value.set(inputs.fillLayers);
+    this.mesh.material.uniformsNeedUpdate = true;
+  }
+
+  /** Shows two panoramas of the viewpoint on the left, up to the dividers; null: none. */
+  compare(pictures: { truth: Texture; engine: Texture; dividers: Vector2 } | null): void {
+    this.uniforms.truthPicture.value = pictures?.truth ?? null;
+    this.uniforms.enginePicture.value = pictures?.engine ?? null;
+    this.uniforms.dividers.value.copy(pictures?.dividers ?? NO_DIVIDERS);
+  }
+
+  dispose(): void {
+    this.mesh.geometry.dispose();
+    this.mesh.material.dispose();
+  }
+}

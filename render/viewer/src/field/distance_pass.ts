@@ -1,0 +1,157 @@
+// The distances seen from a viewpoint: the maps of the nearest stations, drawn as surfaces into the
+// picture of inverse distances.
+import {
+  BufferAttribute,
+  DepthTexture,
+  FloatType,
+  GLSL3,
+  InstancedBufferGeometry,
+  Matrix3,
+  Mesh,
+  NearestFilter,
+  OrthographicCamera,
+  Points,
+  RawShaderMaterial,
+  RedFormat,
+  Scene,
+  Vector2,
+  Vector4,
+  WebGLRenderTarget,
+  type Texture,
+  type WebGLRenderer,
+} from "three";
+import type { Vec3 } from "../geometry/frame";
+import type { Manifest } from "../manifest";
+import meshFragment from "./shaders/mesh.frag.glsl";
+import meshVertex from "./shaders/mesh.vert.glsl";
+import distanceMap from "./shaders/distance_map.glsl";
+import rimVertex from "./shaders/rim.vert.glsl";
+import stationsSource from "./shaders/stations.glsl";
+
+/** Maps that a view's distances are made from, at most. */
+export const MAX_MAPS = 4;
+/** The nearest distance that surfaces are told apart at, of the nearest of the room. */
+const NEAREST_PART = 0.1;
+const LARGEST_OMEGA = 65535;
+
+export interface DistanceMapOfView {
+  layer: number;
+  stationFromView_m: Vec3;
+}
+
+/** A camera: how it turns, and what of the projection concerns x and y. */
+export interface Eye {
+  cameraFromWorld: Matrix3;
+  worldFromCamera: Matrix3;
+  /** Focal lengths and shifts in clip coordinates. */
+  projection: Vector4;
+}
+
+export class DistancePass {
+  readonly target: WebGLRenderTarget;
+  private readonly scene = new Scene();
+  // three.js wants a camera; the shaders have their own.
+  private readonly camera = new OrthographicCamera();
+  private readonly geometries: InstancedBufferGeometry[];
+  private readonly uniforms;
+
+  constructor(
+    private readonly webgl: WebGLRenderer,
+    { distances }: Pick<Manifest, "distances">,
+    omegaMaps: Texture,
+  ) {
+    this.target = new WebGLRenderTarget(1, 1, {
+      type: FloatType,
+      format: RedFormat,
+      minFilter: NearestFilter,
+      magFilter: NearestFilter,
+      depthTexture: new DepthTexture(1, 1, FloatType),
+    });
+    const omegaStep = distances.omega_step_per_m;
+    this.uniforms = {
+      omegaMaps: { value: omegaMaps },
+      omegaStep: { value: omegaStep },
+      surfaceTolerance: { value: distances.surface_tolerance },
+      layers: { value: new Int32Array(MAX_MAPS) },
+      stationFromView: { value: new Float32Array(3 * MAX_MAPS) },
+      cameraFromWorld: { value: new Matrix3() },
+      projection: { value: new Vector4() },
+      nearest_m: { value: NEAREST_PART / (LARGEST_OMEGA * omegaStep) },
+      rankPenalty: { value: distances.surface_tolerance / (MAX_MAPS - 1) },
+      pixelsPerRadian: { value: new Vector2() },
+    };
+    const width = distances.width_px;
+    const mesh = surfaceGeometry(width, width / 2);
+    const rim = pointGeometry(width * (width / 2));
+    this.geometries = [mesh, rim];
+    for (const drawn of [
+      new Mesh(mesh, this.material(meshVertex)),
+      new Points(rim, this.material(rimVertex)),
+    ]) {
+      drawn.frustumCulled = false;
+      this.scene.add(drawn);
+    }
+  }
+
+  /** Draws the distances of a view, `width` x `height` pixels. */
+  draw(maps: readonly DistanceMapOfView[], eye: Eye, width: number, height: number): void {
+    const { uniforms, webgl } = this;
+    maps.forEach(({ layer, stationFromView_m }, i) => {
+      uniforms.layers.value[i] = layer;
+      uniforms.stationFromView.value.set(stationFromView_m, 3 * i);
+    });
+    uniforms.cameraFromWorld.value.copy(eye.cameraFromWorld);
+    uniforms.projection.value.copy(eye.projection);
+    const gl = webgl.getContext() as WebGL2RenderingContext;
+    const largestPoint = (gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE) as Float32Array)[1]!;
+    uniforms.pixelsPerRadian.value.set(0.5 * height * eye.projection.y, largestPoint);
+    for (const geometry of this.geometries) geometry.instanceCount = maps.length;
+    if (this.target.width !== width || this.target.height !== height) {
+      this.target.setSize(width, height);
+    }
+    webgl.setRenderTarget(this.target);
+    gl.clearBufferfv(gl.COLOR, 0, [-1, 0, 0, 1]); // unknown
+    webgl.clear(false, true, false);
+    webgl.render(this.scene, this.camera);
+  }
+
+  dispose(): void {
+    this.target.dispose();
+    for (const geometry of this.geometries) geometry.dispose();
+  }
+
+  private material(vertex: string): RawShaderMaterial {
+    return new RawShaderMaterial({
+      glslVersion: GLSL3,
+      defines: { MAX_MAPS },
+      vertexShader: stationsSource + distanceMap + vertex,
+      fragmentShader: stationsSource + meshFragment,
+      uniforms: this.uniforms,
+    });
+  }
+}
+
+/** Two triangles between any four neighbouring pixels; the last corner is the upper left one. */
+function surfaceGeometry(columns: number, rows: number): InstancedBufferGeometry {
+  const indices = new Uint32Array(6 * columns * (rows + 1));
+  const across = columns + 1;
+  let at = 0;
+  for (let row = 0; row <= rows; ++row) {
+    for (let column = 0; column < columns; ++column) {
+      const corner = row * across + column;
+      const below = corner + across;
+      indices.set([below, below + 1, corner, below + 1, corner + 1, corner], at);
+      at += 6;
+    }
+  }
+  const geometry = new InstancedBufferGeometry();
+  geometry.setIndex(new BufferAttribute(indices, 1));
+  return geometry;
+}
+
+/** As many vertices as pixels, known by their ids. */
+function pointGeometry(pixels: number): InstancedBufferGeometry {
+  const geometry = new InstancedBufferGeometry();
+  geometry.setDrawRange(0, pixels);
+  return geometry;
+}

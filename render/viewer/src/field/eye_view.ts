@@ -1,0 +1,103 @@
+// One view of an eye: its plan, its distances. A headset has two, a screen one.
+import type { WebGLRenderer } from "three";
+import { radiansFromDegrees } from "../geometry/angles";
+import type { Vec3 } from "../geometry/frame";
+import type { Grid } from "../geometry/grid";
+import type { Cell, Manifest } from "../manifest";
+import type { ViewSettings } from "../viewer";
+import { MAX_FILL, type ColourInputs } from "./colour_pass";
+import { DistancePass, MAX_MAPS, type Eye } from "./distance_pass";
+import { byDistance, nearestMaps } from "./map_choice";
+import { PlanTexture, type LoadedLine } from "./plan_texture";
+import type { StationStore } from "./station_store";
+import type { StationTextures } from "./station_textures";
+
+const MAPS_PER_LINE = 2;
+const ANY_PER_LINE = Infinity;
+const SOURCES = { initial: 2, "hlf-vd": 2, "two-sided": 4 };
+
+export class EyeView {
+  private readonly plan = new PlanTexture();
+  private readonly distances: DistancePass;
+
+  constructor(
+    webgl: WebGLRenderer,
+    private readonly manifest: Manifest,
+    private readonly grid: Grid,
+    private readonly store: StationStore,
+    textures: StationTextures,
+  ) {
+    this.distances = new DistancePass(webgl, manifest, textures.omegaMaps);
+  }
+
+  /** Draws the distances; returns what the colours are made from. */
+  prepare(
+    viewpoint_m: Vec3,
+    eye: Eye,
+    settings: ViewSettings,
+    width: number,
+    height: number,
+  ): ColourInputs {
+    const [x_m, , z_m] = viewpoint_m;
+    const cell = this.grid.findCell({ x_m, z_m });
+    const rule = {
+      k_rad: radiansFromDegrees(settings.k_deg),
+      overlap_rad: radiansFromDegrees(settings.overlap_deg),
+    };
+    const lines = loadedLines(this.grid, this.store);
+    this.plan.update(lines, cell, { x_m, z_m }, rule, settings.generation);
+    const most = Math.min(MAX_MAPS, this.manifest.view.distance_maps);
+    const maps = this.nearestStations(cell, viewpoint_m, most, MAPS_PER_LINE);
+    const corrected = settings.generation !== "initial" && maps.length > 0;
+    if (corrected) {
+      const seen = maps.map(({ station, position_m }) => ({
+        layer: this.store.layerWith(station, "omega")!,
+        stationFromView_m: position_m.map((at, axis) => at - viewpoint_m[axis]!) as Vec3,
+      }));
+      this.distances.draw(seen, eye, width, height);
+    }
+    return {
+      eye,
+      viewpoint_m,
+      plan: this.plan.texture,
+      distances: corrected ? this.distances.target.texture : null,
+      sources: SOURCES[settings.generation],
+      fillLayers: this.nearestStations(cell, viewpoint_m, MAX_FILL, ANY_PER_LINE)
+        .map(({ station }) => this.store.layerWith(station, "picture"))
+        .filter((layer) => layer !== undefined),
+    };
+  }
+
+  dispose(): void {
+    this.plan.dispose();
+    this.distances.dispose();
+  }
+
+  /** The nearest stations of the lines around the viewpoint whose distances are there. */
+  private nearestStations(cell: Cell | null, viewpoint_m: Vec3, most: number, perLine: number) {
+    const there = this.store.placed.filter(
+      ({ station, line }) =>
+        (!cell || cell.lines.includes(line)) &&
+        this.store.layerWith(station, "omega") !== undefined,
+    );
+    return nearestMaps(byDistance(there, viewpoint_m), cell, most, perLine);
+  }
+}
+
+/** The lines with those of their stations that have a picture, if at least two do. */
+function loadedLines(grid: Grid, store: StationStore): LoadedLine[] {
+  let station = 0;
+  return grid.lines.map((line) => {
+    const all = line.stations.map((there) => ({
+      there,
+      layer: store.layerWith(station++, "picture"),
+    }));
+    const loaded = all.filter(({ layer }) => layer !== undefined);
+    const used = loaded.length >= 2 ? loaded : all;
+    return {
+      ...line,
+      stations: used.map(({ there }) => there),
+      layers: used.map(({ layer }) => layer as number),
+    };
+  });
+}

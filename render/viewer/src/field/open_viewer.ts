@@ -1,0 +1,261 @@
+// Opens an exported room in a canvas and draws it.
+import {
+  LinearSRGBColorSpace,
+  Matrix3,
+  Matrix4,
+  PerspectiveCamera,
+  Scene,
+  Vector2,
+  Vector3,
+  Vector4,
+  WebGLRenderer,
+  type Camera,
+} from "three";
+import { worldFromCamera, worldFromThree, quaternionOf, type Pose, type Vec3 } from "../geometry/frame";
+import { Grid } from "../geometry/grid";
+import { viewHeight } from "../geometry/view_height";
+import { ExportError, parseManifest, type Manifest } from "../manifest";
+import type { Comparison, LoadProgress, Viewer, ViewSettings } from "../viewer";
+import { ColourPass } from "./colour_pass";
+import { ComparisonPictures } from "./comparison_pictures";
+import type { Eye } from "./distance_pass";
+import { EyeView } from "./eye_view";
+import { StationStore } from "./station_store";
+import { StationTextures } from "./station_textures";
+import { wantedStations } from "./wanted_stations";
+
+const MOST_PIXEL_RATIO = 2;
+const FIRST_FOV_Y_RAD = 1.2;
+/** While files arrive, this part of the time is spent on drawing what has come. */
+const LOADING_SHARE = 0.25;
+
+/** Throws ExportError if the folder holds no room that this page reads, Error without WebGL2. */
+export async function openViewer(canvas: HTMLCanvasElement, base: URL): Promise<Viewer> {
+  const response = await fetch(new URL("manifest.json", base)).catch(() => undefined);
+  if (!response?.ok) {
+    throw new ExportError("manifest.json could not be had; is this the folder of an exported room?");
+  }
+  return new RoomViewer(canvas, base, parseManifest(await response.text()));
+}
+
+class RoomViewer implements Viewer {
+  readonly grid: Grid;
+  readonly webgl: WebGLRenderer;
+  fov_y_rad = FIRST_FOV_Y_RAD;
+  settings: ViewSettings;
+  pose: Pose;
+  /** Darkens the border, 0 to 1: for comfort while walking in a headset. */
+  vignette = 0;
+  onFrame: (seconds: number) => void = () => {};
+
+  private readonly textures: StationTextures;
+  private readonly store: StationStore;
+  private readonly colours: ColourPass;
+  private readonly comparison: ComparisonPictures;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera();
+  private readonly eyes: EyeView[] = [];
+  private eyesDrawn = 0;
+  private lastFrame_ms = 0;
+  private lastDrawn = ""; // what the picture on the screen shows
+  private changes = 0;
+  private arrivals = 0; // of files, since the picture was drawn
+  private drawing_ms = 0; // of the last picture, until the next frame
+  private drawnAt_ms = -Infinity;
+  private waiting: (() => void)[] = [];
+  private disposed = false;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    base: URL,
+    readonly manifest: Manifest,
+  ) {
+    this.grid = new Grid(manifest);
+    this.webgl = new WebGLRenderer({ canvas, antialias: false, alpha: false, stencil: false });
+    // Pictures are blended as they are stored, as the engine does.
+    this.webgl.outputColorSpace = LinearSRGBColorSpace;
+    this.webgl.autoClear = false;
+    this.webgl.xr.enabled = true;
+    if (!this.webgl.extensions.has("EXT_color_buffer_float")) {
+      throw new Error("This device cannot draw into pictures of numbers (EXT_color_buffer_float).");
+    }
+    const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
+    this.textures = new StationTextures(this.webgl, manifest, stations);
+    this.store = new StationStore(manifest, base, this.textures, () => ++this.arrivals);
+    this.colours = new ColourPass(manifest, this.textures);
+    this.comparison = new ComparisonPictures(manifest, base);
+    this.settings = { ...manifest.view };
+    const { x_m, z_m, yaw_deg } = manifest.start;
+    const yaw_rad = (yaw_deg * Math.PI) / 180;
+    this.pose = { x_m, z_m, up_m: 0, yaw_rad, pitch_rad: 0, roll_rad: 0 };
+    this.scene.add(this.colours.mesh);
+    this.colours.mesh.onBeforeRender = (_webgl, _scene, camera) => this.prepareEye(camera);
+    canvas.addEventListener("webglcontextrestored", this.onRestored);
+    this.webgl.setAnimationLoop((time_ms) => this.frame(time_ms));
+  }
+
+  progress(): LoadProgress {
+    const { store } = this;
+    return {
+      coarse: Math.max(store.count("coarse"), store.count("fine")),
+      fine: store.count("fine"),
+      wanted: store.wanted,
+      problems: store.problems,
+    };
+  }
+
+  drawn(): Promise<void> {
+    return new Promise((resolve) => this.waiting.push(resolve));
+  }
+
+  screenshot(): Promise<Blob> {
+    // The canvas is kept only until the browser has shown it.
+    this.draw();
+    return new Promise((resolve, reject) => {
+      this.canvas.toBlob((blob) => {
+        if (blob) resolve(blob);
+        else reject(new Error("the browser made no picture"));
+      });
+    });
+  }
+
+  async compare(comparison: Comparison | null): Promise<void> {
+    if (!comparison) {
+      this.colours.compare(null);
+    } else {
+      const dividers = new Vector2(comparison.truth_until, comparison.engine_until);
+      this.colours.compare({ ...(await this.comparison.of(comparison.truth)), dividers });
+    }
+    ++this.changes;
+  }
+
+  dispose(): void {
+    this.disposed = true;
+    this.webgl.setAnimationLoop(null);
+    this.canvas.removeEventListener("webglcontextrestored", this.onRestored);
+    this.store.dispose();
+    for (const eye of this.eyes) eye.dispose();
+    this.colours.dispose();
+    this.comparison.dispose();
+    this.textures.dispose();
+    this.webgl.dispose();
+  }
+
+  private readonly onRestored = () => {
+    this.store.readAgain();
+    ++this.changes;
+  };
+
+  private frame(time_ms: number): void {
+    if (this.disposed || this.webgl.getContext().isContextLost()) return;
+    const seconds = Math.min(0.1, Math.max(0, (time_ms - this.lastFrame_ms) / 1000));
+    // The frame after a drawing waits for it.
+    if (this.lastFrame_ms === this.drawnAt_ms) this.drawing_ms = time_ms - this.drawnAt_ms;
+    this.lastFrame_ms = time_ms;
+    this.onFrame(seconds);
+    this.store.want(wantedStations(this.store.placed, this.grid, this.pose));
+    this.fitCanvas();
+    if (this.arrivals > 0 && this.mayShowArrivals(time_ms)) {
+      this.arrivals = 0;
+      ++this.changes;
+    }
+    const shown = JSON.stringify([
+      this.pose,
+      this.settings,
+      this.fov_y_rad,
+      this.vignette,
+      this.changes,
+      this.canvas.width,
+      this.canvas.height,
+    ]);
+    // Nothing is drawn while nothing changes, which saves batteries.
+    if (shown !== this.lastDrawn || this.webgl.xr.isPresenting) {
+      this.lastDrawn = shown;
+      this.drawnAt_ms = time_ms;
+      this.draw();
+    }
+    if (this.store.settled && this.arrivals === 0) {
+      for (const resolve of this.waiting.splice(0)) resolve();
+    }
+  }
+
+  private mayShowArrivals(time_ms: number): boolean {
+    return this.store.settled || time_ms - this.drawnAt_ms > this.drawing_ms / LOADING_SHARE;
+  }
+
+  private fitCanvas(): void {
+    if (this.webgl.xr.isPresenting) return;
+    const { clientWidth, clientHeight } = this.canvas;
+    const ratio = Math.min(window.devicePixelRatio, MOST_PIXEL_RATIO);
+    const size = this.webgl.getSize(new Vector2());
+    if (size.x === clientWidth && size.y === clientHeight && this.webgl.getPixelRatio() === ratio) {
+      return;
+    }
+    this.webgl.setPixelRatio(ratio);
+    this.webgl.setSize(clientWidth, clientHeight, false);
+  }
+
+  private draw(): void {
+    this.eyesDrawn = 0;
+    this.colours.vignette = this.vignette;
+    const { camera } = this;
+    if (!this.webgl.xr.isPresenting) {
+      camera.quaternion.copy(quaternionOf(this.pose));
+      camera.fov = (this.fov_y_rad * 180) / Math.PI;
+      camera.aspect = this.canvas.width / this.canvas.height;
+      camera.updateProjectionMatrix();
+    }
+    this.webgl.setRenderTarget(null);
+    this.webgl.render(this.scene, camera);
+  }
+
+  // Called by three.js for the screen's camera, or for each eye of a headset.
+  private prepareEye(camera: Camera): void {
+    const { webgl } = this;
+    const presenting = webgl.xr.isPresenting;
+    // A headset's poses are relative to where the walker stands and faces.
+    const base = new Matrix4();
+    if (presenting) base.makeRotationFromQuaternion(quaternionOf(standing(this.pose)));
+    const cameraWorld = base.multiply(camera.matrixWorld);
+    const head = worldFromThree(new Vector3().setFromMatrixPosition(cameraWorld));
+    const viewpoint_m = this.viewpoint(presenting ? head : [0, 0, 0]);
+
+    const which = this.eyesDrawn++;
+    this.eyes[which] ??= new EyeView(webgl, this.manifest, this.grid, this.store, this.textures);
+    const viewport = (camera as PerspectiveCamera).viewport as Vector4 | undefined;
+    const target = webgl.getRenderTarget();
+    const full = webgl.getDrawingBufferSize(new Vector2());
+    webgl.xr.enabled = false;
+    const inputs = this.eyes[which].prepare(
+      viewpoint_m,
+      eyeOf(cameraWorld, camera.projectionMatrix),
+      this.settings,
+      viewport ? viewport.z : full.x,
+      viewport ? viewport.w : full.y,
+    );
+    webgl.xr.enabled = true;
+    webgl.setRenderTarget(target);
+    if (viewport) webgl.state.viewport(viewport);
+    this.colours.set(inputs);
+  }
+
+  private viewpoint(head: Vec3): Vec3 {
+    const at = this.grid.clamp({ x_m: this.pose.x_m + head[0], z_m: this.pose.z_m + head[2] });
+    const height_m = viewHeight(this.grid.lines, this.grid.findCell(at), at);
+    return [at.x_m, height_m + this.pose.up_m + head[1], at.z_m];
+  }
+}
+
+function standing(pose: Pose): Pose {
+  return { ...pose, pitch_rad: 0, roll_rad: 0 };
+}
+
+function eyeOf(cameraWorld: Matrix4, projection: Matrix4): Eye {
+  const turn = new Matrix3().setFromMatrix4(worldFromCamera(cameraWorld));
+  const p = projection.elements;
+  return {
+    worldFromCamera: turn,
+    cameraFromWorld: turn.clone().transpose(),
+    projection: new Vector4(p[0], p[5], p[8], p[9]),
+  };
+}

@@ -1,0 +1,61 @@
+// The plan of a view as a texture: [source][column] = layers of two stations, share of the second,
+// share of the line. Sources 0 and 1 are in front, 2 and 3 behind.
+import { DataTexture, FloatType, RGBAFormat } from "three";
+import { thetaOfColumn } from "../geometry/angles";
+import type { PlanPosition } from "../geometry/grid";
+import { sharesOf, ViewPlan, type RaySource } from "../geometry/view_plan";
+import type { ConnectionRule } from "../geometry/connection";
+import type { Cell, Generation, Line } from "../manifest";
+
+const COLUMNS = 2048;
+const SOURCES = 4;
+const FLOATS = 4;
+
+/** A line with the stations whose pictures are there, and their layers. */
+export interface LoadedLine extends Line {
+  layers: number[];
+}
+
+export class PlanTexture {
+  readonly texture: DataTexture;
+  private readonly texels = new Float32Array(COLUMNS * SOURCES * FLOATS);
+
+  constructor() {
+    this.texture = new DataTexture(this.texels, COLUMNS, SOURCES, RGBAFormat, FloatType);
+  }
+
+  update(
+    lines: LoadedLine[],
+    cell: Cell | null,
+    viewpoint: PlanPosition,
+    rule: ConnectionRule,
+    generation: Generation,
+  ): void {
+    const plan = new ViewPlan(lines, cell, viewpoint, rule);
+    this.texels.fill(0);
+    for (let column = 0; column < COLUMNS; ++column) {
+      const { front, behind } = plan.column(thetaOfColumn(column, COLUMNS));
+      const used = generation === "two-sided" ? [...front, ...behind] : front;
+      // A vertical cut blends the lines of a connection alone.
+      const shares =
+        generation === "initial" ? used.map((source) => source.weight) : sharesOf(used);
+      front.forEach((source, i) => this.set(i, column, lines, source, shares[i]!));
+      if (generation !== "two-sided") continue;
+      behind.forEach((source, i) =>
+        this.set(2 + i, column, lines, source, shares[front.length + i]!),
+      );
+    }
+    this.texture.needsUpdate = true;
+  }
+
+  dispose(): void {
+    this.texture.dispose();
+  }
+
+  private set(row: number, column: number, lines: LoadedLine[], source: RaySource, share: number) {
+    const { layers } = lines[source.line]!;
+    const texel = [layers[source.station], layers[source.station + 1], source.fraction, share];
+    if (texel[0] === undefined || texel[1] === undefined) return;
+    this.texels.set(texel as number[], FLOATS * (row * COLUMNS + column));
+  }
+}

@@ -1,0 +1,78 @@
+// Reads a station's files. Whatever goes wrong is a sentence for users (ExportError).
+import { ExportError } from "../manifest";
+
+async function fetched(url: URL, signal: AbortSignal): Promise<Response> {
+  const name = url.pathname.split("/").slice(-2).join("/");
+  let response: Response;
+  try {
+    response = await fetch(url, { signal });
+  } catch (error) {
+    if (signal.aborted) throw error;
+    throw new ExportError(`${name} could not be had; is the server still there?`);
+  }
+  if (!response.ok) {
+    throw new ExportError(`${name} could not be had (status ${response.status}).`);
+  }
+  return response;
+}
+
+function damaged(url: URL): ExportError {
+  return new ExportError(
+    `${url.pathname.split("/").slice(-2).join("/")} is damaged; export the room again.`,
+  );
+}
+
+/** A panorama as stored, without conversion of colours. */
+export async function readPicture(
+  url: URL,
+  width_px: number,
+  signal: AbortSignal,
+): Promise<ImageBitmap> {
+  const response = await fetched(url, signal);
+  const bytes = await response.blob().catch((error: unknown) => {
+    if (signal.aborted) throw error;
+    throw damaged(url);
+  });
+  const picture = await createImageBitmap(bytes, {
+    colorSpaceConversion: "none",
+    premultiplyAlpha: "none",
+  }).catch(() => {
+    throw damaged(url);
+  });
+  if (picture.width !== width_px || picture.height !== width_px / 2) {
+    picture.close();
+    throw damaged(url);
+  }
+  return picture;
+}
+
+/** Inverse distances in steps, [row][column] (render/web/omega_file.h describes the file). */
+export async function readOmega(
+  url: URL,
+  width_px: number,
+  signal: AbortSignal,
+): Promise<Uint16Array<ArrayBuffer>> {
+  const response = await fetched(url, signal);
+  let bytes: Uint8Array;
+  try {
+    const plain = response.body!.pipeThrough(new DecompressionStream("deflate"));
+    bytes = new Uint8Array(await new Response(plain).arrayBuffer());
+  } catch (error) {
+    if (signal.aborted) throw error;
+    throw damaged(url);
+  }
+  const pixels = (width_px * width_px) / 2;
+  if (bytes.length !== 2 * pixels) throw damaged(url);
+  return decodeOmega(bytes, width_px);
+}
+
+/** Low bytes, then high bytes, of the differences to the row above. */
+export function decodeOmega(bytes: Uint8Array, width_px: number): Uint16Array<ArrayBuffer> {
+  const pixels = bytes.length / 2;
+  const values = new Uint16Array(pixels);
+  for (let i = 0; i < pixels; ++i) {
+    const above = i < width_px ? 0 : values[i - width_px]!;
+    values[i] = above + bytes[i]! + 256 * bytes[pixels + i]!;
+  }
+  return values;
+}

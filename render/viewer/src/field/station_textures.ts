@@ -1,0 +1,139 @@
+// The textures that hold stations: an array layer each for the fine picture, the coarse picture and
+// the distances, and a table of what is there.
+import {
+  ClampToEdgeWrapping,
+  DataArrayTexture,
+  DataTexture,
+  FloatType,
+  LinearFilter,
+  NearestFilter,
+  RedIntegerFormat,
+  RepeatWrapping,
+  RGBAFormat,
+  Texture,
+  UnsignedByteType,
+  UnsignedShortType,
+  Vector3,
+  type WebGLRenderer,
+} from "three";
+import { ExportError, type Manifest } from "../manifest";
+
+const BYTES_PER_PIXEL = 4;
+const BYTES_PER_OMEGA = 2;
+const FLOATS_PER_TEXEL = 4;
+
+type Sizes = Pick<Manifest, "panorama" | "distances" | "budget_mb">;
+
+function pixelsOf(width_px: number): number {
+  return (width_px * width_px) / 2;
+}
+
+export function bytesPerStation({ panorama, distances }: Sizes): number {
+  return (
+    BYTES_PER_PIXEL * (pixelsOf(panorama.width_px) + pixelsOf(panorama.coarse_width_px)) +
+    BYTES_PER_OMEGA * pixelsOf(distances.width_px)
+  );
+}
+
+/** As many layers as the budget and the device hold, at most one per station. */
+export function layersWithin(sizes: Sizes, stations: number, most: number): number {
+  const affordable = Math.floor((sizes.budget_mb * 1e6) / bytesPerStation(sizes));
+  return Math.max(2, Math.min(affordable, most, stations));
+}
+
+export class StationTextures {
+  readonly layers: number;
+  readonly pictures: DataArrayTexture;
+  readonly coarsePictures: DataArrayTexture;
+  readonly omegaMaps: DataArrayTexture;
+  /** [fact][layer]: position and picture (0 none, 1 coarse, 2 fine); whether distances are there. */
+  readonly table: DataTexture;
+  private readonly facts: Float32Array<ArrayBuffer>;
+
+  constructor(
+    private readonly webgl: WebGLRenderer,
+    private readonly sizes: Sizes,
+    stations: number,
+  ) {
+    const gl = webgl.getContext() as WebGL2RenderingContext;
+    const mostPixels = gl.getParameter(gl.MAX_TEXTURE_SIZE) as number;
+    if (sizes.panorama.width_px > mostPixels) {
+      throw new ExportError(
+        `This device shows panoramas up to ${mostPixels} pixels wide; the room was exported with ` +
+          `${sizes.panorama.width_px}. Export it with --width ${mostPixels}.`,
+      );
+    }
+    const mostLayers = gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS) as number;
+    this.layers = layersWithin(sizes, stations, mostLayers);
+    this.pictures = pictureArray(sizes.panorama.width_px, this.layers);
+    this.coarsePictures = pictureArray(sizes.panorama.coarse_width_px, this.layers);
+    this.omegaMaps = emptyArray(sizes.distances.width_px, this.layers);
+    this.omegaMaps.format = RedIntegerFormat;
+    this.omegaMaps.type = UnsignedShortType;
+    this.omegaMaps.internalFormat = "R16UI";
+    this.facts = new Float32Array(2 * FLOATS_PER_TEXEL * this.layers);
+    this.table = new DataTexture(this.facts, this.layers, 2, RGBAFormat, FloatType);
+    this.table.needsUpdate = true;
+  }
+
+  setPicture(layer: number, picture: ImageBitmap, fine: boolean): void {
+    const source = new Texture(picture);
+    this.upload(source, fine ? this.pictures : this.coarsePictures, layer);
+    source.dispose();
+    this.setFact(layer, 0, 3, fine ? 2 : 1);
+  }
+
+  setOmega(layer: number, values: Uint16Array<ArrayBuffer>): void {
+    const width = this.sizes.distances.width_px;
+    const source = new DataTexture(values, width, width / 2, RedIntegerFormat, UnsignedShortType);
+    source.internalFormat = "R16UI";
+    this.upload(source, this.omegaMaps, layer);
+    source.dispose();
+    this.setFact(layer, 1, 0, 1);
+  }
+
+  /** Gives a layer to a station of which nothing is there yet. */
+  assign(layer: number, position_m: readonly [number, number, number]): void {
+    position_m.forEach((value, axis) => this.setFact(layer, 0, axis, value));
+    this.setFact(layer, 0, 3, 0);
+    this.setFact(layer, 1, 0, 0);
+  }
+
+  dispose(): void {
+    for (const texture of [this.pictures, this.coarsePictures, this.omegaMaps, this.table]) {
+      texture.dispose();
+    }
+  }
+
+  private upload(source: Texture, into: DataArrayTexture, layer: number): void {
+    this.webgl.copyTextureToTexture(source, into, null, new Vector3(0, 0, layer));
+  }
+
+  private setFact(layer: number, fact: number, channel: number, value: number): void {
+    this.facts[FLOATS_PER_TEXEL * (fact * this.layers + layer) + channel] = value;
+    this.table.needsUpdate = true;
+  }
+}
+
+function emptyArray(width_px: number, layers: number): DataArrayTexture {
+  const texture = new DataArrayTexture(null, width_px, width_px / 2, layers);
+  // Memory is reserved without contents; layers are filled one by one.
+  texture.source.dataReady = false;
+  texture.minFilter = NearestFilter;
+  texture.magFilter = NearestFilter;
+  texture.generateMipmaps = false;
+  texture.unpackAlignment = 1;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+function pictureArray(width_px: number, layers: number): DataArrayTexture {
+  const texture = emptyArray(width_px, layers);
+  texture.format = RGBAFormat;
+  texture.type = UnsignedByteType;
+  texture.minFilter = LinearFilter;
+  texture.magFilter = LinearFilter;
+  texture.wrapS = RepeatWrapping;
+  texture.wrapT = ClampToEdgeWrapping;
+  return texture;
+}

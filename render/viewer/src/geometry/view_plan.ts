@@ -1,0 +1,196 @@
+// The lines and stations that every column of a view is read from: core/view/view_plan.h, which
+// explains the geometry, for the stations of an exported room that are loaded. Tests compare the two.
+import type { Cell, Line } from "../manifest";
+import { HALF_PI, TWO_PI, wrapAngle } from "./angles";
+import {
+  connectCorner,
+  nextSideWeight,
+  type ConnectionRule,
+  type CornerConnection,
+} from "./connection";
+import { alongLine, firstOf, lastOf, type PlanPosition } from "./grid";
+
+/** One line that a column is read from. */
+export interface RaySource {
+  line: number;
+  /** The station before the acquisition point; station + 1 is the one after it. */
+  station: number;
+  /** Of the way from `station` to `station + 1`, in [0, 1]. */
+  fraction: number;
+  /** Signed distance in the plan from the viewpoint to the acquisition point. */
+  d_p_m: number;
+  /** Share in the blend of a connection, in (0, 1]. */
+  weight: number;
+}
+
+/** At most two lines in front and two behind. */
+export interface ColumnPlan {
+  front: RaySource[];
+  behind: RaySource[];
+}
+
+interface LineCrossing {
+  d_p_m: number;
+  along_m: number;
+}
+
+const SIDES = 4;
+
+export class ViewPlan {
+  private readonly sides: Line[] | null;
+  private readonly sideLines: number[] = [];
+  private readonly corners: CornerConnection[] = [];
+
+  /**
+   * `lines` with at least two stations each. A viewpoint in a cell is rendered from its four lines;
+   * without a cell, columns are rendered from the nearest line that their ray crosses.
+   */
+  constructor(
+    private readonly lines: Line[],
+    cell: Cell | null,
+    private readonly viewpoint: PlanPosition,
+    rule: ConnectionRule,
+  ) {
+    this.sides = cell && cell.lines.map((line) => lines[line]!);
+    if (!cell) return;
+    this.sideLines = cell.lines;
+    for (let side = 0; side < SIDES; ++side) {
+      this.corners.push(connectCorner(this.cornerView(cell, side), rule));
+    }
+  }
+
+  column(theta: number): ColumnPlan {
+    const front = this.sourcesAt(wrapAngle(theta));
+    // The line behind is the line in front of the opposite column, at negative distance.
+    const behind = this.sourcesAt(wrapAngle(theta + Math.PI));
+    for (const source of behind) source.d_p_m = -source.d_p_m;
+    return { front, behind };
+  }
+
+  private sourcesAt(theta: number): RaySource[] {
+    return this.sides ? this.cellSources(theta, this.sides) : this.openSources(theta);
+  }
+
+  private cellSources(theta: number, sides: Line[]): RaySource[] {
+    const turn = theta < 0 ? theta + TWO_PI : theta;
+    const side = Math.min(Math.floor(turn / HALF_PI), SIDES - 1);
+    const nextWeight = nextSideWeight(this.corners[side]!, turn - side * HALF_PI);
+    const sources: RaySource[] = [];
+    for (let which = 0; which < 2; ++which) {
+      const weight = which === 0 ? 1 - nextWeight : nextWeight;
+      if (weight <= 0) continue;
+      const at = (side + which) % SIDES;
+      const line = sides[at]!;
+      // A ray along a line that the viewpoint is on: the acquisition point is the viewpoint.
+      const crossing = crossLine(line, this.viewpoint, theta) ?? {
+        d_p_m: 0,
+        along_m: alongLine(line, this.viewpoint),
+      };
+      sources.push(sourceAt(line, this.sideLines[at]!, crossing, weight));
+    }
+    return sources;
+  }
+
+  private openSources(theta: number): RaySource[] {
+    let nearest: RaySource | null = null;
+    this.lines.forEach((line, index) => {
+      const crossing = crossLine(line, this.viewpoint, theta);
+      if (!crossing || crossing.d_p_m < 0) return;
+      if (crossing.along_m < firstOf(line) || crossing.along_m > lastOf(line)) return;
+      if (nearest && crossing.d_p_m >= nearest.d_p_m) return;
+      nearest = sourceAt(line, index, crossing, 1);
+    });
+    return nearest ? [nearest] : [];
+  }
+
+  private cornerView(cell: Cell, side: number): Parameters<typeof connectCorner>[0] {
+    const next = (side + 1) % SIDES;
+    const corner = cornerAfter(cell, side);
+    const centre = {
+      x_m: 0.5 * (cell.x_min_m + cell.x_max_m),
+      z_m: 0.5 * (cell.z_min_m + cell.z_max_m),
+    };
+    return {
+      toNextSide_m: Math.max(0, distanceToSide(cell, next, this.viewpoint)),
+      toThisSide_m: Math.max(0, distanceToSide(cell, side, this.viewpoint)),
+      overhangThis_m: overhang(this.lines[cell.lines[side]!]!, corner, centre),
+      overhangNext_m: overhang(this.lines[cell.lines[next]!]!, corner, centre),
+    };
+  }
+}
+
+/** Where a ray from the viewpoint crosses a line; null if it runs parallel to one it is not on. */
+export function crossLine(
+  line: Line,
+  viewpoint: PlanPosition,
+  theta: number,
+): LineCrossing | null {
+  const [along_x, along_z] = line.direction;
+  const ray_x = Math.sin(theta);
+  const ray_z = Math.cos(theta);
+  const to_x = line.origin_m[0] - viewpoint.x_m;
+  const to_z = line.origin_m[1] - viewpoint.z_m;
+  // viewpoint + d_p ray = origin + along direction; crossing both sides with `direction` leaves d_p.
+  const numerator = to_x * along_z - to_z * along_x;
+  const along_m = alongLine(line, viewpoint);
+  if (numerator === 0) return { d_p_m: 0, along_m };
+  const d_p_m = numerator / (ray_x * along_z - ray_z * along_x);
+  if (!Number.isFinite(d_p_m)) return null;
+  return { d_p_m, along_m: along_m + d_p_m * (ray_x * along_x + ray_z * along_z) };
+}
+
+/** Positions outside the captured part are clamped to its end. */
+function sourceAt(line: Line, index: number, crossing: LineCrossing, weight: number): RaySource {
+  const stations = line.stations;
+  let low = 0;
+  let high = stations.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (crossing.along_m < stations[middle]!.along_m) high = middle;
+    else low = middle + 1;
+  }
+  const station = Math.min(Math.max(low - 1, 0), stations.length - 2);
+  const from = stations[station]!.along_m;
+  const to = stations[station + 1]!.along_m;
+  const fraction = Math.min(Math.max((crossing.along_m - from) / (to - from), 0), 1);
+  return { line: index, station, fraction, d_p_m: crossing.d_p_m, weight };
+}
+
+function distanceToSide(cell: Cell, side: number, at: PlanPosition): number {
+  const distances = [
+    cell.z_max_m - at.z_m,
+    cell.x_max_m - at.x_m,
+    at.z_m - cell.z_min_m,
+    at.x_m - cell.x_min_m,
+  ];
+  return distances[side]!;
+}
+
+/** The corner where a side meets the next one, clockwise seen from above. */
+function cornerAfter(cell: Cell, side: number): PlanPosition {
+  const right = side === 0 || side === 1;
+  const front = side === 0 || side === 3;
+  return {
+    x_m: right ? cell.x_max_m : cell.x_min_m,
+    z_m: front ? cell.z_max_m : cell.z_min_m,
+  };
+}
+
+/** Captured length of a line beyond a corner, away from the cell's centre. */
+function overhang(line: Line, corner: PlanPosition, centre: PlanPosition): number {
+  const at = alongLine(line, corner);
+  const towardsEnd = at > alongLine(line, centre);
+  return Math.max(0, towardsEnd ? lastOf(line) - at : at - firstOf(line));
+}
+
+/**
+ * A source's share among those of its column: inversely proportional to the distance of its line, so
+ * that a line through the viewpoint is used alone (core/view/column_shares.cc).
+ */
+export function sharesOf(sources: readonly RaySource[]): number[] {
+  const span_m = sources.reduce((sum, source) => sum + Math.abs(source.d_p_m), 0);
+  return sources.map((source) => {
+    const nearness = span_m > 0 ? 1 / (Math.abs(source.d_p_m) / span_m + 1e-4) : 1;
+    return source.weight * nearness;
+  });
+}
