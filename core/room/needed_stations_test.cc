@@ -1,4 +1,4 @@
-#include "build_lf/require/needed_stations.h"
+#include "core/room/needed_stations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 namespace {
 
 using ::testing::ElementsAre;
@@ -70,4 +70,4 @@ TEST(NeededStations, LineOfTwoStationsKeepsBoth) {
 }
 
 }  // namespace
-}  // namespace raywalk::build_lf
+}  // namespace raywalk
