@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   raywalk::render::add_view(&app);
   raywalk::render::add_path(&app);
   raywalk::render::add_export_web(&app);
+  raywalk::render::add_serve(&app);
   raywalk::render::add_validate(&app);
   raywalk::render::add_connect_error(&app);
   raywalk::render::add_error_model(&app);

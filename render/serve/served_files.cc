@@ -8,13 +8,13 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
+#include "render/web/web_manifest.h"
 
 namespace raywalk::render {
 namespace {
 
 constexpr const char* kManifest = "manifest.json";
 constexpr const char* kAdvice = "export the room again with raywalk-render export-web";
-constexpr int kVersion = 1;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kTypes{
     {{".html", "text/html; charset=utf-8"},
@@ -57,10 +57,10 @@ CheckedJson read_web_manifest(const std::filesystem::path& folder) {
     throw Error(folder.string() + " holds no exported room (no manifest.json); " + kAdvice);
   }
   const CheckedJson manifest = CheckedJson::read(file, kAdvice);
-  if (manifest.at("format").text() != "raywalk-web") {
+  if (manifest.at("format").text() != kWebFormat) {
     manifest.at("format").fail("is not that of an exported room");
   }
-  manifest.at("version").integer(kVersion, kVersion);
+  manifest.at("version").integer(kWebVersion, kWebVersion);
   return manifest;
 }
 
