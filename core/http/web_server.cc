@@ -20,14 +20,13 @@ class WebServer::Impl final : private httplib::Server {
       : handler_(std::move(handler)), times_(times) {
     set_socket_options(reuse_address);
     set_tcp_nodelay(true);  // heads and bodies are sent one after the other
-    new_task_queue = [] {
-      return new ThreadPerConnection(kMostConnections);
-    };  // httplib deletes it
+    // httplib deletes it.
+    new_task_queue = [] { return new ThreadPerConnection(kMostConnections); };
     port_ = port == 0 ? bind_to_any_port(host) : port;
     if (port_ < 1 || (port != 0 && !bind_to_port(host, port))) {
       throw Error(fmt::format(
-          "cannot listen on {}:{}; the port is in use by another program (choose another with "
-          "--port), or the address is not one of this machine",
+          "cannot listen on {}:{}; the port is in use by another program (choose another one), or "
+          "the address is not one of this machine",
           host, port));
     }
     // httplib lets five clients wait, so that others would try again a second later.

@@ -100,7 +100,7 @@ TEST_F(ServeRoomTest, ExportsNothingForAPortInUse) {
             room_.room(), {.port = other.port()}, [](const auto&) { ADD_FAILURE() << "exported"; },
             [] { return true; });
       },
-      ThrowsMessage<Error>(HasSubstr("--port")));
+      ThrowsMessage<Error>(HasSubstr("in use")));
 }
 
 TEST_F(ServeRoomTest, PrintsItsAddress) {

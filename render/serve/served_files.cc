@@ -56,7 +56,7 @@ CheckedJson read_web_manifest(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(file)) {
     throw Error(folder.string() + " holds no exported room (no manifest.json); " + kAdvice);
   }
-  const CheckedJson manifest = CheckedJson::read(file, kAdvice);
+  CheckedJson manifest = CheckedJson::read(file, kAdvice);
   if (manifest.at("format").text() != kWebFormat) {
     manifest.at("format").fail("is not that of an exported room");
   }

@@ -42,9 +42,8 @@ class OscServer::Impl {
   Impl(SimulatedCamera& camera, int port) : camera_(camera), api_(camera) {
     server_.set_socket_options(reuse_address);
     server_.set_tcp_nodelay(true);
-    server_.new_task_queue = [] {
-      return new ThreadPerConnection(kMostClients);
-    };  // httplib deletes it
+    // httplib deletes it.
+    server_.new_task_queue = [] { return new ThreadPerConnection(kMostClients); };
     // A client may keep its connection open for a whole session.
     server_.set_keep_alive_max_count(1'000'000);
     server_.set_keep_alive_timeout(1);
