@@ -42,6 +42,9 @@ void write_whole(const fs::path& file, const OmegaMap& distances) {
 OmegaMap read_whole(const fs::path& file, int width) {
   const std::string bytes = read_file(file);
   OmegaMap distances({width, width / 2});
+  if (bytes.size() != distances.values().size_bytes()) {
+    throw Error(file.string() + " was changed while the room was exported; export it again");
+  }
   std::ranges::copy(std::as_bytes(std::span(bytes)),
                     std::as_writable_bytes(distances.values()).begin());
   return distances;

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/panorama/gain_field.h"
+#include "core/view/view_plan.h"
 
 namespace raywalk::render {
 namespace {
@@ -125,9 +126,9 @@ cv::Mat StationPictures::picture_of(int line, int station, const OmegaMap& dista
   if (!renderer_) renderer_ = std::make_unique<Renderer>(room_, options_);
   const Eigen::Vector3d& position_m = station_of(room_, line, station).position_m;
   const PlanPoint viewpoint = nearest_viewpoint(room_.grid(), position_m);
-  const double height_m = renderer_->prepare(viewpoint).plan().height_m();
   const cv::Mat view = renderer_->render(viewpoint).image;
-  const Eigen::Vector3d viewpoint_m(viewpoint.x_m, height_m, viewpoint.z_m);
+  const ViewPlan plan(room_.grid(), viewpoint, {kHalfPi, 0.0});  // any connection: for the height
+  const Eigen::Vector3d viewpoint_m(viewpoint.x_m, plan.height_m(), viewpoint.z_m);
   seen_from_station(view, position_m - viewpoint_m, distances, hidden).copyTo(picture, hidden);
   return picture;
 }
