@@ -1,7 +1,12 @@
 // End-to-end test of raywalk-render serve. RAYWALK_RENDER is the program.
+
+// Eigen first: httplib includes resolv.h, whose macro _res is the name of a parameter there.
+// clang-format off
+#include <Eigen/Core>
+#include <httplib.h>
+// clang-format on
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
 
 #include <chrono>
 #include <regex>
