@@ -16,6 +16,7 @@ find_package(TBB REQUIRED)
 find_package(embree REQUIRED)  # 3.13 or 4
 find_package(Ceres 2.1 REQUIRED)
 find_package(JPEG REQUIRED)
+find_package(ZLIB 1.2.13 REQUIRED)
 find_package(OpenSSL 3.0 REQUIRED COMPONENTS Crypto)
 find_package(spdlog 1.10 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)

@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
   app.footer("Example:\n  raywalk-render view room.lf --at -0.1,0.25 --out view.png");
   raywalk::render::add_view(&app);
   raywalk::render::add_path(&app);
+  raywalk::render::add_export_web(&app);
+  raywalk::render::add_serve(&app);
   raywalk::render::add_validate(&app);
   raywalk::render::add_connect_error(&app);
   raywalk::render::add_error_model(&app);

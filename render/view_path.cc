@@ -139,19 +139,6 @@ void require_no_strangers(const fs::path& out, std::span<const PathView> views) 
   }
 }
 
-void require_inside(const Room& room, const ViewMode& mode, const fs::path& path,
-                    std::span<const PathView> views) {
-  const ConnectionRule rule{radians_from_degrees(mode.options.k_deg),
-                            radians_from_degrees(mode.options.overlap_deg)};
-  for (const PathView& view : views) {
-    try {
-      const ViewPlan plan(room.grid(), view.viewpoint, rule);
-    } catch (const Error& e) {
-      throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
-    }
-  }
-}
-
 // Whether --force may replace a directory of views.
 void require_views_only(const fs::path& out) {
   const fs::path record = out / "views.json";
@@ -248,10 +235,24 @@ std::vector<PathView> read_path(const fs::path& file) {
   return views;
 }
 
+void require_inside(const Room& room, const ConnectionRule& rule, const fs::path& path,
+                    std::span<const PathView> views) {
+  for (const PathView& view : views) {
+    try {
+      const ViewPlan plan(room.grid(), view.viewpoint, rule);
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
+    }
+  }
+}
+
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const fs::path& path, const fs::path& out, bool replace) {
   const std::vector<PathView> views = read_path(path);
-  require_inside(room, mode, path, views);
+  require_inside(
+      room,
+      {radians_from_degrees(mode.options.k_deg), radians_from_degrees(mode.options.overlap_deg)},
+      path, views);
   const fs::path target = without_trailing_slash(out);
   const bool replaces = replace && fs::exists(fs::symlink_status(target));
   const fs::path directory =

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/room/room.h"
+#include "core/view/connection.h"
 #include "core/view/view_mode.h"
 #include "render/view_frame.h"
 
@@ -23,6 +25,10 @@ struct PathView {
 // line where a name cannot be a file name or appears twice or there are no views, and as CsvTable
 // does.
 std::vector<PathView> read_path(const std::filesystem::path& file);
+
+// Throws Error naming file and view if a view cannot be rendered there.
+void require_inside(const Room& room, const ConnectionRule& rule, const std::filesystem::path& path,
+                    std::span<const PathView> views);
 
 // Renders every view to `out`/<name>.png; the directory is created if it is missing.
 // `out`/views.json records the settings:

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "build_lf/require/omega_map.h"
 #include "core/base/parallel.h"
+#include "core/room/omega_map.h"
 #include "core/view/distance_view.h"
 
 namespace raywalk::build_lf {

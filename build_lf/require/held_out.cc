@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/median.h"
+#include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/judge/held_out/recreated_station.h"
 #include "core/room/kept_stations.h"
@@ -76,16 +77,6 @@ HeldOutFacts facts_of(const StrideGaps& gaps, std::span<const RecreationScore> s
 }
 
 }  // namespace
-
-std::vector<int> pick_evenly(int count, int most) {
-  const int picked = std::min(count, most);
-  std::vector<int> indices;
-  indices.reserve(static_cast<size_t>(picked));
-  for (int i = 0; i < picked; ++i) {
-    indices.push_back(static_cast<int>((i + 0.5) * double(count) / picked));
-  }
-  return indices;
-}
 
 std::vector<HeldOutFacts> measure_strides(const Room& room, double tolerance_px) {
   int longest = 0;

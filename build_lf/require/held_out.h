@@ -10,9 +10,6 @@
 
 namespace raywalk::build_lf {
 
-// At most `most` of `count` indices, spread evenly.
-std::vector<int> pick_evenly(int count, int most);
-
 // For strides 2, 3, 4, 6, 8, ...: leaves out the stations between every stride-th one of a line, a
 // gap at a time, and re-creates the middle one, which is the hardest; a dozen per stride, spread
 // over the room. Distances are gathered from all maps of the room but the station's own. Empty if

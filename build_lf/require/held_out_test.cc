@@ -44,15 +44,6 @@ TEST_F(HeldOutTest, LineOfTwoStationsHasNothingToLeaveOut) {
   EXPECT_TRUE(measure_strides(room_of({.cells_z = 0, .spacing_m = 1.0, .width = 64}), 0.5).empty());
 }
 
-TEST(PickEvenly, TakesAllIfFewOtherwiseEvenly) {
-  // The middles of equal parts.
-  EXPECT_THAT(pick_evenly(100, 4), ::testing::ElementsAre(12, 37, 62, 87));
-  EXPECT_THAT(pick_evenly(100, 1), ::testing::ElementsAre(50));
-  EXPECT_THAT(pick_evenly(3, 3), ::testing::ElementsAre(0, 1, 2));
-  EXPECT_THAT(pick_evenly(3, 12), ::testing::ElementsAre(0, 1, 2));
-  EXPECT_THAT(pick_evenly(0, 12), ::testing::IsEmpty());
-}
-
 TEST(MeasuredUpTo, EndsBeforeTheFirstStepThatFails) {
   const auto step = [](double step_m, double psnr_db) {
     return HeldOutFacts{

@@ -11,7 +11,6 @@
 
 #include "build_lf/partial_room.h"
 #include "build_lf/require/held_out.h"
-#include "build_lf/require/needed_stations.h"
 #include "build_lf/require/require_document.h"
 #include "build_lf/require/require_page.h"
 #include "build_lf/require/requirement_plots.h"
@@ -28,6 +27,7 @@
 #include "core/report/json_scope.h"
 #include "core/room/connection_errors.h"
 #include "core/room/connection_model.h"
+#include "core/room/needed_stations.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -46,17 +46,6 @@ void set_captured_spacing(const Grid& grid, SpacingFacts* facts) {
   }
   facts->captured_max_m = *std::ranges::max_element(steps_m);
   facts->captured_median_m = median(std::move(steps_m));
-}
-
-// The stations needed for a spacing; with distances, stations with a map are preferred.
-KeptStations stations_for(const Room& room, double spacing_m, bool with_distances) {
-  KeptStations kept;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    const auto mapped = room.distances(line).stations();
-    kept.push_back(needed_stations(room.grid(), line, spacing_m,
-                                   with_distances ? mapped : std::span<const int>()));
-  }
-  return kept;
 }
 
 int count_of(const KeptStations& kept) {
@@ -83,9 +72,9 @@ SpacingFacts spacing_facts(const Room& room, const DistanceFacts& distance, Omeg
   facts.needed_with_distances_m =
       std::max(facts.captured_median_m, std::min(facts.needed_by_error_m, facts.measured_up_to_m));
   facts.stations_needed_without_depth =
-      count_of(stations_for(room, facts.needed_without_depth_m, false));
+      count_of(needed_stations(room, facts.needed_without_depth_m));
   facts.stations_needed_with_distances =
-      count_of(stations_for(room, facts.needed_with_distances_m, true));
+      count_of(needed_stations(room, facts.needed_with_distances_m, Preferred::kWithDistances));
   return facts;
 }
 
@@ -198,7 +187,8 @@ std::string require_room(const RequireOptions& options) {
   const Room room = Room::open(options.room);
   prepare_outputs(options);
   RoomRequirements requirements = measure_requirements(room, options.tolerance_px);
-  const KeptStations kept = stations_for(room, requirements.spacing.needed_with_distances_m, true);
+  const KeptStations kept = needed_stations(room, requirements.spacing.needed_with_distances_m,
+                                            Preferred::kWithDistances);
   if (options.thin) require_kept_maps(room, kept);
   nlohmann::ordered_json document = require_document(room, requirements);
   write_file_atomically(requirements_path(options.room), json_text(document));

@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "build_lf/require/omega_map.h"
 #include "core/base/parallel.h"
 #include "core/geometry/spacing.h"
+#include "core/room/omega_map.h"
 
 namespace raywalk::build_lf {
 namespace {

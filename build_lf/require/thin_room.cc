@@ -10,13 +10,13 @@
 
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
-#include "build_lf/require/held_out.h"
-#include "build_lf/require/omega_map.h"
 #include "build_lf/volume_writer.h"
+#include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/sha256.h"
 #include "core/judge/held_out/recreated_station.h"
+#include "core/room/omega_map.h"
 
 namespace raywalk::build_lf {
 namespace {

@@ -4,15 +4,16 @@
 
 #include <system_error>
 
+#include "core/files/program_folder.h"
+
 namespace raywalk {
 
 namespace fs = std::filesystem;
 
 fs::path shipped_configs(const std::string& folder) {
   fs::path wanted = folder.empty() ? fs::path("configs") : fs::path("configs") / folder;
-  std::error_code error;
-  fs::path above = fs::read_symlink("/proc/self/exe", error).parent_path();
-  while (!error && !above.empty()) {
+  fs::path above = program_folder();
+  while (!above.empty()) {
     std::error_code none;
     if (fs::is_directory(above / wanted, none)) return above / wanted;
     if (above == above.parent_path()) break;

@@ -82,6 +82,10 @@ RowRun next_run(std::span<const std::int32_t> source, int from, std::int32_t map
 
 }  // namespace
 
+float surface_tolerance_of_view(int width) {
+  return static_cast<float>(std::min(0.25, std::tan(radians_from_degrees(80.0)) * kTwoPi / width));
+}
+
 void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m) {
   std::vector<KeptMaps::Place> places;
   for (const MapStation& map : maps) places.push_back({map.line, map.map});
@@ -90,8 +94,7 @@ void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector
   for (const auto& map : maps_) {
     if (map->size.width > size_.width) size_ = map->size;
   }
-  tolerance_ = static_cast<float>(
-      std::min(0.25, std::tan(radians_from_degrees(80.0)) * kTwoPi / size_.width));
+  tolerance_ = surface_tolerance_of_view(size_.width);
   if (!latitudes_ || latitudes_rows_ != size_.height) {
     latitudes_ = std::make_unique<LatitudeTable>(size_.height, size_.height);
     latitudes_rows_ = size_.height;

@@ -23,6 +23,9 @@
 
 namespace raywalk {
 
+// DistanceView::surface_tolerance() of distances `width` pixels wide.
+float surface_tolerance_of_view(int width);
+
 class DistanceView {
  public:
   // The room must outlive the object.

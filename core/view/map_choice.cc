@@ -58,6 +58,14 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
   return chosen;
 }
 
+MapSpread map_spread(const Grid& grid, PlanPoint viewpoint) {
+  const auto cell = find_cell(grid, viewpoint);
+  if (!cell) return {.gap_m = 0.0, .most_per_line = std::numeric_limits<int>::max()};
+  const Cell& c = grid.cells[static_cast<size_t>(*cell)];
+  const double side_m = std::min(c.x_max_m - c.x_min_m, c.z_max_m - c.z_min_m);
+  return {.gap_m = 0.125 * side_m, .most_per_line = 2};
+}
+
 std::vector<MapStation> farther_maps(const Room& room, std::span<const MapStation> near,
                                      const Eigen::Vector3d& viewpoint_m, int most) {
   std::vector<int> lines(room.grid().lines.size());

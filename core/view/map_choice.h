@@ -24,6 +24,16 @@ std::vector<MapStation> nearest_maps(const Room& room, std::span<const int> line
                                      const Eigen::Vector3d& viewpoint_m, double gap_m,
                                      int most_per_line, int most);
 
+// How the maps of a view are chosen: the last arguments of nearest_maps().
+struct MapSpread {
+  double gap_m = 0.0;
+  int most_per_line = 0;
+};
+
+// In a cell maps are spread over its lines: of each the nearest, and one for points hidden from it.
+// Where no lines close a cell, the nearest maps on both sides tell most.
+MapSpread map_spread(const Grid& grid, PlanPoint viewpoint);
+
 // Further maps of all lines, for points that masks hide from nearby stations: nearest first, each
 // at least a quarter of its own distance from all others and from those in `near`, so that a few
 // cover any room. At most `most`.

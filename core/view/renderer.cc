@@ -23,22 +23,6 @@ namespace {
 constexpr int kMaxFartherMaps = 32;  // more maps for points that masks hide
 constexpr size_t kReadable = 2;      // bytes before the first sample of a part and after the last
 
-// How the maps of a view are chosen (nearest_maps).
-struct MapSpread {
-  double gap_m = 0.0;
-  int most_per_line = 0;
-};
-
-// In a cell maps are spread over its lines: of each the nearest, and one for points hidden from it.
-// Where no lines close a cell, the nearest maps on both sides tell most.
-MapSpread map_spread(const Room& room, PlanPoint viewpoint) {
-  const auto cell = find_cell(room.grid(), viewpoint);
-  if (!cell) return {.gap_m = 0.0, .most_per_line = std::numeric_limits<int>::max()};
-  const Cell& c = room.grid().cells[static_cast<size_t>(*cell)];
-  const double side_m = std::min(c.x_max_m - c.x_min_m, c.z_max_m - c.z_min_m);
-  return {.gap_m = 0.125 * side_m, .most_per_line = 2};
-}
-
 double largest_d_p(const ViewPlan& plan) {
   double largest = 0.0;
   for (int degree = 0; degree < 360; ++degree) {
@@ -141,7 +125,7 @@ const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
   if (options_.generation == Generation::kInitial) return view_;
 
   const Eigen::Vector3d viewpoint_m(viewpoint.x_m, view_.plan_->height_m(), viewpoint.z_m);
-  const MapSpread spread = map_spread(room_, viewpoint);
+  const MapSpread spread = map_spread(room_.grid(), viewpoint);
   const auto lines = view_.plan_->lines();
   view_.maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, spread.most_per_line,
                              options_.distance_maps);

@@ -11,6 +11,8 @@ namespace raywalk::render {
 // Making views.
 void add_view(CLI::App* app);
 void add_path(CLI::App* app);
+void add_export_web(CLI::App* app);
+void add_serve(CLI::App* app);
 // Judging them.
 void add_validate(CLI::App* app);
 void add_connect_error(CLI::App* app);

@@ -2,21 +2,19 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
-#include <sys/socket.h>
 
 #include <atomic>
 #include <condition_variable>
 #include <functional>
-#include <future>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "capture/simulated/rig/osc_api.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
+#include "core/http/connection_threads.h"
 
 namespace raywalk::capture {
 namespace {
@@ -25,36 +23,9 @@ constexpr const char* kHost = "127.0.0.1";
 constexpr const char* kJson = "application/json";
 constexpr std::chrono::milliseconds kStep{2};     // polling interval of the faults
 constexpr std::chrono::seconds kSilentReply{30};  // longer than any client's timeout
+constexpr std::size_t kMostClients = 256;
 constexpr const char* kWebPage =
     "<!DOCTYPE html><html><head><title>Camera</title></head><body>Please log in.</body></html>";
-
-// httplib's default, SO_REUSEPORT, would let two servers share a port; SO_REUSEADDR only allows
-// reusing a port that was closed a moment ago.
-void reuse_address(socket_t socket) {
-  const int yes = 1;
-  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-}
-
-// A thread for every connection. httplib's own pool has eight threads, so that eight clients that
-// are slow or silent keep all others waiting until one of them times out.
-class ThreadPerConnection final : public httplib::TaskQueue {
- public:
-  // httplib returns nothing here up to 0.14, later whether the task was accepted.
-  using Accepted = decltype(std::declval<httplib::TaskQueue&>().enqueue(std::function<void()>()));
-
-  Accepted enqueue(std::function<void()> serve) override {
-    std::erase_if(connections_, [](const std::future<void>& connection) {
-      return connection.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-    });
-    connections_.push_back(std::async(std::launch::async, std::move(serve)));
-    return Accepted(true);
-  }
-  // Waits for them.
-  void shutdown() override { connections_.clear(); }
-
- private:
-  std::vector<std::future<void>> connections_;
-};
 
 // httplib closes the connection when a content provider fails. The client receives a header with a
 // content length and then the end of the stream.
@@ -71,7 +42,8 @@ class OscServer::Impl {
   Impl(SimulatedCamera& camera, int port) : camera_(camera), api_(camera) {
     server_.set_socket_options(reuse_address);
     server_.set_tcp_nodelay(true);
-    server_.new_task_queue = [] { return new ThreadPerConnection; };  // httplib deletes it
+    // httplib deletes it.
+    server_.new_task_queue = [] { return new ThreadPerConnection(kMostClients); };
     // A client may keep its connection open for a whole session.
     server_.set_keep_alive_max_count(1'000'000);
     server_.set_keep_alive_timeout(1);

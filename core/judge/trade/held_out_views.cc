@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"
+#include "core/files/program_folder.h"
 #include "core/judge/held_out/captured_station.h"
 #include "core/room/kept_stations.h"
 
@@ -62,7 +63,7 @@ void estimate(const fs::path& room, const DepthRun& run) {
                                      "--every",    std::to_string(run.every),
                                      "--hold-out", std::to_string(run.hold_out)};
   if (!run.valid_mask.empty()) arguments.insert(arguments.end(), {"--valid-mask", run.valid_mask});
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "raywalk-build-lf";
+  const fs::path program = program_folder() / "raywalk-build-lf";
   make_directories(held_out_directory(room));
   const fs::path log = held_out_directory(room) / "depth.log";
   spdlog::info("estimating distances without the held-out stations; see {}", log.string());

@@ -1,4 +1,4 @@
-#include "build_lf/require/omega_map.h"
+#include "core/room/omega_map.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "tests/synthetic_room/synthetic_scene.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 namespace {
 
 OmegaMap true_map(const SyntheticScene& scene, const Eigen::Vector3d& position_m, int width) {
@@ -55,4 +55,4 @@ TEST(OmegaMap, ResizedPlaneIsTheSamePlane) {
 }
 
 }  // namespace
-}  // namespace raywalk::build_lf
+}  // namespace raywalk

@@ -1,10 +1,10 @@
-#include "build_lf/require/needed_stations.h"
+#include "core/room/needed_stations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-namespace raywalk::build_lf {
+namespace raywalk {
 namespace {
 
 // Positions are sums of steps, so equal spacings differ by rounding.
@@ -57,4 +57,14 @@ std::vector<int> needed_stations(const Grid& grid, int index, double spacing_m,
   return needed;
 }
 
-}  // namespace raywalk::build_lf
+KeptStations needed_stations(const Room& room, double spacing_m, Preferred preferred) {
+  KeptStations kept;
+  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
+    const auto mapped = preferred == Preferred::kWithDistances ? room.distances(line).stations()
+                                                               : std::span<const int>();
+    kept.push_back(needed_stations(room.grid(), line, spacing_m, mapped));
+  }
+  return kept;
+}
+
+}  // namespace raywalk

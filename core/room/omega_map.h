@@ -3,11 +3,13 @@
 // interpolated.
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/room/room.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 
 // Neighbouring pixels are on the same surface if their inverse distances differ by at most this,
 // relative to the larger: the change across one pixel of a plane seen at 80 deg incidence.
@@ -24,6 +26,9 @@ class OmegaMap {
   // 1/m, at least 0; negative if unknown. Column theta in [0, width), row in [0, height).
   float at(int theta, int row) const { return omega_[index(theta, row)]; }
   float& at(int theta, int row) { return omega_[index(theta, row)]; }
+  // All of them, [theta][row].
+  std::span<const float> values() const { return omega_; }
+  std::span<float> values() { return omega_; }
 
   // Bilinear interpolation over the neighbours on the same surface as the nearest pixel; negative
   // if that pixel is unknown.
@@ -39,10 +44,11 @@ class OmegaMap {
   std::vector<float> omega_;  // [theta][phi]
 };
 
-// A distance map of a room as inverse distances. Pixels of confidence 0 are unknown.
-OmegaMap omega_map_of(const DistanceVolume& volume, int map);
+// A distance map of a room as inverse distances. Pixels below a confidence (at least 1) are
+// unknown.
+OmegaMap omega_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence = 1);
 
 // The map resampled at another width.
 OmegaMap resized(const OmegaMap& map, int width);
 
-}  // namespace raywalk::build_lf
+}  // namespace raywalk

@@ -1,4 +1,4 @@
-#include "build_lf/require/needed_stations.h"
+#include "core/room/needed_stations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,13 +7,13 @@
 
 #include "tests/synthetic_room/synthetic_room.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsSupersetOf;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoLimit_m = std::numeric_limits<double>::infinity();
 
 // A single line with stations at the given positions.
 Grid line_of(const std::vector<double>& along_m) {
@@ -31,7 +31,7 @@ TEST(NeededStations, LeaveNoGapWiderThanTheSpacing) {
   EXPECT_THAT(needed_stations(grid, 0, 1.99, {}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
   EXPECT_THAT(needed_stations(grid, 0, 2.0, {}), ElementsAre(0, 2, 4, 6, 7));
   EXPECT_THAT(needed_stations(grid, 0, 3.0, {}), ElementsAre(0, 3, 6, 7));
-  EXPECT_THAT(needed_stations(grid, 0, kInfinity, {}), ElementsAre(0, 7));
+  EXPECT_THAT(needed_stations(grid, 0, kNoLimit_m, {}), ElementsAre(0, 7));
 }
 
 TEST(NeededStations, AreRobustToRounding) {
@@ -59,15 +59,15 @@ TEST(NeededStations, CrossingsAreKept) {
       .cells_x = 2, .cells_z = 2, .side_m = 1.0, .spacing_m = 0.125, .overhang_m = 0.25};
   const Grid grid = synthetic_grid(spec);
   for (int line = 0; line < static_cast<int>(grid.lines.size()); ++line) {
-    EXPECT_THAT(needed_stations(grid, line, kInfinity, {}), ElementsAre(0, 2, 10, 18, 20));
+    EXPECT_THAT(needed_stations(grid, line, kNoLimit_m, {}), ElementsAre(0, 2, 10, 18, 20));
     EXPECT_THAT(needed_stations(grid, line, 0.6, {}), IsSupersetOf({0, 2, 10, 18, 20}));
   }
 }
 
 TEST(NeededStations, LineOfTwoStationsKeepsBoth) {
-  EXPECT_THAT(needed_stations(line_of({0, 1}), 0, kInfinity, {}), ElementsAre(0, 1));
+  EXPECT_THAT(needed_stations(line_of({0, 1}), 0, kNoLimit_m, {}), ElementsAre(0, 1));
   EXPECT_THAT(needed_stations(line_of({0, 1}), 0, 0.01, {}), ElementsAre(0, 1));
 }
 
 }  // namespace
-}  // namespace raywalk::build_lf
+}  // namespace raywalk

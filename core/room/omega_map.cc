@@ -1,11 +1,11 @@
-#include "build_lf/require/omega_map.h"
+#include "core/room/omega_map.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/panorama_pixels.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 namespace {
 
 bool same_surface(float a, float b, float tolerance) {
@@ -36,14 +36,14 @@ float OmegaMap::sample(PixelPosition pixel) const {
   return static_cast<float>(sum / weight);
 }
 
-OmegaMap omega_map_of(const DistanceVolume& volume, int map) {
+OmegaMap omega_map_of(const DistanceVolume& volume, int map, std::uint8_t least_confidence) {
   OmegaMap result(volume.size());
   for (int theta = 0; theta < volume.size().width; ++theta) {
     const auto distances_m = volume.distance_column(map, theta);
     const auto confidence = volume.confidence_column(map, theta);
     for (int row = 0; row < volume.size().height; ++row) {
       const auto i = static_cast<size_t>(row);
-      if (confidence[i] == 0 || !(distances_m[i] > 0.0f)) continue;
+      if (confidence[i] < least_confidence || !(distances_m[i] > 0.0f)) continue;
       const float omega = 1.0f / distances_m[i];
       if (std::isfinite(omega)) result.at(theta, row) = omega;
     }
@@ -62,4 +62,4 @@ OmegaMap resized(const OmegaMap& map, int width) {
   return result;
 }
 
-}  // namespace raywalk::build_lf
+}  // namespace raywalk

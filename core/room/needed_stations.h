@@ -1,12 +1,13 @@
-// Selects the stations of a line needed for a spacing.
+// Selects the stations needed for a spacing.
 #pragma once
 
 #include <span>
 #include <vector>
 
 #include "core/geometry/grid.h"
+#include "core/room/room.h"
 
-namespace raywalk::build_lf {
+namespace raywalk {
 
 // Increasing indices of stations of `line` with no gap wider than `spacing_m`, except where the
 // captured gap is wider. The first, the last and the station nearest to each crossing with another
@@ -16,4 +17,10 @@ namespace raywalk::build_lf {
 std::vector<int> needed_stations(const Grid& grid, int line, double spacing_m,
                                  std::span<const int> preferred);
 
-}  // namespace raywalk::build_lf
+enum class Preferred { kAny, kWithDistances };
+
+// The same of all lines of a room; kWithDistances prefers the stations with a distance map.
+KeptStations needed_stations(const Room& room, double spacing_m,
+                             Preferred preferred = Preferred::kAny);
+
+}  // namespace raywalk

@@ -1,0 +1,58 @@
+#include "render/commands/web_flags.h"
+
+#include <CLI/CLI.hpp>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/command_line/point_argument.h"
+
+namespace raywalk::render {
+
+std::vector<CLI::Option*> add_web_flags(CLI::App* command, WebFlags* flags) {
+  WebExportOptions* options = &flags->options;
+  return {
+      command
+          ->add_option("--budget-mb", options->budget_mb,
+                       "GPU memory that the page may use for the stations around the walker, MB")
+          ->check(CLI::PositiveNumber)
+          ->capture_default_str(),
+      command
+          ->add_option("--width", options->width_px,
+                       "Width of the panoramas, pixels, at most (default: what the scene requires)")
+          ->check(CLI::Range(64, 32768)),
+      command
+          ->add_option(
+              "--k", flags->k_deg,
+              "Largest incidence angle of the hybrid connection, degrees, 45 to 90 (default: "
+              "the one that connect-error measured to be best on the room, else 90)")
+          ->check(CLI::Range(45.0, 90.0)),
+      command->add_option("--title", options->title,
+                          "Title of the page (default: the room's name)"),
+      add_point_option(command, "--start", &flags->start,
+                       "Where the walk starts, X,Z in metres (default: the middle)"),
+      command->add_option(
+          "--hotspots", options->hotspots,
+          "JSON list of {\"x_m\", \"y_m\", \"z_m\", \"text\", \"link\"}: points in the "
+          "room that the page explains; the link may be missing"),
+      command->add_option("--path", options->path,
+                          "CSV table of views that the page plays: columns name,x,z (metres) and "
+                          "optionally yaw,pitch,roll (degrees)"),
+      command->add_option("--truth", options->truth,
+                          "CSV table of true panoramas in the cells, columns file,x,y,z (metres), "
+                          "that the page compares with its views")};
+}
+
+WebExportOptions web_options(const WebFlags& flags) {
+  WebExportOptions options = flags.options;
+  if (flags.k_deg != 0.0) options.k_deg = flags.k_deg;
+  if (flags.start.empty()) return options;
+  const std::optional<CoordinatePair> start = parse_coordinate_pair(flags.start);
+  if (!start) {
+    throw UsageError("--start is " + excerpt(flags.start) +
+                     "; give X,Z in metres, for example 0.1,-0.25");
+  }
+  options.start = PlanPoint{start->first, start->second};
+  return options;
+}
+
+}  // namespace raywalk::render

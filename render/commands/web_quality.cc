@@ -1,0 +1,80 @@
+#include "render/commands/web_quality.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/base/counted.h"
+#include "core/base/pick_evenly.h"
+#include "core/base/progress.h"
+#include "core/judge/held_out/recreated_station.h"
+#include "core/judge/metrics/psnr.h"
+#include "core/room/kept_stations.h"
+#include "core/view/renderer.h"
+#include "render/web/station_pictures.h"
+
+namespace raywalk::render {
+namespace {
+
+constexpr int kMostViews = 24;
+
+PlanPoint viewpoint_of(const Grid& grid, const HeldOutStation& station) {
+  const Eigen::Vector3d& at_m = grid.lines[static_cast<std::size_t>(station.line)]
+                                    .stations[static_cast<std::size_t>(station.station)]
+                                    .position_m;
+  return {at_m.x(), at_m.z()};
+}
+
+// The stations left out where views can be rendered.
+std::vector<HeldOutStation> stations_left_out(const Grid& grid, const KeptStations& kept) {
+  const KeptStations left_out = stations_except(grid, kept);
+  std::vector<HeldOutStation> stations;
+  for (std::size_t line = 0; line < left_out.size(); ++line) {
+    for (const int index : left_out[line]) {
+      const HeldOutStation station{static_cast<int>(line), index};
+      if (grid.cells.empty() || find_cell(grid, viewpoint_of(grid, station))) {
+        stations.push_back(station);
+      }
+    }
+  }
+  return stations;
+}
+
+double psnr_at(const Room& room, const HeldOutStation& station, Renderer* renderer, int width) {
+  const cv::Mat captured = captured_picture_at(room, station.line, station.station, width);
+  const cv::Mat hidden = hidden_in_views(room, station.line, station.station, width);
+  const cv::Mat view = renderer->render(viewpoint_of(room.grid(), station)).image;
+  const cv::Mat compared = hidden.empty() ? cv::Mat() : cv::Mat(~hidden);
+  if (!compared.empty() && cv::countNonZero(compared) == 0) return kMaxRecreationDb;
+  return std::min(psnr_db(view, captured, compared), kMaxRecreationDb);
+}
+
+}  // namespace
+
+std::optional<WebQuality> measure_web_quality(const Room& room, const KeptStations& kept,
+                                              const ViewOptions& options) {
+  const std::vector<HeldOutStation> left_out = stations_left_out(room.grid(), kept);
+  if (left_out.empty()) return std::nullopt;
+  const Room part = room.subset(kept);
+  Renderer renderer(part, options);
+  const std::vector<int> picked = pick_evenly(static_cast<int>(left_out.size()), kMostViews);
+  WebQuality quality{.worst_psnr_db = kMaxRecreationDb, .views = static_cast<int>(picked.size())};
+  Progress progress("re-creating", quality.views, "stations");
+  for (const int i : picked) {
+    const double db =
+        psnr_at(room, left_out[static_cast<std::size_t>(i)], &renderer, options.width);
+    quality.psnr_db += db / quality.views;
+    quality.worst_psnr_db = std::min(quality.worst_psnr_db, db);
+    progress.advance();
+  }
+  quality.text = fmt::format(
+      "{} that {} left out, rendered from the others {} pixels wide, {} what was "
+      "captured there at {:.1f} dB, at worst {:.1f} dB",
+      counted(picked.size(), "station"), picked.size() == 1 ? "is" : "are", options.width,
+      picked.size() == 1 ? "matches" : "match", quality.psnr_db, quality.worst_psnr_db);
+  return quality;
+}
+
+}  // namespace raywalk::render

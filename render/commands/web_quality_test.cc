@@ -1,0 +1,59 @@
+#include "render/commands/web_quality.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/room/kept_stations.h"
+#include "core/view/test_room.h"
+
+namespace raywalk::render {
+namespace {
+
+using ::testing::HasSubstr;
+
+ViewOptions options_of(int width) { return {.generation = Generation::kTwoSided, .width = width}; }
+
+TEST(WebQuality, IsNotMeasuredWhereNothingIsLeftOut) {
+  const TestRoom room(box_room(64));
+  EXPECT_FALSE(measure_web_quality(room.room(), every_nth_station(room.room(), 1), options_of(64)));
+}
+
+TEST(WebQuality, ComparesStationsLeftOutInTheCells) {
+  const TestRoom room(box_room(128));
+  const KeptStations kept = every_nth_station(room.room(), 2);
+  const auto quality = measure_web_quality(room.room(), kept, options_of(128));
+  ASSERT_TRUE(quality);
+  // Of each line 6 are left out, of which the first and the last lie beyond the cell.
+  EXPECT_EQ(quality->views, 16);
+  EXPECT_GT(quality->psnr_db, 30.0);
+  EXPECT_LE(quality->worst_psnr_db, quality->psnr_db);
+  EXPECT_THAT(quality->text, HasSubstr("16 stations that are left out"));
+}
+
+TEST(WebQuality, FallsWithTheStations) {
+  SyntheticRoomSpec spec = box_room(128);
+  spec.scene.obstacle = SceneBox{{-0.2, -1.2, -0.2}, {0.2, 0.4, 0.2}};
+  const TestRoom room(spec);
+  const auto of_stride = [&](int stride) {
+    return measure_web_quality(room.room(), every_nth_station(room.room(), stride), options_of(128))
+        ->psnr_db;
+  };
+  EXPECT_GT(of_stride(2), of_stride(12) + 0.5);
+}
+
+TEST(WebQuality, DoesNotCompareWhatIsMasked) {
+  SyntheticRoomSpec spec = box_room(128);
+  const TestRoom plain(spec);
+  spec.companion = {.hides = [](const std::string&, int, const Eigen::Vector3d& direction) {
+    return direction.y() < -0.9;
+  }};
+  const TestRoom masked(spec);
+  const auto of = [](const TestRoom& room) {
+    return measure_web_quality(room.room(), every_nth_station(room.room(), 2), options_of(128))
+        ->worst_psnr_db;
+  };
+  EXPECT_GT(of(masked), of(plain) - 2.0);
+}
+
+}  // namespace
+}  // namespace raywalk::render

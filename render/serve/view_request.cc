@@ -1,0 +1,131 @@
+#include "render/serve/view_request.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/files/number.h"
+#include "core/http/http_fault.h"
+
+namespace raywalk::render {
+namespace {
+
+constexpr std::array<std::string_view, 12> kParameters{
+    "x", "y", "z", "yaw", "pitch", "roll", "fov", "width", "height", "generation", "k", "format"};
+
+constexpr std::array<std::string_view, 2> kFormats{"jpg", "png"};
+
+struct Bounds {
+  double least = 0.0;
+  double most = 0.0;
+};
+
+constexpr Bounds kMetres{-1e6, 1e6};
+constexpr Bounds kTurns{-36000.0, 36000.0};  // require_viewport's hundred turns
+
+[[noreturn]] void refuse(const std::string& sentence) { throw HttpFault(400, sentence); }
+
+std::optional<double> number_of(const RequestTarget& target, const char* name, Bounds bounds) {
+  const std::optional<std::string> text = parameter_of(target, name);
+  if (!text) return std::nullopt;
+  const std::optional<double> value = parse_finite_number(*text);
+  if (!value || *value < bounds.least || *value > bounds.most) {
+    refuse(fmt::format("{} is {}; it must be a number from {:g} to {:g}", name, excerpt(*text),
+                       bounds.least, bounds.most));
+  }
+  return value;
+}
+
+double required_metres(const RequestTarget& target, const char* name) {
+  const std::optional<double> value = number_of(target, name, kMetres);
+  if (!value) refuse(fmt::format("{} is missing; give the viewpoint as x and z in metres", name));
+  return *value;
+}
+
+std::optional<int> pixels_of(const RequestTarget& target, const char* name) {
+  const std::optional<std::string> text = parameter_of(target, name);
+  if (!text) return std::nullopt;
+  const std::optional<int> value = parse_whole_number(*text);
+  if (!value || *value < 1 || *value > kMostServedSide_px) {
+    refuse(fmt::format("{} is {}; it must be a whole number of pixels from 1 to {}", name,
+                       excerpt(*text), kMostServedSide_px));
+  }
+  return value;
+}
+
+template <typename Names>
+std::optional<std::string> choice_of(const RequestTarget& target, const char* name,
+                                     const Names& choices) {
+  std::optional<std::string> value = parameter_of(target, name);
+  if (value && std::none_of(choices.begin(), choices.end(),
+                            [&](std::string_view choice) { return choice == *value; })) {
+    refuse(fmt::format("{} is {}; it must be one of {}", name, excerpt(*value),
+                       fmt::join(choices, ", ")));
+  }
+  return value;
+}
+
+void require_known(const RequestTarget& target) {
+  for (const QueryParameter& parameter : target.query) {
+    if (std::find(kParameters.begin(), kParameters.end(), parameter.name) == kParameters.end()) {
+      refuse(fmt::format("{} is not a parameter of views; they are {}", excerpt(parameter.name),
+                         fmt::join(kParameters, ", ")));
+    }
+  }
+}
+
+void require_captured_height(const RequestTarget& target) {
+  if (number_of(target, "y", kMetres).value_or(0.0) != 0.0) {
+    refuse("y is not 0; views are rendered at the captured height");
+  }
+}
+
+void read_size(const RequestTarget& target, ViewRequest* request) {
+  const std::optional<double> fov_deg = number_of(target, "fov", {0.0, kMaxFovDeg});
+  const std::optional<int> width = pixels_of(target, "width");
+  const std::optional<int> height = pixels_of(target, "height");
+  if (!fov_deg) {
+    if (height) refuse("height is for a flat picture; give fov, or the width alone for a panorama");
+    if (width && *width % 4 != 0) {
+      refuse(fmt::format("width is {}; of a panorama it must be a multiple of 4", *width));
+    }
+    request->panorama_width_px = width.value_or(0);
+    return;
+  }
+  if (*fov_deg == 0.0) refuse("fov is 0; it must be above 0 degrees");
+  const int w = width.value_or(1280);
+  const int h = height.value_or(720);
+  if (static_cast<std::int64_t>(w) * h > kMostServedPixels) {
+    refuse(
+        fmt::format("width x height is {} x {}; {} pixels are the most", w, h, kMostServedPixels));
+  }
+  request->frame.fov_deg = *fov_deg;
+  request->frame.size = fmt::format("{}x{}", w, h);
+}
+
+}  // namespace
+
+ViewRequest parse_view_request(const RequestTarget& target) {
+  require_known(target);
+  ViewRequest request;
+  request.viewpoint = {required_metres(target, "x"), required_metres(target, "z")};
+  require_captured_height(target);
+  request.frame.yaw_deg = number_of(target, "yaw", kTurns).value_or(0.0);
+  request.frame.pitch_deg = number_of(target, "pitch", kTurns).value_or(0.0);
+  request.frame.roll_deg = number_of(target, "roll", kTurns).value_or(0.0);
+  read_size(target, &request);
+  if (const auto name = choice_of(target, "generation", kGenerationNames)) {
+    request.generation = generation_from_name(*name);
+  }
+  request.k_deg = number_of(target, "k", {45.0, 90.0});
+  request.png = choice_of(target, "format", kFormats).value_or("jpg") == "png";
+  return request;
+}
+
+}  // namespace raywalk::render

@@ -1,0 +1,134 @@
+#include "render/serve/view_service.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/view/renderer.h"
+#include "render/view_file.h"
+#include "render/view_frame.h"
+#include "render/view_settings.h"
+
+namespace raywalk::render {
+namespace {
+
+// Renderers that are kept: of the three generations, and one more that somebody compares with.
+constexpr std::size_t kMostPrepared = 4;
+constexpr int kJpegQuality = 95;
+constexpr const char* kRetryAfter_s = "1";
+
+Generation generation_of(const ViewRequest& request, const Room& room) {
+  const Generation best = room.has_distances() ? Generation::kTwoSided : Generation::kInitial;
+  const Generation chosen = request.generation.value_or(best);
+  if (chosen != Generation::kInitial && !room.has_distances()) {
+    throw HttpFault(400, fmt::format("generation {} needs distances, which the room does not have",
+                                     generation_name(chosen)));
+  }
+  return chosen;
+}
+
+ViewSettings settings_of(const ViewRequest& request, const Room& room) {
+  ViewSettings settings;
+  settings.options.generation = generation_of(request, room);
+  settings.options.k_deg = request.k_deg.value_or(0.0);
+  settings.options.width = request.panorama_width_px;
+  if (request.frame.fov_deg == 0.0 && request.panorama_width_px == 0) {
+    settings.options.width = std::min(size_as_captured(room).width, kMostServedSide_px);
+  }
+  return settings;
+}
+
+Reply picture_reply(const cv::Mat& picture, bool png) {
+  std::vector<unsigned char> bytes;
+  if (png) {
+    cv::imencode(".png", picture, bytes);
+  } else {
+    cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  }
+  return {.type = png ? "image/png" : "image/jpeg",
+          .body = std::string(bytes.begin(), bytes.end()),
+          .fields = {{"Cache-Control", "no-store"}}};
+}
+
+}  // namespace
+
+Turns::Turn::Turn(Turns& turns) : turns_(turns) {
+  std::unique_lock lock(turns_.mutex_);
+  // One has its turn, the others wait.
+  const bool is_full = turns_.line_.size() > static_cast<std::size_t>(turns_.most_waiting_);
+  if (turns_.stopped_ || is_full) {
+    throw HttpFault(503, turns_.stopped_ ? "the server is stopping"
+                                         : "too many views are being rendered; try again soon");
+  }
+  turns_.line_.push_back(this);
+  turns_.changed_.wait(lock, [&] { return turns_.stopped_ || turns_.line_.front() == this; });
+  if (!turns_.stopped_) return;
+  turns_.line_.remove(this);
+  throw HttpFault(503, "the server is stopping");
+}
+
+Turns::Turn::~Turn() {
+  const std::lock_guard lock(turns_.mutex_);
+  turns_.line_.remove(this);
+  turns_.changed_.notify_all();
+}
+
+void Turns::stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  changed_.notify_all();
+}
+
+struct ViewService::Prepared {
+  Prepared(const Room& room, const ViewSettings& asked)
+      : settings(asked), mode(view_mode(asked, room)), renderer(room, mode.options) {}
+
+  ViewSettings settings;
+  ViewMode mode;
+  Renderer renderer;
+};
+
+ViewService::ViewService(const Room& room) : room_(room), turns_(kMostWaitingViews) {}
+ViewService::~ViewService() = default;
+
+Reply ViewService::answer(const ViewRequest& request) {
+  RenderedView view;
+  std::string summary;
+  try {
+    const Turns::Turn turn(turns_);
+    Prepared& prepared = prepared_for(request);
+    view = render_framed(&prepared.renderer, request.viewpoint, request.frame);
+    summary = view_summary(prepared.mode, view.report);
+  } catch (const HttpFault& fault) {
+    if (fault.status() != 503) throw;
+    Reply reply = refusal(fault);
+    reply.fields.emplace_back("Retry-After", kRetryAfter_s);
+    return reply;
+  } catch (const UsageError& error) {
+    throw HttpFault(400, error.what());
+  } catch (const Error& error) {
+    throw HttpFault(422, error.what());
+  }
+  Reply reply = picture_reply(view.image, request.png);
+  reply.fields.emplace_back("X-Raywalk-View", summary);
+  return reply;
+}
+
+ViewService::Prepared& ViewService::prepared_for(const ViewRequest& request) {
+  const ViewSettings settings = settings_of(request, room_);
+  const auto found = std::find_if(prepared_.begin(), prepared_.end(), [&](const auto& prepared) {
+    return prepared->settings == settings;
+  });
+  if (found != prepared_.end()) {
+    prepared_.splice(prepared_.begin(), prepared_, found);
+  } else {
+    if (prepared_.size() == kMostPrepared) prepared_.pop_back();
+    prepared_.push_front(std::make_unique<Prepared>(room_, settings));
+  }
+  return *prepared_.front();
+}
+
+}  // namespace raywalk::render

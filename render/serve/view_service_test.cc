@@ -1,0 +1,175 @@
+#include "render/serve/view_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <opencv2/imgcodecs.hpp>
+#include <thread>
+#include <vector>
+
+#include "core/http/test_fault.h"
+#include "core/view/test_room.h"
+#include "render/view_settings.h"
+
+namespace raywalk::render {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Pair;
+
+ViewRequest view_of(const std::string& query) {
+  return parse_view_request(parse_request_target("/view?" + query));
+}
+
+cv::Mat picture_of(const Reply& reply) {
+  EXPECT_EQ(reply.status, 200);
+  const std::vector<unsigned char> bytes(reply.body.begin(), reply.body.end());
+  return cv::imdecode(bytes, cv::IMREAD_COLOR);
+}
+
+// The picture that `raywalk-render view` makes.
+cv::Mat expected_picture(const Room& room, const std::string& generation, PlanPoint viewpoint,
+                         const ViewFrame& frame, int width = 0) {
+  ViewFlags flags;
+  flags.dials["generation"] = generation;
+  if (width > 0) flags.dials["width_px"] = std::to_string(width);
+  Renderer renderer(room, view_mode(view_settings(flags), room).options);
+  return render_framed(&renderer, viewpoint, frame).image;
+}
+
+class ViewServiceTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { test_room_ = new TestRoom(box_room(128)); }
+  static void TearDownTestSuite() { delete test_room_; }
+
+  static const Room& room() { return test_room_->room(); }
+
+  static TestRoom* test_room_;
+  ViewService service_{room()};
+};
+TestRoom* ViewServiceTest::test_room_ = nullptr;
+
+TEST_F(ViewServiceTest, RendersWhatTheProgramRenders) {
+  const cv::Mat flat = expected_picture(
+      room(), "two-sided", {0.1, -0.2},
+      {.yaw_deg = 40.0, .pitch_deg = -10.0, .roll_deg = 5.0, .fov_deg = 80.0, .size = "120x90"});
+  const Reply reply = service_.answer(
+      view_of("x=0.1&z=-0.2&yaw=40&pitch=-10&roll=5&fov=80&width=120&height=90&format=png"));
+  EXPECT_EQ(reply.type, "image/png");
+  EXPECT_THAT(reply.fields,
+              Contains(Pair("X-Raywalk-View", HasSubstr("two-sided, hybrid at k = "))));
+  EXPECT_EQ(largest_difference(picture_of(reply), flat), 0.0);
+  for (const char* generation : {"initial", "hlf-vd", "two-sided"}) {
+    const cv::Mat panorama =
+        expected_picture(room(), generation, {0.1, 0.2}, {.yaw_deg = 30.0}, 64);
+    EXPECT_EQ(
+        largest_difference(
+            picture_of(service_.answer(view_of(
+                std::string("x=0.1&z=0.2&yaw=30&width=64&format=png&generation=") + generation))),
+            panorama),
+        0.0)
+        << generation;
+  }
+}
+
+TEST_F(ViewServiceTest, IsAJpegOfTheCapturedSizeUnlessAskedOtherwise) {
+  const Reply reply = service_.answer(view_of("x=0&z=0"));
+  EXPECT_EQ(reply.type, "image/jpeg");
+  EXPECT_THAT(reply.fields, Contains(Pair("Cache-Control", "no-store")));
+  const cv::Mat panorama = expected_picture(room(), "two-sided", {0, 0}, {});
+  ASSERT_EQ(picture_of(reply).size(), panorama.size());
+  EXPECT_GT(psnr_db(picture_of(reply), panorama), 30.0);
+}
+
+TEST_F(ViewServiceTest, KeepsFewRenderersAndAllAnswersRight) {
+  for (int round = 0; round < 2; ++round) {
+    for (const int width : {32, 64, 96, 128, 160, 192}) {
+      const Reply reply =
+          service_.answer(view_of("x=0&z=0&format=png&width=" + std::to_string(width)));
+      EXPECT_EQ(picture_of(reply).cols, width);
+    }
+  }
+}
+
+TEST_F(ViewServiceTest, OutsideIsUnprocessable) {
+  std::string message;
+  EXPECT_EQ(fault_of([&] { service_.answer(view_of("x=9&z=0")); }, &message), 422);
+  EXPECT_THAT(message, HasSubstr("outside"));
+  EXPECT_EQ(service_.answer(view_of("x=0&z=0")).status, 200);
+}
+
+TEST_F(ViewServiceTest, NeedsDistancesForCorrectedViews) {
+  SyntheticRoomSpec spec = box_room(64);
+  spec.distances = false;
+  const TestRoom plain(spec);
+  ViewService service(plain.room());
+  std::string message;
+  EXPECT_EQ(fault_of([&] { service.answer(view_of("x=0&z=0&generation=hlf-vd")); }, &message), 400);
+  EXPECT_THAT(message, HasSubstr("generation"));
+  EXPECT_THAT(service.answer(view_of("x=0&z=0")).fields,
+              Contains(Pair("X-Raywalk-View", testing::StartsWith("initial"))));
+}
+
+TEST_F(ViewServiceTest, RefusesAllOnceItIsStopped) {
+  service_.stop();
+  const Reply reply = service_.answer(view_of("x=0&z=0"));
+  EXPECT_EQ(reply.status, 503);
+  EXPECT_THAT(reply.fields, Contains(Pair("Retry-After", "1")));
+}
+
+// Threads that wait for a turn behind one that has it.
+class TurnsTest : public testing::Test {
+ protected:
+  ~TurnsTest() override {
+    for (std::thread& thread : threads_) thread.join();
+  }
+  void wait_behind(int number) {
+    const std::size_t before = begun_;
+    threads_.emplace_back([this, number] {
+      ++begun_;
+      const int fault = fault_of([&] {
+        const Turns::Turn turn(turns_);
+        served_.push_back(number);  // one at a time
+      });
+      if (fault == 503) ++refused_;
+    });
+    while (begun_ == before) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+
+  Turns turns_{2};
+  std::vector<int> served_;
+  std::atomic<std::size_t> begun_ = 0;
+  std::atomic<int> refused_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+TEST_F(TurnsTest, ComeInOrder) {
+  {
+    const Turns::Turn turn(turns_);
+    wait_behind(1);
+    wait_behind(2);
+    EXPECT_TRUE(served_.empty());
+    EXPECT_EQ(fault_of([&] { Turns::Turn too_many(turns_); }), 503);
+  }
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+  EXPECT_THAT(served_, testing::ElementsAre(1, 2));
+  EXPECT_EQ(fault_of([&] { Turns::Turn again(turns_); }), 0);
+}
+
+TEST_F(TurnsTest, EndWhenStopped) {
+  const Turns::Turn turn(turns_);
+  wait_behind(1);
+  wait_behind(2);
+  turns_.stop();
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+  EXPECT_EQ(refused_, 2);
+  EXPECT_TRUE(served_.empty());
+}
+
+}  // namespace
+}  // namespace raywalk::render

@@ -1,0 +1,44 @@
+// manifest.json of an export, which tells the page everything else.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/room/room.h"
+#include "core/view/view_options.h"
+#include "render/view_path.h"
+#include "render/web/export_web.h"
+#include "render/web/hotspots.h"
+#include "render/web/truth_pairs.h"
+
+namespace raywalk::render {
+
+inline constexpr const char* kManifestName = "manifest.json";
+inline constexpr const char* kWebFormat = "raywalk-web";
+inline constexpr int kWebVersion = 1;
+
+// The name of a station's files, counted through all lines of the export: "0000".
+std::string station_name(int index);
+
+// What the export of `room` (only the stations exported) holds besides its lines and cells.
+struct WebContent {
+  std::string title{};
+  double budget_mb = 0.0;
+  int width = 0;
+  int coarse_width = 0;
+  int distance_width = 0;
+  double omega_step_per_m = 0.0;
+  ViewOptions view{};
+  PlanPoint start{};
+  double vertical_range_m = 0.0;
+  std::optional<WebQuality> quality{};
+  std::vector<TruthPair> truths{};
+  std::vector<Hotspot> hotspots{};
+  std::vector<PathView> path{};
+};
+
+nlohmann::ordered_json web_manifest(const Room& room, const WebContent& content);
+
+}  // namespace raywalk::render
