@@ -39,6 +39,7 @@ try {
     format: "esm",
     target: ["node18"],
     external: ["node:*"],
+    loader: { ".glsl": "text" },
     sourcemap: "inline",
     logLevel: "warning",
   });

@@ -42,18 +42,14 @@ export class Hotspots {
   readonly element = element("div", { class: "hotspots", testid: "hotspots" });
   private readonly labels: { at: Hotspot; label: HTMLElement }[];
 
-  constructor(
-    hotspots: readonly Hotspot[],
-    base: URL,
-    private readonly height_m: number,
-  ) {
+  constructor(hotspots: readonly Hotspot[], base: URL) {
     this.labels = hotspots.map((at) => ({ at, label: labelOf(at, base) }));
     this.element.append(...this.labels.map(({ label }) => label));
   }
 
-  update(pose: Pose, picture: Picture): void {
+  update(pose: Pose, height_m: number, picture: Picture): void {
     for (const { at, label } of this.labels) {
-      const seen = project([at.x_m, at.y_m, at.z_m], pose, this.height_m, picture);
+      const seen = project([at.x_m, at.y_m, at.z_m], pose, height_m, picture);
       const visible = seen !== null && isInside(seen.x_px, seen.y_px, picture);
       label.hidden = !visible;
       if (!visible) continue;

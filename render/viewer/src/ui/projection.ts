@@ -1,7 +1,6 @@
 // Between the room and the flat picture: where a point is seen, and where a pixel looks.
 import { Vector3 } from "three";
 import { quaternionOf, threeFromWorld, worldFromThree, type Pose, type Vec3 } from "../geometry/frame";
-import type { Line } from "../manifest";
 
 export interface Picture {
   fov_y_rad: number;
@@ -19,12 +18,10 @@ export interface Seen {
 /** Points closer to the plane of the eye than this are not shown. */
 const NEAREST_M = 0.01;
 
-/** The height, in the room, at which it was captured: lines of a grid have the same. */
-export function capturedHeight(lines: readonly Pick<Line, "height_m">[]): number {
-  return lines[0]?.height_m ?? 0;
-}
-
-/** Where a point of the room is in the picture; nothing for points behind the eye. */
+/**
+ * Where a point of the room is in the picture; nothing for points behind the eye. height_m is that at
+ * which the place was captured, from which the pose's up_m counts.
+ */
 export function project(
   point_m: Vec3,
   pose: Pose,

@@ -1,7 +1,9 @@
 // The page of an opened room: its parts, and what happens in each frame.
 import type { Pose } from "../geometry/frame";
+import type { PlanPosition } from "../geometry/grid";
+import { viewHeight } from "../geometry/view_height";
 import type { Hotspot, TruthView } from "../manifest";
-import type { Viewer, ViewSettings } from "../viewer";
+import type { Viewer } from "../viewer";
 import { horizontalFov } from "../walk/field_of_view";
 import { isActive } from "../walk/intent";
 import { Walker } from "../walk/walker";
@@ -21,7 +23,7 @@ import type { PageOptions } from "./options";
 import { PathPlayer } from "./path_player";
 import { PlanMap } from "./plan_map";
 import { lookingAt, startPose, stepTowards } from "./places";
-import { capturedHeight, type Picture } from "./projection";
+import type { Picture } from "./projection";
 import { Status } from "./status";
 import { Toolbar, type ToolName } from "./toolbar";
 import { SettingsPanel } from "./view_settings";
@@ -53,7 +55,6 @@ export class RoomPage {
   private readonly kiosk_idle: Idle;
   private readonly help = helpDialog();
   private readonly info;
-  private readonly height_m: number;
   private readonly start: Pose;
   private slow_ms = -Infinity;
 
@@ -67,7 +68,6 @@ export class RoomPage {
     const { manifest, grid } = viewer;
     const now_ms = performance.now();
     const labels = options.hotspots ? usableHotspots(manifest.hotspots) : [];
-    this.height_m = capturedHeight(manifest.lines);
     this.start = startPose(manifest, options.start);
     this.walker = new Walker(grid, manifest.vertical_range_m, viewer.fov_y_rad);
     this.controls = new Controls(
@@ -77,7 +77,7 @@ export class RoomPage {
       (x_px, y_px) => this.walkTowards(x_px, y_px),
     );
     this.status = new Status(manifest.title);
-    this.hotspots = new Hotspots(labels, base, this.height_m);
+    this.hotspots = new Hotspots(labels, base);
     this.plan = new PlanMap(grid, manifest, labels, (at) => this.goTo(at));
     this.player = new PathPlayer(manifest.path, this.walker, options.kiosk, () => this.showTools());
     this.compare = new Compare(manifest.truth ?? [], {
@@ -91,7 +91,7 @@ export class RoomPage {
       ? new EngineView(manifest.engine.view, base, (text) => this.status.tell(text))
       : null;
     this.info = infoDialog(manifest, labels, (hotspot) => this.lookAt(hotspot));
-    this.settings = new SettingsPanel(viewer.settings, (change) => this.choose(change));
+    this.settings = new SettingsPanel(viewer, () => canvas.focus());
     this.toolbar = new Toolbar((tool) => this.run(tool), this.settings.element);
     this.full_screen = new FullScreen(root, () => this.showTools());
     this.address = new Address(window, (place) => this.take(place));
@@ -159,20 +159,15 @@ export class RoomPage {
       this.walker.place(pose);
     }
     if (fov_y_rad !== undefined) this.walker.fov_y_rad = fov_y_rad;
-    if (Object.keys(settings).length > 0) this.choose(settings);
-  }
-
-  private choose(change: Partial<ViewSettings>): void {
-    this.viewer.settings = { ...this.viewer.settings, ...change };
-    this.settings.show(this.viewer.settings);
+    if (Object.keys(settings).length > 0) this.settings.choose(settings);
   }
 
   private run(tool: ToolName): void {
     const commands: Record<ToolName, () => void> = {
-      initial: () => this.choose({ generation: "initial" }),
-      "hlf-vd": () => this.choose({ generation: "hlf-vd" }),
-      "two-sided": () => this.choose({ generation: "two-sided" }),
-      settings: () => this.toggleSettings(),
+      initial: () => this.settings.choose({ generation: "initial" }),
+      "hlf-vd": () => this.settings.choose({ generation: "hlf-vd" }),
+      "two-sided": () => this.settings.choose({ generation: "two-sided" }),
+      settings: () => this.settings.toggle(),
       plan: () => void (this.plan.element.hidden = !this.plan.element.hidden),
       play: () => this.player.toggle(),
       compare: () => this.compare.toggle(),
@@ -192,21 +187,15 @@ export class RoomPage {
     this.showTools();
   }
 
-  private toggleSettings(): void {
-    const open = this.root.classList.toggle("settings-open");
-    if (open) this.settings.focus();
-    else this.canvas.focus(); // so that arrow keys walk again
-  }
-
   private closeLast(): void {
-    if (this.root.classList.contains("settings-open")) this.toggleSettings();
+    if (this.settings.open) this.settings.toggle();
     else if (this.compare.active) this.compare.close();
     else this.player.stop();
   }
 
   private showTools(): void {
     this.toolbar.press("plan", !this.plan.element.hidden);
-    this.toolbar.press("settings", this.root.classList.contains("settings-open"));
+    this.toolbar.press("settings", this.settings.open);
     this.toolbar.press("play", this.player.playing);
     this.toolbar.press("compare", this.compare.active);
     this.toolbar.press("fullscreen", this.full_screen.active);
@@ -218,17 +207,23 @@ export class RoomPage {
   }
 
   private goToTruth(place: TruthView, there: () => void): void {
-    this.goTo({ x_m: place.x_m, z_m: place.z_m, up_m: place.y_m - this.height_m }, there);
+    this.goTo({ x_m: place.x_m, z_m: place.z_m, up_m: place.y_m - this.height_m(place) }, there);
   }
 
   private lookAt(hotspot: Hotspot): void {
     const pose = this.walker.pose;
-    this.goTo(lookingAt(hotspot, pose, this.height_m + pose.up_m));
+    this.goTo(lookingAt(hotspot, pose, this.height_m(pose) + pose.up_m));
   }
 
   private walkTowards(x_px: number, y_px: number): void {
     const step_m = STEP_S * this.walker.pace_m_per_s;
     this.goTo(stepTowards(x_px, y_px, this.walker.pose, this.picture(), step_m));
+  }
+
+  /** At which a place was captured. */
+  private height_m(at: PlanPosition): number {
+    const { grid } = this.viewer;
+    return viewHeight(grid.lines, grid.findCell(at), at);
   }
 
   private picture(): Picture {
@@ -273,7 +268,7 @@ export class RoomPage {
     this.viewer.pose = pose;
     this.viewer.fov_y_rad = fov_y_rad;
     const picture = this.picture();
-    this.hotspots.update(pose, picture);
+    this.hotspots.update(pose, this.height_m(pose), picture);
     const aspect = picture.width_px / Math.max(picture.height_px, 1);
     this.plan.update(pose, horizontalFov(fov_y_rad, aspect));
   }

@@ -1,6 +1,6 @@
 // How views are made: the generation, and the angle k of its views.
 import { GENERATIONS, type Generation } from "../manifest";
-import type { ViewSettings } from "../viewer";
+import type { Viewer, ViewSettings } from "../viewer";
 import { LEAST_K_DEG, MOST_K_DEG } from "./address";
 import { element } from "./dom";
 import { icon } from "./icons";
@@ -25,8 +25,8 @@ export class SettingsPanel {
   private readonly k_shown = element("output", { class: "k-value" });
 
   constructor(
-    settings: ViewSettings,
-    private readonly choose: (change: Partial<ViewSettings>) => void,
+    private readonly viewer: Pick<Viewer, "settings">,
+    private readonly closed: () => void,
   ) {
     const group = element("div", {
       class: "generations",
@@ -42,17 +42,25 @@ export class SettingsPanel {
       this.k_shown,
     );
     this.element.append(group, label);
-    this.show(settings);
+    this.choose({});
   }
 
-  show(settings: ViewSettings): void {
-    this.radios.get(settings.generation)!.checked = true;
-    this.k.value = String(settings.k_deg);
-    this.k_shown.textContent = `${Math.round(settings.k_deg)}°`;
+  /** Whether it is shown where the toolbar has no room for it, with its slider focused. */
+  get open(): boolean {
+    return this.element.classList.contains("open");
   }
 
-  focus(): void {
-    this.k.focus();
+  toggle(): void {
+    if (this.element.classList.toggle("open")) this.k.focus();
+    else this.closed();
+  }
+
+  choose(change: Partial<ViewSettings>): void {
+    this.viewer.settings = { ...this.viewer.settings, ...change };
+    const { generation, k_deg } = this.viewer.settings;
+    this.radios.get(generation)!.checked = true;
+    this.k.value = String(k_deg);
+    this.k_shown.textContent = `${Math.round(k_deg)}°`;
   }
 
   private choice(generation: Generation): HTMLLabelElement {

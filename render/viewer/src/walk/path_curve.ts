@@ -43,7 +43,12 @@ export class PathCurve {
   }
 
   at(time_s: number): PathPose {
-    return poseOf(this.atStep(this.stepAt(time_s)));
+    const step = this.stepAt(time_s);
+    const from = this.atStep(Math.floor(step));
+    const to = this.atStep(Math.ceil(step));
+    // Straight between steps: there the speed is even, which along the curve it would not be.
+    const part = step - Math.floor(step);
+    return poseOf(from.map((value, i) => value + (to[i]! - value) * part));
   }
 
   /** The step, with its fraction, that is reached at a time. */
