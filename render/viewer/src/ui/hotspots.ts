@@ -53,7 +53,8 @@ export class Hotspots {
       const visible = seen !== null && isInside(seen.x_px, seen.y_px, picture);
       label.hidden = !visible;
       if (!visible) continue;
-      label.style.transform = `translate(${seen.x_px.toFixed(1)}px, ${seen.y_px.toFixed(1)}px)`;
+      const { x_px, y_px } = seen;
+      label.style.transform = `translate(${x_px.toFixed(1)}px, ${y_px.toFixed(1)}px) translateY(-50%)`;
       label.style.opacity = opacityAt(seen.distance_m).toFixed(2);
     }
   }

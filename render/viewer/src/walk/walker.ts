@@ -27,7 +27,7 @@ const LONGEST_STEP_S = 1 / 120;
 /** A page that was hidden does not catch up. */
 const LONGEST_FRAME_S = 0.25;
 /** Below these speeds, in m/s and rad/s, one stands: the page may then sharpen the picture. */
-const STANDING = 1e-4;
+const STANDING = 2e-3;
 
 /** The field of view at which turning by keys has its usual speed. */
 const USUAL_FOV_Y_RAD = 75 * DEGREE_RAD;
