@@ -1,5 +1,7 @@
 // Poses that the page sends the walker to.
 import type { Pose } from "../geometry/frame";
+import type { Grid, PlanPosition } from "../geometry/grid";
+import { viewHeight } from "../geometry/view_height";
 import type { Hotspot, Manifest } from "../manifest";
 import { DEGREE_RAD } from "../walk/angles";
 import { directionOf, type Picture } from "./projection";
@@ -12,6 +14,11 @@ export function startPose({ start }: Pick<Manifest, "start">, asked: Partial<Pos
   const level = { up_m: 0, pitch_rad: 0, roll_rad: 0 };
   const place = { x_m: start.x_m, z_m: start.z_m, yaw_rad: start.yaw_deg * DEGREE_RAD };
   return { ...level, ...place, ...asked };
+}
+
+/** The height, in the room, at which a place was captured. */
+export function capturedHeight(grid: Grid, at: PlanPosition): number {
+  return viewHeight(grid.lines, grid.findCell(at), at);
 }
 
 /** The turn towards a point of the room; height_m is that of the eye. */

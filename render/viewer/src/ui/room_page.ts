@@ -1,7 +1,5 @@
 // The page of an opened room: its parts, and what happens in each frame.
 import type { Pose } from "../geometry/frame";
-import type { PlanPosition } from "../geometry/grid";
-import { viewHeight } from "../geometry/view_height";
 import type { Hotspot, TruthView } from "../manifest";
 import type { Viewer } from "../viewer";
 import { horizontalFov } from "../walk/field_of_view";
@@ -16,13 +14,14 @@ import { EngineView } from "./engine_view";
 import { FullScreen, saveScreenshot } from "./full_screen";
 import { helpDialog } from "./help";
 import { Hotspots, usableHotspots } from "./hotspots";
-import { Idle, onInput } from "./idle";
+import { onInput } from "./idle";
 import { infoDialog } from "./info";
+import { Kiosk } from "./kiosk";
 import { watchContext } from "./message";
 import type { PageOptions } from "./options";
 import { PathPlayer } from "./path_player";
 import { PlanMap } from "./plan_map";
-import { lookingAt, startPose, stepTowards } from "./places";
+import { capturedHeight, lookingAt, startPose, stepTowards } from "./places";
 import type { Picture } from "./projection";
 import { Status } from "./status";
 import { Toolbar, type ToolName } from "./toolbar";
@@ -31,7 +30,6 @@ import { Whereabouts, middleOf } from "./whereabouts";
 
 /** Where the plan takes little of the picture. */
 const WIDE_PX = 700;
-const KIOSK_IDLE_MS = 60_000;
 /** What need not follow every frame. */
 const SLOW_MS = 200;
 /** Of walking time, for a double click. */
@@ -52,10 +50,11 @@ export class RoomPage {
   private readonly address: Address;
   private readonly whereabouts: Whereabouts;
   private readonly xr: XrWalk;
-  private readonly kiosk_idle: Idle;
+  private readonly kiosk: Kiosk;
   private readonly help = helpDialog();
   private readonly info;
   private readonly start: Pose;
+  private readonly first_fov_y_rad: number;
   private slow_ms = -Infinity;
 
   constructor(
@@ -66,8 +65,8 @@ export class RoomPage {
     private readonly options: PageOptions,
   ) {
     const { manifest, grid } = viewer;
-    const now_ms = performance.now();
     const labels = options.hotspots ? usableHotspots(manifest.hotspots) : [];
+    this.first_fov_y_rad = viewer.fov_y_rad;
     this.start = startPose(manifest, options.start);
     this.walker = new Walker(grid, manifest.vertical_range_m, viewer.fov_y_rad);
     this.controls = new Controls(
@@ -96,10 +95,8 @@ export class RoomPage {
     this.full_screen = new FullScreen(root, () => this.showTools());
     this.address = new Address(window, (place) => this.take(place));
     this.whereabouts = new Whereabouts(middleOf(grid), (text) => this.status.say(text));
-    this.xr = new XrWalk(viewer as XrViewer, this.walker, (active) =>
-      root.classList.toggle("in-vr", active),
-    );
-    this.kiosk_idle = new Idle(KIOSK_IDLE_MS, () => this.beginAgain(), now_ms);
+    this.xr = new XrWalk(viewer as XrViewer, this.walker, (active) => this.vrChanged(active));
+    this.kiosk = new Kiosk(options.kiosk, () => this.beginAgain());
     onInput(root, () => this.touched());
     watchContext(canvas, root);
     this.layOut();
@@ -147,9 +144,19 @@ export class RoomPage {
 
   /** A kiosk that nobody uses any more is as it was for its first visitor. */
   private beginAgain(): void {
-    if (!this.options.kiosk || this.player.playing) return;
+    if (this.player.playing) return;
+    this.help.element.close();
+    this.walker.fov_y_rad = this.first_fov_y_rad;
     this.goTo(this.start);
     if (this.options.play) this.player.play();
+  }
+
+  private vrChanged(active: boolean): void {
+    if (active) {
+      this.player.stop();
+      this.compare.close();
+    }
+    this.toolbar.press("vr", active);
   }
 
   private take(place: PlaceFromAddress): void {
@@ -163,6 +170,7 @@ export class RoomPage {
   }
 
   private run(tool: ToolName): void {
+    if (!this.kiosk.allows(tool)) return;
     const commands: Record<ToolName, () => void> = {
       initial: () => this.settings.choose({ generation: "initial" }),
       "hlf-vd": () => this.settings.choose({ generation: "hlf-vd" }),
@@ -181,7 +189,7 @@ export class RoomPage {
       help: () => this.help.toggle(),
       level: () => this.goTo({ up_m: 0, pitch_rad: 0, roll_rad: 0 }),
       close: () => this.closeLast(),
-      vr: () => void this.xr.enter().catch((error) => this.status.tell(`No VR: ${error.message}`)),
+      vr: () => void this.xr.toggle().catch((error) => this.status.tell(`No VR: ${error.message}`)),
     };
     commands[tool]();
     this.showTools();
@@ -207,23 +215,18 @@ export class RoomPage {
   }
 
   private goToTruth(place: TruthView, there: () => void): void {
-    this.goTo({ x_m: place.x_m, z_m: place.z_m, up_m: place.y_m - this.height_m(place) }, there);
+    const up_m = place.y_m - capturedHeight(this.viewer.grid, place);
+    this.goTo({ x_m: place.x_m, z_m: place.z_m, up_m }, there);
   }
 
   private lookAt(hotspot: Hotspot): void {
     const pose = this.walker.pose;
-    this.goTo(lookingAt(hotspot, pose, this.height_m(pose) + pose.up_m));
+    this.goTo(lookingAt(hotspot, pose, capturedHeight(this.viewer.grid, pose) + pose.up_m));
   }
 
   private walkTowards(x_px: number, y_px: number): void {
     const step_m = STEP_S * this.walker.pace_m_per_s;
     this.goTo(stepTowards(x_px, y_px, this.walker.pose, this.picture(), step_m));
-  }
-
-  /** At which a place was captured. */
-  private height_m(at: PlanPosition): number {
-    const { grid } = this.viewer;
-    return viewHeight(grid.lines, grid.findCell(at), at);
   }
 
   private picture(): Picture {
@@ -236,7 +239,7 @@ export class RoomPage {
 
   private touched(): void {
     const now_ms = performance.now();
-    this.kiosk_idle.touch(now_ms);
+    this.kiosk.touch(now_ms);
     this.full_screen.touch(now_ms);
   }
 
@@ -268,7 +271,7 @@ export class RoomPage {
     this.viewer.pose = pose;
     this.viewer.fov_y_rad = fov_y_rad;
     const picture = this.picture();
-    this.hotspots.update(pose, this.height_m(pose), picture);
+    this.hotspots.update(pose, capturedHeight(this.viewer.grid, pose), picture);
     const aspect = picture.width_px / Math.max(picture.height_px, 1);
     this.plan.update(pose, horizontalFov(fov_y_rad, aspect));
   }
@@ -276,7 +279,7 @@ export class RoomPage {
   private slowly(now_ms: number): void {
     this.status.update(this.viewer.progress());
     if (!this.player.playing) this.whereabouts.update(this.walker.pose, now_ms);
-    this.kiosk_idle.update(now_ms);
+    this.kiosk.update(now_ms);
     this.full_screen.update(now_ms);
   }
 

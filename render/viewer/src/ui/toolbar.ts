@@ -18,7 +18,7 @@ const TOOLS: readonly Tool[] = [
   { command: "play", icon: "play", label: "Play the recorded path", toggles: true },
   { command: "compare", icon: "compare", label: "Compare with ground truth", toggles: true },
   { command: "screenshot", icon: "screenshot", label: "Save a screenshot", toggles: false },
-  { command: "vr", icon: "vr", label: "Enter VR", toggles: false },
+  { command: "vr", icon: "vr", label: "Enter VR", toggles: true },
   { command: "fullscreen", icon: "fullscreen", label: "Full screen", toggles: true },
   { command: "info", icon: "info", label: "About this room", toggles: false },
   { command: "help", icon: "help", label: "Help", toggles: false },

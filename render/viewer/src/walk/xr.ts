@@ -50,29 +50,10 @@ export class XrWalk {
     return this.session !== null;
   }
 
-  /** Throws what the browser says where no session begins. */
-  async enter(): Promise<void> {
-    if (this.session || !navigator.xr) return;
-    const session = await navigator.xr.requestSession("immersive-vr");
-    const { xr } = this.viewer.webgl;
-    session.addEventListener("end", () => this.ended());
-    xr.enabled = true;
-    xr.setReferenceSpaceType("local");
-    this.base = null;
-    this.session = session;
-    try {
-      await xr.setSession(session);
-    } catch (error) {
-      await session.end();
-      throw error;
-    }
-    // The headset's own "recentre" moves its origin: the walker stays where it is.
-    xr.getReferenceSpace()?.addEventListener("reset", () => void (this.base = null));
-    this.changed(true);
-  }
-
-  async leave(): Promise<void> {
-    await this.session?.end();
+  /** Begins or ends a session. Throws what the browser says where none begins. */
+  async toggle(): Promise<void> {
+    if (this.session) await this.session.end();
+    else if (navigator.xr) await this.enter(navigator.xr);
   }
 
   /** To be called before each frame of a session, within it. */
@@ -89,6 +70,25 @@ export class XrWalk {
     this.base = baseFor(eyeOf(this.base, head), wrapAngle(this.base.yaw_rad + turn_rad), head);
     this.viewer.pose = { ...this.base, pitch_rad: 0, roll_rad: 0 };
     this.narrow(intent, seconds);
+  }
+
+  private async enter(system: XRSystem): Promise<void> {
+    const session = await system.requestSession("immersive-vr");
+    const { xr } = this.viewer.webgl;
+    session.addEventListener("end", () => this.ended());
+    xr.enabled = true;
+    xr.setReferenceSpaceType("local");
+    this.base = null;
+    this.session = session;
+    try {
+      await xr.setSession(session);
+    } catch (error) {
+      await session.end();
+      throw error;
+    }
+    // The headset's own "recentre" moves its origin: the walker stays where it is.
+    xr.getReferenceSpace()?.addEventListener("reset", () => void (this.base = null));
+    this.changed(true);
   }
 
   private walked(base: Base, head: Head, intent: Intent, seconds: number): Base {
