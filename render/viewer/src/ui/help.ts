@@ -13,7 +13,7 @@ const OTHERS: readonly Row[] = [
   { shown: ["Touch"], does: "Drag to look, two fingers to zoom, the pad to walk" },
   {
     shown: ["Gamepad"],
-    does: "Left stick walks, right stick looks, triggers zoom, shoulder buttons raise and lower the eye",
+    does: "Left stick walks, right stick looks, triggers zoom, shoulders raise and lower the eye",
   },
   {
     shown: ["Headset"],

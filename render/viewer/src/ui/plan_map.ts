@@ -61,10 +61,8 @@ export class PlanMap {
       const y = at.y - VIEW_CONE * Math.cos(angle_rad);
       return `${x.toFixed(2)} ${y.toFixed(2)}`;
     };
-    this.cone.setAttribute(
-      "d",
-      `M${at.x.toFixed(2)} ${at.y.toFixed(2)}L${corner(-1)}A${VIEW_CONE} ${VIEW_CONE} 0 0 1 ${corner(1)}z`,
-    );
+    const arc = `A${VIEW_CONE} ${VIEW_CONE} 0 0 1 ${corner(1)}`;
+    this.cone.setAttribute("d", `M${at.x.toFixed(2)} ${at.y.toFixed(2)}L${corner(-1)}${arc}z`);
     this.walker.setAttribute("cx", at.x.toFixed(2));
     this.walker.setAttribute("cy", at.y.toFixed(2));
   }
@@ -84,7 +82,9 @@ export class PlanMap {
       const at = stations.map(({ position_m: [x_m, , z_m] }) => this.layout.toPlan({ x_m, z_m }));
       const path = at.map(({ x, y }) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L");
       drawn.push(svg("path", { class: "plan-line", d: `M${path}` }));
-      drawn.push(...at.map(({ x, y }) => svg("circle", { class: "plan-station", cx: x, cy: y, r: 1.4 })));
+      for (const { x, y } of at) {
+        drawn.push(svg("circle", { class: "plan-station", cx: x, cy: y, r: 1.4 }));
+      }
     }
     return drawn;
   }

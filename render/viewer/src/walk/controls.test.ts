@@ -74,7 +74,9 @@ test("keys are found by their sign or their place, and none has two meanings", (
   assert.equal(movementKey({ key: "z", code: "KeyW" })?.does, "Walk forward");
   assert.equal(movementKey({ key: "+", code: "BracketRight" })?.does, "Enlarge");
   assert.equal(commandKey({ key: "j", code: "KeyJ" }), null);
-  const all = [...COMMAND_KEYS.flatMap((each) => each.keys), ...MOVEMENT_KEYS.flatMap((each) => each.codes)];
+  const commands = COMMAND_KEYS.flatMap((each) => each.keys);
+  const movements = MOVEMENT_KEYS.flatMap((each) => each.codes);
+  const all = [...commands, ...movements];
   assert.equal(new Set(all).size, all.length);
 });
 
