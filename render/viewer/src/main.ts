@@ -1,0 +1,5 @@
+// The page's beginning: the room is in the folder of the page.
+import { openViewer } from "./field/open_viewer";
+import { boot } from "./ui/boot";
+
+void boot(document.getElementById("raywalk")!, new URL("./", location.href), openViewer);

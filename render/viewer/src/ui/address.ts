@@ -1,0 +1,107 @@
+// The address of a view. What is after # says where one is, so that a link shows the same:
+//
+//   #x=0.300&z=-0.250&up=0.000&yaw=40.0&pitch=-10.0&roll=0.0&fov=75.0&generation=two-sided&k=90
+//
+// x, z, up in metres (up above the height that was captured), angles in degrees (fov: the vertical
+// field of view), k 45 to 90. What is missing stays as it is; what cannot be read is ignored; what
+// is out of range is taken as near as there is.
+import type { Pose } from "../geometry/frame";
+import { GENERATIONS, type Generation } from "../manifest";
+import { DEGREE_RAD, limit, wrapAngle } from "../walk/angles";
+import { limitFov } from "../walk/field_of_view";
+import { decimals, readNumber } from "./numbers";
+
+export const LEAST_K_DEG = 45;
+export const MOST_K_DEG = 90;
+
+export interface Place {
+  pose: Pose;
+  fov_y_rad: number;
+  generation: Generation;
+  k_deg: number;
+}
+
+export interface PlaceFromAddress {
+  pose: Partial<Pose>;
+  fov_y_rad?: number;
+  generation?: Generation;
+  k_deg?: number;
+}
+
+const UPDATE_MS = 250;
+
+export function formatAddress(place: Place): string {
+  const { pose } = place;
+  const deg = (angle_rad: number): string => decimals(angle_rad / DEGREE_RAD, 1);
+  const fields: [string, string][] = [
+    ["x", decimals(pose.x_m, 3)],
+    ["z", decimals(pose.z_m, 3)],
+    ["up", decimals(pose.up_m, 3)],
+    ["yaw", deg(pose.yaw_rad)],
+    ["pitch", deg(pose.pitch_rad)],
+    ["roll", deg(pose.roll_rad)],
+    ["fov", deg(place.fov_y_rad)],
+    ["generation", place.generation],
+    ["k", decimals(place.k_deg, 0)],
+  ];
+  return "#" + fields.map(([name, value]) => `${name}=${value}`).join("&");
+}
+
+export function parseAddress(hash: string): PlaceFromAddress {
+  const fields = new URLSearchParams(hash.replace(/^#/, ""));
+  const number = (name: string): number | undefined => readNumber(fields.get(name));
+  const angle = (name: string): number | undefined => {
+    const deg = number(name);
+    return deg === undefined ? undefined : deg * DEGREE_RAD;
+  };
+  const pitch_rad = angle("pitch");
+  const fov_y_rad = angle("fov");
+  const k_deg = number("k");
+  const generation = GENERATIONS.find((each) => each === fields.get("generation"));
+  return known({
+    pose: known({
+      x_m: number("x"),
+      z_m: number("z"),
+      up_m: number("up"),
+      yaw_rad: wrapped(angle("yaw")),
+      pitch_rad:
+        pitch_rad === undefined ? undefined : limit(pitch_rad, -90 * DEGREE_RAD, 90 * DEGREE_RAD),
+      roll_rad: wrapped(angle("roll")),
+    }),
+    fov_y_rad: fov_y_rad === undefined ? undefined : limitFov(fov_y_rad),
+    generation,
+    k_deg: k_deg === undefined ? undefined : limit(k_deg, LEAST_K_DEG, MOST_K_DEG),
+  });
+}
+
+/** Keeps the address up to date, seldom enough for browsers that count such changes. */
+export class Address {
+  private shown = "";
+  private shown_ms = -Infinity;
+
+  constructor(target: Window, moved: (place: PlaceFromAddress) => void) {
+    target.addEventListener("hashchange", () => {
+      this.shown = target.location.hash;
+      moved(parseAddress(target.location.hash));
+    });
+  }
+
+  update(place: Place, now_ms: number): void {
+    if (now_ms - this.shown_ms < UPDATE_MS) return;
+    const address = formatAddress(place);
+    if (address === this.shown) return;
+    this.shown = address;
+    this.shown_ms = now_ms;
+    history.replaceState(history.state, "", address);
+  }
+}
+
+function wrapped(angle_rad: number | undefined): number | undefined {
+  return angle_rad === undefined ? undefined : wrapAngle(angle_rad);
+}
+
+/** Without the keys that have no value. */
+function known<T extends object>(values: { [Key in keyof T]: T[Key] | undefined }): T {
+  const entries = Object.entries(values).filter(([, value]) => value !== undefined);
+  return Object.fromEntries(entries) as T;
+}

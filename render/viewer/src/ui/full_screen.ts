@@ -1,0 +1,65 @@
+// Full screen, where the tools hide when nothing is touched; and pictures to take home.
+import type { Pose } from "../geometry/frame";
+import type { Viewer } from "../viewer";
+import { DEGREE_RAD } from "../walk/angles";
+import { download } from "./dom";
+import { Idle } from "./idle";
+import { decimals } from "./numbers";
+
+const HIDE_AFTER_MS = 4000;
+
+export class FullScreen {
+  private readonly idle = new Idle(HIDE_AFTER_MS, () => this.hideTools(), performance.now());
+
+  constructor(
+    private readonly root: HTMLElement,
+    changed: () => void,
+  ) {
+    document.addEventListener("fullscreenchange", () => {
+      this.touch(performance.now());
+      changed();
+    });
+  }
+
+  /** Phones may have none. */
+  get available(): boolean {
+    return document.fullscreenEnabled === true;
+  }
+
+  get active(): boolean {
+    return document.fullscreenElement !== null;
+  }
+
+  toggle(): void {
+    const done = this.active ? document.exitFullscreen() : this.root.requestFullscreen();
+    // Refused without a user's gesture, or by a frame around the page: nothing to do about it.
+    done.catch(() => {});
+  }
+
+  touch(now_ms: number): void {
+    this.idle.touch(now_ms);
+    this.root.classList.remove("quiet");
+  }
+
+  update(now_ms: number): void {
+    this.idle.update(now_ms);
+  }
+
+  private hideTools(): void {
+    if (this.active) this.root.classList.add("quiet");
+  }
+}
+
+export async function saveScreenshot(
+  viewer: Pick<Viewer, "manifest" | "screenshot">,
+  pose: Pose,
+): Promise<void> {
+  download(await viewer.screenshot(), screenshotName(viewer.manifest.title, pose));
+}
+
+/** A name that every file system takes, and that says what is seen. */
+export function screenshotName(title: string, pose: Pose): string {
+  const room = title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "") || "room";
+  const place = `x${decimals(pose.x_m, 2)}-z${decimals(pose.z_m, 2)}`;
+  return `${room}-${place}-yaw${decimals(pose.yaw_rad / DEGREE_RAD, 0)}.png`;
+}

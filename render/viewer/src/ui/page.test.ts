@@ -1,0 +1,207 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import type { Station } from "../manifest";
+import { moveDivider, positionByKey } from "./dividers";
+import { engineCanShow, engineUrl, pictureSize, type StillView } from "./engine_request";
+import { opacityAt, safeLink, usableHotspots } from "./hotspots";
+import { Idle } from "./idle";
+import { nearestStation, nextStation } from "./panorama_fallback";
+import { lookingAt, stepTowards } from "./places";
+import { planLayout } from "./plan_layout";
+import { directionOf, project } from "./projection";
+import { loadedPart, loadingText } from "./status";
+import { describePlace, directionName } from "./whereabouts";
+
+const BASE = new URL("https://museum.example/rooms/hall/");
+const POSE = { x_m: 1, z_m: 2, up_m: 0.1, yaw_rad: 0, pitch_rad: 0, roll_rad: 0 };
+const PICTURE = { fov_y_rad: Math.PI / 2, width_px: 400, height_px: 200 };
+
+function near(actual: number, expected: number, tolerance = 1e-6): void {
+  const off = Math.abs(actual - expected);
+  assert.ok(off <= tolerance, `${actual} is not within ${tolerance} of ${expected}`);
+}
+
+test("links of hotspots lead to the web or beside the page only", () => {
+  assert.equal(safeLink("https://example.org/a", BASE), "https://example.org/a");
+  assert.equal(safeLink("http://example.org", BASE), "http://example.org/");
+  assert.equal(safeLink("chairs/1.html", BASE), "https://museum.example/rooms/hall/chairs/1.html");
+  for (const link of [
+    undefined,
+    "",
+    "  ",
+    "javascript:alert(1)",
+    "JaVaScRiPt:alert(1)",
+    " java\tscript:alert(1)",
+    "\u0001javascript:alert(1)",
+    "data:text/html,<script>",
+    "vbscript:x",
+    "blob:https://museum.example/x",
+    "file:///etc/passwd",
+    "ftp://example.org",
+    "http://",
+  ]) {
+    assert.equal(safeLink(link, BASE), null, link);
+  }
+  assert.equal(safeLink(5 as unknown as string, BASE), null);
+});
+
+test("hotspots without a place or a text are left out", () => {
+  const good = { x_m: 0, y_m: 0, z_m: 1, text: "A chair" };
+  const bad = [
+    { ...good, x_m: NaN },
+    { ...good, y_m: "0" as unknown as number },
+    { ...good, text: " " },
+    { ...good, text: undefined as unknown as string },
+  ];
+  assert.deepEqual(usableHotspots([good, ...bad]), [good]);
+  assert.deepEqual(usableHotspots(undefined), []);
+  assert.equal(opacityAt(1), 1);
+  near(opacityAt(100), 0.45);
+});
+
+test("points of the room are seen where they are", () => {
+  const ahead = project([1, 1.6, 5], POSE, 1.5, PICTURE)!;
+  near(ahead.x_px, 200);
+  near(ahead.y_px, 100);
+  near(ahead.distance_m, 3);
+  const right_and_above = project([2, 2.1, 3], POSE, 1.5, PICTURE)!;
+  near(right_and_above.x_px, 300);
+  near(right_and_above.y_px, 50);
+  assert.equal(project([1, 1.6, 1], POSE, 1.5, PICTURE), null);
+  assert.equal(project([1, 1.6, 2], POSE, 1.5, PICTURE), null);
+});
+
+test("turns, tilts and rolls move what is seen the other way", () => {
+  const point: [number, number, number] = [1, 1.6, 5];
+  assert.ok(project(point, { ...POSE, yaw_rad: 0.2 }, 1.5, PICTURE)!.x_px < 200);
+  assert.ok(project(point, { ...POSE, pitch_rad: 0.2 }, 1.5, PICTURE)!.y_px > 100);
+  // A head rolled clockwise sees what is above it to the left.
+  const above = project([1, 2.6, 5], { ...POSE, roll_rad: 0.5 }, 1.5, PICTURE)!;
+  assert.ok(above.x_px < 200);
+});
+
+test("a pixel looks where a point in it is seen", () => {
+  const pose = { ...POSE, yaw_rad: 0.7, pitch_rad: -0.3, roll_rad: 0.2 };
+  const [x, y, z] = directionOf(90, 150, pose, PICTURE);
+  near(Math.hypot(x, y, z), 1);
+  const seen = project([pose.x_m + 2 * x, 1.6 + 2 * y, pose.z_m + 2 * z], pose, 1.5, PICTURE)!;
+  near(seen.x_px, 90);
+  near(seen.y_px, 150);
+});
+
+test("one looks at a hotspot, and steps towards what is seen", () => {
+  const chair = { x_m: 2, y_m: 1, z_m: 5, text: "A chair" };
+  const turned = { ...POSE, ...lookingAt(chair, POSE, 1.6) };
+  const seen = project([2, 1, 5], turned, 1.5, PICTURE)!;
+  near(seen.x_px, 200);
+  near(seen.y_px, 100);
+  const step = stepTowards(300, 20, POSE, PICTURE, 0.5);
+  near(step.x_m! - 1, 0.5 / Math.SQRT2);
+  near(step.z_m! - 2, 0.5 / Math.SQRT2);
+});
+
+const VIEW: StillView = {
+  pose: { ...POSE, up_m: 0, yaw_rad: Math.PI / 2 },
+  settings: { generation: "two-sided", k_deg: 90, overlap_deg: 5 },
+  fov_y_rad: Math.PI / 2,
+  width_px: 800,
+  height_px: 400,
+  pixel_ratio: 3,
+};
+
+test("the engine is asked for the same picture, its field of view across", () => {
+  const url = engineUrl(VIEW, "view", BASE);
+  assert.equal(url.pathname, "/rooms/hall/view");
+  const asked = Object.fromEntries(url.searchParams);
+  assert.deepEqual(asked, {
+    x: "1.00000",
+    z: "2.00000",
+    yaw: "90.0000",
+    pitch: "0.0000",
+    roll: "0.0000",
+    fov: "126.8699",
+    width: "1600",
+    height: "800",
+    generation: "two-sided",
+    k: "90.00",
+  });
+});
+
+test("the engine's picture has the canvas' pixels, within limits", () => {
+  assert.deepEqual(pictureSize({ width_px: 300, height_px: 200, pixel_ratio: 1.5 }), [450, 300]);
+  assert.deepEqual(pictureSize({ width_px: 3000, height_px: 1500, pixel_ratio: 2 }), [4096, 2048]);
+  assert.deepEqual(pictureSize({ width_px: 10, height_px: 5000, pixel_ratio: 1 }), [8, 4096]);
+  assert.ok(engineCanShow(VIEW));
+  assert.ok(!engineCanShow({ ...VIEW, pose: { ...VIEW.pose, up_m: 0.01 } }));
+  assert.ok(!engineCanShow({ ...VIEW, width_px: 0 }));
+});
+
+test("dividers stay in order and in the picture", () => {
+  assert.deepEqual(moveDivider([0.3, 0.6], 0, 0.8), [0.8, 0.8]);
+  assert.deepEqual(moveDivider([0.3, 0.6], 1, 0.1), [0.1, 0.1]);
+  assert.deepEqual(moveDivider([0.3, 0.6], 1, 7), [0.3, 1]);
+  assert.deepEqual(moveDivider([0.3, 0.6], 0, NaN), [0.3, 0.6]);
+  near(positionByKey("ArrowRight", 0.5)!, 0.52);
+  assert.equal(positionByKey("Home", 0.5), 0);
+  assert.equal(positionByKey("a", 0.5), null);
+});
+
+test("the plan has x to the right and z upwards, and clicks mean what is drawn", () => {
+  const bounds = { x_min_m: -1, x_max_m: 1, z_min_m: 0, z_max_m: 1 };
+  const layout = planLayout([], bounds);
+  const at = layout.toPlan({ x_m: 1, z_m: 1 });
+  assert.ok(at.x > layout.width / 2 && at.y < layout.height / 2);
+  const back = layout.toRoom(layout.toPlan({ x_m: 0.3, z_m: 0.2 }));
+  near(back.x_m, 0.3);
+  near(back.z_m, 0.2);
+});
+
+function station(name: string, x_m: number, z_m: number): Station {
+  return { name, along_m: 0, position_m: [x_m, 0, z_m] };
+}
+
+test("from a panorama one goes to the next station in a direction", () => {
+  const stations = [
+    station("middle", 0, 0),
+    station("same", 0, 0),
+    station("ahead", 0.1, 1),
+    station("far", 0, 3),
+    station("right", 2, 0),
+  ];
+  assert.equal(nearestStation(stations, { x_m: 1.5, z_m: 0.1 })?.name, "right");
+  assert.equal(nextStation(stations, stations[0]!, 0)?.name, "ahead");
+  assert.equal(nextStation(stations, stations[0]!, 2 * Math.PI)?.name, "ahead");
+  assert.equal(nextStation(stations, stations[0]!, Math.PI / 2)?.name, "right");
+  assert.equal(nextStation(stations, stations[0]!, Math.PI), null);
+  assert.equal(nearestStation([], { x_m: 0, z_m: 0 }), null);
+});
+
+test("says where one is", () => {
+  const pose = { ...POSE, x_m: 0.3, z_m: -0.21, yaw_rad: Math.PI / 4 };
+  assert.equal(
+    describePlace(pose, { x_m: 0, z_m: 0 }),
+    "0.3 m right, 0.2 m back of the middle, looking to the front right of the room.",
+  );
+  assert.match(describePlace({ ...POSE, x_m: 0, z_m: 0 }, { x_m: 0, z_m: 0.01 }), /^In the middle/);
+  assert.equal(directionName(-Math.PI / 2), "the left");
+  assert.equal(directionName(-Math.PI), "the back");
+});
+
+test("loading is counted by what is there", () => {
+  const progress = { coarse: 64, fine: 12, wanted: 64, problems: [] };
+  assert.equal(loadingText(progress), "Loading 12 of 64 stations");
+  near(loadedPart(progress), 76 / 128);
+  assert.equal(loadedPart({ ...progress, wanted: 0 }), 1);
+});
+
+test("idleness is told once, and again after more input", () => {
+  let told = 0;
+  const idle = new Idle(100, () => ++told, 0);
+  for (const now_ms of [50, 100, 150]) idle.update(now_ms);
+  assert.equal(told, 1);
+  idle.touch(160);
+  idle.update(200);
+  assert.equal(told, 1);
+  idle.update(260);
+  assert.equal(told, 2);
+});

@@ -1,0 +1,105 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { planFromWalker, turnBetween, wrapAngle } from "./angles";
+import { horizontalFov, pixelAngle } from "./field_of_view";
+import { Gamepads, stick } from "./gamepad";
+import { isActive, noIntent, readIntent } from "./intent";
+import { COMMAND_KEYS, MOVEMENT_KEYS, commandKey, movementKey } from "./keys";
+import { positionOnPad } from "./move_pad";
+import { magnificationOfWheel, turnOfDrag } from "./pointer";
+
+function near(actual: number, expected: number): void {
+  assert.ok(Math.abs(actual - expected) < 1e-9, `${actual} is not ${expected}`);
+}
+
+test("angles wrap and turn the short way", () => {
+  near(wrapAngle(3 * Math.PI), -Math.PI);
+  near(wrapAngle(-0.1), -0.1);
+  near(turnBetween(3, -3), 2 * Math.PI - 6);
+});
+
+test("a walker that looks to the right walks to +x, and steps to the right to -z", () => {
+  const [x, z] = planFromWalker(0, 1, Math.PI / 2);
+  near(x, 1);
+  near(z, 0);
+  near(planFromWalker(1, 0, Math.PI / 2)[1], -1);
+});
+
+test("the horizontal field of view follows from the vertical one and the aspect", () => {
+  near(horizontalFov(Math.PI / 2, 1), Math.PI / 2);
+  near(horizontalFov(Math.PI / 2, 2), 2 * Math.atan(2));
+  near(horizontalFov(1, 0.5), 2 * Math.atan(Math.tan(0.5) / 2));
+  near(pixelAngle(Math.PI / 2, 100), 0.02);
+});
+
+test("sticks have a dead zone and a full speed", () => {
+  assert.deepEqual(stick(0.1, 0.1), [0, 0]);
+  assert.deepEqual(stick(undefined, NaN), [0, 0]);
+  const [x, y] = stick(1, 0);
+  near(x, 1);
+  near(y, 0);
+  near(stick(0, -0.575)[1], -0.5);
+});
+
+test("a gamepad of the standard mapping walks and looks, others do nothing", () => {
+  const pad = {
+    mapping: "standard",
+    connected: true,
+    axes: [0, -1, 1, 0],
+    buttons: [],
+  };
+  const intent = readIntent([new Gamepads(() => [null, pad])]);
+  near(intent.forward, 1);
+  near(intent.turn, 1);
+  assert.ok(!isActive(readIntent([new Gamepads(() => [{ ...pad, mapping: "" }])])));
+});
+
+test("a diagonal is not faster than a straight way", () => {
+  const both = { addTo: (intent: { forward: number; right: number }) => {
+    intent.forward += 1;
+    intent.right += 1;
+  } };
+  const intent = readIntent([both, both]);
+  near(Math.hypot(intent.forward, intent.right), 1);
+});
+
+test("Shift alone is no movement", () => {
+  assert.ok(!isActive({ ...noIntent(), fast: true }));
+  assert.ok(isActive({ ...noIntent(), magnify: 1.1 }));
+});
+
+test("keys are found by their sign or their place, and none has two meanings", () => {
+  assert.equal(commandKey({ key: "?", code: "Slash" })?.command, "help");
+  assert.equal(commandKey({ key: "&", code: "Digit1" })?.command, "initial");
+  assert.equal(movementKey({ key: "z", code: "KeyW" })?.does, "Walk forward");
+  assert.equal(movementKey({ key: "+", code: "BracketRight" })?.does, "Enlarge");
+  assert.equal(commandKey({ key: "j", code: "KeyJ" }), null);
+  const commands = COMMAND_KEYS.flatMap((each) => each.keys);
+  const movements = MOVEMENT_KEYS.flatMap((each) => each.codes);
+  const all = [...commands, ...movements];
+  assert.equal(new Set(all).size, all.length);
+});
+
+test("a drag takes the scene with it", () => {
+  const [yaw, pitch] = turnOfDrag(0.1, 0.05, 0, 0);
+  near(yaw, -0.1);
+  near(pitch, 0.05);
+  // A head on its right shoulder: what is dragged down on the screen goes left in the room.
+  const [rolled_yaw, rolled_pitch] = turnOfDrag(0, 0.1, 0, Math.PI / 2);
+  near(rolled_yaw, 0.1);
+  near(rolled_pitch, 0);
+});
+
+test("the wheel enlarges when it is turned away, in every unit, and within limits", () => {
+  assert.ok(magnificationOfWheel(-100, 0) > 1);
+  near(magnificationOfWheel(3, 1), magnificationOfWheel(48, 0));
+  near(magnificationOfWheel(1e9, 2), magnificationOfWheel(300, 0));
+});
+
+test("the pad walks where the thumb is", () => {
+  const box = { left: 100, top: 200, width: 100, height: 100 };
+  assert.deepEqual(positionOnPad(150, 250, box).map(Math.abs), [0, 0]);
+  const [right, forward] = positionOnPad(150, 0, box);
+  near(right, 0);
+  near(forward, 1);
+});

@@ -1,0 +1,177 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { Grid } from "../geometry/grid";
+import type { Cell } from "../manifest";
+import { noIntent, readIntent, type Intent } from "./intent";
+import { Walker } from "./walker";
+
+function cell(x_min_m: number, x_max_m: number, z_min_m: number, z_max_m: number): Cell {
+  return { x_min_m, x_max_m, z_min_m, z_max_m, lines: [-1, -1, -1, -1] };
+}
+
+/** An L: the cell to the front right is missing. */
+const CELLS = [cell(-1, 0, -1, 0), cell(0, 1, -1, 0), cell(-1, 0, 0, 1)];
+
+function walkerAt(x_m: number, z_m: number, cells = CELLS): Walker {
+  const walker = new Walker(new Grid({ lines: [], cells }), 0.1, 1.3);
+  walker.place({ x_m, z_m });
+  return walker;
+}
+
+function walk(walker: Walker, seconds: number, intent: Partial<Intent>, frame_s = 1 / 60): void {
+  const frames = Math.round(seconds / frame_s);
+  for (let i = 0; i < frames; ++i) walker.step(frame_s, { ...noIntent(), ...intent });
+}
+
+function near(actual: number, expected: number, tolerance: number): void {
+  const off = Math.abs(actual - expected);
+  assert.ok(off <= tolerance, `${actual} is not within ${tolerance} of ${expected}`);
+}
+
+test("walks forward at the pace of the cell, and comes to rest softly", () => {
+  const walker = walkerAt(-0.5, -0.9);
+  walk(walker, 1, { forward: 1 });
+  near(walker.pose.z_m, -0.9 + (1 - 0.12) / 1.5, 0.01);
+  near(walker.pose.x_m, -0.5, 1e-9);
+  near(walker.speed_m_per_s, 1 / 1.5, 0.01);
+  const before = walker.pose.z_m;
+  walk(walker, 0.1, {});
+  assert.ok(walker.speed_m_per_s > 0 && walker.speed_m_per_s < 0.4);
+  walk(walker, 2, {});
+  assert.equal(walker.speed_m_per_s, 0);
+  near(walker.pose.z_m - before, 0.12 / 1.5, 0.01);
+});
+
+test("walks alike at every frame rate", () => {
+  const ends = [1 / 144, 1 / 60, 1 / 20].map((frame_s) => {
+    const walker = walkerAt(-0.5, -0.9);
+    walk(walker, 1, { forward: 1, turn: 0.2 }, frame_s);
+    return walker.pose;
+  });
+  for (const end of ends) {
+    near(end.x_m, ends[0]!.x_m, 0.003);
+    near(end.z_m, ends[0]!.z_m, 0.003);
+    near(end.yaw_rad, ends[0]!.yaw_rad, 0.003);
+  }
+});
+
+test("is stopped softly at the edge and never beyond it", () => {
+  const walker = walkerAt(0.5, -0.5);
+  let before = walker.pose.z_m;
+  let fastest_stop = 0;
+  let speed = 0;
+  for (let i = 0; i < 300; ++i) {
+    walker.step(1 / 60, { ...noIntent(), forward: 1, fast: true });
+    const now = walker.pose.z_m;
+    assert.ok(now <= 0);
+    const next = (now - before) * 60;
+    fastest_stop = Math.max(fastest_stop, speed - next);
+    speed = next;
+    before = now;
+  }
+  near(walker.pose.z_m, 0, 0.001);
+  // From full speed to none within a frame would be 1.3 m/s.
+  assert.ok(fastest_stop < 0.4, `lost ${fastest_stop} m/s within a frame`);
+});
+
+test("is not slowed before the last tenth of a cell", () => {
+  const walker = walkerAt(0.5, -0.5);
+  walk(walker, 0.55, { forward: 1 });
+  const z_m = walker.pose.z_m;
+  assert.ok(z_m < -0.1, "still before the margin");
+  near(walker.speed_m_per_s, 1 / 1.5, 0.02);
+});
+
+test("slides along an edge", () => {
+  const walker = walkerAt(0.2, -0.05);
+  walker.place({ yaw_rad: Math.PI / 4 });
+  walk(walker, 1, { forward: 1 });
+  assert.ok(walker.pose.x_m > 0.55, `${walker.pose.x_m}`);
+  assert.ok(walker.pose.z_m <= 0 && walker.pose.z_m > -0.05);
+});
+
+test("passes between touching cells without being slowed", () => {
+  const walker = walkerAt(-0.5, -0.4);
+  walk(walker, 1, { forward: 1 });
+  near(walker.pose.z_m, -0.4 + (1 - 0.12) / 1.5, 0.01);
+  const almost = [cell(-1, 0, -1, 0), cell(-1, 0, 1e-9, 1)];
+  const other = walkerAt(-0.5, -0.4, almost);
+  walk(other, 1, { forward: 1 });
+  near(other.pose.z_m, walker.pose.z_m, 0.001);
+});
+
+test("steps sideways relative to the direction looked", () => {
+  const walker = walkerAt(-0.5, 0);
+  walker.place({ yaw_rad: Math.PI / 2 });
+  walk(walker, 0.5, { right: 1 });
+  assert.ok(walker.pose.z_m < -0.1);
+  near(walker.pose.x_m, -0.5, 1e-6);
+});
+
+test("keeps the eye within its vertical range, softly", () => {
+  const walker = walkerAt(-0.5, -0.5);
+  walk(walker, 10, { up: 1 });
+  near(walker.pose.up_m, 0.1, 0.001);
+  assert.ok(walker.pose.up_m <= 0.1);
+  walk(walker, 20, { up: -1 });
+  near(walker.pose.up_m, -0.1, 0.001);
+  assert.ok(walker.pose.up_m >= -0.1);
+  walker.place({ up_m: 5 });
+  assert.equal(walker.pose.up_m, 0.1);
+});
+
+test("limits the pitch and wraps the yaw", () => {
+  const walker = walkerAt(0, 0);
+  walk(walker, 0.1, { look_pitch_rad: 1, look_yaw_rad: 1 });
+  assert.equal(walker.pose.pitch_rad, Math.PI / 2);
+  near(walker.pose.yaw_rad, 6 - 2 * Math.PI, 1e-9);
+});
+
+test("zooms by the size of the picture, within limits", () => {
+  const walker = walkerAt(0, 0);
+  const before = Math.tan(walker.fov_y_rad / 2);
+  walker.step(1 / 60, { ...noIntent(), magnify: 1.5 });
+  near(Math.tan(walker.fov_y_rad / 2), before / 1.5, 1e-9);
+  walk(walker, 10, { zoom: 1 });
+  near(walker.fov_y_rad, Math.PI / 6, 1e-9);
+  walk(walker, 10, { zoom: -1 });
+  near(walker.fov_y_rad, (110 * Math.PI) / 180, 1e-9);
+});
+
+test("never becomes what is no number", () => {
+  const walker = walkerAt(-0.5, -0.5);
+  walker.place({ x_m: NaN, z_m: Infinity, yaw_rad: NaN, pitch_rad: -Infinity, up_m: NaN });
+  const broken = { addTo: (intent: Intent) => void Object.assign(intent, NONSENSE) };
+  for (const seconds of [NaN, 0, -1, Infinity, 1e9, 1 / 60]) {
+    walker.step(seconds, readIntent([broken]));
+  }
+  walker.fov_y_rad = NaN;
+  for (const value of [...Object.values(walker.pose), walker.fov_y_rad]) {
+    assert.ok(Number.isFinite(value), `${value}`);
+  }
+});
+
+const NONSENSE = { forward: NaN, right: Infinity, turn: -Infinity, look_yaw_rad: NaN, magnify: 0 };
+
+test("glides to a place and says when it is there", () => {
+  const walker = walkerAt(-0.5, -0.5);
+  let there = 0;
+  walker.glideTo({ x_m: 0.5, yaw_rad: 3 }, () => ++there);
+  walk(walker, 0.2, {});
+  assert.ok(walker.gliding && walker.pose.x_m > -0.5 && walker.pose.x_m < 0.5);
+  walk(walker, 3, {});
+  assert.equal(there, 1);
+  assert.deepEqual([walker.pose.x_m, walker.pose.z_m], [0.5, -0.5]);
+  near(walker.pose.yaw_rad, 3, 1e-9);
+});
+
+test("a movement by the user ends a glide", () => {
+  const walker = walkerAt(-0.5, -0.5);
+  let there = 0;
+  walker.glideTo({ x_m: 0.5 }, () => ++there);
+  walk(walker, 0.2, {});
+  walk(walker, 0.1, { turn: 1 });
+  walk(walker, 3, {});
+  assert.equal(there, 0);
+  assert.ok(walker.pose.x_m < 0.2);
+});
