@@ -11,6 +11,7 @@ import {
   Matrix3,
   type Texture,
 } from "three";
+import { TWO_PI } from "../geometry/angles";
 import type { Manifest } from "../manifest";
 import type { Eye } from "./distance_pass";
 import colourFragment from "./shaders/colour.frag.glsl";
@@ -36,7 +37,11 @@ export class ColourPass {
   readonly mesh: Mesh<BufferGeometry, RawShaderMaterial>;
   private readonly uniforms;
 
-  constructor({ distances }: Pick<Manifest, "distances">, textures: StationTextures) {
+  constructor(
+    private readonly manifest: Pick<Manifest, "distances" | "panorama">,
+    textures: StationTextures,
+  ) {
+    const { distances } = manifest;
     this.uniforms = {
       omegaMaps: { value: textures.omegaMaps },
       omegaStep: { value: distances.omega_step_per_m },
@@ -54,6 +59,9 @@ export class ColourPass {
       fillLayers: { value: new Int32Array(MAX_FILL) },
       fillCount: { value: 0 },
       vignette: { value: 0 },
+      rayAcross: { value: new Vector3() },
+      rayUpwards: { value: new Vector3() },
+      capturedPixel: { value: new Vector2() },
       dividers: { value: NO_DIVIDERS.clone() },
       truthPicture: { value: null as Texture | null },
       enginePicture: { value: null as Texture | null },
@@ -84,6 +92,14 @@ export class ColourPass {
     const { uniforms } = this;
     uniforms.projection.value.copy(inputs.eye.projection);
     uniforms.worldFromCamera.value.copy(inputs.eye.worldFromCamera);
+    // From one border of the view to the opposite one, clip coordinates change by 2.
+    const { x: focal_x, y: focal_y } = inputs.eye.projection;
+    uniforms.rayAcross.value.setFromMatrix3Column(inputs.eye.worldFromCamera, 0);
+    uniforms.rayAcross.value.multiplyScalar(2 / focal_x);
+    uniforms.rayUpwards.value.setFromMatrix3Column(inputs.eye.worldFromCamera, 1);
+    uniforms.rayUpwards.value.multiplyScalar(2 / focal_y);
+    const captured_rad = TWO_PI / this.manifest.panorama.width_px;
+    uniforms.capturedPixel.value.set(0.5 * captured_rad * focal_x, 0.5 * captured_rad * focal_y);
     uniforms.viewpoint.value.set(...inputs.viewpoint_m);
     uniforms.plan.value = inputs.plan;
     uniforms.distances.value = inputs.distances;

@@ -18,6 +18,9 @@ uniform int sources;                 // rows of the plan that are read
 uniform int fillLayers[MAX_FILL];    // stations for what no line sees, nearest first
 uniform int fillCount;
 uniform float vignette;              // 0 none to 1
+uniform vec3 rayAcross;              // change of `ray` over the width of the view
+uniform vec3 rayUpwards;             // and over its height
+uniform vec2 capturedPixel;          // its size in the middle of the view, of the view's size
 uniform vec2 dividers;               // of a comparison: truth up to x, engine up to y, then this view
 uniform sampler2D truthPicture;
 uniform sampler2D enginePicture;
@@ -92,6 +95,39 @@ vec3 correctedColour(vec3 direction, float omega, float column) {
   return hiddenTotal > 0.0 ? hiddenSum / hiddenTotal : vec3(0.25);
 }
 
+float columnOf(vec3 direction) {
+  float columns = float(textureSize(plan, 0).x);
+  return min(floor(panoramaPlace(direction).x * columns), columns - 1.0);
+}
+
+float omegaOf(vec2 at) {
+  vec2 size = vec2(textureSize(distances, 0));
+  return texelFetch(distances, ivec2(clamp(at * size, vec2(0.0), size - 1.0)), 0).r;
+}
+
+vec3 colourOf(vec2 at, float omega) {
+  vec3 direction = normalize(ray + (at.x - place.x) * rayAcross + (at.y - place.y) * rayUpwards);
+  return omega < 0.0 ? initialColour(direction, columnOf(direction))
+                     : correctedColour(direction, omega, columnOf(direction));
+}
+
+// At silhouettes the mean over a captured pixel, because distances know them to a pixel only: else
+// steps would be seen where a captured pixel is many pixels of the view.
+vec3 softenedColour() {
+  float omega = omegaOf(place);
+  vec2 corners[4] = vec2[4](vec2(-0.3, -0.3), vec2(0.3, -0.3), vec2(-0.3, 0.3), vec2(0.3, 0.3));
+  float omegas[4];
+  bool torn = false;
+  for (int i = 0; i < 4; ++i) {
+    omegas[i] = omegaOf(place + corners[i] * capturedPixel);
+    torn = torn || isSilhouette(omega, omegas[i]);
+  }
+  if (!torn) return colourOf(place, omega);
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < 4; ++i) sum += colourOf(place + corners[i] * capturedPixel, omegas[i]);
+  return 0.25 * sum;
+}
+
 void main() {
   vec3 direction = normalize(ray);
   vec2 at = panoramaPlace(direction);
@@ -103,11 +139,7 @@ void main() {
     colour = vec4(texture(enginePicture, at).rgb, 1.0);
     return;
   }
-  float columns = float(textureSize(plan, 0).x);
-  float column = min(floor(at.x * columns), columns - 1.0);
-  float omega = corrected ? texelFetch(distances, ivec2(place * vec2(textureSize(distances, 0))), 0).r : -1.0;
-  vec3 shown = omega < 0.0 ? initialColour(direction, column)
-                           : correctedColour(direction, omega, column);
+  vec3 shown = corrected ? softenedColour() : initialColour(direction, columnOf(direction));
   float fromMiddle = length(2.0 * place - 1.0);
   shown *= 1.0 - vignette * smoothstep(0.45, 0.95, fromMiddle);
   colour = vec4(shown, 1.0);
