@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
-#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/json_text.h"
 #include "core/files/output_path.h"
@@ -17,10 +15,11 @@
 #include "core/room/choose_k.h"
 #include "core/room/requirements.h"
 #include "core/view/view_plan.h"
+#include "render/view_path.h"
 #include "render/web/export_folder.h"
-#include "render/web/omega_file.h"
-#include "render/web/station_distances.h"
+#include "render/web/hotspots.h"
 #include "render/web/station_files.h"
+#include "render/web/truth_pairs.h"
 #include "render/web/vertical_range.h"
 #include "render/web/web_manifest.h"
 #include "render/web/web_plan.h"

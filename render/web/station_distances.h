@@ -2,8 +2,6 @@
 // knows nothing.
 #pragma once
 
-#include <vector>
-
 #include "core/room/omega_map.h"
 #include "core/room/room.h"
 #include "core/view/distance_view.h"

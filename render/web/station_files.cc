@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
+#include "core/files/atomic_output.h"
 #include "render/web/omega_file.h"
 #include "render/web/station_distances.h"
 #include "render/web/station_pictures.h"

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -30,9 +30,9 @@ struct WebPlan {
 // GPU memory of stations, 10^6 bytes: four bytes per pixel of a panorama, two per distance.
 double gpu_mb(int stations, int width, int distance_width);
 
-// The stations that the views in one cell are read from, at least a tenth of it away from its sides:
-// the most of any cell, from the first to the last of each line. All stations where no lines close a
-// cell.
+// The stations that the views in one cell are read from, at least a tenth of it away from its
+// sides: the most of any cell, from the first to the last of each line. All stations where no lines
+// close a cell.
 int most_stations_of_a_cell(const Grid& grid, const ConnectionRule& rule);
 
 // Keeps the stations that the room's scene requires, as `raywalk-build-lf require` measured, or all

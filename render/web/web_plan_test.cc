@@ -61,6 +61,15 @@ TEST(WebPlan, HoldsWhatTheSceneRequires) {
   EXPECT_EQ(plan(room.room(), {}, 256.0, 4096).width, 96) << "no more than captured";
 }
 
+TEST(WebPlan, PrefersStationsWithDistances) {
+  SyntheticRoomSpec spec = box_room(32);
+  spec.distance_every = 3;
+  const TestRoom room(spec);
+  // The ends and the corners of the cell (2 and 10) are always kept.
+  EXPECT_THAT(plan(room.room(), requirements(0.4, kInfinity, 32)).kept[0],
+              ElementsAre(0, 2, 3, 6, 9, 10, 12));
+}
+
 TEST(WebPlan, DistancesAreNoWiderThanTheMaps) {
   SyntheticRoomSpec spec = box_room(96);
   spec.distance_width = 24;
