@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/geometry/line_gaps.h"
 #include "core/view/distance_view.h"
@@ -94,7 +95,12 @@ ordered_json path_json(const std::vector<PathView>& path) {
 
 std::string station_name(int index) { return fmt::format("{:04}", index); }
 
+ordered_json grid_json(const Grid& grid) {
+  return {{"lines", lines_json(grid)}, {"cells", cells_json(grid)}};
+}
+
 ordered_json web_manifest(const Room& room, const WebContent& content) {
+  ordered_json grid = grid_json(room.grid());
   return {{"format", kWebFormat},
           {"version", kWebVersion},
           {"program", "raywalk-render " RAYWALK_VERSION},
@@ -110,8 +116,8 @@ ordered_json web_manifest(const Room& room, const WebContent& content) {
             {"k_deg", content.view.k_deg},
             {"overlap_deg", content.view.overlap_deg},
             {"distance_maps", content.view.distance_maps}}},
-          {"lines", lines_json(room.grid())},
-          {"cells", cells_json(room.grid())},
+          {"lines", std::move(grid["lines"])},
+          {"cells", std::move(grid["cells"])},
           {"start", {{"x_m", content.start.x_m}, {"z_m", content.start.z_m}, {"yaw_deg", 0.0}}},
           {"vertical_range_m", content.vertical_range_m},
           {"quality", quality_json(content.quality)},

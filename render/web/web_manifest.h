@@ -39,6 +39,9 @@ struct WebContent {
   std::vector<PathView> path{};
 };
 
+// Its keys "lines" and "cells".
+nlohmann::ordered_json grid_json(const Grid& grid);
+
 nlohmann::ordered_json web_manifest(const Room& room, const WebContent& content);
 
 }  // namespace raywalk::render

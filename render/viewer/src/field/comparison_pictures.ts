@@ -28,7 +28,9 @@ export class ComparisonPictures {
 
   dispose(): void {
     for (const pair of this.pairs.values()) {
-      void pair.then(({ truth, engine }) => [truth, engine].forEach((picture) => picture.dispose()));
+      void pair.then(({ truth, engine }) =>
+        [truth, engine].forEach((picture) => picture.dispose()),
+      );
     }
   }
 

@@ -11,7 +11,13 @@ import {
   WebGLRenderer,
   type Camera,
 } from "three";
-import { worldFromCamera, worldFromThree, quaternionOf, type Pose, type Vec3 } from "../geometry/frame";
+import {
+  worldFromCamera,
+  worldFromThree,
+  quaternionOf,
+  type Pose,
+  type Vec3,
+} from "../geometry/frame";
 import { Grid } from "../geometry/grid";
 import { viewHeight } from "../geometry/view_height";
 import { ExportError, parseManifest, type Manifest } from "../manifest";
@@ -33,7 +39,9 @@ const LOADING_SHARE = 0.25;
 export async function openViewer(canvas: HTMLCanvasElement, base: URL): Promise<Viewer> {
   const response = await fetch(new URL("manifest.json", base)).catch(() => undefined);
   if (!response?.ok) {
-    throw new ExportError("manifest.json could not be had; is this the folder of an exported room?");
+    throw new ExportError(
+      "manifest.json could not be had; is this the folder of an exported room?",
+    );
   }
   return new RoomViewer(canvas, base, parseManifest(await response.text()));
 }

@@ -54,7 +54,9 @@ const FIRST_DISTANCES = 8;
  * first picture; then what is fine, the most wanted first.
  */
 export function readingOrder(wanted: readonly number[]): { station: number; part: Part }[] {
-  const first = wanted.slice(0, FIRST_DISTANCES).map((station) => ({ station, part: "omega" as Part }));
+  const first = wanted
+    .slice(0, FIRST_DISTANCES)
+    .map((station) => ({ station, part: "omega" as Part }));
   const coarse = wanted.map((station) => ({ station, part: "coarse" as Part }));
   const rest = wanted.flatMap((station, rank) => [
     ...(rank < FIRST_DISTANCES ? [] : [{ station, part: "omega" as Part }]),

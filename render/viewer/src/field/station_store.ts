@@ -168,7 +168,8 @@ export class StationStore {
       for (const state of this.states.values()) {
         for (const part of PARTS) {
           const progress = state.parts[part];
-          if (progress.is === "failed" && progress.attempts < MOST_ATTEMPTS) progress.is = "missing";
+          if (progress.is === "failed" && progress.attempts < MOST_ATTEMPTS)
+            progress.is = "missing";
         }
       }
       this.readMore();

@@ -27,8 +27,7 @@ function heightAlong(line: Line, along_m: number): number {
   }
   const determinant = sum * sumXX - sumX * sumX;
   const oneStation = 1e-12 * sum * sum; // then there is no slope
-  const above =
-    determinant > oneStation ? (sumXX * sumY - sumX * sumXY) / determinant : sumY / sum;
+  const above = determinant > oneStation ? (sumXX * sumY - sumX * sumXY) / determinant : sumY / sum;
   return line.height_m + above;
 }
 

@@ -120,11 +120,7 @@ export class ViewPlan {
 }
 
 /** Where a ray from the viewpoint crosses a line; null if it runs parallel to one it is not on. */
-export function crossLine(
-  line: Line,
-  viewpoint: PlanPosition,
-  theta: number,
-): LineCrossing | null {
+export function crossLine(line: Line, viewpoint: PlanPosition, theta: number): LineCrossing | null {
   const [along_x, along_z] = line.direction;
   const ray_x = Math.sin(theta);
   const ray_z = Math.cos(theta);

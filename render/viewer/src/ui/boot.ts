@@ -8,11 +8,7 @@ import { parseOptions } from "./options";
 import { PanoramaFallback } from "./panorama_fallback";
 import { RoomPage } from "./room_page";
 
-export async function boot(
-  root: HTMLElement,
-  base: URL,
-  openViewer: OpenViewer,
-): Promise<void> {
+export async function boot(root: HTMLElement, base: URL, openViewer: OpenViewer): Promise<void> {
   const options = parseOptions(location.search);
   if (!hasWebGl2()) {
     await showPanoramas(root, base);

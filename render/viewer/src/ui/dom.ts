@@ -17,7 +17,8 @@ export function element<Tag extends keyof HTMLElementTagNameMap>(
   if (parts.class) made.className = parts.class;
   if (parts.text !== undefined) made.textContent = parts.text;
   if (parts.testid) made.dataset.testid = parts.testid;
-  for (const [name, value] of Object.entries(parts.attributes ?? {})) made.setAttribute(name, value);
+  for (const [name, value] of Object.entries(parts.attributes ?? {}))
+    made.setAttribute(name, value);
   made.append(...children);
   return made;
 }

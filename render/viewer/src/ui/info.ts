@@ -49,8 +49,5 @@ function hotspotList(
     });
     return element("li", {}, button);
   });
-  return [
-    element("h3", { text: "Look at" }),
-    element("ul", { class: "hotspot-list" }, ...buttons),
-  ];
+  return [element("h3", { text: "Look at" }), element("ul", { class: "hotspot-list" }, ...buttons)];
 }

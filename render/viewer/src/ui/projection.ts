@@ -1,6 +1,12 @@
 // Between the room and the flat picture: where a point is seen, and where a pixel looks.
 import { Vector3 } from "three";
-import { quaternionOf, threeFromWorld, worldFromThree, type Pose, type Vec3 } from "../geometry/frame";
+import {
+  quaternionOf,
+  threeFromWorld,
+  worldFromThree,
+  type Pose,
+  type Vec3,
+} from "../geometry/frame";
 
 export interface Picture {
   fov_y_rad: number;

@@ -55,10 +55,12 @@ test("a gamepad of the standard mapping walks and looks, others do nothing", () 
 });
 
 test("a diagonal is not faster than a straight way", () => {
-  const both = { addTo: (intent: { forward: number; right: number }) => {
-    intent.forward += 1;
-    intent.right += 1;
-  } };
+  const both = {
+    addTo: (intent: { forward: number; right: number }) => {
+      intent.forward += 1;
+      intent.right += 1;
+    },
+  };
   const intent = readIntent([both, both]);
   near(Math.hypot(intent.forward, intent.right), 1);
 });

@@ -129,7 +129,12 @@ export const MOVEMENT_KEYS: readonly MovementKey[] = [
 ];
 
 export const COMMAND_KEYS: readonly CommandKey[] = [
-  { keys: ["0", "Digit0", "Numpad0"], shown: ["0"], does: "Level the view again", command: "level" },
+  {
+    keys: ["0", "Digit0", "Numpad0"],
+    shown: ["0"],
+    does: "Level the view again",
+    command: "level",
+  },
   { keys: ["1", "Digit1"], shown: ["1"], does: "Views: initial", command: "initial" },
   { keys: ["2", "Digit2"], shown: ["2"], does: "Views: hlf-vd", command: "hlf-vd" },
   { keys: ["3", "Digit3"], shown: ["3"], does: "Views: two-sided", command: "two-sided" },

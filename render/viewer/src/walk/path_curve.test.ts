@@ -52,7 +52,12 @@ test("takes time for a turn on the spot", () => {
 });
 
 test("a path of nothing, of one pose, or of nonsense cannot be played, and does not throw", () => {
-  for (const path of [[], [view(1, 2)], [view(1, 1), view(1, 1)], [view(NaN, 0), view(0, 0, NaN)]]) {
+  for (const path of [
+    [],
+    [view(1, 2)],
+    [view(1, 1), view(1, 1)],
+    [view(NaN, 0), view(0, 0, NaN)],
+  ]) {
     const curve = new PathCurve(path);
     assert.equal(curve.playable, false);
     for (const value of Object.values(curve.at(0.5))) assert.ok(Number.isFinite(value));

@@ -105,7 +105,11 @@ export class XrWalk {
     const share = approach(seconds, PUSH_TIME_CONSTANT_S);
     const moved = (key: "x_m" | "z_m" | "up_m"): number =>
       eye[key] + (inside[key] - eye[key]) * share + (after[key] - inside[key]);
-    return baseFor({ x_m: moved("x_m"), z_m: moved("z_m"), up_m: moved("up_m") }, base.yaw_rad, head);
+    return baseFor(
+      { x_m: moved("x_m"), z_m: moved("z_m"), up_m: moved("up_m") },
+      base.yaw_rad,
+      head,
+    );
   }
 
   private head(): Head | null {
