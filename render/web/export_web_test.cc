@@ -14,6 +14,7 @@
 #include "core/files/image_file.h"
 #include "core/files/json_text.h"
 #include "core/room/requirements.h"
+#include "core/view/distance_view.h"
 #include "core/view/test_room.h"
 #include "render/web/station_distances.h"
 #include "render/web/station_pictures.h"
@@ -86,8 +87,8 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
   EXPECT_EQ(m["title"], "Hall \"A\"");
   EXPECT_EQ(m["budget_mb"], 256.0);
   EXPECT_EQ(m["panorama"], json({{"width_px", 192}, {"coarse_width_px", 96}}));
-  EXPECT_EQ(m["distances"]["width_px"], 96);
-  EXPECT_FLOAT_EQ(m["distances"]["surface_tolerance"], 0.25F);
+  EXPECT_EQ(m["distances"]["width_px"], 192);
+  EXPECT_FLOAT_EQ(m["distances"]["surface_tolerance"], surface_tolerance_of_view(192));
   EXPECT_EQ(m["view"], json({{"generation", "two-sided"},
                              {"k_deg", 80.0},
                              {"overlap_deg", 5.0},
@@ -131,7 +132,7 @@ TEST_F(ExportWebTest, TheManifestDescribesTheRoom) {
 TEST_F(ExportWebTest, PicturesAndDistancesAreTheStations) {
   run();
   EXPECT_EQ(picture("0000-coarse.jpg").size(), cv::Size(96, 48));
-  StationDistances distances(room_.room(), 96);
+  StationDistances distances(room_.room(), 192);
   const double step_per_m = manifest()["distances"]["omega_step_per_m"];
   float largest = 0.0F;
   int index = 0;

@@ -14,13 +14,12 @@
 #include "render/web/station_pictures.h"
 #include "render/web/web_jpeg.h"
 #include "render/web/web_manifest.h"
+#include "render/web/web_plan.h"
 
 namespace raywalk::render {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kCoarseWidth = 256;
 
 void write_pictures(const fs::path& folder, const std::string& name, const cv::Mat& picture) {
   write_jpeg(folder / (name + ".jpg"), picture);
@@ -68,8 +67,6 @@ int stations_of(const Grid& grid) {
 }
 
 }  // namespace
-
-int coarse_width_of(int width) { return width > kCoarseWidth ? kCoarseWidth : width / 2; }
 
 double write_stations(const Room& room, const ViewOptions& options, int distance_width,
                       const fs::path& folder) {

@@ -8,9 +8,6 @@
 
 namespace raywalk::render {
 
-// Width of the coarse panoramas beside panoramas of a width (a multiple of 4): 256, or half of it.
-int coarse_width_of(int width);
-
 // Writes NAME.jpg, NAME-coarse.jpg and NAME.omega of all stations of `room` to `folder`; `options`
 // are those of views, as wide as the panoramas. Returns the step of the distances' values, 1/m: the
 // largest inverse distance of all stations is 65535 of them. Memory does not grow with the number

@@ -18,8 +18,12 @@ namespace raywalk::render {
 namespace {
 
 constexpr int kWidthStep = 4;
-constexpr int kBudgetStep = 16;       // by which the budget reduces widths, pixels
-constexpr int kLeastWidth = 256;      // below which the budget does not reduce them
+constexpr int kBudgetStep = 16;   // by which the budget reduces widths, pixels
+constexpr int kLeastWidth = 256;  // below which the budget does not reduce them
+constexpr int kCoarseWidth = 256;
+// Four maps of this width are two million vertices, which devices of today draw in a few
+// milliseconds.
+constexpr int kMostDistances = 1024;
 constexpr int kWithoutDistances = 8;  // width of distances that say nothing
 
 int rounded_down(double width) { return static_cast<int>(width) / kWidthStep * kWidthStep; }
@@ -98,7 +102,8 @@ Widths wanted_widths(const Room& room, const std::optional<RoomRequirements>& re
     maps = std::max(maps, room.distances(static_cast<int>(i)).size().width);
   }
   if (required) maps = std::min(maps, required->storage.needed_distance_width_px);
-  widths.distances = std::max(rounded_down(std::min(maps, widths.panorama / 2)), kWithoutDistances);
+  widths.distances =
+      std::max(rounded_down(std::min({maps, widths.panorama, kMostDistances})), kWithoutDistances);
   return widths;
 }
 
@@ -142,10 +147,13 @@ std::string summary_of(const WebPlan& plan, const std::optional<RoomRequirements
 
 }  // namespace
 
+int coarse_width_of(int width) { return width > kCoarseWidth ? kCoarseWidth : width / 2; }
+
 double gpu_mb(int stations, int width, int distance_width) {
   const double panorama = 0.5 * width * width * 4.0;
+  const double coarse = 0.5 * coarse_width_of(width) * coarse_width_of(width) * 4.0;
   const double distances = 0.5 * distance_width * distance_width * 2.0;
-  return 1e-6 * stations * (panorama + distances);
+  return 1e-6 * stations * (panorama + coarse + distances);
 }
 
 int most_stations_of_a_cell(const Grid& grid, const ConnectionRule& rule) {

@@ -108,8 +108,12 @@ export function parseManifest(text: string): Manifest {
   const complete =
     manifest.panorama?.width_px > 0 &&
     manifest.distances?.width_px > 0 &&
-    Array.isArray(manifest.lines) &&
+    Number.isFinite(manifest.start?.x_m) &&
+    Number.isFinite(manifest.start?.z_m) &&
+    GENERATIONS.includes(manifest.view?.generation) &&
     Array.isArray(manifest.cells) &&
+    Array.isArray(manifest.lines) &&
+    manifest.lines.length > 0 &&
     manifest.lines.every((line) => line.stations?.length >= 2);
   if (!complete) {
     throw new ExportError("manifest.json is incomplete; export the room again.");

@@ -228,9 +228,11 @@ class RoomViewer implements Viewer {
     const head = worldFromThree(new Vector3().setFromMatrixPosition(cameraWorld));
     const viewpoint_m = this.viewpoint(presenting ? head : [0, 0, 0]);
 
+    // An emulated headset with one eye has a second one of no width.
+    const viewport = (camera as PerspectiveCamera).viewport as Vector4 | undefined;
+    if (viewport && viewport.z * viewport.w === 0) return;
     const which = this.eyesDrawn++;
     this.eyes[which] ??= new EyeView(webgl, this.manifest, this.grid, this.store, this.textures);
-    const viewport = (camera as PerspectiveCamera).viewport as Vector4 | undefined;
     const target = webgl.getRenderTarget();
     const full = webgl.getDrawingBufferSize(new Vector2());
     webgl.xr.enabled = false;
