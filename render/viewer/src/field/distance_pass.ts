@@ -2,6 +2,7 @@
 // picture of inverse distances.
 import {
   BufferAttribute,
+  BufferGeometry,
   DepthTexture,
   FloatType,
   GLSL3,
@@ -17,6 +18,7 @@ import {
   Vector2,
   Vector4,
   WebGLRenderTarget,
+  type IUniform,
   type Texture,
   type WebGLRenderer,
 } from "three";
@@ -36,6 +38,7 @@ const LARGEST_OMEGA = 65535;
 
 export interface DistanceMapOfView {
   layer: number;
+  silhouettes: BufferGeometry;
   stationFromView_m: Vec3;
 }
 
@@ -52,7 +55,8 @@ export class DistancePass {
   private readonly scene = new Scene();
   // three.js wants a camera; the shaders have their own.
   private readonly camera = new OrthographicCamera();
-  private readonly geometries: InstancedBufferGeometry[];
+  private readonly surfaces: InstancedBufferGeometry;
+  private readonly rims: Points<BufferGeometry, RawShaderMaterial>[] = [];
   private readonly uniforms;
 
   constructor(
@@ -81,15 +85,15 @@ export class DistancePass {
       pixelsPerRadian: { value: new Vector2() },
     };
     const width = distances.width_px;
-    const mesh = surfaceGeometry(width, width / 2);
-    const rim = pointGeometry(width * (width / 2));
-    this.geometries = [mesh, rim];
-    for (const drawn of [
-      new Mesh(mesh, this.material(meshVertex)),
-      new Points(rim, this.material(rimVertex)),
-    ]) {
-      drawn.frustumCulled = false;
-      this.scene.add(drawn);
+    this.surfaces = surfaceGeometry(width, width / 2);
+    this.add(new Mesh(this.surfaces, this.material(meshVertex)));
+    for (let map = 0; map < MAX_MAPS; ++map) {
+      const rim = new Points<BufferGeometry, RawShaderMaterial>(
+        new BufferGeometry(),
+        this.material(rimVertex, { map: { value: map } }),
+      );
+      this.rims.push(rim);
+      this.add(rim);
     }
   }
 
@@ -105,7 +109,12 @@ export class DistancePass {
     const gl = webgl.getContext() as WebGL2RenderingContext;
     const largestPoint = (gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE) as Float32Array)[1]!;
     uniforms.pixelsPerRadian.value.set(0.5 * height * eye.projection.y, largestPoint);
-    for (const geometry of this.geometries) geometry.instanceCount = maps.length;
+    this.surfaces.instanceCount = maps.length;
+    this.rims.forEach((rim, map) => {
+      const seen = maps[map];
+      rim.visible = seen !== undefined;
+      if (seen) rim.geometry = seen.silhouettes;
+    });
     if (this.target.width !== width || this.target.height !== height) {
       this.target.setSize(width, height);
     }
@@ -117,16 +126,21 @@ export class DistancePass {
 
   dispose(): void {
     this.target.dispose();
-    for (const geometry of this.geometries) geometry.dispose();
+    this.surfaces.dispose();
   }
 
-  private material(vertex: string): RawShaderMaterial {
+  private add(drawn: Mesh | Points): void {
+    drawn.frustumCulled = false;
+    this.scene.add(drawn);
+  }
+
+  private material(vertex: string, more: Record<string, IUniform> = {}): RawShaderMaterial {
     return new RawShaderMaterial({
       glslVersion: GLSL3,
       defines: { MAX_MAPS },
       vertexShader: stationsSource + distanceMap + vertex,
       fragmentShader: stationsSource + meshFragment,
-      uniforms: this.uniforms,
+      uniforms: { ...this.uniforms, ...more },
     });
   }
 }
@@ -146,12 +160,5 @@ function surfaceGeometry(columns: number, rows: number): InstancedBufferGeometry
   }
   const geometry = new InstancedBufferGeometry();
   geometry.setIndex(new BufferAttribute(indices, 1));
-  return geometry;
-}
-
-/** As many vertices as pixels, known by their ids. */
-function pointGeometry(pixels: number): InstancedBufferGeometry {
-  const geometry = new InstancedBufferGeometry();
-  geometry.setDrawRange(0, pixels);
   return geometry;
 }

@@ -25,7 +25,7 @@ export class EyeView {
     private readonly manifest: Manifest,
     private readonly grid: Grid,
     private readonly store: StationStore,
-    textures: StationTextures,
+    private readonly textures: StationTextures,
   ) {
     this.distances = new DistancePass(webgl, manifest, textures.omegaMaps);
   }
@@ -50,10 +50,12 @@ export class EyeView {
     const maps = this.nearestStations(cell, viewpoint_m, most, MAPS_PER_LINE);
     const corrected = settings.generation !== "initial" && maps.length > 0;
     if (corrected) {
-      const seen = maps.map(({ station, position_m }) => ({
-        layer: this.store.layerWith(station, "omega")!,
-        stationFromView_m: position_m.map((at, axis) => at - viewpoint_m[axis]!) as Vec3,
-      }));
+      const seen = maps.map(({ station, position_m }) => {
+        const layer = this.store.layerWith(station, "omega")!;
+        const silhouettes = this.textures.silhouettes[layer]!;
+        const stationFromView_m = position_m.map((at, axis) => at - viewpoint_m[axis]!) as Vec3;
+        return { layer, silhouettes, stationFromView_m };
+      });
       this.distances.draw(seen, eye, width, height);
     }
     return {

@@ -18,7 +18,7 @@ import {
   type Pose,
   type Vec3,
 } from "../geometry/frame";
-import { Grid } from "../geometry/grid";
+import { Grid, type PlanPosition } from "../geometry/grid";
 import { viewHeight } from "../geometry/view_height";
 import { ExportError, parseManifest, type Manifest } from "../manifest";
 import type { Comparison, LoadProgress, Viewer, ViewSettings } from "../viewer";
@@ -64,6 +64,8 @@ class RoomViewer implements Viewer {
   private readonly camera = new PerspectiveCamera();
   private readonly eyes: EyeView[] = [];
   private eyesDrawn = 0;
+  private wantedAt: PlanPosition = { x_m: Infinity, z_m: Infinity };
+  private readonly step_m: number;
   private lastFrame_ms = 0;
   private lastDrawn = ""; // what the picture on the screen shows
   private changes = 0;
@@ -92,6 +94,7 @@ class RoomViewer implements Viewer {
     this.store = new StationStore(manifest, base, this.textures, () => ++this.arrivals);
     this.colours = new ColourPass(manifest, this.textures);
     this.comparison = new ComparisonPictures(manifest, base);
+    this.step_m = 0.25 * Math.min(...manifest.lines.map((line) => line.spacing_m));
     this.settings = { ...manifest.view };
     const { x_m, z_m, yaw_deg } = manifest.start;
     const yaw_rad = (yaw_deg * Math.PI) / 180;
@@ -161,7 +164,7 @@ class RoomViewer implements Viewer {
     if (this.lastFrame_ms === this.drawnAt_ms) this.drawing_ms = time_ms - this.drawnAt_ms;
     this.lastFrame_ms = time_ms;
     this.onFrame(seconds);
-    this.store.want(wantedStations(this.store.placed, this.grid, this.pose));
+    this.wantStations();
     this.fitCanvas();
     if (this.arrivals > 0 && this.mayShowArrivals(time_ms)) {
       this.arrivals = 0;
@@ -185,6 +188,15 @@ class RoomViewer implements Viewer {
     if (this.store.settled && this.arrivals === 0) {
       for (const resolve of this.waiting.splice(0)) resolve();
     }
+  }
+
+  // Only after a step that may change the order: rooms can have thousands of stations.
+  private wantStations(): void {
+    const { x_m, z_m } = this.pose;
+    const moved_m = Math.hypot(x_m - this.wantedAt.x_m, z_m - this.wantedAt.z_m);
+    if (moved_m < this.step_m) return;
+    this.wantedAt = { x_m, z_m };
+    this.store.want(wantedStations(this.store.placed, this.grid, this.pose));
   }
 
   private mayShowArrivals(time_ms: number): boolean {

@@ -1,6 +1,8 @@
 // The textures that hold stations: an array layer each for the fine picture, the coarse picture and
 // the distances, and a table of what is there.
 import {
+  BufferAttribute,
+  BufferGeometry,
   ClampToEdgeWrapping,
   DataArrayTexture,
   DataTexture,
@@ -17,6 +19,7 @@ import {
   type WebGLRenderer,
 } from "three";
 import { ExportError, type Manifest } from "../manifest";
+import { silhouettePixels } from "./silhouette_pixels";
 
 const BYTES_PER_PIXEL = 4;
 const BYTES_PER_OMEGA = 2;
@@ -48,6 +51,8 @@ export class StationTextures {
   readonly omegaMaps: DataArrayTexture;
   /** [fact][layer]: position and picture (0 none, 1 coarse, 2 fine); whether distances are there. */
   readonly table: DataTexture;
+  /** Of each layer with distances, their pixels next to silhouettes (attribute "pixel"). */
+  readonly silhouettes: BufferGeometry[] = [];
   private readonly facts: Float32Array<ArrayBuffer>;
 
   constructor(
@@ -84,7 +89,15 @@ export class StationTextures {
   }
 
   setOmega(layer: number, values: Uint16Array<ArrayBuffer>): void {
-    const width = this.sizes.distances.width_px;
+    const { width_px: width, surface_tolerance } = this.sizes.distances;
+    const rim = silhouettePixels(values, width, surface_tolerance);
+    this.silhouettes[layer]?.dispose();
+    this.silhouettes[layer] = new BufferGeometry().setAttribute(
+      "pixel",
+      new BufferAttribute(rim, 1),
+    );
+    // three.js draws nothing without a position, unless it is told how much.
+    this.silhouettes[layer].setDrawRange(0, rim.length);
     const source = new DataTexture(values, width, width / 2, RedIntegerFormat, UnsignedShortType);
     source.internalFormat = "R16UI";
     this.upload(source, this.omegaMaps, layer);
@@ -103,6 +116,7 @@ export class StationTextures {
     for (const texture of [this.pictures, this.coarsePictures, this.omegaMaps, this.table]) {
       texture.dispose();
     }
+    for (const geometry of this.silhouettes) geometry?.dispose();
   }
 
   private upload(source: Texture, into: DataArrayTexture, layer: number): void {

@@ -12,6 +12,7 @@ uniform vec4 projection;                 // focal lengths x, y and shifts x, y o
 
 vec3 scaledPoint;  // of the current vertex
 float omegaFromStation;
+int mapRank;  // of the maps, the nearest first
 int mapLayer;
 
 vec3 directionOf(int column, int row) {
@@ -25,13 +26,14 @@ vec3 directionOf(int column, int row) {
 // Inverse distance of a pixel's point from the viewpoint.
 float omegaFromView(int column, int row) {
   float omega = omegaAt(mapLayer, column, row);
-  return omega / max(1e-9, length(directionOf(column, row) + omega * stationFromView[gl_InstanceID]));
+  return omega / max(1e-9, length(directionOf(column, row) + omega * stationFromView[mapRank]));
 }
 
-void placeVertex(int column, int row) {
-  mapLayer = layers[gl_InstanceID];
+void placeVertex(int map, int column, int row) {
+  mapRank = map;
+  mapLayer = layers[map];
   omegaFromStation = omegaAt(mapLayer, column, row);
-  scaledPoint = directionOf(column, row) + omegaFromStation * stationFromView[gl_InstanceID];
+  scaledPoint = directionOf(column, row) + omegaFromStation * stationFromView[map];
   vec3 seen = cameraFromWorld * scaledPoint;
   gl_Position = vec4(projection.xy * seen.xy + projection.zw * seen.z, 0.0, -seen.z);
 }

@@ -12,10 +12,10 @@ void main() {
   ivec2 size = textureSize(omegaMaps, 0).xy;
   int column = gl_VertexID % (size.x + 1);
   int row = gl_VertexID / (size.x + 1) - 1;
-  placeVertex(column, row);
+  placeVertex(gl_InstanceID, column, row);
   point = scaledPoint;
   omega = omegaFromStation;
-  rank = gl_InstanceID;
+  rank = mapRank;
   float right = omegaAt(mapLayer, column + 1, row);
   float below = omegaAt(mapLayer, column, row + 1);
   float across = omegaAt(mapLayer, column + 1, row + 1);
