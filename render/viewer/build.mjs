@@ -9,8 +9,12 @@ const out = path.resolve(process.argv[2] ?? "dist");
 
 await mkdir(out, { recursive: true });
 await build({
-  entryPoints: [path.join(here, "src/main.ts")],
-  outfile: path.join(out, "viewer.js"),
+  // viewer.js and viewer.css
+  entryPoints: [
+    { in: path.join(here, "src/main.ts"), out: "viewer" },
+    { in: path.join(here, "viewer.css"), out: "viewer" },
+  ],
+  outdir: out,
   bundle: true,
   format: "esm",
   // What WebXR headsets and the browsers of Debian 12 understand.
@@ -20,6 +24,4 @@ await build({
   legalComments: "eof", // licences of the libraries inside
   logLevel: "warning",
 });
-for (const file of ["index.html", "viewer.css"]) {
-  await copyFile(path.join(here, file), path.join(out, file));
-}
+await copyFile(path.join(here, "index.html"), path.join(out, "index.html"));

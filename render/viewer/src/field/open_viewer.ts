@@ -18,6 +18,7 @@ import {
   type Pose,
   type Vec3,
 } from "../geometry/frame";
+import { radiansFromDegrees } from "../geometry/angles";
 import { Grid, type PlanPosition } from "../geometry/grid";
 import { viewHeight } from "../geometry/view_height";
 import { ExportError, parseManifest, type Manifest } from "../manifest";
@@ -97,7 +98,7 @@ class RoomViewer implements Viewer {
     this.step_m = 0.25 * Math.min(...manifest.lines.map((line) => line.spacing_m));
     this.settings = { ...manifest.view };
     const { x_m, z_m, yaw_deg } = manifest.start;
-    const yaw_rad = (yaw_deg * Math.PI) / 180;
+    const yaw_rad = radiansFromDegrees(yaw_deg);
     this.pose = { x_m, z_m, up_m: 0, yaw_rad, pitch_rad: 0, roll_rad: 0 };
     this.scene.add(this.colours.mesh);
     this.colours.mesh.onBeforeRender = (_webgl, _scene, camera) => this.prepareEye(camera);

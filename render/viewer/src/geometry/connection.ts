@@ -1,6 +1,6 @@
 // Hybrid connection: the angle at which the columns of a view change from one line of a cell to the
 // next. The same rule as core/view/connection.h, which explains it; tests compare the two.
-import { HALF_PI } from "./angles";
+import { HALF_PI, limit } from "./angles";
 
 export interface ConnectionRule {
   k_rad: number; // 45 to 90 degrees
@@ -22,13 +22,13 @@ export interface CornerConnection {
 }
 
 export function connectCorner(corner: CornerView, rule: ConnectionRule): CornerConnection {
-  const wanted = clamp(
+  const wanted = limit(
     Math.atan2(corner.toNextSide_m, corner.toThisSide_m),
     HALF_PI - rule.k_rad,
     rule.k_rad,
   );
   const shared = sharedAngles(corner);
-  const cut = clamp(wanted, shared.begin, shared.end);
+  const cut = limit(wanted, shared.begin, shared.end);
   const half = 0.5 * rule.overlap_rad;
   return {
     blendBegin: Math.max(cut - half, shared.begin),
@@ -53,8 +53,4 @@ function sharedAngles(corner: CornerView): { begin: number; end: number } {
     begin: Math.atan2(a, b + corner.overhangNext_m),
     end: Math.atan2(a + corner.overhangThis_m, b),
   };
-}
-
-function clamp(value: number, least: number, most: number): number {
-  return Math.min(Math.max(value, least), most);
 }

@@ -7,7 +7,7 @@
 // is out of range is taken as near as there is.
 import type { Pose } from "../geometry/frame";
 import { GENERATIONS, type Generation } from "../manifest";
-import { DEGREE_RAD, limit, wrapAngle } from "../walk/angles";
+import { DEGREE_RAD, limit, wrapAngle } from "../geometry/angles";
 import { limitFov } from "../walk/field_of_view";
 import { decimals, readNumber } from "./numbers";
 

@@ -1,6 +1,6 @@
 // What is asked of the engine for a still view: the contract of `raywalk-render serve`, GET view.
 import type { Pose } from "../geometry/frame";
-import { DEGREE_RAD } from "../walk/angles";
+import { DEGREE_RAD } from "../geometry/angles";
 import { horizontalFov } from "../walk/field_of_view";
 import type { ViewSettings } from "../viewer";
 import { decimals } from "./numbers";

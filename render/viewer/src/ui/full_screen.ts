@@ -1,7 +1,7 @@
 // Full screen, where the tools hide when nothing is touched; and pictures to take home.
 import type { Pose } from "../geometry/frame";
 import type { Viewer } from "../viewer";
-import { DEGREE_RAD } from "../walk/angles";
+import { DEGREE_RAD } from "../geometry/angles";
 import { download } from "./dom";
 import { Idle } from "./idle";
 import { decimals } from "./numbers";

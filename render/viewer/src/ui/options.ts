@@ -7,7 +7,7 @@
 //
 // They may be combined: index.html?kiosk&play. What is after # goes first: see address.ts.
 import type { Pose } from "../geometry/frame";
-import { DEGREE_RAD } from "../walk/angles";
+import { DEGREE_RAD } from "../geometry/angles";
 import { readNumber } from "./numbers";
 
 export interface PageOptions {

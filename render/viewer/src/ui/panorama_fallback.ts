@@ -2,7 +2,7 @@
 // stations.
 import type { Manifest, Station } from "../manifest";
 import type { PlanPosition } from "../geometry/grid";
-import { turnBetween } from "../walk/angles";
+import { turnBetween } from "../geometry/angles";
 import { element, iconButton } from "./dom";
 import { icon, type IconName } from "./icons";
 

@@ -3,7 +3,7 @@ import type { Pose } from "../geometry/frame";
 import type { Grid, PlanPosition } from "../geometry/grid";
 import { viewHeight } from "../geometry/view_height";
 import type { Hotspot, Manifest } from "../manifest";
-import { DEGREE_RAD } from "../walk/angles";
+import { DEGREE_RAD } from "../geometry/angles";
 import { directionOf, type Picture } from "./projection";
 
 /** Straight up or down, a pixel shows no way to walk. */

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { planFromWalker, turnBetween, wrapAngle } from "./angles";
+import { turnBetween, wrapAngle } from "../geometry/angles";
+import { planFromWalker } from "./motion";
 import { horizontalFov, pixelAngle } from "./field_of_view";
 import { Gamepads, stick } from "./gamepad";
 import { isActive, noIntent, readIntent } from "./intent";

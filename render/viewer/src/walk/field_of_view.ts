@@ -1,5 +1,5 @@
 // The flat picture's field of view: its limits, and what it means in pixels.
-import { DEGREE_RAD, limit } from "./angles";
+import { DEGREE_RAD, limit } from "../geometry/angles";
 
 export const LEAST_FOV_Y_RAD = 30 * DEGREE_RAD;
 export const MOST_FOV_Y_RAD = 110 * DEGREE_RAD;

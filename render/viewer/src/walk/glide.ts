@@ -1,6 +1,6 @@
 // A smooth movement from one pose to another that nobody steers.
 import type { Pose } from "../geometry/frame";
-import { DEGREE_RAD, limit, turnBetween } from "./angles";
+import { DEGREE_RAD, limit, turnBetween } from "../geometry/angles";
 
 const SHORTEST_S = 0.35;
 const LONGEST_S = 2.5;

@@ -6,7 +6,7 @@
 // longer, so that one who turns on the spot is not rushed.
 import type { Pose } from "../geometry/frame";
 import type { PathView } from "../manifest";
-import { DEGREE_RAD, turnBetween, wrapAngle } from "./angles";
+import { DEGREE_RAD, turnBetween, wrapAngle } from "../geometry/angles";
 
 const SPEED_M_PER_S = 0.4;
 const TURN_RAD_PER_S = 40 * DEGREE_RAD;

@@ -1,6 +1,6 @@
 // Looking with a mouse, a pen or fingers: the scene is grabbed and dragged, as in other viewers of
 // panoramas. The wheel and two fingers zoom; a double click walks a step that way.
-import { limit } from "./angles";
+import { limit } from "../geometry/angles";
 import { pixelAngle } from "./field_of_view";
 import type { InputSource, Intent } from "./intent";
 

@@ -5,7 +5,8 @@
 // that is left, so that one slides along edges and passes freely between touching cells.
 import type { Pose } from "../geometry/frame";
 import type { Grid, PlanPosition } from "../geometry/grid";
-import { DEGREE_RAD, approach, limit, planFromWalker, wrapAngle } from "./angles";
+import { DEGREE_RAD, limit, wrapAngle } from "../geometry/angles";
+import { approach, planFromWalker } from "./motion";
 import { areaSide, edgeBrake, edgeMargin, freeDistance } from "./edges";
 import { limitFov } from "./field_of_view";
 import { Glide } from "./glide";

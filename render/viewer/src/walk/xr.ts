@@ -7,7 +7,8 @@
 import { Quaternion } from "three";
 import { anglesOf } from "../geometry/frame";
 import type { Viewer } from "../viewer";
-import { approach, wrapAngle } from "./angles";
+import { wrapAngle } from "../geometry/angles";
+import { approach } from "./motion";
 import { stick } from "./gamepad";
 import { noIntent, type Intent } from "./intent";
 import type { Walker } from "./walker";

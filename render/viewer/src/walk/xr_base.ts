@@ -4,7 +4,7 @@
 // that beginning in the room: eye = base + Ry(base yaw) head. Walking, turning and what keeps the eye
 // inside change the base only; the head is the user's own.
 import type { Pose } from "../geometry/frame";
-import { planFromWalker } from "./angles";
+import { planFromWalker } from "./motion";
 
 /** Relative to the beginning of the session, in Raywalk's axes. */
 export interface Head {
