@@ -6,6 +6,7 @@ import {
   DepthTexture,
   FloatType,
   GLSL3,
+  HalfFloatType,
   InstancedBufferGeometry,
   Matrix3,
   Mesh,
@@ -65,7 +66,8 @@ export class DistancePass {
     omegaMaps: Texture,
   ) {
     this.target = new WebGLRenderTarget(1, 1, {
-      type: FloatType,
+      // Phones may have half floats only: 11 bits of inverse distance move a pixel by less than one.
+      type: webgl.extensions.has("EXT_color_buffer_float") ? FloatType : HalfFloatType,
       format: RedFormat,
       minFilter: NearestFilter,
       magFilter: NearestFilter,

@@ -87,8 +87,9 @@ class RoomViewer implements Viewer {
     this.webgl.outputColorSpace = LinearSRGBColorSpace;
     this.webgl.autoClear = false;
     this.webgl.xr.enabled = true;
-    if (!this.webgl.extensions.has("EXT_color_buffer_float")) {
-      throw new Error("This device cannot draw into pictures of numbers (EXT_color_buffer_float).");
+    const floats = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
+    if (!floats.some((extension) => this.webgl.extensions.has(extension))) {
+      throw new Error("This device cannot draw into pictures of floating-point numbers.");
     }
     const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
     this.textures = new StationTextures(this.webgl, manifest, stations);
