@@ -47,5 +47,8 @@ export interface Viewer {
   dispose(): void;
 }
 
-/** Opens the exported room at `base` (the folder of manifest.json) in a canvas. Throws ExportError. */
+/** A device that cannot draw rooms. */
+export class DeviceError extends Error {}
+
+/** Opens the exported room at `base` (the folder of manifest.json) in a canvas. Throws ExportError, DeviceError. */
 export type OpenViewer = (canvas: HTMLCanvasElement, base: URL) => Promise<Viewer>;

@@ -22,7 +22,13 @@ import { radiansFromDegrees } from "../geometry/angles";
 import { Grid, type PlanPosition } from "../geometry/grid";
 import { viewHeight } from "../geometry/view_height";
 import { ExportError, parseManifest, type Manifest } from "../manifest";
-import type { Comparison, LoadProgress, Viewer, ViewSettings } from "../viewer";
+import {
+  DeviceError,
+  type Comparison,
+  type LoadProgress,
+  type Viewer,
+  type ViewSettings,
+} from "../viewer";
 import { ColourPass } from "./colour_pass";
 import { ComparisonPictures } from "./comparison_pictures";
 import type { Eye } from "./distance_pass";
@@ -36,7 +42,7 @@ const FIRST_FOV_Y_RAD = 1.2;
 /** While files arrive, this part of the time is spent on drawing what has come. */
 const LOADING_SHARE = 0.25;
 
-/** Throws ExportError if the folder holds no room that this page reads, Error without WebGL2. */
+/** Throws ExportError if the folder holds no room that this page reads, DeviceError. */
 export async function openViewer(canvas: HTMLCanvasElement, base: URL): Promise<Viewer> {
   const response = await fetch(new URL("manifest.json", base)).catch(() => undefined);
   if (!response?.ok) {
@@ -89,7 +95,7 @@ class RoomViewer implements Viewer {
     this.webgl.xr.enabled = true;
     const floats = ["EXT_color_buffer_float", "EXT_color_buffer_half_float"];
     if (!floats.some((extension) => this.webgl.extensions.has(extension))) {
-      throw new Error("This device cannot draw into pictures of floating-point numbers.");
+      throw new DeviceError("This device cannot draw into pictures of floating-point numbers.");
     }
     const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
     this.textures = new StationTextures(this.webgl, manifest, stations);

@@ -1,6 +1,6 @@
 // Opens the room beside the page, or says why that cannot be.
 import { ExportError, parseManifest, type Manifest } from "../manifest";
-import type { OpenViewer } from "../viewer";
+import { DeviceError, type OpenViewer } from "../viewer";
 import { parseAddress } from "./address";
 import { element } from "./dom";
 import { messageElement } from "./message";
@@ -30,7 +30,8 @@ export async function boot(root: HTMLElement, base: URL, openViewer: OpenViewer)
     document.title = viewer.manifest.title || document.title;
     new RoomPage(root, canvas, viewer, base, options);
   } catch (error) {
-    showError(root, error);
+    if (error instanceof DeviceError) await showPanoramas(root, base);
+    else showError(root, error);
   } finally {
     root.removeAttribute("aria-busy");
   }
