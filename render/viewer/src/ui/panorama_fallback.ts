@@ -78,7 +78,7 @@ export class PanoramaFallback {
     this.scroller.addEventListener("scroll", () => this.scrolled());
     const note = element("p", {
       class: "fallback-note",
-      text: "This browser has no WebGL2, which walking needs: these are the panoramas themselves.",
+      text: "This browser lacks the WebGL2 that walking needs: these are the panoramas themselves.",
       attributes: { role: "status" },
     });
     const ways = element("div", {
