@@ -1,5 +1,5 @@
-// What an exported room holds: manifest.json, written by `raywalk-render export-web`
-// (render/web/web_manifest.h describes every key).
+// What an exported room holds: manifest.json, written by `raywalk-render export-web`.
+// docs/file-formats.md describes every key.
 
 /** Format of manifest.json that this page reads. */
 export const FORMAT = "raywalk-web";
