@@ -1,12 +1,19 @@
 // Opens the room beside the page, or says why that cannot be.
 import { ExportError, parseManifest, type Manifest } from "../manifest";
-import { DeviceError, type OpenViewer } from "../viewer";
+import { DeviceError, type OpenViewer, type Viewer } from "../viewer";
 import { parseAddress } from "./address";
 import { element } from "./dom";
 import { messageElement } from "./message";
 import { parseOptions } from "./options";
 import { PanoramaFallback } from "./panorama_fallback";
 import { RoomPage } from "./room_page";
+
+declare global {
+  interface Window {
+    /** For tests and pages that embed this one: there once the room is open. */
+    raywalk?: { viewer: Viewer };
+  }
+}
 
 export async function boot(root: HTMLElement, base: URL, openViewer: OpenViewer): Promise<void> {
   const options = parseOptions(location.search);
@@ -29,6 +36,7 @@ export async function boot(root: HTMLElement, base: URL, openViewer: OpenViewer)
     const viewer = await openViewer(canvas, base);
     document.title = viewer.manifest.title || document.title;
     new RoomPage(root, canvas, viewer, base, options);
+    window.raywalk = { viewer };
   } catch (error) {
     if (error instanceof DeviceError) await showPanoramas(root, base);
     else showError(root, error);

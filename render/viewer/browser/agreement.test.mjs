@@ -1,0 +1,69 @@
+// The page shows what the engine shows.
+import assert from "node:assert/strict";
+import { pageTest } from "./support/page_test.mjs";
+import { psnr } from "./support/pictures.mjs";
+import { place } from "./support/place.mjs";
+import { enginePictures } from "./support/rooms.mjs";
+import { drawn, goTo, openRoom, picture } from "./support/viewer.mjs";
+
+const SIZE_PX = 320;
+const LEAST_DB = { initial: 45, "hlf-vd": 28, "two-sided": 35 };
+
+/** All around and up and down; near and on lines, near a corner. */
+const PLACES = [
+  { x: 0, z: 0, yaw: 0 },
+  { x: 0.1, z: 0.2, yaw: 60 },
+  { x: -0.3, z: 0.1, yaw: 150, pitch: -10 },
+  { x: 0.35, z: -0.35, yaw: -160, pitch: 10 },
+  { x: 0.2, z: -0.1, yaw: -90, pitch: -30 },
+  { x: -0.2, z: -0.3, yaw: -45, pitch: 20 },
+  { x: 0.45, z: 0.4, yaw: 20 },
+  { x: 0, z: 0.48, yaw: 100, pitch: -5 },
+  { x: -0.5, z: 0.03, yaw: -90 },
+  { x: 0.25, z: 0.25, yaw: 135, pitch: -60 },
+  { x: -0.1, z: 0.3, yaw: 0, pitch: 80 },
+  { x: -0.47, z: -0.47, yaw: -150, pitch: 5 },
+].map(place);
+
+async function assertAgreement(page, room, generation, places, show) {
+  const engine = await enginePictures(room, places, { size_px: SIZE_PX, generation });
+  const db = [];
+  for (const [i, at] of places.entries()) {
+    await show(at);
+    db.push(psnr(await picture(page), engine[i]));
+  }
+  console.log(`${room}, ${generation}: ${db.map((value) => value.toFixed(1)).join(" ")} dB`);
+  const worst = Math.min(...db);
+  assert.ok(worst >= LEAST_DB[generation], `${worst} dB at place ${db.indexOf(worst)}`);
+}
+
+for (const room of ["white", "virtual"]) {
+  pageTest(`shows the ${room} room as the engine does`, async (visit) => {
+    const host = await visit.host(room);
+    const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
+    await openRoom(page, host.address, PLACES[0]);
+    await assertAgreement(page, room, "two-sided", PLACES, (at) => goTo(page, at));
+  });
+}
+
+pageTest("shows the other generations, chosen with the page's controls", async (visit) => {
+  const host = await visit.host("white");
+  const page = await visit.page({ width: SIZE_PX, height: SIZE_PX });
+  const places = PLACES.slice(1, 3);
+  await openRoom(page, host.address, places[0]);
+  const choose = {
+    initial: () => page.keyboard.press("1"),
+    "hlf-vd": async () => {
+      await page.keyboard.press("k");
+      await page.getByTestId("settings").getByTitle("Views: hlf-vd").click();
+    },
+  };
+  for (const [generation, press] of Object.entries(choose)) {
+    await assertAgreement(page, "white", generation, places, async (at) => {
+      await goTo(page, { ...at, generation: "two-sided" });
+      await press();
+      await page.waitForFunction((name) => location.hash.includes(`=${name}&`), generation);
+      await drawn(page);
+    });
+  }
+});

@@ -1,0 +1,72 @@
+// The rooms of the tests, and what the engine shows of them.
+import { execFile } from "node:child_process";
+import { readFile, writeFile } from "node:fs/promises";
+import path from "node:path";
+import { promisify } from "node:util";
+import { decodePng } from "./png.mjs";
+import { setup } from "./setup.mjs";
+
+const execute = promisify(execFile);
+
+/** Chairs' spindles are thinner than what these few pixels show. */
+const ONE_CELL = `
+seed: 1
+grid: {spacing_mm: 50, overhang_share: 0.1}
+contents: {chairs: 0}
+`;
+const TWO_CELLS = `
+seed: 3
+grid: {cells_x: 2, spacing_mm: 100, overhang_share: 0.1}
+contents: {chairs: 0}
+`;
+
+/** Makes FOLDER/{white,virtual,cells}.lf and their exports FOLDER/{white,virtual,cells}-web. */
+export async function makeRooms(bin, white_room, folder) {
+  await makeRoom(bin, white_room, folder, "white");
+  await makeVirtualRoom(bin, folder, "virtual", ONE_CELL, ["--width", "384"]);
+  const small = ["--width", "256", "--every-distance", "2"];
+  await makeVirtualRoom(bin, folder, "cells", TWO_CELLS, small);
+}
+
+async function makeVirtualRoom(bin, folder, name, settings, flags) {
+  const config = path.join(folder, `${name}.yaml`);
+  await writeFile(config, settings);
+  const capture = path.join(folder, `${name}-capture`);
+  const where = ["virtual-room", config, "--out", capture, "--truth-views", "0"];
+  await execute(path.join(bin, "raywalk-capture"), [...where, ...flags, "-q"]);
+  await makeRoom(bin, capture, folder, name);
+}
+
+async function makeRoom(bin, capture, folder, name) {
+  const room = path.join(folder, `${name}.lf`);
+  const frames = ["--frames", path.join(capture, "poses.csv")];
+  const distances = ["--distance", path.join(capture, "dist")];
+  const pack = ["pack", ...frames, ...distances, "--out", room, "-q"];
+  await execute(path.join(bin, "raywalk-build-lf"), pack);
+  const web = ["export-web", room, "--out", path.join(folder, `${name}-web`), "-q"];
+  await execute(path.join(bin, "raywalk-render"), web);
+}
+
+export function roomFolder(name) {
+  return path.join(setup().folder, `${name}.lf`);
+}
+
+export function exportFolder(name) {
+  return path.join(setup().folder, `${name}-web`);
+}
+
+/** The flat pictures of the engine at places (as in place.mjs), in their order. */
+export async function enginePictures(room, places, { size_px, generation }) {
+  const job = path.join(setup().folder, `${room}-${generation}-${process.pid}`);
+  const rows = places.map(({ x, z, yaw, pitch }, i) => `${i},${x},${z},${yaw},${pitch}`);
+  await writeFile(`${job}.csv`, `name,x,z,yaw,pitch\n${rows.join("\n")}\n`);
+  const { fov, k } = places[0];
+  const flat = ["--fov-deg", String(fov), "--size", `${size_px}x${size_px}`];
+  const how = ["--generation", generation, "--k", String(k)];
+  const out = ["--out", job, "-f", "-q"];
+  const path_job = ["path", roomFolder(room), `${job}.csv`, ...flat, ...how, ...out];
+  await execute(path.join(setup().bin, "raywalk-render"), path_job);
+  return Promise.all(
+    places.map(async (_, i) => decodePng(await readFile(path.join(job, `${i}.png`)))),
+  );
+}
