@@ -7,7 +7,8 @@ import { enginePictures } from "./support/rooms.mjs";
 import { drawn, goTo, openRoom, picture } from "./support/viewer.mjs";
 
 const SIZE_PX = 320;
-const LEAST_DB = { initial: 45, "hlf-vd": 28, "two-sided": 35 };
+/** Initial views differ by the compression of the pictures alone. */
+const LEAST_DB = { initial: 42, "hlf-vd": 28, "two-sided": 35 };
 
 /** All around and up and down; near and on lines, near a corner. */
 const PLACES = [
@@ -54,8 +55,9 @@ pageTest("shows the other generations, chosen with the page's controls", async (
   const choose = {
     initial: () => page.keyboard.press("1"),
     "hlf-vd": async () => {
-      await page.keyboard.press("k");
-      await page.getByTestId("settings").getByTitle("Views: hlf-vd").click();
+      const button = page.getByTestId("settings").getByTitle("Views: hlf-vd");
+      if (!(await button.isVisible())) await page.keyboard.press("k");
+      await button.click();
     },
   };
   for (const [generation, press] of Object.entries(choose)) {

@@ -41,7 +41,7 @@ class Visit {
   }
 
   /** A new page that has loaded nothing yet. */
-  async page({ width = 400, height = 400, init_script = null } = {}) {
+  async page({ width = 240, height = 240, init_script = null } = {}) {
     this.#browser ??= await connectToBrowser();
     const context = await this.#browser.newContext({ viewport: { width, height } });
     if (init_script) await context.addInitScript(init_script);

@@ -23,7 +23,7 @@ export function decodePng(file) {
 }
 
 function* chunks(file) {
-  for (let at = SIGNATURE_BYTES; at < file.length;) {
+  for (let at = SIGNATURE_BYTES; at < file.length; ) {
     const length = file.readUInt32BE(at);
     const type = file.toString("latin1", at + 4, at + 8);
     yield { type, body: file.subarray(at + 8, at + 8 + length) };

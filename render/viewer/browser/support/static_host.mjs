@@ -46,6 +46,11 @@ export class StaticHost {
     await closed;
   }
 
+  /** The bytes of a file of the export. */
+  read(name) {
+    return readFile(path.join(this.#folder, name));
+  }
+
   async #answer(request, response) {
     ++this.requests;
     const asked = new URL(request.url, this.address).pathname;

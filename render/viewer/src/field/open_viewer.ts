@@ -161,6 +161,7 @@ class RoomViewer implements Viewer {
   }
 
   private readonly onRestored = () => {
+    this.textures.forget();
     this.store.readAgain();
     ++this.changes;
   };

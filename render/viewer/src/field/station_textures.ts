@@ -112,6 +112,11 @@ export class StationTextures {
     this.setFact(layer, 1, 0, 0);
   }
 
+  /** After the graphics context was lost: what belonged to it cannot be disposed of any more. */
+  forget(): void {
+    this.silhouettes.length = 0;
+  }
+
   dispose(): void {
     for (const texture of [this.pictures, this.coarsePictures, this.omegaMaps, this.table]) {
       texture.dispose();

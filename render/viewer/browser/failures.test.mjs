@@ -1,0 +1,106 @@
+// What goes wrong is told on the page, and what is left works on.
+import assert from "node:assert/strict";
+import { FAILED_TO_LOAD, pageTest } from "./support/page_test.mjs";
+import { contrast } from "./support/pictures.mjs";
+import { place } from "./support/place.mjs";
+import { drawn, goTo, openRoom, picture, progress } from "./support/viewer.mjs";
+
+pageTest("shows a coarse picture while fine ones are on their way", async (visit) => {
+  const host = await visit.host("cells");
+  let release;
+  const released = new Promise((resolve) => (release = resolve));
+  host.before = async (name) => {
+    if (/^\/stations\/\d+\.jpg$/.test(name)) await released;
+  };
+  const page = await visit.page();
+  const started_ms = performance.now();
+  await openRoom(page, host.address, place({}));
+  await page.waitForFunction(() => window.raywalk.viewer.progress().coarse > 20);
+  const coarse = await picture(page);
+  console.log(`coarse picture after ${Math.round(performance.now() - started_ms)} ms`);
+  assert.ok(contrast(coarse) > 10);
+  assert.equal((await progress(page)).fine, 0);
+  await page.getByTestId("loading").waitFor({ state: "visible" });
+  release();
+  await drawn(page);
+  console.log(`all is drawn after ${Math.round(performance.now() - started_ms)} ms`);
+  const { fine, wanted } = await progress(page);
+  assert.equal(fine, wanted);
+});
+
+pageTest("names damaged and missing files, and shows the rest", async (visit) => {
+  const host = await visit.host("cells");
+  visit.allowed.push(FAILED_TO_LOAD);
+  const picture_file = await host.read("/stations/0003.jpg");
+  host.replaced.set("/stations/0003.jpg", picture_file.subarray(0, 2000));
+  host.replaced.set("/stations/0005.omega", Buffer.from("this is no zlib stream"));
+  host.replaced.set("/stations/0007.jpg", null);
+  const page = await visit.page();
+  await openRoom(page, host.address, place({}));
+  await drawn(page);
+  const messages = page.getByTestId("messages");
+  for (const name of ["0003.jpg", "0005.omega", "0007.jpg"]) {
+    await messages.getByText(name).waitFor({ state: "visible" });
+  }
+  assert.ok(contrast(await picture(page)) > 10);
+});
+
+for (const [what, change, says] of [
+  ["of another version", (manifest) => ({ ...manifest, version: 99 }), /format 99/],
+  ["without lines", (manifest) => ({ ...manifest, lines: [] }), /incomplete/],
+  ["of something else", () => ({ format: "else" }), /not describe a Raywalk room/],
+]) {
+  pageTest(`a manifest ${what} is explained`, async (visit) => {
+    const host = await visit.host("cells");
+    const manifest = JSON.parse(await host.read("/manifest.json"));
+    host.replaced.set("/manifest.json", Buffer.from(JSON.stringify(change(manifest))));
+    const page = await visit.page();
+    await page.goto(host.address);
+    await page.getByTestId("message").getByText(says).waitFor({ state: "visible" });
+  });
+}
+
+pageTest("a missing manifest is explained", async (visit) => {
+  const host = await visit.host("cells");
+  visit.allowed.push(FAILED_TO_LOAD);
+  host.replaced.set("/manifest.json", null);
+  const page = await visit.page();
+  await page.goto(host.address);
+  await page.getByTestId("message").getByText("manifest.json").waitFor({ state: "visible" });
+});
+
+pageTest("a server that stops is told of, and read again when it is back", async (visit) => {
+  const host = await visit.host("cells");
+  visit.allowed.push(FAILED_TO_LOAD);
+  let stopped = false;
+  host.before = async (name) => {
+    if (!stopped && /^\/stations\/0020\.jpg$/.test(name)) {
+      stopped = true;
+      await host.stop();
+    }
+  };
+  const page = await visit.page();
+  await openRoom(page, host.address, place({}));
+  await page.getByTestId("messages").getByText("is the server still there?").first().waitFor();
+  assert.ok(contrast(await picture(page)) > 10);
+  await host.start();
+  await drawn(page);
+  const { fine, wanted, problems } = await progress(page);
+  assert.equal(fine, wanted);
+  assert.deepEqual(problems, []);
+  await goTo(page, place({ x: 0.2 }));
+});
+
+pageTest("without WebGL2 the panoramas themselves are shown", async (visit) => {
+  const host = await visit.host("cells");
+  const page = await visit.page({
+    init_script: `HTMLCanvasElement.prototype.getContext = () => null;`,
+  });
+  await page.goto(host.address);
+  await page.getByTestId("fallback").getByText("WebGL2").waitFor({ state: "visible" });
+  await page.waitForFunction(() => {
+    const panorama = document.querySelector('[data-testid="panorama"]');
+    const image = panorama?.querySelector("img") ?? panorama;
+    return image?.naturalWidth === 256;
+  });
+});

@@ -1,0 +1,140 @@
+// Walking and looking as visitors do, with keys, pointer and address.
+import assert from "node:assert/strict";
+import { pageTest } from "./support/page_test.mjs";
+import { contrast, psnr } from "./support/pictures.mjs";
+import { place } from "./support/place.mjs";
+import { drawn, goTo, openRoom, picture, pose } from "./support/viewer.mjs";
+
+const EDGE_M = 0.5; // of the room's cell
+const DEGREE_RAD = Math.PI / 180;
+
+pageTest("walks by keys, softly to the edge, and looks around by dragging", async (visit) => {
+  const host = await visit.host("white");
+  const page = await visit.page();
+  await openRoom(page, host.address, place({ z: 0.3 }));
+  await drawn(page);
+  await page.getByTestId("view").focus();
+  await page.keyboard.down("w");
+  await page.waitForFunction((edge) => window.raywalk.viewer.pose.z_m > edge - 0.02, EDGE_M);
+  await page.waitForTimeout(500);
+  await page.keyboard.up("w");
+  const at = await pose(page);
+  assert.ok(at.z_m <= EDGE_M && Math.abs(at.x_m) < 0.01, `stopped at ${at.x_m}, ${at.z_m}`);
+  await page.waitForFunction(() => /z=0\.(49|50)/.test(location.hash));
+
+  const box = await page.getByTestId("view").boundingBox();
+  await page.mouse.move(box.x + 150, box.y + 100);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 50, box.y + 100, { steps: 4 });
+  await page.mouse.up();
+  // The scene follows the pointer: dragged to the left, one looks to the right.
+  await page.waitForFunction(() => window.raywalk.viewer.pose.yaw_rad > 0.1);
+});
+
+pageTest("the picture follows the window's size", async (visit) => {
+  const host = await visit.host("cells");
+  const page = await visit.page({ width: 240, height: 180 });
+  await openRoom(page, host.address, place({}));
+  await drawn(page);
+  await page.setViewportSize({ width: 200, height: 240 });
+  await page.waitForFunction(() => document.querySelector("canvas").width === 200);
+  await drawn(page);
+  const shown = await picture(page);
+  assert.deepEqual([shown.width, shown.height], [200, 240]);
+  assert.ok(contrast(shown) > 10);
+});
+
+pageTest("addresses that make no sense do no harm", async (visit) => {
+  const host = await visit.host("white");
+  const page = await visit.page();
+  const there = place({ x: 0.2, z: -0.2, yaw: 30, pitch: 5 });
+  await openRoom(page, host.address, there);
+  await drawn(page);
+  const opened = await pose(page);
+  for (const [key, value] of [
+    ["x_m", 0.2],
+    ["z_m", -0.2],
+    ["yaw_rad", 30 * DEGREE_RAD],
+    ["pitch_rad", 5 * DEGREE_RAD],
+  ]) {
+    assert.ok(Math.abs(opened[key] - value) < 1e-3, `${key}: ${opened[key]}`);
+  }
+  for (const hash of ["#x=1e999&z=NaN", "#x=99&z=-99&pitch=4000", "#%E0%A4%A", "#k=-1&fov=0"]) {
+    await page.evaluate((text) => void (location.hash = text), hash);
+    await page.waitForTimeout(50);
+    const { x_m, z_m, pitch_rad } = await pose(page);
+    assert.ok(Math.abs(x_m) <= EDGE_M && Math.abs(z_m) <= EDGE_M, `${hash}: ${x_m}, ${z_m}`);
+    assert.ok(Math.abs(pitch_rad) <= 90 * DEGREE_RAD + 1e-9, `${hash}: ${pitch_rad}`);
+  }
+  await goTo(page, there);
+  assert.ok(contrast(await picture(page)) > 10);
+});
+
+pageTest("works by keyboard alone, and bare in a kiosk", async (visit) => {
+  const host = await visit.host("cells");
+  const page = await visit.page({ width: 1100 });
+  await openRoom(page, host.address);
+  await page.getByTestId("view").focus();
+  await page.keyboard.press("?");
+  await page.getByTestId("help").waitFor({ state: "visible" });
+  await page.keyboard.press("Escape");
+  await page.getByTestId("help").waitFor({ state: "hidden" });
+  const reached = new Set();
+  for (let i = 0; i < 20; ++i) {
+    await page.keyboard.press("Tab");
+    reached.add(await page.evaluate(() => document.activeElement.dataset.testid));
+  }
+  for (const tool of ["tool-plan", "tool-screenshot", "tool-help"]) assert.ok(reached.has(tool));
+
+  await openRoom(page, host.address, null, "?kiosk");
+  await page.getByTestId("toolbar").waitFor({ state: "hidden" });
+});
+
+pageTest("a lost graphics context comes back with the same picture", async (visit) => {
+  const host = await visit.host("cells");
+  const page = await visit.page();
+  await openRoom(page, host.address, place({ x: 0.1, yaw: 40 }));
+  await drawn(page);
+  const before = await picture(page);
+  visit.allowed.push(/Context Lost|Context Restored|CONTEXT_LOST_WEBGL/i);
+  await page.evaluate(async () => {
+    const gl = document.querySelector("canvas").getContext("webgl2");
+    const extension = gl.getExtension("WEBGL_lose_context");
+    extension.loseContext();
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    extension.restoreContext();
+  });
+  await page.waitForFunction(
+    () => !document.querySelector("canvas").getContext("webgl2").isContextLost(),
+  );
+  await drawn(page);
+  assert.ok(psnr(await picture(page), before) > 50);
+});
+
+pageTest(
+  "crosses the border of a cell without a jump while stations are streamed",
+  async (visit) => {
+    const host = await visit.host("cells");
+    const manifest = JSON.parse(await host.read("/manifest.json"));
+    const stations = manifest.lines.reduce((sum, line) => sum + line.stations.length, 0);
+    const station_mb = (4 * (256 * 128 + 128 * 64) + 2 * 256 * 128) * 1e-6;
+    manifest.budget_mb = 0.8 * stations * station_mb;
+    host.replaced.set("/manifest.json", Buffer.from(JSON.stringify(manifest)));
+    const page = await visit.page({ width: 300, height: 300 });
+    const border = manifest.cells[0].x_max_m;
+    const z = 0.5 * (manifest.cells[0].z_min_m + manifest.cells[0].z_max_m);
+    const at = (x) => place({ x: border + x, z, yaw: 60, pitch: -5 });
+    await openRoom(page, host.address, at(-0.4));
+    await drawn(page);
+    const resident = await page.evaluate(() => window.raywalk.viewer.progress().wanted);
+    assert.ok(resident < stations, `${resident} of ${stations} stations are kept`);
+    const pictures = [];
+    for (const x of [-0.001, 0.001]) {
+      await goTo(page, at(x));
+      pictures.push(await picture(page));
+    }
+    const db = psnr(pictures[0], pictures[1]);
+    console.log(`cells: ${db.toFixed(1)} dB between the two sides of a border`);
+    assert.ok(db > 30, `${db} dB`);
+  },
+);
