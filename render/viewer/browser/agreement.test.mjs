@@ -6,7 +6,7 @@ import { place } from "./support/place.mjs";
 import { enginePictures } from "./support/rooms.mjs";
 import { drawn, goTo, openRoom, picture } from "./support/viewer.mjs";
 
-const SIZE_PX = 320;
+const SIZE_PX = 240;
 /** Initial views differ by the compression of the pictures alone. */
 const LEAST_DB = { initial: 42, "hlf-vd": 28, "two-sided": 35 };
 
