@@ -33,7 +33,7 @@ async function emulator() {
 
 async function bothEyes(page) {
   // What is on the canvas in a session, both eyes beside each other, once it has followed the head.
-  await page.waitForTimeout(1500);
+  await page.waitForTimeout(3000);
   const shown = decodePng(await page.screenshot());
   const half = Math.floor(shown.width / 2);
   return {

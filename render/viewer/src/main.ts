@@ -2,4 +2,4 @@
 import { openViewer } from "./field/open_viewer";
 import { boot } from "./ui/boot";
 
-void boot(document.getElementById("raywalk")!, new URL("./", location.href), openViewer);
+void boot(document.getElementById("room-page")!, new URL("./", location.href), openViewer);

@@ -5,7 +5,7 @@ import { decodePng } from "./png.mjs";
 /** Opens an export; the viewer is there then, its pictures need not be. */
 export async function openRoom(page, address, at = null, query = "") {
   await page.goto(`${address}${query}${at ? addressOf(at) : ""}`);
-  await page.waitForFunction(() => window.raywalk);
+  await page.waitForFunction(() => window.raywalk?.viewer);
 }
 
 /** Waits until all that is wanted has been read and drawn. */
