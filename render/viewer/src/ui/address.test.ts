@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { formatAddress, parseAddress } from "./address";
+import { Address, formatAddress, parseAddress, type PlaceFromAddress } from "./address";
 import { decimals, readNumber } from "./numbers";
 import { parseOptions } from "./options";
 
@@ -74,6 +74,16 @@ test("what is out of range is taken as near as there is", () => {
   assert.equal(parseAddress("#k=0").k_deg, 45);
 });
 
+test("an address counts as it was given, whatever a frame has made of it since", () => {
+  const target = Object.assign(new EventTarget(), { location: { hash: "#x=1" } });
+  const taken: PlaceFromAddress[] = [];
+  new Address(target as unknown as Window, (place) => taken.push(place));
+  target.dispatchEvent(
+    Object.assign(new Event("hashchange"), { newURL: "http://host/index.html#x=2" }),
+  );
+  assert.deepEqual(taken, [{ pose: { x_m: 2 } }]);
+});
+
 test("parameters of the page", () => {
   assert.deepEqual(parseOptions(""), { kiosk: false, play: false, hotspots: true, start: {} });
   assert.deepEqual(parseOptions("?kiosk&play=1&hotspots=0&start=1,-2,90"), {
@@ -87,7 +97,8 @@ test("parameters of the page", () => {
   assert.deepEqual(parseOptions("?start=NaN,1e5,&play=no").start, {});
 });
 
-test("numbers are read as people write them", () => {
+test("numbers are read as people and programs write them", () => {
+  assert.equal(readNumber(String(-0.5 + 0.032)), -0.5 + 0.032);
   assert.deepEqual(["1", " -2.5 ", "+.5", "3."].map(readNumber), [1, -2.5, 0.5, 3]);
   assert.deepEqual(["", ".", "1e3", "0x1", "١", null].map(readNumber), Array(6).fill(undefined));
   assert.equal(decimals(-0.0001, 3), "0.000");

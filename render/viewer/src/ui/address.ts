@@ -80,9 +80,10 @@ export class Address {
   private shown_ms = -Infinity;
 
   constructor(target: Window, moved: (place: PlaceFromAddress) => void) {
-    target.addEventListener("hashchange", () => {
-      this.shown = target.location.hash;
-      moved(parseAddress(target.location.hash));
+    target.addEventListener("hashchange", (event) => {
+      // A frame in between may have replaced the address already.
+      this.shown = new URL(event.newURL).hash;
+      moved(parseAddress(this.shown));
     });
   }
 

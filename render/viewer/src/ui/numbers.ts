@@ -1,8 +1,11 @@
 // Numbers in addresses and on the page.
 
-const PLAIN_NUMBER = /^[+-]?(\d{1,9}(\.\d{0,12})?|\.\d{1,12})$/;
+const PLAIN_NUMBER = /^[+-]?(\d{1,9}(\.\d{0,20})?|\.\d{1,20})$/;
 
-/** A number as people write it; nothing for what else JavaScript takes for one ("", "0x1", "1e99"). */
+/**
+ * A number as people and programs write it; nothing for what else JavaScript takes for one ("",
+ * "0x1", "1e99").
+ */
 export function readNumber(text: string | null | undefined): number | undefined {
   const trimmed = (text ?? "").trim();
   return PLAIN_NUMBER.test(trimmed) ? Number(trimmed) : undefined;
