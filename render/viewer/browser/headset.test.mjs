@@ -1,69 +1,101 @@
-// WebXR, with an emulated headset (iwer).
-import { build } from "esbuild";
+// Walking with a headset, which iwer emulates: it shows both eyes beside each other.
 import assert from "node:assert/strict";
-import path from "node:path";
-import { fileURLToPath } from "node:url";
+import { build } from "esbuild";
 import { pageTest } from "./support/page_test.mjs";
 import { contrast, crop, psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
 import { decodePng } from "./support/png.mjs";
-import { drawn, openRoom, pose } from "./support/viewer.mjs";
+import { drawn, goTo, openRoom, picture, pose } from "./support/viewer.mjs";
 
-const here = path.dirname(fileURLToPath(import.meta.url));
+const EYE_PX = 200;
+const EYES_APART_M = 0.064;
+const FOV_DEG = 90;
+const START = place({ x: -0.5, z: -0.1, fov: FOV_DEG });
 
-async function emulator() {
+const HEADSET = `
+import { XRDevice, metaQuest3 } from "iwer";
+window.headset = new XRDevice(metaQuest3, {
+  stereoEnabled: true,
+  ipd: ${EYES_APART_M},
+  fovy: ${(FOV_DEG * Math.PI) / 180},
+});
+window.headset.installRuntime({ forceInstall: true });
+`;
+
+async function emulatedHeadset() {
+  const resolveDir = new URL("..", import.meta.url).pathname;
   const bundle = await build({
-    stdin: {
-      contents: `
-        import { XRDevice, metaQuest3 } from "iwer";
-        const headset = new XRDevice(metaQuest3);
-        headset.installRuntime({ forceInstall: true });
-        headset.stereoEnabled = true;
-        headset.position.set(0, 1.6, 0);
-        window.headset = headset;`,
-      resolveDir: here,
-    },
+    stdin: { contents: HEADSET, resolveDir },
     bundle: true,
-    format: "iife",
     write: false,
-    logLevel: "error",
+    format: "iife",
   });
-  return bundle.outputFiles[0].text;
+  return { content: bundle.outputFiles[0].text };
 }
 
-async function bothEyes(page) {
-  // What is on the canvas in a session, both eyes beside each other, once it has followed the head.
-  await page.waitForTimeout(3000);
-  const shown = decodePng(await page.screenshot());
-  const half = Math.floor(shown.width / 2);
-  return {
-    left: crop(shown, 0, 0, half, shown.height),
-    right: crop(shown, half, 0, half, shown.height),
-  };
+/** Pictures of both eyes, of a frame that was begun after this call. */
+async function eyes(page) {
+  await frames(page, 3);
+  const both = decodePng(await page.screenshot());
+  return [0, 1].map((eye) => crop(both, eye * EYE_PX, 0, EYE_PX, EYE_PX));
 }
 
-pageTest("enters a headset, with a viewpoint for each eye", async (visit) => {
+async function frames(page, count) {
+  await page.evaluate(async (wanted) => {
+    const { render } = window.raywalk.viewer.webgl.info;
+    const last = render.frame + wanted;
+    while (render.frame < last) await new Promise((resolve) => setTimeout(resolve, 10));
+  }, count);
+}
+
+pageTest("shows a headset a picture for each eye, and walks with it", async (visit) => {
   const host = await visit.host("cells");
-  const page = await visit.page({ width: 320, height: 200, init_script: await emulator() });
-  await openRoom(page, host.address, place({ x: 0, z: 0 }));
-  await drawn(page);
-  await page.getByTestId("view").focus();
-  await page.getByTestId("tool-vr").click();
-  await page.waitForFunction(() => window.raywalk.viewer.webgl.xr.isPresenting);
-  const first = await bothEyes(page);
-  assert.ok(contrast(first.left) > 5 && contrast(first.right) > 5);
-  assert.ok(psnr(first.left, first.right) < 45, "the eyes see the same");
+  const page = await visit.page({
+    width: EYE_PX,
+    height: EYE_PX,
+    init_script: await emulatedHeadset(),
+  });
+  await openRoom(page, host.address, START);
+  // What each eye should see, and what both see from a step ahead.
+  const expected = [];
+  for (const side of [-0.5, 0.5]) {
+    await goTo(page, { ...START, x: START.x + side * EYES_APART_M });
+    expected.push(await picture(page));
+  }
+  await goTo(page, { ...START, x: START.x - EYES_APART_M / 2, z: START.z + 0.2 });
+  const ahead = await picture(page);
+  await goTo(page, START);
 
-  await page.evaluate(() => window.headset.position.set(0.1, 1.6, -0.2));
-  const moved = await bothEyes(page);
-  assert.ok(psnr(first.left, moved.left) < 40, "the picture does not follow the head");
+  await page.setViewportSize({ width: 2 * EYE_PX, height: EYE_PX });
+  await page.getByTestId("tool-vr").focus();
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => window.raywalk.viewer.webgl.xr.isPresenting);
+  const [left, right] = await eyes(page);
+  const agreements = [psnr(left, expected[0]), psnr(right, expected[1])];
+  console.log(`eyes: ${agreements.map((db) => db.toFixed(1)).join(" ")} dB`);
+  assert.ok(Math.min(...agreements) > 40, `${agreements} dB`);
+  assert.ok(psnr(left, right) < 35, "both eyes see the same");
+  assert.ok(contrast(left) > 10 && contrast(right) > 10);
+
+  await page.evaluate(() => (window.headset.position.z -= 0.2));
+  const [leftAhead] = await eyes(page);
+  const db = psnr(leftAhead, ahead);
+  assert.ok(db > 40, `a step ahead: ${db} dB`);
 
   const before = await pose(page);
   await page.evaluate(() => window.headset.controllers.left.updateAxes("thumbstick", 0, -1));
-  await page.waitForFunction((z) => window.raywalk.viewer.pose.z_m > z + 0.05, before.z_m);
+  await page.waitForFunction((z_m) => window.raywalk.viewer.pose.z_m > z_m + 0.1, before.z_m);
   await page.evaluate(() => window.headset.controllers.left.updateAxes("thumbstick", 0, 0));
+  await page.evaluate(() => window.headset.controllers.right.updateAxes("thumbstick", 1, 0));
+  await page.waitForFunction(
+    () => Math.abs(window.raywalk.viewer.pose.yaw_rad - Math.PI / 6) < 0.01,
+  );
+  await page.evaluate(() => window.headset.controllers.right.updateAxes("thumbstick", 0, 0));
 
-  await page.evaluate(() => window.raywalk.viewer.webgl.xr.getSession().end());
+  await page.getByTestId("tool-vr").evaluate((button) => button.click());
   await page.waitForFunction(() => !window.raywalk.viewer.webgl.xr.isPresenting);
   await drawn(page);
+  const after = await picture(page);
+  assert.deepEqual([after.width, after.height], [2 * EYE_PX, EYE_PX]);
+  assert.ok(contrast(after) > 10);
 });
