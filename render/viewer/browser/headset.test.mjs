@@ -7,7 +7,7 @@ import { place } from "./support/place.mjs";
 import { decodePng } from "./support/png.mjs";
 import { drawn, goTo, openRoom, picture, pose } from "./support/viewer.mjs";
 
-const EYE_PX = 200;
+const EYE_PX = 120;
 const EYES_APART_M = 0.064;
 const FOV_DEG = 90;
 const START = place({ x: -0.5, z: -0.1, fov: FOV_DEG });

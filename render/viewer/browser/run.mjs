@@ -18,11 +18,12 @@ const INTERRUPTED = 130;
 const USAGE_ERROR = 2;
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const [bin, white_room, ...names] = process.argv.slice(2);
+const [bin_argument, white_room, ...names] = process.argv.slice(2);
 if (!white_room) {
   console.error("Usage: node browser/run.mjs BIN_DIR WHITE_ROOM_DIR [NAME...]");
   process.exit(USAGE_ERROR);
 }
+const bin = path.resolve(bin_argument); // the tests run in another folder
 const executable = process.env.CHROMIUM ?? "/usr/bin/chromium";
 if (!existsSync(executable)) {
   console.log(`Skipped: there is no ${executable} (Debian package chromium).`);
