@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <span>
-#include <system_error>
 
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
@@ -14,6 +13,7 @@
 #include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
+#include "core/files/folder_size.h"
 #include "core/files/sha256.h"
 #include "core/judge/held_out/recreated_station.h"
 #include "core/room/omega_map.h"
@@ -121,15 +121,6 @@ std::vector<HeldOutStation> dropped_stations(const Grid& grid, const KeptStation
     }
   }
   return dropped;
-}
-
-std::uint64_t bytes_in(const fs::path& directory) {
-  std::uint64_t bytes = 0;
-  std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(directory, error)) {
-    if (entry.is_regular_file()) bytes += entry.file_size();
-  }
-  return bytes;
 }
 
 }  // namespace

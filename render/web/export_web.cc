@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
+#include "core/files/folder_size.h"
 #include "core/files/json_text.h"
 #include "core/files/output_path.h"
 #include "core/files/program_folder.h"
@@ -122,14 +123,6 @@ std::string title_of(const Room& room, const WebExportOptions& options) {
                                : options.title;
 }
 
-double megabytes_in(const fs::path& folder) {
-  double bytes = 0.0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
-  }
-  return 1e-6 * bytes;
-}
-
 std::string quality_line(const WebContent& content, const WebPlan& plan) {
   if (content.quality) return content.quality->text;
   return plan.stations == plan.captured_stations ? "all captured stations are exported"
@@ -172,7 +165,7 @@ std::string export_web(const Room& room, const WebExportOptions& options, const 
   return fmt::format(
       "{}:\n{}  eye height {:.2f} m up and down\n  quality    {}\n  files      {:.1f} MB",
       escaped(out.string()), plan.summary, content.vertical_range_m, quality_line(content, plan),
-      megabytes_in(out));
+      1e-6 * static_cast<double>(bytes_in(out)));
 }
 
 fs::path viewer_page() {

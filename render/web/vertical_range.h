@@ -9,7 +9,7 @@ namespace raywalk::render {
 // view that no distance map sees grows by at most one hundredth of the view's pixels: in steps of
 // 0.05 m, at the centres of at most nine cells, the smallest of these. What is not seen from the
 // stations' height is stretched from its surroundings there. 0 in a room without distances or
-// cells.
+// cells. Throws Interrupted.
 double vertical_range_m(const Room& room, int distance_maps);
 
 }  // namespace raywalk::render
