@@ -6,7 +6,9 @@ import type { ViewSettings } from "../viewer";
 import { decimals } from "./numbers";
 
 const MOST_PIXEL_RATIO = 2;
-const MOST_WIDTH_PX = 4096;
+/** What the engine renders at most (render/serve/view_request.h). */
+const MOST_SIDE_PX = 4096;
+const MOST_PIXELS = 2 ** 23;
 /** The engine moves in the plane of the captured positions only; less than this is no motion. */
 const SAME_HEIGHT_M = 0.0005;
 
@@ -31,10 +33,11 @@ export function pictureSize(
   const wanted = Math.min(Math.max(view.pixel_ratio, 1), MOST_PIXEL_RATIO);
   const ratio = Math.min(
     wanted,
-    MOST_WIDTH_PX / Math.max(view.width_px, 1),
-    MOST_WIDTH_PX / Math.max(view.height_px, 1),
+    MOST_SIDE_PX / Math.max(view.width_px, 1),
+    MOST_SIDE_PX / Math.max(view.height_px, 1),
+    Math.sqrt(MOST_PIXELS / Math.max(view.width_px * view.height_px, 1)),
   );
-  const pixels = (css_px: number): number => Math.max(1, Math.round(css_px * ratio));
+  const pixels = (css_px: number): number => Math.max(1, Math.floor(css_px * ratio));
   return [pixels(view.width_px), pixels(view.height_px)];
 }
 

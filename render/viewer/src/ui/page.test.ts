@@ -131,6 +131,8 @@ test("the engine's picture has the canvas' pixels, within limits", () => {
   assert.deepEqual(pictureSize({ width_px: 300, height_px: 200, pixel_ratio: 1.5 }), [450, 300]);
   assert.deepEqual(pictureSize({ width_px: 3000, height_px: 1500, pixel_ratio: 2 }), [4096, 2048]);
   assert.deepEqual(pictureSize({ width_px: 10, height_px: 5000, pixel_ratio: 1 }), [8, 4096]);
+  const [width_px, height_px] = pictureSize({ width_px: 4096, height_px: 2304, pixel_ratio: 1 });
+  assert.ok(width_px * height_px <= 2 ** 23 && width_px > 3800, `${width_px} x ${height_px}`);
   assert.ok(engineCanShow(VIEW));
   assert.ok(!engineCanShow({ ...VIEW, pose: { ...VIEW.pose, up_m: 0.01 } }));
   assert.ok(!engineCanShow({ ...VIEW, width_px: 0 }));
