@@ -87,6 +87,7 @@ pageTest("a server that stops is told of, and read again when it is back", async
   await openRoom(page, host.address, place({}));
   await page.getByTestId("messages").getByText("is the server still there?").first().waitFor();
   assert.ok(contrast(await picture(page)) > 10);
+  await page.waitForTimeout(5000); // longer than a damaged file is tried
   await host.start();
   await drawn(page);
   const { fine, wanted, problems } = await progress(page);

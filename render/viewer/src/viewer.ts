@@ -44,7 +44,6 @@ export interface Viewer {
   /** PNG of the picture. */
   screenshot(): Promise<Blob>;
   compare(comparison: Comparison | null): Promise<void>;
-  dispose(): void;
 }
 
 /** A device that cannot draw rooms. */

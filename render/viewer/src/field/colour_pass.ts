@@ -116,9 +116,4 @@ export class ColourPass {
     this.uniforms.enginePicture.value = pictures?.engine ?? null;
     this.uniforms.dividers.value.copy(pictures?.dividers ?? NO_DIVIDERS);
   }
-
-  dispose(): void {
-    this.mesh.geometry.dispose();
-    this.mesh.material.dispose();
-  }
 }

@@ -26,14 +26,6 @@ export class ComparisonPictures {
     return pair;
   }
 
-  dispose(): void {
-    for (const pair of this.pairs.values()) {
-      void pair.then(({ truth, engine }) =>
-        [truth, engine].forEach((picture) => picture.dispose()),
-      );
-    }
-  }
-
   private async read(index: number): Promise<PicturePair> {
     const view = this.manifest.truth[index];
     if (!view) throw new ExportError("There is no ground truth of this place.");

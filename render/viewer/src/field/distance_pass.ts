@@ -126,11 +126,6 @@ export class DistancePass {
     webgl.render(this.scene, this.camera);
   }
 
-  dispose(): void {
-    this.target.dispose();
-    this.surfaces.dispose();
-  }
-
   private add(drawn: Mesh | Points): void {
     drawn.frustumCulled = false;
     this.scene.add(drawn);

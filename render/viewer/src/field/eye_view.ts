@@ -7,7 +7,7 @@ import type { Cell, Manifest } from "../manifest";
 import type { ViewSettings } from "../viewer";
 import { MAX_FILL, type ColourInputs } from "./colour_pass";
 import { DistancePass, MAX_MAPS, type Eye } from "./distance_pass";
-import { byDistance, nearestMaps } from "./map_choice";
+import { byDistance, nearestMaps, type PlacedStation } from "./map_choice";
 import { PlanTexture, type LoadedLine } from "./plan_texture";
 import type { StationStore } from "./station_store";
 import type { StationTextures } from "./station_textures";
@@ -46,8 +46,9 @@ export class EyeView {
     };
     const lines = loadedLines(this.grid, this.store);
     this.plan.update(lines, cell, { x_m, z_m }, rule, settings.generation);
+    const near = this.stationsAround(cell, viewpoint_m);
     const most = Math.min(MAX_MAPS, this.manifest.view.distance_maps);
-    const maps = this.nearestStations(cell, viewpoint_m, most, MAPS_PER_LINE);
+    const maps = nearestMaps(near, cell, most, MAPS_PER_LINE);
     const corrected = settings.generation !== "initial" && maps.length > 0;
     if (corrected) {
       const seen = maps.map(({ station, position_m }) => {
@@ -64,25 +65,20 @@ export class EyeView {
       plan: this.plan.texture,
       distances: corrected ? this.distances.target.texture : null,
       sources: SOURCES[settings.generation],
-      fillLayers: this.nearestStations(cell, viewpoint_m, MAX_FILL, ANY_PER_LINE)
+      fillLayers: nearestMaps(near, cell, MAX_FILL, ANY_PER_LINE)
         .map(({ station }) => this.store.layerWith(station, "picture"))
         .filter((layer) => layer !== undefined),
     };
   }
 
-  dispose(): void {
-    this.plan.dispose();
-    this.distances.dispose();
-  }
-
-  /** The nearest stations of the lines around the viewpoint whose distances are there. */
-  private nearestStations(cell: Cell | null, viewpoint_m: Vec3, most: number, perLine: number) {
+  /** Stations of the lines around the viewpoint whose distances are there, the nearest first. */
+  private stationsAround(cell: Cell | null, viewpoint_m: Vec3): PlacedStation[] {
     const there = this.store.placed.filter(
       ({ station, line }) =>
         (!cell || cell.lines.includes(line)) &&
         this.store.layerWith(station, "omega") !== undefined,
     );
-    return nearestMaps(byDistance(there, viewpoint_m), cell, most, perLine);
+    return byDistance(there, viewpoint_m);
   }
 }
 

@@ -80,7 +80,6 @@ class RoomViewer implements Viewer {
   private drawing_ms = 0; // of the last picture, until the next frame
   private drawnAt_ms = -Infinity;
   private waiting: (() => void)[] = [];
-  private disposed = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -109,7 +108,7 @@ class RoomViewer implements Viewer {
     this.pose = { x_m, z_m, up_m: 0, yaw_rad, pitch_rad: 0, roll_rad: 0 };
     this.scene.add(this.colours.mesh);
     this.colours.mesh.onBeforeRender = (_webgl, _scene, camera) => this.prepareEye(camera);
-    canvas.addEventListener("webglcontextrestored", this.onRestored);
+    canvas.addEventListener("webglcontextrestored", () => this.readAgain());
     this.webgl.setAnimationLoop((time_ms) => this.frame(time_ms));
   }
 
@@ -148,26 +147,14 @@ class RoomViewer implements Viewer {
     ++this.changes;
   }
 
-  dispose(): void {
-    this.disposed = true;
-    this.webgl.setAnimationLoop(null);
-    this.canvas.removeEventListener("webglcontextrestored", this.onRestored);
-    this.store.dispose();
-    for (const eye of this.eyes) eye.dispose();
-    this.colours.dispose();
-    this.comparison.dispose();
-    this.textures.dispose();
-    this.webgl.dispose();
-  }
-
-  private readonly onRestored = () => {
+  private readAgain(): void {
     this.textures.forget();
     this.store.readAgain();
     ++this.changes;
-  };
+  }
 
   private frame(time_ms: number): void {
-    if (this.disposed || this.webgl.getContext().isContextLost()) return;
+    if (this.webgl.getContext().isContextLost()) return;
     const seconds = Math.min(0.1, Math.max(0, (time_ms - this.lastFrame_ms) / 1000));
     // The frame after a drawing waits for it.
     if (this.lastFrame_ms === this.drawnAt_ms) this.drawing_ms = time_ms - this.drawnAt_ms;
@@ -241,6 +228,9 @@ class RoomViewer implements Viewer {
   // Called by three.js for the screen's camera, or for each eye of a headset.
   private prepareEye(camera: Camera): void {
     const { webgl } = this;
+    // An emulated headset with one eye has a second one of no width.
+    const viewport = (camera as PerspectiveCamera).viewport as Vector4 | undefined;
+    if (viewport && viewport.z * viewport.w === 0) return;
     const presenting = webgl.xr.isPresenting;
     // A headset's poses are relative to where the walker stands and faces.
     const base = new Matrix4();
@@ -249,9 +239,6 @@ class RoomViewer implements Viewer {
     const head = worldFromThree(new Vector3().setFromMatrixPosition(cameraWorld));
     const viewpoint_m = this.viewpoint(presenting ? head : [0, 0, 0]);
 
-    // An emulated headset with one eye has a second one of no width.
-    const viewport = (camera as PerspectiveCamera).viewport as Vector4 | undefined;
-    if (viewport && viewport.z * viewport.w === 0) return;
     const which = this.eyesDrawn++;
     this.eyes[which] ??= new EyeView(webgl, this.manifest, this.grid, this.store, this.textures);
     const target = webgl.getRenderTarget();

@@ -48,10 +48,6 @@ export class PlanTexture {
     this.texture.needsUpdate = true;
   }
 
-  dispose(): void {
-    this.texture.dispose();
-  }
-
   private set(row: number, column: number, lines: LoadedLine[], source: RaySource, share: number) {
     const { layers } = lines[source.line]!;
     const texel = [layers[source.station], layers[source.station + 1], source.fraction, share];

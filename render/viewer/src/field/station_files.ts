@@ -1,6 +1,9 @@
 // Reads a station's files. Whatever goes wrong is a sentence for users (ExportError).
 import { ExportError } from "../manifest";
 
+/** The server did not answer: it may later. */
+export class UnreachableError extends ExportError {}
+
 async function fetched(url: URL, signal: AbortSignal): Promise<Response> {
   const name = url.pathname.split("/").slice(-2).join("/");
   let response: Response;
@@ -8,7 +11,7 @@ async function fetched(url: URL, signal: AbortSignal): Promise<Response> {
     response = await fetch(url, { signal });
   } catch (error) {
     if (signal.aborted) throw error;
-    throw new ExportError(`${name} could not be had; is the server still there?`);
+    throw new UnreachableError(`${name} could not be had; is the server still there?`);
   }
   if (!response.ok) {
     throw new ExportError(`${name} could not be had (status ${response.status}).`);

@@ -1,7 +1,7 @@
 // Reads the stations that are wanted and hands them to the textures.
 import { ExportError, type Manifest } from "../manifest";
 import { PARTS, readingOrder, Residency, type Part } from "./residency";
-import { readOmega, readPicture } from "./station_files";
+import { readOmega, readPicture, UnreachableError } from "./station_files";
 import type { StationTextures } from "./station_textures";
 import type { PlacedStation } from "./map_choice";
 
@@ -24,16 +24,20 @@ function nothingYet(): StationState {
   return { parts: { coarse: part(), omega: part(), fine: part() }, abort: new AbortController() };
 }
 
+function problemKey(station: number, part: Part): string {
+  return `${station} ${part}`;
+}
+
 export class StationStore {
   /** Stations of the whole room, in the order of the lines. */
   readonly placed: PlacedStation[] = [];
   private readonly names: string[] = [];
   private readonly residency: Residency;
   private readonly states = new Map<number, StationState>();
+  private order: ReturnType<typeof readingOrder> = [];
   private running = 0;
   private retry: ReturnType<typeof setTimeout> | undefined;
   private readonly problemOf = new Map<string, string>();
-  private disposed = false;
 
   /** `changed` is called whenever something more can be shown. */
   constructor(
@@ -56,6 +60,7 @@ export class StationStore {
     for (const station of this.residency.want(order)) {
       this.states.get(station)?.abort.abort();
       this.states.delete(station);
+      for (const part of PARTS) this.problemOf.delete(problemKey(station, part));
       this.changed();
     }
     for (const station of this.residency.kept) {
@@ -63,6 +68,7 @@ export class StationStore {
       this.states.set(station, nothingYet());
       this.textures.assign(this.residency.layer(station)!, this.placed[station]!.position_m);
     }
+    this.order = readingOrder(this.residency.kept);
     this.readMore();
   }
 
@@ -98,14 +104,8 @@ export class StationStore {
     return [...new Set(this.problemOf.values())];
   }
 
-  dispose(): void {
-    this.disposed = true;
-    clearTimeout(this.retry);
-    for (const state of this.states.values()) state.abort.abort();
-  }
-
   private next(): { station: number; part: Part } | undefined {
-    return readingOrder(this.residency.kept).find(({ station, part }) => {
+    return this.order.find(({ station, part }) => {
       const { parts } = this.states.get(station)!;
       // A coarse picture is of no use beside the fine one.
       const useless = part === "coarse" && parts.fine.is === "there";
@@ -114,7 +114,7 @@ export class StationStore {
   }
 
   private readMore(): void {
-    while (this.running < MOST_AT_ONCE && !this.disposed) {
+    while (this.running < MOST_AT_ONCE) {
       const job = this.next();
       if (!job) return;
       const state = this.states.get(job.station)!;
@@ -128,7 +128,7 @@ export class StationStore {
   }
 
   private async read(station: number, part: Part, state: StationState): Promise<void> {
-    const key = `${station} ${part}`;
+    const key = problemKey(station, part);
     const progress = state.parts[part];
     progress.is = "being read";
     ++progress.attempts;
@@ -140,6 +140,8 @@ export class StationStore {
       progress.is = "failed";
       if (state.abort.signal.aborted) return;
       this.problemOf.set(key, error instanceof ExportError ? error.message : String(error));
+      // A server that is away may come back at any time.
+      if (error instanceof UnreachableError) progress.attempts = 0;
       if (progress.attempts < MOST_ATTEMPTS) this.tryAgainLater();
     }
   }

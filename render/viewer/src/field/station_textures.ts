@@ -117,13 +117,6 @@ export class StationTextures {
     this.silhouettes.length = 0;
   }
 
-  dispose(): void {
-    for (const texture of [this.pictures, this.coarsePictures, this.omegaMaps, this.table]) {
-      texture.dispose();
-    }
-    for (const geometry of this.silhouettes) geometry?.dispose();
-  }
-
   private upload(source: Texture, into: DataArrayTexture, layer: number): void {
     this.webgl.copyTextureToTexture(source, into, null, new Vector3(0, 0, layer));
   }

@@ -27,6 +27,13 @@ uniform sampler2D enginePicture;
 
 out vec4 colour;
 
+const vec3 NOTHING = vec3(0.25);  // where no station shows anything
+// A surface hides a point only if seen from the viewpoint both would move by at least this much
+// against each other, in pixels of the maps: less is noise, and would not be painted wrongly.
+const float CLEARLY_NEARER_PX = 2.0;
+// Around a pixel, in captured pixels.
+const vec2 CORNERS[4] = vec2[4](vec2(-0.3, -0.3), vec2(0.3, -0.3), vec2(-0.3, 0.3), vec2(0.3, 0.3));
+
 vec3 pictureAt(int layer, vec3 direction) {
   vec3 at = vec3(panoramaPlace(direction), float(layer));
   float picture = texelFetch(stations, ivec2(layer, 0), 0).w;
@@ -41,35 +48,32 @@ bool isHidden(int layer, vec3 seen, float omega, vec3 fromStation) {
   vec2 size = vec2(textureSize(omegaMaps, 0).xy);
   vec2 at = panoramaPlace(seen) * size - 0.5;
   ivec2 upper = ivec2(floor(at));
-  // Both would move by less than two pixels against each other: noise, which is not painted wrongly.
-  float slack = 2.0 * 2.0 * PI / size.x / max(1e-9, length(fromStation));
+  float slack = CLEARLY_NEARER_PX * 2.0 * PI / size.x / max(1e-9, length(fromStation));
   float limit = omega / max(1e-9, length(seen)) * (1.0 + surfaceTolerance) + slack;
   return omegaAt(layer, upper.x, upper.y) > limit || omegaAt(layer, upper.x + 1, upper.y) > limit ||
       omegaAt(layer, upper.x, upper.y + 1) > limit ||
       omegaAt(layer, upper.x + 1, upper.y + 1) > limit;
 }
 
-vec3 initialColour(vec3 direction, float column) {
-  vec4 source = texelFetch(plan, ivec2(int(column), 0), 0);
-  vec4 second = texelFetch(plan, ivec2(int(column), 1), 0);
+vec3 initialColour(vec3 direction, int column) {
   vec3 sum = vec3(0.0);
   float total = 0.0;
   for (int row = 0; row < 2; ++row) {
-    vec4 line = row == 0 ? source : second;
+    vec4 line = texelFetch(plan, ivec2(column, row), 0);
     if (line.w <= 0.0) continue;
     sum += line.w * mix(pictureAt(int(line.x), direction), pictureAt(int(line.y), direction), line.z);
     total += line.w;
   }
-  return total > 0.0 ? sum / total : vec3(0.25);
+  return total > 0.0 ? sum / total : NOTHING;
 }
 
-vec3 correctedColour(vec3 direction, float omega, float column) {
+vec3 correctedColour(vec3 direction, float omega, int column) {
   vec3 sum = vec3(0.0);
   float total = 0.0;
   vec3 hiddenSum = vec3(0.0);  // as if all stations saw the point
   float hiddenTotal = 0.0;
   for (int row = 0; row < sources; ++row) {
-    vec4 line = texelFetch(plan, ivec2(int(column), row), 0);
+    vec4 line = texelFetch(plan, ivec2(column, row), 0);
     if (line.w <= 0.0) continue;
     for (int which = 0; which < 2; ++which) {
       float share = line.w * (which == 0 ? 1.0 - line.z : line.z);
@@ -92,12 +96,12 @@ vec3 correctedColour(vec3 direction, float omega, float column) {
     vec3 seen = direction + omega * fromStation;
     if (!isHidden(layer, seen, omega, fromStation)) return pictureAt(layer, seen);
   }
-  return hiddenTotal > 0.0 ? hiddenSum / hiddenTotal : vec3(0.25);
+  return hiddenTotal > 0.0 ? hiddenSum / hiddenTotal : NOTHING;
 }
 
-float columnOf(vec3 direction) {
-  float columns = float(textureSize(plan, 0).x);
-  return min(floor(panoramaPlace(direction).x * columns), columns - 1.0);
+int columnOf(vec3 direction) {
+  int columns = textureSize(plan, 0).x;
+  return min(int(panoramaPlace(direction).x * float(columns)), columns - 1);
 }
 
 float omegaOf(vec2 at) {
@@ -115,16 +119,15 @@ vec3 colourOf(vec2 at, float omega) {
 // steps would be seen where a captured pixel is many pixels of the view.
 vec3 softenedColour() {
   float omega = omegaOf(place);
-  vec2 corners[4] = vec2[4](vec2(-0.3, -0.3), vec2(0.3, -0.3), vec2(-0.3, 0.3), vec2(0.3, 0.3));
   float omegas[4];
   bool torn = false;
   for (int i = 0; i < 4; ++i) {
-    omegas[i] = omegaOf(place + corners[i] * capturedPixel);
+    omegas[i] = omegaOf(place + CORNERS[i] * capturedPixel);
     torn = torn || isSilhouette(omega, omegas[i]);
   }
   if (!torn) return colourOf(place, omega);
   vec3 sum = vec3(0.0);
-  for (int i = 0; i < 4; ++i) sum += colourOf(place + corners[i] * capturedPixel, omegas[i]);
+  for (int i = 0; i < 4; ++i) sum += colourOf(place + CORNERS[i] * capturedPixel, omegas[i]);
   return 0.25 * sum;
 }
 
