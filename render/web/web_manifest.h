@@ -22,14 +22,15 @@ inline constexpr int kWebVersion = 1;
 // The name of a station's files, counted through all lines of the export: "0000".
 std::string station_name(int index);
 
-// What the export of `room` (only the stations exported) holds besides its lines and cells.
+// What an export holds besides its lines and cells. Widths are pixels; docs/file-formats.md
+// describes the keys.
 struct WebContent {
   std::string title{};
-  double budget_mb = 0.0;
-  int width = 0;
-  int coarse_width = 0;
-  int distance_width = 0;
-  double omega_step_per_m = 0.0;
+  double budget_mb = 0.0;         // 10^6 bytes of GPU memory
+  int width = 0;                  // of the panoramas
+  int coarse_width = 0;           // of the coarse ones
+  int distance_width = 0;         // of the distances
+  double omega_step_per_m = 0.0;  // of inverse distances in files, > 0
   ViewOptions view{};
   PlanPoint start{};
   double vertical_range_m = 0.0;
@@ -42,6 +43,7 @@ struct WebContent {
 // Its keys "lines" and "cells".
 nlohmann::ordered_json grid_json(const Grid& grid);
 
+// The whole manifest; `room` has only the stations exported.
 nlohmann::ordered_json web_manifest(const Room& room, const WebContent& content);
 
 }  // namespace raywalk::render
