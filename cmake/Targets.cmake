@@ -77,18 +77,18 @@ endfunction()
 add_custom_target(memory-tests)
 add_custom_target(parallel-tests)
 
-# raywalk_test(<name> [UNSANITIZED] [APART] [LONG] [PARALLEL] SOURCES ... LINK ...): one GoogleTest
+# raywalk_test(<name> [UNSANITIZED] [APART] [LONG] [WAITS] [PARALLEL] SOURCES ... LINK ...): one GoogleTest
 # executable, known to ctest as one test: to load OpenCV and what it needs takes 0.1 s, more than most
 # cases. APART: cases that are long, run programs or wait for devices are tests of their own, which run
-# beside each other. LONG: begun first. Its label tells which tests a sanitizer runs, targets build these: "memory"
-# and memory-tests (AddressSanitizer) those without UNSANITIZED, "parallel" and parallel-tests
-# (ThreadSanitizer) those with PARALLEL, which run code on several threads. docs/development.md says
-# what is left out and why.
+# beside each other. LONG: begun first. WAITS: begun next, as they leave processors to others. Its label
+# tells which tests a sanitizer runs, targets build these: "memory" and memory-tests (AddressSanitizer)
+# those without UNSANITIZED, "parallel" and parallel-tests (ThreadSanitizer) those with PARALLEL, which
+# run code on several threads. docs/development.md says what is left out and why.
 function(raywalk_test name)
   if(NOT RAYWALK_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "UNSANITIZED;APART;LONG;PARALLEL" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "UNSANITIZED;APART;LONG;WAITS;PARALLEL" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE ${RAYWALK_TEST_OPTIONS})
   raywalk_compile_together(${name} raywalk_precompiled_test)
@@ -106,14 +106,17 @@ function(raywalk_test name)
   if(label STREQUAL "")
     set(label unsanitized)
   endif()
+  set(cost 0)
+  if(ARG_LONG)
+    set(cost 100)
+  elseif(ARG_WAITS)
+    set(cost 50)
+  endif()
   if(ARG_APART)
     gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
-                         PROPERTIES LABELS "${label}")
+                         PROPERTIES LABELS "${label}" COST ${cost})
     return()
   endif()
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS "${label}")
-  if(ARG_LONG)
-    set_tests_properties(${name} PROPERTIES COST 100)
-  endif()
+  set_tests_properties(${name} PROPERTIES LABELS "${label}" COST ${cost})
 endfunction()
