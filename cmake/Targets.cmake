@@ -44,6 +44,17 @@ if(RAYWALK_SANITIZE)
   target_link_options(raywalk_options INTERFACE -fsanitize=${RAYWALK_SANITIZE})
 endif()
 
+# The Python module links the libraries into a shared one. Without the second option, GCC would not
+# inline functions there that another library could replace.
+set(RAYWALK_BUILD_PYTHON AUTO CACHE STRING
+    "Build the Python module: ON, OFF or AUTO (where pybind11 is there)")
+function(raywalk_link_into_module name)
+  if(NOT RAYWALK_BUILD_PYTHON STREQUAL "OFF")
+    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_options(${name} PRIVATE -fno-semantic-interposition)
+  endif()
+endfunction()
+
 # raywalk_precompile(<name> <header> [OPTIONS ...] LINK ...): the headers that nearly every unit
 # includes, parsed once. What uses them has to be compiled with the same options.
 function(raywalk_precompile name header)
@@ -71,6 +82,7 @@ function(raywalk_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   raywalk_compile_together(${name} raywalk_precompiled)
+  raywalk_link_into_module(${name})
   target_link_libraries(${name} PUBLIC raywalk_options ${ARG_LINK})
 endfunction()
 
