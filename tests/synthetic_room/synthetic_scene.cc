@@ -128,15 +128,19 @@ Eigen::Vector3d color_at(const SyntheticScene& scene, const Eigen::Vector3d& ori
 
 cv::Mat render_scene(const SyntheticScene& scene, const Eigen::Vector3d& origin_m, int width,
                      double gain) {
+  return render_scene(scene, EyeCircle{origin_m}, width, gain);
+}
+
+cv::Mat render_scene(const SyntheticScene& scene, const EyeCircle& eye, int width, double gain) {
   const PaintedScene painted(scene);
   const PanoramaSize size{width, width / 2};
   cv::Mat image(size.height, size.width, CV_8UC3);
   parallel_for(0, size.height, kRowsPerTask, [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
       for (int u = 0; u < size.width; ++u) {
-        const Eigen::Vector3d direction =
-            direction_from_angles(angles_from_pixel({double(u), double(v)}, size));
-        const Eigen::Vector3d rgb = gain * painted.color_at(origin_m, direction);
+        const SphereAngles angles = angles_from_pixel({double(u), double(v)}, size);
+        const Eigen::Vector3d rgb = gain * painted.color_at(eye.position_m(angles.theta_rad),
+                                                            direction_from_angles(angles));
         // cv::saturate_cast rounds.
         image.at<cv::Vec3b>(v, u) = {cv::saturate_cast<uchar>(rgb[2]),
                                      cv::saturate_cast<uchar>(rgb[1]),

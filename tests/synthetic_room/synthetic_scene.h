@@ -6,6 +6,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
+#include "core/geometry/eye_circle.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -41,8 +42,11 @@ double distance_at(const SyntheticScene& scene, const Eigen::Vector3d& origin_m,
 Eigen::Vector3d color_at(const SyntheticScene& scene, const Eigen::Vector3d& origin_m,
                          const Eigen::Vector3d& direction);
 
-// The panorama (BGR, CV_8UC3, width / 2 rows) from `origin_m`, sampled at pixel centres. Colours
-// are multiplied by `gain`, which simulates a different exposure.
+// The panorama (BGR, CV_8UC3, width / 2 rows) of an eye, sampled at pixel centres. Colours are
+// multiplied by `gain`, which simulates a different exposure.
+cv::Mat render_scene(const SyntheticScene& scene, const EyeCircle& eye, int width,
+                     double gain = 1.0);
+// The same from one place.
 cv::Mat render_scene(const SyntheticScene& scene, const Eigen::Vector3d& origin_m, int width,
                      double gain = 1.0);
 
