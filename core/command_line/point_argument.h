@@ -1,5 +1,6 @@
-// A point of the plan on a command line, written as people write it: --at 0,0, --at 0 0, --at "0,
-// 0".
+// A point of the plan or of space on a command line, written as people write it: --at 0,0, --at 0
+// 0,
+// --at "0, 0".
 #pragma once
 
 #include <optional>
@@ -23,9 +24,15 @@ struct CoordinatePair {
 // Two finite numbers with a comma, spaces or both between them; none for anything else.
 std::optional<CoordinatePair> parse_coordinate_pair(std::string_view text);
 
+// Such a pair, or three such numbers, in the order they were written; none for anything else.
+std::vector<double> parse_point(std::string_view text);
+
+// Which numbers a point has.
+enum class PointKind { kPlan, kPlanOrSpace };  // X,Z, or also X,Y,Z
+
 // Adds an option whose value `text` is written as above, as one word or as several.
 CLI::Option* add_point_option(CLI::App* command, const std::string& flag, std::string* text,
-                              const std::string& description);
+                              const std::string& description, PointKind kind = PointKind::kPlan);
 
 // The arguments of a command line (without the program's name), with the words that make up the
 // value of a point option joined to one. Words that do not make a point stay as they are.

@@ -28,17 +28,28 @@ TEST(CoordinatePairTest, NothingElse) {
   }
 }
 
+TEST(PointTest, HasTwoOrThreeNumbers) {
+  EXPECT_THAT(parse_point("-0.1, 0.25"), ElementsAre(-0.1, 0.25));
+  for (const char* text : {"1,2,3", "1 2 3", "1, 2 ,3", " 1  2\t3 ", "1,2 3", "1 ,2 ,3"}) {
+    EXPECT_THAT(parse_point(text), ElementsAre(1.0, 2.0, 3.0)) << text;
+  }
+  for (const char* text : {"", "1", "1,2,3,4", "1,,2", "1,2,", ",1,2", "1,2,x", "1 2 3 4"}) {
+    EXPECT_TRUE(parse_point(text).empty()) << text;
+  }
+}
+
 class JoinedPointsTest : public testing::Test {
  protected:
   JoinedPointsTest() {
     CLI::App* view = app_.add_subcommand("view");
     add_point_option(view, "--at", &at_, "where");
     view->add_option("--yaw-deg", yaw_deg_);
+    add_point_option(view, "--eye", &eye_, "where", PointKind::kPlanOrSpace);
   }
   Words joined(Words words) const { return joined_points(app_, std::move(words)); }
 
   CLI::App app_{"", "raywalk-test"};
-  std::string at_;
+  std::string at_, eye_;
   double yaw_deg_ = 0.0;
 };
 
@@ -50,6 +61,15 @@ TEST_F(JoinedPointsTest, WordsOfOnePointBecomeOne) {
   EXPECT_THAT(joined({"view", "--at", "0", ",0"}), ElementsAre("view", "--at", "0 ,0"));
   EXPECT_THAT(joined({"view", "--at", "0", ",", "0"}), ElementsAre("view", "--at", "0 , 0"));
   EXPECT_THAT(joined({"view", "--at=0", "-1", "x"}), ElementsAre("view", "--at=0 -1", "x"));
+}
+
+TEST_F(JoinedPointsTest, APointOfSpaceHasUpToThreeNumbers) {
+  EXPECT_THAT(joined({"view", "--eye", "0", "1", "-2", "room.lf"}),
+              ElementsAre("view", "--eye", "0 1 -2", "room.lf"));
+  EXPECT_THAT(joined({"view", "--eye", "0", ",", "1", ",", "2"}),
+              ElementsAre("view", "--eye", "0 , 1 , 2"));
+  EXPECT_THAT(joined({"view", "--eye=0,1", "room.lf"}),
+              ElementsAre("view", "--eye=0,1", "room.lf"));
 }
 
 TEST_F(JoinedPointsTest, OtherWordsStayAsTheyAre) {
