@@ -17,6 +17,12 @@ std::string percent(double share) {
   return share > 0.0 && share < 5e-4 ? "under 0.1 %" : fmt::format("{:.1f} %", 100.0 * share);
 }
 
+// "0.1,-0.25", or "0.1,0.05,-0.25" with a height.
+std::string text_of(const Viewpoint& viewpoint) {
+  const std::string height = viewpoint.height_m ? fmt::format("{:g},", *viewpoint.height_m) : "";
+  return fmt::format("{:g},{}{:g}", viewpoint.plan.x_m, height, viewpoint.plan.z_m);
+}
+
 // The work that skip_px skipped in a corrected view.
 std::string skipped_work(const WorkCounts& work, std::int64_t pixels) {
   const auto share = [](std::int64_t part, std::int64_t all) {
@@ -29,9 +35,12 @@ std::string skipped_work(const WorkCounts& work, std::int64_t pixels) {
 
 }  // namespace
 
-PlanPoint viewpoint_from_text(const std::string& text) {
-  if (const auto pair = parse_coordinate_pair(text)) return {pair->first, pair->second};
-  throw UsageError("--at is " + excerpt(text) + "; give X,Z in metres, for example 0.1,-0.25");
+Viewpoint viewpoint_from_text(const std::string& text) {
+  const std::vector<double> numbers = parse_point(text);
+  if (numbers.size() == 2) return {numbers[0], numbers[1]};
+  if (numbers.size() == 3) return {{numbers[0], numbers[2]}, numbers[1]};
+  throw UsageError("--at is " + excerpt(text) +
+                   "; give X,Z or X,Y,Z in metres, for example 0.1,-0.25");
 }
 
 void require_writable_picture(const std::filesystem::path& file) {
@@ -72,7 +81,7 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   return text + fmt::format(", {:.0f} ms", report.render_ms);
 }
 
-std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
+std::string write_view(const Room& room, const ViewMode& mode, const Viewpoint& viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file) {
   viewport_of(frame);  // rejects an invalid frame before any work
   require_writable_picture(file);
@@ -82,9 +91,11 @@ std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoi
   const int captured_px = room.panorama().width;
   const std::string enlarged =
       enlargement_text(enlargement_of(frame, view.image.cols, captured_px), captured_px);
-  return fmt::format("{}: {}x{}{} at {:g},{:g} m, distances {}, {}", file.string(), view.image.cols,
-                     view.image.rows, enlarged.empty() ? "" : ", " + enlarged + ",", viewpoint.x_m,
-                     viewpoint.z_m, distances_used(room, mode), view_summary(mode, view.report));
+  const std::string eyes = stereo_text(frame);
+  return fmt::format("{}: {}x{}{}{} at {} m, distances {}, {}", file.string(), view.image.cols,
+                     view.image.rows, eyes.empty() ? "" : ", " + eyes + ",",
+                     enlarged.empty() ? "" : ", " + enlarged + ",", text_of(viewpoint),
+                     distances_used(room, mode), view_summary(mode, view.report));
 }
 
 }  // namespace raywalk::render

@@ -10,9 +10,9 @@
 
 namespace raywalk::render {
 
-// The viewpoint of --at: "X,Z" in metres, with a comma, spaces or both between. Throws UsageError
-// for anything else.
-PlanPoint viewpoint_from_text(const std::string& text);
+// The viewpoint of --at: "X,Z" or "X,Y,Z" in metres, with a comma, spaces or both between. Throws
+// UsageError for anything else.
+Viewpoint viewpoint_from_text(const std::string& text);
 
 // Throws UsageError unless the name ends in .png, .jpg or .jpeg, Error unless the file can be
 // created. Call before rendering, so that an unusable path fails early.
@@ -24,10 +24,10 @@ std::string distances_used(const Room& room, const ViewMode& mode);
 // How a view was rendered, on one line: "hlf-vd, hybrid at k = 80 (...), 42 layers, ...".
 std::string view_summary(const ViewMode& mode, const ViewReport& report);
 
-// Renders the view at `viewpoint`, a panorama turned as the frame says or a flat picture, and
-// writes it; returns a one-line summary for the user. Throws Error where the room cannot be
+// Renders the view at `viewpoint`, one or two panoramas turned as the frame says or a flat picture,
+// and writes it; returns a one-line summary for the user. Throws Error where the room cannot be
 // rendered or the picture not written; no file is left behind then.
-std::string write_view(const Room& room, const ViewMode& mode, PlanPoint viewpoint,
+std::string write_view(const Room& room, const ViewMode& mode, const Viewpoint& viewpoint,
                        const ViewFrame& frame, const std::filesystem::path& file);
 
 }  // namespace raywalk::render

@@ -44,6 +44,20 @@ TEST(ViewFrame, RejectsMalformedSizes) {
   EXPECT_THROW(viewport_of({.yaw_deg = std::nan("")}), UsageError);
 }
 
+TEST(ViewFrame, TwoEyesSeePanoramasThatAreTurnedInThePlanOnly) {
+  EXPECT_FALSE(viewport_of({.yaw_deg = 30.0, .stereo = Stereo::kOds, .ipd_mm = 200.0}));
+  EXPECT_EQ(ipd_mm_of({.stereo = Stereo::kOds}), 63.0);
+  for (const ViewFrame& frame :
+       {ViewFrame{.fov_deg = 90.0, .stereo = Stereo::kOds},
+        ViewFrame{.pitch_deg = 1.0, .stereo = Stereo::kOds},
+        ViewFrame{.roll_deg = 1.0, .stereo = Stereo::kOds},
+        ViewFrame{.stereo = Stereo::kOds, .ipd_mm = 0.9},
+        ViewFrame{.stereo = Stereo::kOds, .ipd_mm = 201.0},
+        ViewFrame{.stereo = Stereo::kOds, .ipd_mm = std::nan("")}, ViewFrame{.ipd_mm = 63.0}}) {
+    EXPECT_THROW(viewport_of(frame), UsageError);
+  }
+}
+
 TEST(ViewFrame, EnlargementIsThatOfTheMiddle) {
   // 720 pixels per tangent of one, against 512 pixels per turn.
   EXPECT_NEAR(enlargement_of({.fov_deg = 90.0, .size = "1440x1600"}, 1440, 512),
@@ -87,6 +101,16 @@ TEST_F(WriteView, TurnsAPanorama) {
   cv::Mat flipped;
   cv::flip(straight, flipped, -1);
   EXPECT_LE(cv::norm(over, flipped, cv::NORM_INF), 1.0);
+}
+
+TEST_F(WriteView, TurnsThePanoramasOfBothEyes) {
+  const cv::Mat straight = written({.stereo = Stereo::kOds});
+  ASSERT_EQ(straight.size(), cv::Size(128, 128));
+  EXPECT_GT(cv::norm(straight.rowRange(0, 64), straight.rowRange(64, 128), cv::NORM_INF), 1.0);
+  const cv::Mat turned = written({.yaw_deg = 90.0, .stereo = Stereo::kOds});
+  for (int u = 0; u < 96; ++u) {
+    EXPECT_LE(cv::norm(turned.col(u), straight.col(u + 32), cv::NORM_INF), 1.0);
+  }
 }
 
 TEST(ViewSummary, ReportsSkippedWork) {

@@ -8,16 +8,32 @@
 
 namespace raywalk::render {
 
+// Which eyes see a view.
+enum class Stereo {
+  kMono,
+  kOds  // both: omnidirectional stereo (core/geometry/eye_circle.h), two panoramas, left above
+        // right
+};
+
+// Distance between the eyes.
+inline constexpr double kUsualIpd_mm = 63.0;  // the mean of adults
+inline constexpr double kLeastIpd_mm = 1.0;
+inline constexpr double kMostIpd_mm = 200.0;
+
 struct ViewFrame {
   double yaw_deg = 0.0;    // to the right
   double pitch_deg = 0.0;  // up
   double roll_deg = 0.0;   // the camera clockwise
   double fov_deg = 0.0;    // of a flat picture's width; 0: a panorama
   std::string size{};      // of a flat picture, "1440x1600"; empty: 1280x720
+  Stereo stereo = Stereo::kMono;
+  double ipd_mm = 0.0;  // distance between the eyes; 0: kUsualIpd_mm; stereo only
 };
 
 // The flat picture of a frame; none where the frame is a panorama. Throws UsageError as
-// require_viewport does, for a malformed size, and for a size without a field of view.
+// require_viewport does, for a malformed size, for a size without a field of view, for a stereo
+// view that is flat, pitched or rolled, and for a distance between the eyes out of range or without
+// stereo.
 std::optional<Viewport> viewport_of(const ViewFrame& frame);
 
 // How many times wider than captured a pixel's detail is shown, in the middle of a flat picture or
@@ -28,8 +44,14 @@ double enlargement_of(const ViewFrame& frame, int output_width_px, int captured_
 // "enlarged 8.8 times from panoramas 512 pixels wide"; empty where the enlargement is not above 1.
 std::string enlargement_text(double enlargement, int captured_width_px);
 
-// Renders a frame: a flat picture, or a panorama turned by resampling it. Throws UsageError as
-// viewport_of() does, Error as the renderer does.
-RenderedView render_framed(Renderer* renderer, PlanPoint viewpoint, const ViewFrame& frame);
+// The distance between the eyes of a stereo frame.
+double ipd_mm_of(const ViewFrame& frame);
+
+// "ods, left eye above right eye, 63 mm apart"; empty unless the frame is stereo.
+std::string stereo_text(const ViewFrame& frame);
+
+// Renders a frame: a flat picture, or one or two panoramas turned by resampling them. Throws
+// UsageError as viewport_of() does, Error as the renderer does.
+RenderedView render_framed(Renderer* renderer, const Viewpoint& viewpoint, const ViewFrame& frame);
 
 }  // namespace raywalk::render

@@ -37,13 +37,19 @@ json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame)
     settings["fov_deg"] = frame.fov_deg;
     settings["size_px"] = fmt::format("{}x{}", viewport->width, viewport->height);
   }
+  if (frame.stereo == Stereo::kOds) {
+    settings["stereo"] = "ods";
+    settings["ipd_mm"] = ipd_mm_of(frame);
+  }
   return settings;
 }
 
 json json_of(std::span<const PathView> views) {
   json list = json::array();
   for (const PathView& view : views) {
-    json entry{{"name", view.name}, {"x_m", view.viewpoint.x_m}, {"z_m", view.viewpoint.z_m}};
+    const PlanPoint at = view.viewpoint.plan;
+    json entry{{"name", view.name}, {"x_m", at.x_m}, {"z_m", at.z_m}};
+    if (view.viewpoint.height_m) entry["y_m"] = *view.viewpoint.height_m;
     if (view.yaw_deg != 0.0) entry["yaw_deg"] = view.yaw_deg;
     if (view.pitch_deg != 0.0) entry["pitch_deg"] = view.pitch_deg;
     if (view.roll_deg != 0.0) entry["roll_deg"] = view.roll_deg;
@@ -122,6 +128,17 @@ ViewFrame turned_as(const PathView& view, ViewFrame frame) {
   frame.pitch_deg = view.pitch_deg;
   frame.roll_deg = view.roll_deg;
   return frame;
+}
+
+// Throws Error naming file and view where it has angles or a height that such views cannot have.
+void require_renderable(const ViewMode& mode, const ViewFrame& frame, const fs::path& path,
+                        const PathView& view) {
+  try {
+    viewport_of(turned_as(view, frame));
+    require_viewpoint(view.viewpoint, mode.options.generation);
+  } catch (const UsageError& e) {
+    throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
+  }
 }
 
 fs::path picture_of(const fs::path& out, const PathView& view) {
@@ -218,15 +235,17 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
 }  // namespace
 
 std::vector<PathView> read_path(const fs::path& file) {
-  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"yaw", "pitch", "roll"});
+  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"y", "yaw", "pitch", "roll"});
   const std::vector<std::string> names = file_names_of_rows(table, "name");
   const auto degrees = [&](std::size_t row, const char* column) {
     return table.has_column(column) ? table.number(row, column) : 0.0;
   };
   std::vector<PathView> views;
   for (std::size_t row = 0; row < table.rows(); ++row) {
+    Viewpoint viewpoint(table.number(row, "x"), table.number(row, "z"));
+    if (table.has_column("y")) viewpoint.height_m = table.number(row, "y");
     views.push_back({.name = names[row],
-                     .viewpoint = {table.number(row, "x"), table.number(row, "z")},
+                     .viewpoint = viewpoint,
                      .yaw_deg = degrees(row, "yaw"),
                      .pitch_deg = degrees(row, "pitch"),
                      .roll_deg = degrees(row, "roll")});
@@ -236,10 +255,10 @@ std::vector<PathView> read_path(const fs::path& file) {
 }
 
 void require_inside(const Room& room, const ConnectionRule& rule, const fs::path& path,
-                    std::span<const PathView> views) {
+                    std::span<const PathView> views, double eyes_apart_m) {
   for (const PathView& view : views) {
     try {
-      const ViewPlan plan(room.grid(), view.viewpoint, rule);
+      const ViewPlan plan(room.grid(), view.viewpoint, rule, 0.5 * eyes_apart_m);
     } catch (const Error& e) {
       throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
     }
@@ -249,10 +268,11 @@ void require_inside(const Room& room, const ConnectionRule& rule, const fs::path
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
                        const fs::path& path, const fs::path& out, bool replace) {
   const std::vector<PathView> views = read_path(path);
+  for (const PathView& view : views) require_renderable(mode, frame, path, view);
   require_inside(
       room,
       {radians_from_degrees(mode.options.k_deg), radians_from_degrees(mode.options.overlap_deg)},
-      path, views);
+      path, views, frame.stereo == Stereo::kOds ? 1e-3 * ipd_mm_of(frame) : 0.0);
   const fs::path target = without_trailing_slash(out);
   const bool replaces = replace && fs::exists(fs::symlink_status(target));
   const fs::path directory =

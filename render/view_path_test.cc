@@ -24,10 +24,16 @@ using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 TEST(ViewFile, ReadsViewpointsOfEitherSign) {
-  const PlanPoint viewpoint = viewpoint_from_text("-0.1,2e-1");
-  EXPECT_EQ(viewpoint.x_m, -0.1);
-  EXPECT_EQ(viewpoint.z_m, 0.2);
-  for (const char* text : {"", "1", "1,", ",1", "1,2,3", "1;2", "nan,0", "0,inf", "a,b"}) {
+  const Viewpoint viewpoint = viewpoint_from_text("-0.1,2e-1");
+  EXPECT_EQ(viewpoint.plan.x_m, -0.1);
+  EXPECT_EQ(viewpoint.plan.z_m, 0.2);
+  EXPECT_FALSE(viewpoint.height_m);
+  const Viewpoint raised = viewpoint_from_text("-0.1, 0.05 2e-1");
+  EXPECT_EQ(raised.height_m, 0.05);
+  EXPECT_EQ(raised.plan.x_m, -0.1);
+  EXPECT_EQ(raised.plan.z_m, 0.2);
+  for (const char* text :
+       {"", "1", "1,", ",1", "1,2,3,4", "1,2,", "1;2", "nan,0", "0,inf", "a,b"}) {
     EXPECT_THROW(viewpoint_from_text(text), UsageError) << text;
   }
 }
@@ -103,6 +109,25 @@ TEST_F(ViewPathTest, EnlargedViewsSayByHowMuch) {
   record.erase("enlargement");
   write_file_atomically(out() / "views.json", record.dump());
   EXPECT_THAT(run(80.0, flat), HasSubstr("0 of them rendered now"));
+}
+
+TEST_F(ViewPathTest, RendersForTwoEyesAtTheHeightsOfTheTable) {
+  list("name,x,y,z,yaw\na,0,0.1,0,90\nb,0.25,-0.2,-0.25,0\n");
+  const ViewFrame both{.stereo = Stereo::kOds};
+  run(80.0, both);
+  Renderer renderer(room_, {.k_deg = 80.0});
+  const cv::Mat expected = renderer.render_stereo({{0.25, -0.25}, -0.2}, 0.063).image;
+  EXPECT_EQ(cv::norm(read_picture(out() / "b.png"), expected, cv::NORM_INF), 0.0);
+  const auto record = nlohmann::json::parse(read_file(out() / "views.json"));
+  EXPECT_EQ(record["stereo"], "ods");
+  EXPECT_EQ(record["ipd_mm"], 63.0);
+  EXPECT_EQ(record["views"][1]["y_m"], -0.2);
+  EXPECT_THAT(run_error(80.0, {.stereo = Stereo::kOds, .ipd_mm = 60.0}), HasSubstr("ipd_mm"));
+  EXPECT_THAT(run_error(), HasSubstr("another"));
+  list("name,x,z,pitch\na,0,0,0\nb,0.25,-0.25,5\n");
+  EXPECT_THAT(run_error(80.0, both), AllOf(HasSubstr("view 'b'"), HasSubstr("pitch")));
+  list("name,x,z\na,0,0\nb,0.48,0\n");
+  EXPECT_THAT(run_error(80.0, both), AllOf(HasSubstr("view 'b'"), HasSubstr("farther inside")));
 }
 
 TEST_F(ViewPathTest, TurnsViewsAsTheTableSays) {

@@ -38,10 +38,10 @@ const ColumnPoints& ColumnDistances::prepare(int u) {
   return points_;
 }
 
-ColumnPoints ColumnDistances::in_layers(const ColumnPoints& points, double d_p_m) {
+ColumnPoints ColumnDistances::in_layers(const ColumnPoints& points, const RaySource& source) {
   if (!view_.layers) return points;
   snapped_omega_.assign(points.omega.begin(), points.omega.end());
-  kernels_.snap_to_layers(latitudes_.table(), view_.output.height, static_cast<float>(d_p_m),
+  kernels_.snap_to_layers(latitudes_.table(), view_.output.height, view_.acquisition_point(source),
                           *view_.layers, snapped_omega_.data());
   ColumnPoints snapped = points;
   snapped.omega = snapped_omega_;

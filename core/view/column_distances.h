@@ -31,9 +31,9 @@ class ColumnDistances {
 
   // The points of output column `u`. Valid until the next call.
   const ColumnPoints& prepare(int u);
-  // The points of a column, moved onto the depth layers around an acquisition point at signed plan
-  // distance d_p_m, if the view has layers. Valid until the next call of either.
-  ColumnPoints in_layers(const ColumnPoints& points, double d_p_m);
+  // The points of a column, moved onto the depth layers around the acquisition point of a source,
+  // if the view has layers. Valid until the next call of either.
+  ColumnPoints in_layers(const ColumnPoints& points, const RaySource& source);
 
   // Rows of the output and of the distances.
   const RowMapping& mapping() const { return mapping_; }

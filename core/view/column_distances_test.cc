@@ -97,8 +97,9 @@ TEST(ColumnDistances, PointsInLayersLieOnLayers) {
   const LayerSpacing layers = prepared.view.layers.value();
   for (int u = 0; u < 256; u += 7) {
     const ColumnPoints exact = prepared.steps.distances.prepare(u);
-    const double d_p_m = prepared.sources(u).front().d_p_m;
-    const ColumnPoints snapped = prepared.steps.distances.in_layers(exact, d_p_m);
+    const RaySource source = prepared.sources(u).front();
+    const double d_p_m = source.d_p_m;
+    const ColumnPoints snapped = prepared.steps.distances.in_layers(exact, source);
     for (int row = 0; row < 128; ++row) {
       const double phi = angles_from_pixel({double(u), double(row)}, {256, 128}).phi_rad;
       const auto i = static_cast<size_t>(row);
@@ -120,7 +121,7 @@ TEST(ColumnDistances, WithoutLayersPointsStayWhereTheyAre) {
   PreparedSteps prepared(room.room(), {.width = 256, .arithmetic = Arithmetic::kDouble},
                          kDistancesAt);
   const ColumnPoints& points = prepared.steps.distances.prepare(40);
-  const ColumnPoints same = prepared.steps.distances.in_layers(points, 0.4);
+  const ColumnPoints same = prepared.steps.distances.in_layers(points, {.d_p_m = 0.4});
   EXPECT_EQ(same.omega.data(), points.omega.data());
   EXPECT_EQ(same.omega.size(), 128U);
 }

@@ -25,6 +25,12 @@ struct ColumnOffset {
   float side = 0.0f;
 };
 
+// Where the line of a source crosses the vertical plane of a column, as seen from the viewpoint.
+struct AcquisitionPoint {
+  float d_p = 0.0f;  // ahead in the plan, metres; negative: behind
+  float up = 0.0f;   // metres
+};
+
 // Size of the source panorama and the position of the column's plan direction in it: column
 // `u_whole` plus `u_part` in [0, 1).
 struct ColumnTarget {
@@ -120,8 +126,9 @@ struct ShiftedRows {
 };
 
 // Points of a distance map's column as the viewpoint sees them, with the pixels that each covers in
-// the viewpoint's panorama; all arrays hold one value per row. A point whose footprint contains no
-// pixel centre covers none: its last column or row is less than its first.
+// the viewpoint's panorama; all arrays hold one value per row. A point that is unknown or inside
+// the circle of eyes covers none, nor does one whose footprint contains no pixel centre: its last
+// column or row is less than its first.
 struct ProjectedPoints {
   float* omega = nullptr;  // inverse distance from the viewpoint, 1/m; -1 where it covers none
   float* u = nullptr;      // the point's own position, pixels
@@ -181,10 +188,10 @@ struct ColumnKernels {
   void (*upsample_omega)(const float* in, const int* row, const float* fraction, int rows,
                          float tolerance, float* out);
 
-  // Replaces each omega by that of the nearest depth layer, measured from the acquisition point at
-  // plan distance d_p; a direction whose ray from the viewpoint never meets the layer keeps its
-  // omega.
-  void (*snap_to_layers)(RowTable table, int rows, float d_p, LayerSpacing layers, float* omega);
+  // Replaces each omega by that of the nearest depth layer, measured from an acquisition point; a
+  // direction whose ray from the viewpoint never meets the layer keeps its omega.
+  void (*snap_to_layers)(RowTable table, int rows, AcquisitionPoint from, LayerSpacing layers,
+                         float* omega);
 
   // Positions where a station at `offset` (viewpoint - station) saw the points of a column.
   void (*find_samples)(RowTable table, const float* omega, int rows, ColumnOffset offset,
@@ -237,9 +244,11 @@ struct ColumnKernels {
                       int bytes, std::uint8_t* out);
 
   // Projects a distance map's column (inverse distances omega_map, negative where unknown, offset =
-  // map's station - viewpoint) into the viewpoint's panorama of the size that `target` names.
+  // map's station - viewpoint) into the viewpoint's panorama of the size that `target` names. With
+  // an `eye_radius` other than 0 each point is seen from the circle around the viewpoint, as
+  // EyeCircle::direction_of has it, and its inverse distance is that from there.
   void (*project_points)(RowTable table, const float* omega_map, int rows, ColumnOffset offset,
-                         ColumnTarget target, ProjectedPoints points);
+                         float eye_radius, ColumnTarget target, ProjectedPoints points);
 
   // Follows the rays of a column into a distance map (inverse distances omega_map, [column][row], <
   // 0 where unknown; offset = viewpoint - map's station) and corrects omega, known to about a
@@ -261,12 +270,12 @@ struct ColumnKernels {
   void (*write_rows)(const std::uint8_t* columns, std::size_t column_bytes, int count, int rows,
                      std::uint8_t* image, std::size_t row_bytes);
 
-  // Points of the great circle of a column as seen from an acquisition point d_p ahead: ring
-  // position (counted from the zenith down the column and up the opposite one, in [-0.5, ring_rows
-  // - 0.5), ring_rows twice the rows of a column) and inverse distance from there. The tables hold
-  // `points` entries.
-  void (*project_ring)(RowTable ring, const float* omega, int points, int ring_rows, float d_p,
-                       float* position, float* omega_from_line);
+  // Points of the great circle of a column as seen from an acquisition point: ring position
+  // (counted from the zenith down the column and up the opposite one, in [-0.5, ring_rows - 0.5),
+  // ring_rows twice the rows of a column) and inverse distance from there. The tables hold `points`
+  // entries.
+  void (*project_ring)(RowTable ring, const float* omega, int points, int ring_rows,
+                       AcquisitionPoint from, float* position, float* omega_from_line);
 
   // Nearest neighbour: the pixel whose centre is nearest (halfway: the right, the lower).
   SampleReaders nearest;

@@ -43,8 +43,8 @@ TEST_P(KernelDepths, OmegaIsInterpolatedOnOneSurfaceAndNearestAcrossAnEdge) {
 }
 
 // Inverse distance from the acquisition point of the point at `omega` in direction (c, s).
-double omega_from_line(double c, double s, double omega, double d_p) {
-  return omega / std::hypot(c - omega * d_p, s);
+double omega_from_line(double c, double s, double omega, double d_p, double line_up = 0.0) {
+  return omega / std::hypot(c - omega * d_p, s - omega * line_up);
 }
 
 TEST_P(KernelDepths, SnappedPointsLieOnTheirNearestLayer) {
@@ -56,8 +56,10 @@ TEST_P(KernelDepths, SnappedPointsLieOnTheirNearestLayer) {
     const auto before = random_.room_omegas(kRows);
     auto after = before;
     const auto d_p = static_cast<float>(i == 0 ? 0.0 : random_.uniform(-2.0, 2.0));
+    const auto line_up = static_cast<float>(i % 2 == 0 ? 0.0 : random_.uniform(-1.0, 1.0));
+    const double size_m = std::hypot(d_p, line_up);
     const LayerSpacing layers{0.05f, static_cast<float>(random_.uniform(0.01, 1.0))};
-    kernels_->snap_to_layers(table, kRows, d_p, layers, after.data());
+    kernels_->snap_to_layers(table, kRows, {d_p, line_up}, layers, after.data());
     for (int row = 0; row < kRows; ++row) {
       const auto at = static_cast<size_t>(row);
       ASSERT_TRUE(std::isfinite(after[at]) && after[at] >= 0.0f);
@@ -65,17 +67,18 @@ TEST_P(KernelDepths, SnappedPointsLieOnTheirNearestLayer) {
       ++snapped_points;
       const double c = table.cos_phi[row];
       const double s = table.sin_phi[row];
-      const double was = omega_from_line(c, s, before[at], d_p);
-      const double is = omega_from_line(c, s, after[at], d_p);
+      const double was = omega_from_line(c, s, before[at], d_p, line_up);
+      const double is = omega_from_line(c, s, after[at], d_p, line_up);
       const double layer = (is - layers.omega_min) / layers.step - 0.5;
-      // How much a rounding of rho moves the layer: rho is of the size of d_p at least.
-      const double rounding = 1e-6 * (1.0 + is * (std::fabs(d_p) + 1.0 / after[at])) * is;
+      // How much a rounding of rho moves the layer: rho is of the size of d_p and line_up at least.
+      const double rounding = 1e-6 * (1.0 + is * (size_m + 1.0 / after[at])) * is;
       ASSERT_NEAR(layer, std::round(layer), rounding / layers.step + 1e-5);
       if (was >= layers.omega_min) {
         ASSERT_LE(std::fabs(is - was), 0.5 * layers.step * (1.0 + 1e-4) + rounding);
       }
       // A ray meets a layer's circle twice; the point stays on its side of the foot of A.
-      ASSERT_EQ(d_p * c * before[at] > 1.0, d_p * c * after[at] > 1.0 - 1e-5);
+      const double foot = d_p * c + line_up * s;
+      ASSERT_EQ(foot * before[at] > 1.0, foot * after[at] > 1.0 - 1e-5);
     }
   }
   EXPECT_GT(snapped_points, 100000);
@@ -89,7 +92,7 @@ TEST_P(KernelDepths, SnappedPointsObeyTheLawOfSines) {
   const LayerSpacing layers{0.2f, 0.1f};
   const float d_p = 0.4f;
   std::vector<float> omega(kRows, 0.33f);
-  kernels_->snap_to_layers(table, kRows, d_p, layers, omega.data());
+  kernels_->snap_to_layers(table, kRows, {d_p, 0.0f}, layers, omega.data());
   for (int row = 0; row < kRows; ++row) {
     const double phi = std::atan2(table.sin_phi[row], table.cos_phi[row]);
     const double rho = 1.0 / omega[static_cast<size_t>(row)];
@@ -108,7 +111,7 @@ TEST_P(KernelDepths, RaysThatNeverMeetTheirLayerKeepTheirDistance) {
   const float sin_phi = 1.0f;
   const float cos_phi = 0.0f;
   float omega = 100.0f;
-  kernels_->snap_to_layers({&sin_phi, &cos_phi}, 1, 1.0f, {1.0f, 1.0f}, &omega);
+  kernels_->snap_to_layers({&sin_phi, &cos_phi}, 1, {1.0f, 0.0f}, {1.0f, 1.0f}, &omega);
   EXPECT_EQ(omega, 100.0f);
 }
 
@@ -116,7 +119,7 @@ TEST_P(KernelDepths, InfinitelyFarSnapsIntoTheFarthestLayer) {
   const float sin_phi = 0.0f;
   const float cos_phi = 1.0f;
   float omega = 0.0f;
-  kernels_->snap_to_layers({&sin_phi, &cos_phi}, 1, 0.0f, {0.0f, 0.5f}, &omega);
+  kernels_->snap_to_layers({&sin_phi, &cos_phi}, 1, {0.0f, 0.0f}, {0.0f, 0.5f}, &omega);
   EXPECT_FLOAT_EQ(omega, 0.25f);
 }
 

@@ -59,8 +59,8 @@ TEST_F(KernelIdentity, SnapToLayers) {
     auto a = random_.room_omegas(kRows);
     auto b = a;
     const auto d_p = static_cast<float>(random_.uniform(-1.0, 1.0));
-    generic_->snap_to_layers(latitudes_.table(), kRows, d_p, {0.08f, 0.11f}, a.data());
-    avx2_->snap_to_layers(latitudes_.table(), kRows, d_p, {0.08f, 0.11f}, b.data());
+    generic_->snap_to_layers(latitudes_.table(), kRows, {d_p, 0.2f}, {0.08f, 0.11f}, a.data());
+    avx2_->snap_to_layers(latitudes_.table(), kRows, {d_p, 0.2f}, {0.08f, 0.11f}, b.data());
     ASSERT_EQ(a, b);
   }
 }
@@ -267,9 +267,12 @@ TEST_F(KernelIdentity, ProjectPoints) {
   for (int i = 0; i < kRepeats; ++i) {
     const auto omega = random_.omegas(kRows);
     const ColumnOffset offset = random_.offset(2.0);
+    const float radius = i % 3 == 0 ? 0.0f : static_cast<float>(random_.uniform(-0.1, 0.1));
     PointArrays a(kRows), b(kRows);
-    generic_->project_points(latitudes_.table(), omega.data(), kRows, offset, target_, a.points());
-    avx2_->project_points(latitudes_.table(), omega.data(), kRows, offset, target_, b.points());
+    generic_->project_points(latitudes_.table(), omega.data(), kRows, offset, radius, target_,
+                             a.points());
+    avx2_->project_points(latitudes_.table(), omega.data(), kRows, offset, radius, target_,
+                          b.points());
     ASSERT_TRUE(a == b);
   }
 }
@@ -281,10 +284,10 @@ TEST_F(KernelIdentity, ProjectRing) {
     const auto d_p = static_cast<float>(random_.uniform(-1.0, 1.0));
     std::vector<float> position_a(size_t{2} * kRows), position_b(size_t{2} * kRows),
         omega_a(position_a), omega_b(position_a);
-    generic_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, d_p, position_a.data(),
-                           omega_a.data());
-    avx2_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, d_p, position_b.data(),
-                        omega_b.data());
+    generic_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, {d_p, 0.2f},
+                           position_a.data(), omega_a.data());
+    avx2_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, {d_p, 0.2f},
+                        position_b.data(), omega_b.data());
     ASSERT_EQ(position_a, position_b);
     ASSERT_EQ(omega_a, omega_b);
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/geometry/eye_circle.h"
 #include "core/geometry/sphere.h"
 #include "core/view/column_kernels.h"
 #include "core/view/row_table.h"
@@ -238,7 +239,8 @@ TEST_P(KernelPositions, ProjectPointsAgreesWithExactGeometry) {
     const auto omega = random_.room_omegas(rows);
     const ColumnOffset offset = random_.offset(0.5);
     PointArrays found(rows);
-    kernels_->project_points(latitudes.table(), omega.data(), rows, offset, target, found.points());
+    kernels_->project_points(latitudes.table(), omega.data(), rows, offset, 0.0f, target,
+                             found.points());
     for (int row = 0; row < rows; ++row) {
       const auto at = static_cast<size_t>(row);
       const Vector3d seen = seen_from_station(latitudes.table(), row, omega[at], offset);
@@ -258,6 +260,47 @@ TEST_P(KernelPositions, ProjectPointsAgreesWithExactGeometry) {
   }
 }
 
+TEST_P(KernelPositions, ProjectPointsToACircleAgreesWithTheEyesOfTheirColumns) {
+  const int rows = 512;
+  const LatitudeTable latitudes(rows, rows);
+  const ColumnTarget target{kPositionsPanorama.width, kPositionsPanorama.height, 300, 0.25f};
+  int inside = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto omega = random_.room_omegas(rows);
+    const ColumnOffset offset = random_.offset(0.5);
+    const EyeCircle eye{{0, 0, 0}, random_.uniform(-0.1, 0.1)};
+    PointArrays found(rows);
+    kernels_->project_points(latitudes.table(), omega.data(), rows, offset,
+                             static_cast<float>(eye.radius_m), target, found.points());
+    for (int row = 0; row < rows; ++row) {
+      const auto at = static_cast<size_t>(row);
+      // In the column's frame.
+      const Vector3d point =
+          seen_from_station(latitudes.table(), row, omega[at], offset) / omega[at];
+      const auto seen = eye.direction_of({point.z(), point.y(), point.x()});
+      if (!seen) {
+        ASSERT_EQ(found.omega[at], -1.0f);
+        ++inside;
+        continue;
+      }
+      const double ahead_m =
+          std::sqrt(point.x() * point.x() + point.z() * point.z() - eye.radius_m * eye.radius_m);
+      if (ahead_m < 0.02) continue;  // what touches the circle is seen in many directions
+      const double distance_m = std::hypot(ahead_m, point.y());
+      const double u = 300.25 + seen->theta_rad * target.width / kTwoPi;
+      const double v = (kHalfPi - seen->phi_rad) * target.height / kPi - 0.5;
+      const double columns = std::remainder(found.u[at] - u, target.width) * ahead_m / distance_m;
+      ASSERT_NEAR(columns, 0.0, 4e-3 / distance_m + 1e-3);
+      ASSERT_NEAR(found.v[at], v, 4e-3 / distance_m + 1e-3);
+      ASSERT_GE(found.first_column[at], -target.width);
+      ASSERT_LT(found.last_column[at], 2 * target.width);
+      if (found.omega[at] < 0.0f) continue;  // covers no pixel
+      ASSERT_NEAR(found.omega[at] * distance_m, 1.0, 1e-4);
+    }
+  }
+  EXPECT_GT(inside, 20);
+}
+
 TEST_P(KernelPositions, MarkedPixelsAreTheFirstTwoColumnsAndRowsThatAPointCovers) {
   const int rows = 512;
   const LatitudeTable latitudes(rows, rows);
@@ -268,8 +311,8 @@ TEST_P(KernelPositions, MarkedPixelsAreTheFirstTwoColumnsAndRowsThatAPointCovers
     auto omega = random_.room_omegas(rows);
     omega[7] = -1.0f;  // unknown
     PointArrays found(rows);
-    kernels_->project_points(latitudes.table(), omega.data(), rows, random_.offset(0.5), target,
-                             found.points());
+    kernels_->project_points(latitudes.table(), omega.data(), rows, random_.offset(0.5), 0.0f,
+                             target, found.points());
     for (size_t at = 0; at < omega.size(); ++at) {
       const int upper = std::max(found.first_row[at], 0);
       const int lower = std::min(found.last_row[at], target.height - 1);
@@ -300,15 +343,16 @@ TEST_P(KernelPositions, ProjectRingAgreesWithExactGeometryAllAround) {
   for (int i = 0; i < 100; ++i) {
     const auto omega = random_.room_omegas(2 * kRows);
     const auto d_p = static_cast<float>(random_.uniform(-0.7, 0.7));
+    const auto line_up = i % 2 == 0 ? 0.0f : static_cast<float>(random_.uniform(-0.7, 0.7));
     std::vector<float> position(size_t{2} * kRows), from_line(size_t{2} * kRows);
-    kernels_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, d_p, position.data(),
-                           from_line.data());
+    kernels_->project_ring(ring.table(), omega.data(), 2 * kRows, 2 * kRows, {d_p, line_up},
+                           position.data(), from_line.data());
     for (int row = 0; row < 2 * kRows; ++row) {
       const auto at = static_cast<size_t>(row);
       const double forward = ring.table().cos_phi[row] - double(omega[at]) * d_p;
-      const double up = ring.table().sin_phi[row];
+      const double up = ring.table().sin_phi[row] - double(omega[at]) * line_up;
       const double length = std::hypot(forward, up);
-      const double magnified = (1.0 + omega[at] * std::fabs(d_p)) / length;
+      const double magnified = (1.0 + omega[at] * std::hypot(d_p, line_up)) / length;
       ASSERT_GE(position[at], -0.5f);
       ASSERT_LT(position[at], 2 * kRows - 0.5f + 1e-3f);
       const double exact = (kHalfPi - std::atan2(up, forward)) * kRows / kPi - 0.5;

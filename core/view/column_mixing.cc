@@ -81,7 +81,7 @@ void ColumnMixing::mix_in_registers(const ColumnPoints& points, std::span<const 
 void ColumnMixing::mix_source(const ColumnPoints& points, const RaySource& source,
                               std::span<const std::uint8_t> needed, double skip_px, RowRun rows,
                               std::uint8_t* rgb) {
-  const ColumnPoints snapped = distances_.in_layers(points, source.d_p_m);
+  const ColumnPoints snapped = distances_.in_layers(points, source);
   for (const RowPiece& piece : readings_.split(snapped, source, rows, needed, skip_px)) {
     mix_piece(snapped, source, piece, rgb);
   }
@@ -90,7 +90,7 @@ void ColumnMixing::mix_source(const ColumnPoints& points, const RaySource& sourc
 void ColumnMixing::add_source(const ColumnPoints& points, const RaySource& source,
                               std::span<const std::uint8_t> needed, double skip_px,
                               std::span<const std::int16_t> weights, RowRun rows) {
-  const ColumnPoints snapped = distances_.in_layers(points, source.d_p_m);
+  const ColumnPoints snapped = distances_.in_layers(points, source);
   for (const RowPiece& piece : readings_.split(snapped, source, rows, needed, skip_px)) {
     add_piece(snapped, source, piece, weights);
   }

@@ -87,9 +87,36 @@ float surface_tolerance_of_view(int width) {
 }
 
 void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m) {
+  maps_ = read(maps);
+  opposite_ = this;
+  gather(maps, {viewpoint_m});
+  fill(this, size_.width / 2);
+  smooth();
+}
+
+void DistanceView::compute_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
+                                  DistanceView* left, DistanceView* right) {
+  left->maps_ = left->read(maps);
+  right->maps_ = left->maps_;
+  left->opposite_ = right;
+  right->opposite_ = left;
+  left->gather(maps, circle);
+  right->projected_.swap(left->projected_);  // one eye after the other in the same memory
+  right->gather(maps, circle.opposite());
+  left->projected_.swap(right->projected_);
+  left->fill(right, left->size_.width);
+  left->smooth();
+  right->smooth();
+}
+
+std::vector<std::shared_ptr<const KeptMap>> DistanceView::read(std::span<const MapStation> maps) {
   std::vector<KeptMaps::Place> places;
   for (const MapStation& map : maps) places.push_back({map.line, map.map});
-  maps_ = kept_.get(places);
+  return kept_.get(places);
+}
+
+void DistanceView::gather(std::span<const MapStation> maps, const EyeCircle& circle) {
+  eye_ = circle;
   size_ = {};
   for (const auto& map : maps_) {
     if (map->size.width > size_.width) size_ = map->size;
@@ -104,49 +131,56 @@ void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector
   projected_.resize(pixels * maps.size());
   parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      project_map(*maps_[i], maps[i].position_m - viewpoint_m, projected_.data() + pixels * i);
+      project_map(*maps_[i], maps[i].position_m - eye_.centre_m, projected_.data() + pixels * i);
     }
   });
   is_unseen_.resize(pixels);
-  std::vector<int> unseen(static_cast<size_t>(size_.width));
+  unseen_.resize(static_cast<size_t>(size_.width));
   parallel_for(0, size_.width, 16, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
-      unseen[static_cast<size_t>(theta)] = merge_column(maps, viewpoint_m, theta);
+      unseen_[static_cast<size_t>(theta)] = merge_column(maps, theta);
     }
   });
   double total_unseen = 0.0;
-  for (const int count : unseen) total_unseen += count;
+  for (const int count : unseen_) total_unseen += count;
   unseen_share_ = total_unseen / static_cast<double>(pixels);
-  const bool doubted = find_trust(maps, viewpoint_m);
-  if (total_unseen > 0.0) {
-    parallel_for(0, size_.width / 2, 16, [&](int begin, int end) {
-      for (int theta = begin; theta < end; ++theta) {
-        const auto at = static_cast<size_t>(theta);
-        if (unseen[at] + unseen[at + static_cast<size_t>(size_.width / 2)] > 0) fill_unseen(theta);
-      }
-    });
+  is_doubted_ = find_trust(maps);
+}
+
+void DistanceView::fill(DistanceView* opposite, int columns) {
+  if (unseen_share_ + opposite->unseen_share_ == 0.0) return;
+  parallel_for(0, columns, 16, [&](int begin, int end) {
+    for (int theta = begin; theta < end; ++theta) {
+      const int behind = (theta + size_.width / 2) % size_.width;
+      if (unseen_[static_cast<size_t>(theta)] + opposite->unseen_[static_cast<size_t>(behind)] > 0)
+        fill_unseen(theta, opposite);
+    }
+  });
+}
+
+void DistanceView::smooth() {
+  if (unseen_share_ > 0.0) {
     filled_ = omega_;
     parallel_for(0, size_.width, 16, [&](int begin, int end) {
       for (int theta = begin; theta < end; ++theta) {
-        if (unseen[static_cast<size_t>(theta)] > 0) smooth_filled(theta);
+        if (unseen_[static_cast<size_t>(theta)] > 0) smooth_filled(theta);
       }
     });
   }
-  if (doubted) smooth_doubted();
+  if (is_doubted_) smooth_doubted();
 }
 
-bool DistanceView::find_trust(std::span<const MapStation> maps,
-                              const Eigen::Vector3d& viewpoint_m) {
+bool DistanceView::find_trust(std::span<const MapStation> maps) {
   std::vector<TrustedMap> trusted;
   for (size_t i = 0; i < maps.size(); ++i) {
-    trusted.push_back({&maps_[i]->trust, (viewpoint_m - maps[i].position_m).cast<float>()});
+    trusted.push_back({&maps_[i]->trust, maps[i].position_m});
   }
   trust_.clear();
   doubted_.clear();
   if (std::ranges::all_of(trusted, [](const auto& map) { return map.trust->everywhere(); })) {
     return false;
   }
-  smooth_.compute(omega_, size_, trusted);
+  smooth_.compute(omega_, size_, eye_, trusted);
   return true;
 }
 
@@ -179,7 +213,8 @@ void DistanceView::project_map(const KeptMap& map, const Eigen::Vector3d& offset
     const float* omega_map =
         map.omega.data() + static_cast<size_t>(theta) * static_cast<size_t>(rows);
     column_kernels().project_points(latitudes.table(), omega_map, rows,
-                                    column_offset(offset_m, theta_rad), target, points->points());
+                                    column_offset(offset_m, theta_rad),
+                                    static_cast<float>(eye_.radius_m), target, points->points());
   };
   PointArrays points(rows), opposite(rows);
   const Splat into(size_, omega);
@@ -191,8 +226,7 @@ void DistanceView::project_map(const KeptMap& map, const Eigen::Vector3d& offset
   }
 }
 
-int DistanceView::merge_column(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m,
-                               int theta) {
+int DistanceView::merge_column(std::span<const MapStation> maps, int theta) {
   const size_t rows = static_cast<size_t>(size_.height);
   const size_t pixels = static_cast<size_t>(size_.width) * rows;
   const float* candidates = projected_.data() + static_cast<size_t>(theta) * rows;
@@ -222,23 +256,23 @@ int DistanceView::merge_column(std::span<const MapStation> maps, const Eigen::Ve
     omega[row] = is_seen ? omega[row] : kUnseen;
     source[row] = nearest[row] > 0.0f ? source[row] : -1;
   }
-  refine_column(maps, viewpoint_m, theta, source);
+  refine_column(maps, theta, source);
   return unseen;
 }
 
 // A projected point is up to half a pixel away from the centre of the pixel it is drawn to.
-void DistanceView::refine_column(std::span<const MapStation> maps,
-                                 const Eigen::Vector3d& viewpoint_m, int theta,
+void DistanceView::refine_column(std::span<const MapStation> maps, int theta,
                                  std::span<const std::int32_t> source) {
   float* omega = omega_.data() + static_cast<size_t>(theta) * source.size();
   const double theta_rad = angles_from_pixel({double(theta), 0.0}, size_).theta_rad;
+  const Eigen::Vector3d eye_m = eye_.position_m(theta_rad);
   std::vector<float> refined(source.size());
   for (size_t i = 0; i < maps.size(); ++i) {
     const KeptMap& map = *maps_[i];
     const ColumnPosition position =
         split_column(pixel_from_angles({theta_rad, 0.0}, map.size).u, map.size.width);
     const ColumnTarget target{map.size.width, map.size.height, position.whole, position.part};
-    const ColumnOffset offset = column_offset(viewpoint_m - maps[i].position_m, theta_rad);
+    const ColumnOffset offset = column_offset(eye_m - maps[i].position_m, theta_rad);
     const auto of_map = static_cast<std::int32_t>(i);
     for (RowRun run = next_run(source, 0, of_map); !run.empty();
          run = next_run(source, run.end, of_map)) {
@@ -253,11 +287,11 @@ void DistanceView::refine_column(std::span<const MapStation> maps,
   }
 }
 
-void DistanceView::fill_unseen(int theta) {
+void DistanceView::fill_unseen(int theta, DistanceView* opposite) {
   const int rows = size_.height;
+  const int behind = (theta + size_.width / 2) % size_.width;
   float* down = omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(rows);
-  float* up =
-      omega_.data() + static_cast<size_t>(theta + size_.width / 2) * static_cast<size_t>(rows);
+  float* up = opposite->omega_.data() + static_cast<size_t>(behind) * static_cast<size_t>(rows);
   const auto ring = [&](int i) -> float& {
     const int at = (i % (2 * rows) + 2 * rows) % (2 * rows);
     return at < rows ? down[at] : up[2 * rows - 1 - at];

@@ -17,25 +17,29 @@ int FillStations::of(int depth_theta, int depth_row) {
   return station;
 }
 
-Eigen::Vector3f FillStations::direction_of(int depth_theta, int depth_row) const {
-  return direction_from_angles(
-             angles_from_pixel({double(depth_theta), double(depth_row)}, view_.distances->size()))
-      .cast<float>();
+FillStations::Seen FillStations::seen_in(int depth_theta, int depth_row) const {
+  const SphereAngles angles =
+      angles_from_pixel({double(depth_theta), double(depth_row)}, view_.distances->size());
+  return {.eye_m = view_.eye_m(angles.theta_rad),
+          .direction = direction_from_angles(angles).cast<float>(),
+          .omega = view_.distances->column(depth_theta)[depth_row]};
+}
+
+Eigen::Vector3d FillStations::direction_from(const MapStation& map, const Seen& seen) {
+  return seen.direction.cast<double>() + double(seen.omega) * (seen.eye_m - map.position_m);
 }
 
 bool FillStations::is_left_out(const MapStation& map, int depth_theta, int depth_row) const {
-  return is_left_out(map, direction_of(depth_theta, depth_row),
-                     view_.distances->column(depth_theta)[depth_row]);
+  return is_left_out(map, seen_in(depth_theta, depth_row));
 }
 
 int FillStations::find(int depth_theta, int depth_row) const {
   const DistanceView& distances = *view_.distances;
-  const float omega = distances.column(depth_theta)[depth_row];
-  const Eigen::Vector3f direction = direction_of(depth_theta, depth_row);
+  const Seen seen = seen_in(depth_theta, depth_row);
   const float tolerance = distances.surface_tolerance();
   const float* const trust = distances.trust(depth_theta);
   if (trust != nullptr && trust[depth_row] < 0.5f) {
-    return find_unmasked(direction, omega);
+    return find_unmasked(seen);
   }
   // Next to a silhouette a captured pixel is part foreground: a station that sees the point away
   // from nearer surfaces is preferred to a nearer one that sees it at a silhouette.
@@ -44,11 +48,11 @@ int FillStations::find(int depth_theta, int depth_row) const {
   int shows_moved = kNone;
   for (size_t i = 0; i < view_.fill_maps.size(); ++i) {
     const MapLookup there =
-        look_up(view_.room, view_.fill_maps[i], direction, omega, view_.viewpoint_m(), tolerance);
+        look_up(view_.room, view_.fill_maps[i], seen.direction, seen.omega, seen.eye_m, tolerance);
     const float hides = there.omega_there * (1.0f + tolerance);
     if (there.omega_map < 0.0f || there.omega_map > hides) continue;
-    if (!is_unmasked(view_.fill_maps[i], direction, omega)) continue;
-    if (is_left_out(view_.fill_maps[i], direction, omega)) {
+    if (!is_unmasked(view_.fill_maps[i], seen)) continue;
+    if (is_left_out(view_.fill_maps[i], seen)) {
       if (shows_moved == kNone) shows_moved = static_cast<int>(i);
       continue;
     }
@@ -58,29 +62,27 @@ int FillStations::find(int depth_theta, int depth_row) const {
   return just_sees != kNone ? just_sees : shows_moved;
 }
 
-int FillStations::find_unmasked(const Eigen::Vector3f& direction, float omega) const {
+int FillStations::find_unmasked(const Seen& seen) const {
   // Without a distance to rely on it is not known which stations see the point, and farther
   // stations would show something else.
   const size_t nearest = std::min(view_.fill_maps.size(), size_t{2});
   for (size_t i = 0; i < nearest; ++i) {
-    if (is_unmasked(view_.fill_maps[i], direction, omega)) return static_cast<int>(i);
+    if (is_unmasked(view_.fill_maps[i], seen)) return static_cast<int>(i);
   }
   return kNone;
 }
 
-bool FillStations::is_unmasked(const MapStation& map, const Eigen::Vector3f& direction,
-                               float omega) const {
+bool FillStations::is_unmasked(const MapStation& map, const Seen& seen) const {
   const LineVolume& volume = view_.room.volume(map.line);
   if (!volume.masked()) return true;
   const PanoramaSize captured = volume.panorama();
-  const Eigen::Vector3d seen =
-      direction.cast<double>() + double(omega) * (view_.viewpoint_m() - map.position_m);
-  const SphereAngles angles = angles_from_direction(seen);
+  const Eigen::Vector3d direction = direction_from(map, seen);
+  const SphereAngles angles = angles_from_direction(direction);
   const PixelPosition at = pixel_from_angles(angles, captured);
   // The pixels that a pixel of the distances covers there: more if the station is nearer, and more
   // columns towards a pole.
   const double rows_per_distance = double(captured.height) / view_.distances->size().height;
-  const double radius = 0.5 + rows_per_distance * std::max(1.0, 1.0 / seen.norm());
+  const double radius = 0.5 + rows_per_distance * std::max(1.0, 1.0 / direction.norm());
   const double columns =
       std::min(radius / std::max(1e-6, std::cos(angles.phi_rad)), 0.5 * captured.width);
   const auto first_row = static_cast<int>(std::floor(at.v - radius));
@@ -96,13 +98,11 @@ bool FillStations::is_unmasked(const MapStation& map, const Eigen::Vector3f& dir
   return true;
 }
 
-bool FillStations::is_left_out(const MapStation& map, const Eigen::Vector3f& direction,
-                               float omega) const {
+bool FillStations::is_left_out(const MapStation& map, const Seen& seen) const {
   const LeftOutPixels& left_out = view_.room.distances(map.line).left_out();
   if (!left_out.any(map.station)) return false;
-  const Eigen::Vector3d seen =
-      direction.cast<double>() + double(omega) * (view_.viewpoint_m() - map.position_m);
-  const PixelPosition at = pixel_from_angles(angles_from_direction(seen), left_out.size());
+  const PixelPosition at =
+      pixel_from_angles(angles_from_direction(direction_from(map, seen)), left_out.size());
   const auto row = static_cast<int>(std::lround(at.v));
   const auto column = static_cast<int>(std::lround(at.u));
   for (int u = column - 1; u <= column + 1; ++u) {

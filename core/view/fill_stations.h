@@ -27,13 +27,21 @@ class FillStations {
  private:
   static constexpr int kUnknown = -2;
 
-  Eigen::Vector3f direction_of(int depth_theta, int depth_row) const;
+  // What the view shows in a pixel of the distances.
+  struct Seen {
+    Eigen::Vector3d eye_m{0, 0, 0};  // of the pixel's column
+    Eigen::Vector3f direction{0, 0, 1};
+    float omega = 0.0f;  // inverse distance from the eye, 1/m
+  };
+  Seen seen_in(int depth_theta, int depth_row) const;
+  // The direction from a station, of any length.
+  static Eigen::Vector3d direction_from(const MapStation& map, const Seen& seen);
   int find(int depth_theta, int depth_row) const;
   // The same where the distances cannot be relied on.
-  int find_unmasked(const Eigen::Vector3f& direction, float omega) const;
+  int find_unmasked(const Seen& seen) const;
   // Whether the pixels of a station that a pixel of the distances covers are unmasked.
-  bool is_unmasked(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
-  bool is_left_out(const MapStation& map, const Eigen::Vector3f& direction, float omega) const;
+  bool is_unmasked(const MapStation& map, const Seen& seen) const;
+  bool is_left_out(const MapStation& map, const Seen& seen) const;
 
   const ViewInputs& view_;
   int theta_ = -1;

@@ -88,12 +88,10 @@ void ReadAhead::mark(int u, const RaySource& source, int station) {
   const PanoramaSize size = view_.distances->size();
   const int depth_theta =
       split_column(std::round(pixel_from_angles({theta_rad, 0.0}, size).u), size.width).whole;
-  const Eigen::Vector3d viewpoint_m(view_.plan.viewpoint().x_m, view_.plan.height_m(),
-                                    view_.plan.viewpoint().z_m);
   const Line& line = view_.room.grid().lines[static_cast<size_t>(source.line)];
   column_kernels().find_samples(
       latitudes_->table(), view_.distances->column(depth_theta), size.height,
-      column_offset(viewpoint_m - line.stations[static_cast<size_t>(station)].position_m,
+      column_offset(view_.eye_m(theta_rad) - line.stations[static_cast<size_t>(station)].position_m,
                     theta_rad),
       target, positions_->positions());
   mark_positions(layout_of(view_, source.line), &pages);

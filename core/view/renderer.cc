@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -23,7 +24,8 @@ namespace {
 constexpr int kMaxFartherMaps = 32;  // more maps for points that masks hide
 constexpr size_t kReadable = 2;      // bytes before the first sample of a part and after the last
 
-double largest_d_p(const ViewPlan& plan) {
+// The largest distance from an eye to the point that its column is acquired at.
+double farthest_acquisition_m(const ViewPlan& plan) {
   double largest = 0.0;
   for (int degree = 0; degree < 360; ++degree) {
     const ColumnPlan column = plan.column(radians_from_degrees(degree + 0.5));
@@ -31,7 +33,7 @@ double largest_d_p(const ViewPlan& plan) {
       largest = std::max(largest, column.front[static_cast<size_t>(i)].d_p_m);
     }
   }
-  return largest;
+  return std::hypot(largest, plan.above_lines_m());
 }
 
 std::optional<Room> part_of(const Room& room, int stride) {
@@ -45,6 +47,23 @@ PanoramaSize size_as_captured(const Room& room) {
   constexpr int kWidthStep = 4;
   const int width = room.panorama().width / kWidthStep * kWidthStep;
   return {width, width / 2};
+}
+
+void require_viewpoint(const Viewpoint& viewpoint, Generation generation) {
+  const double height_m = viewpoint.height_m.value_or(0.0);
+  if (!std::isfinite(viewpoint.plan.x_m) || !std::isfinite(viewpoint.plan.z_m) ||
+      !std::isfinite(height_m)) {
+    throw UsageError("the viewpoint must be finite numbers in metres");
+  }
+  if (viewpoint.height_m && generation == Generation::kInitial) {
+    throw UsageError(
+        "initial views do not know distances and cannot be moved up or down; leave the height out, "
+        "or use --generation hlf-vd or two-sided");
+  }
+}
+
+Viewpoint viewpoint_for(Generation generation, PlanPoint plan, std::optional<double> height_m) {
+  return generation == Generation::kInitial ? Viewpoint(plan) : Viewpoint(plan, height_m);
 }
 
 Renderer::Renderer(const Room& room, const ViewOptions& options)
@@ -101,78 +120,115 @@ void Renderer::count_bytes(bool wanted) {
   touched_ = wanted ? std::make_unique<TouchedRays>(room_) : nullptr;
 }
 
-const PreparedView& Renderer::prepare(PlanPoint viewpoint) {
-  if (!std::isfinite(viewpoint.x_m) || !std::isfinite(viewpoint.z_m)) {
-    throw UsageError("the viewpoint must be two finite numbers in metres");
-  }
+void Renderer::plan_eye(const Viewpoint& viewpoint, double eye_radius_m, PreparedView* eye) {
+  require_viewpoint(viewpoint, options_.generation);
   const ConnectionRule rule{radians_from_degrees(options_.k_deg),
                             radians_from_degrees(options_.overlap_deg)};
-  view_.plan_ = std::make_unique<ViewPlan>(room_.grid(), viewpoint, rule);
-  view_.inputs_.reset(new ViewInputs{.room = room_,
-                                     .plan = *view_.plan_,
-                                     .output = render_size(),
-                                     .rows = {0, render_size().height},
-                                     .layers = std::nullopt,
-                                     .arithmetic = options_.arithmetic,
-                                     .fill_maps = {},
-                                     .interpolation = options_.interpolation,
-                                     .stations_mixed = options_.stations_mixed,
-                                     .second_side = options_.second_side,
-                                     .skip_px = options_.skip_px,
-                                     .gains = gains_.get(),
-                                     .touched = touched_.get()});
-  view_.layers_ = 0;
-  if (options_.generation == Generation::kInitial) return view_;
+  eye->plan_ = std::make_unique<ViewPlan>(room_.grid(), viewpoint, rule, eye_radius_m);
+  eye->inputs_.reset(new ViewInputs{.room = room_,
+                                    .plan = *eye->plan_,
+                                    .output = render_size(),
+                                    .rows = {0, render_size().height},
+                                    .layers = std::nullopt,
+                                    .arithmetic = options_.arithmetic,
+                                    .fill_maps = {},
+                                    .interpolation = options_.interpolation,
+                                    .stations_mixed = options_.stations_mixed,
+                                    .second_side = options_.second_side,
+                                    .skip_px = options_.skip_px,
+                                    .gains = gains_.get(),
+                                    .touched = touched_.get()});
+  eye->layers_ = 0;
+}
 
-  const Eigen::Vector3d viewpoint_m(viewpoint.x_m, view_.plan_->height_m(), viewpoint.z_m);
+void Renderer::choose_maps(PreparedView* eye) const {
+  const PlanPoint viewpoint = eye->plan_->viewpoint();
+  const Eigen::Vector3d& viewpoint_m = eye->plan_->eye().centre_m;
   const MapSpread spread = map_spread(room_.grid(), viewpoint);
-  const auto lines = view_.plan_->lines();
-  view_.maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, spread.most_per_line,
-                             options_.distance_maps);
-  view_.fill_maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, options_.fill_stations,
-                                  options_.fill_stations);
+  const auto lines = eye->plan_->lines();
+  eye->maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, spread.most_per_line,
+                            options_.distance_maps);
+  eye->fill_maps_ = nearest_maps(room_, lines, viewpoint_m, spread.gap_m, options_.fill_stations,
+                                 options_.fill_stations);
   if (room_.masked() && options_.fill_stations > 0) {
-    const auto farther = farther_maps(room_, view_.fill_maps_, viewpoint_m, kMaxFartherMaps);
-    view_.fill_maps_.insert(view_.fill_maps_.end(), farther.begin(), farther.end());
+    const auto farther = farther_maps(room_, eye->fill_maps_, viewpoint_m, kMaxFartherMaps);
+    eye->fill_maps_.insert(eye->fill_maps_.end(), farther.begin(), farther.end());
   }
-  if (view_.maps_.empty()) {
+  if (eye->maps_.empty()) {
     throw Error(
         fmt::format("{}: no line around viewpoint {},{} m has distances; estimate them with "
                     "raywalk-build-lf depth, or give more to raywalk-build-lf pack --distance DIR",
                     room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
   }
-  view_.distances_.compute(view_.maps_, viewpoint_m);
+}
+
+void Renderer::use_distances(PreparedView* eye) {
   // An explicit number of layers spans the distances around the view.
   const OmegaRange range =
-      options_.scene && options_.layers == 0 ? *options_.scene : range_of(view_.maps_);
+      options_.scene && options_.layers == 0 ? *options_.scene : range_of(eye->maps_);
   const double tolerance_rad = options_.tolerance_px * kTwoPi / options_.width;
-  view_.layers_ = options_.layers > 0
-                      ? options_.layers
-                      : layers_for_tolerance(range, largest_d_p(*view_.plan_), tolerance_rad);
-  view_.inputs_->distances = &view_.distances_;
+  eye->layers_ =
+      options_.layers > 0
+          ? options_.layers
+          : layers_for_tolerance(range, farthest_acquisition_m(*eye->plan_), tolerance_rad);
+  eye->inputs_->distances = &eye->distances_;
   // With automatic layers the picture is the same within the tolerance as with exact distances,
   // which are cheaper.
-  if (options_.layers > 0) view_.inputs_->layers = layer_spacing(range, options_.layers);
-  view_.inputs_->fill_maps = view_.fill_maps_;
+  if (options_.layers > 0) eye->inputs_->layers = layer_spacing(range, options_.layers);
+  eye->inputs_->fill_maps = eye->fill_maps_;
+}
+
+const PreparedView& Renderer::prepare(const Viewpoint& viewpoint) {
+  plan_eye(viewpoint, 0.0, &view_);
+  if (options_.generation == Generation::kInitial) return view_;
+  choose_maps(&view_);
+  view_.distances_.compute(view_.maps_, view_.plan_->eye().centre_m);
+  use_distances(&view_);
   return view_;
 }
 
-void Renderer::render_columns(int first, int count, const ColumnSink& sink, ViewReport* report) {
-  const PanoramaSize size = view_.inputs_->output;
+Renderer::Eyes Renderer::prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m) {
+  if (!right_eye_) right_eye_.reset(new PreparedView(room_));
+  PreparedView& right = *right_eye_;
+  plan_eye(viewpoint, 0.5 * eyes_apart_m, &view_);
+  plan_eye(viewpoint, -0.5 * eyes_apart_m, &right);
+  if (options_.generation == Generation::kInitial) return {&view_, &right};
+  choose_maps(&view_);
+  right.maps_ = view_.maps_;
+  right.fill_maps_ = view_.fill_maps_;
+  DistanceView::compute_stereo(view_.maps_, view_.plan_->eye(), &view_.distances_,
+                               &right.distances_);
+  for (PreparedView* eye : {&view_, &right}) use_distances(eye);
+  return {&view_, &right};
+}
+
+void Renderer::render_columns(const Eyes& eyes, int first, int count, const ColumnSink& sink,
+                              ViewReport* report) {
+  const PanoramaSize size = eyes.front()->inputs_->output;
   const size_t column_bytes = spread_column_bytes(size.height);
-  const auto sources_of = [&](int u) {
-    return sources(view_.plan_->column(angles_from_pixel({double(u), 0.0}, size).theta_rad));
+  const auto sources_of = [&](size_t eye) {
+    return [this, &size, &plan = *eyes[eye]->plan_](int u) {
+      return sources(plan.column(angles_from_pixel({double(u), 0.0}, size).theta_rad));
+    };
   };
-  ColumnWorkers workers(*view_.inputs_);
-  unknown_.resize(static_cast<size_t>(count));
+  std::deque<ColumnWorkers> workers;
+  unknown_.resize(eyes.size());
+  for (size_t eye = 0; eye < eyes.size(); ++eye) {
+    workers.emplace_back(*eyes[eye]->inputs_);
+    unknown_[eye].resize(static_cast<size_t>(count));
+  }
   parallel_for(0, count, kColumnsPerTask, [&](int begin, int end) {
-    auto worker = workers.take();
-    worker->render(first, begin, end, sources_of);
-    sink(begin, end - begin, worker->columns(), column_bytes);
-    std::ranges::copy(worker->unknown(), unknown_.begin() + begin);
-    workers.give_back(std::move(worker));
+    // Both eyes read nearly the same columns of the stations, which are then still cached.
+    for (size_t eye = 0; eye < eyes.size(); ++eye) {
+      auto worker = workers[eye].take();
+      worker->render(first, begin, end, sources_of(eye));
+      sink(eye, begin, end - begin, worker->columns(), column_bytes);
+      std::ranges::copy(worker->unknown(), unknown_[eye].begin() + begin);
+      workers[eye].give_back(std::move(worker));
+    }
   });
-  const PixelCounts total = workers.counts();
+  PixelCounts total;
+  for (const ColumnWorkers& of_eye : workers) total += of_eye.counts();
   report->pixels = total.all;
   report->work = total.work;
   const auto share = [&](std::int64_t part) {
@@ -183,21 +239,28 @@ void Renderer::render_columns(int first, int count, const ColumnSink& sink, View
   report->empty_share = share(total.empty);
 }
 
-void Renderer::render_panorama(cv::Mat* image, ViewReport* report) {
-  const PanoramaSize size = view_.inputs_->output;
+void Renderer::render_panoramas(const Eyes& eyes, cv::Mat* image, ViewReport* report) {
+  const PanoramaSize size = eyes.front()->inputs_->output;
+  const int count = static_cast<int>(eyes.size());
   cv::Mat& rendered = supersampling_ > 1 ? oversized_ : *image;
-  rendered.create(size.height, size.width, CV_8UC3);
-  advise_huge_pages(rendered.data, rendered.step * static_cast<size_t>(size.height));
+  rendered.create(count * size.height, size.width, CV_8UC3);
+  advise_huge_pages(rendered.data, rendered.step * static_cast<size_t>(rendered.rows));
+  const auto first_row = [&](size_t eye) { return static_cast<int>(eye) * size.height; };
   render_columns(
-      0, size.width,
-      [&](int begin, int count, const std::uint8_t* columns, size_t column_bytes) {
-        column_kernels().write_rows(columns, column_bytes, count, size.height,
-                                    rendered.ptr<std::uint8_t>(0) + 3 * begin, rendered.step);
+      eyes, 0, size.width,
+      [&](size_t eye, int begin, int columns_count, const std::uint8_t* columns,
+          size_t column_bytes) {
+        column_kernels().write_rows(columns, column_bytes, columns_count, size.height,
+                                    rendered.ptr<std::uint8_t>(first_row(eye)) + 3 * begin,
+                                    rendered.step);
       },
       report);
-  fill_picture({unknown_, Seam::kJoined, {0, size.height}, size.height}, &rendered);
+  for (size_t eye = 0; eye < eyes.size(); ++eye) {
+    cv::Mat of_eye = rendered.rowRange(first_row(eye), first_row(eye) + size.height);
+    fill_picture({unknown_[eye], Seam::kJoined, {0, size.height}, size.height}, &of_eye);
+  }
   if (supersampling_ > 1) {
-    cv::resize(oversized_, *image, cv::Size(options_.width, options_.width / 2), 0, 0,
+    cv::resize(oversized_, *image, cv::Size(options_.width, count * options_.width / 2), 0, 0,
                cv::INTER_AREA);
   }
 }
@@ -210,8 +273,8 @@ UnknownPixels Renderer::render_part(const PanoramaPart& part, ViewReport* report
   part_.resize(2 * kReadable + column * static_cast<size_t>(part.columns));
   std::uint8_t* const rays = part_.data() + kReadable;
   render_columns(
-      part.first_column, part.columns,
-      [&](int begin, int count, const std::uint8_t* columns, size_t column_bytes) {
+      {&view_}, part.first_column, part.columns,
+      [&](size_t, int begin, int count, const std::uint8_t* columns, size_t column_bytes) {
         const size_t from = 3 * static_cast<size_t>(part.rows.begin);
         for (int i = 0; i < count; ++i) {
           std::copy_n(columns + column_bytes * static_cast<size_t>(i) + from,
@@ -221,7 +284,7 @@ UnknownPixels Renderer::render_part(const PanoramaPart& part, ViewReport* report
       },
       report);
   const Seam seam = part.columns == panorama.width ? Seam::kJoined : Seam::kOpen;
-  return {unknown_, seam, part.rows, panorama.height};
+  return {unknown_.front(), seam, part.rows, panorama.height};
 }
 
 void Renderer::fill_part(const UnknownPixels& unknown) {
@@ -279,37 +342,51 @@ void Renderer::render_flat(const Viewport& viewport, cv::Mat* image, ViewReport*
   }
 }
 
-RenderedView Renderer::render(PlanPoint viewpoint) {
+RenderedView Renderer::render(const Viewpoint& viewpoint) {
   RenderedView view;
   render(viewpoint, view);
   return view;
 }
 
-void Renderer::render(PlanPoint viewpoint, RenderedView& view) {
-  render(viewpoint, nullptr, &view);
+void Renderer::render(const Viewpoint& viewpoint, RenderedView& view) {
+  const auto start = std::chrono::steady_clock::now();
+  prepare(viewpoint);
+  render_prepared({&view_}, nullptr, start, &view);
 }
 
-RenderedView Renderer::render(PlanPoint viewpoint, const Viewport& viewport) {
+RenderedView Renderer::render_stereo(const Viewpoint& viewpoint, double eyes_apart_m) {
+  RenderedView view;
+  render_stereo(viewpoint, eyes_apart_m, view);
+  return view;
+}
+
+void Renderer::render_stereo(const Viewpoint& viewpoint, double eyes_apart_m, RenderedView& view) {
+  const auto start = std::chrono::steady_clock::now();
+  render_prepared(prepare_stereo(viewpoint, eyes_apart_m), nullptr, start, &view);
+}
+
+RenderedView Renderer::render(const Viewpoint& viewpoint, const Viewport& viewport) {
   RenderedView view;
   render(viewpoint, viewport, view);
   return view;
 }
 
-void Renderer::render(PlanPoint viewpoint, const Viewport& viewport, RenderedView& view) {
+void Renderer::render(const Viewpoint& viewpoint, const Viewport& viewport, RenderedView& view) {
   require_viewport(viewport);
-  render(viewpoint, &viewport, &view);
-}
-
-void Renderer::render(PlanPoint viewpoint, const Viewport* viewport, RenderedView* view) {
   const auto start = std::chrono::steady_clock::now();
   prepare(viewpoint);
+  render_prepared({&view_}, &viewport, start, &view);
+}
+
+void Renderer::render_prepared(const Eyes& eyes, const Viewport* viewport,
+                               std::chrono::steady_clock::time_point start, RenderedView* view) {
   if (touched_) touched_->clear();
   view->report.layers = view_.layers_;
   view->report.limited_corners = view_.plan_->limited_corners();
   if (viewport != nullptr) {
     render_flat(*viewport, &view->image, &view->report);
   } else {
-    render_panorama(&view->image, &view->report);
+    render_panoramas(eyes, &view->image, &view->report);
   }
   view->report.bytes_touched = touched_ ? touched_->bytes() : 0;
   const std::chrono::duration<double, std::milli> elapsed =

@@ -1,7 +1,8 @@
-// Renders views of a room at any viewpoint between its lines: full 360 degrees, or the part that a
-// flat picture shows.
+// Renders views of a room at any viewpoint between its lines: full 360 degrees for one eye or for
+// two, or the part that a flat picture shows.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -36,11 +37,13 @@ struct ViewReport {
 };
 
 struct RenderedView {
-  cv::Mat image;  // CV_8UC3, BGR; of a panorama height = width / 2
+  // CV_8UC3, BGR; of a panorama height = width / 2, of two eyes' panoramas the left above the
+  // right.
+  cv::Mat image;
   ViewReport report;
 };
 
-// A viewpoint prepared for rendering columns; connect-error uses it to render the two lines of a
+// One eye's view prepared for rendering columns; connect-error uses it to render the two lines of a
 // connection separately.
 class PreparedView {
  public:
@@ -64,6 +67,13 @@ class PreparedView {
 // smaller width that views can have, a multiple of 4.
 PanoramaSize size_as_captured(const Room& room);
 
+// Throws UsageError unless all coordinates are finite, and for a height in an initial view, which
+// does not know how far what it shows would move.
+void require_viewpoint(const Viewpoint& viewpoint, Generation generation);
+
+// The viewpoint to compare a generation's views from: without the height in an initial view.
+Viewpoint viewpoint_for(Generation generation, PlanPoint plan, std::optional<double> height_m);
+
 // Renders views of one room, one at a time (each view uses all threads). Memory use does not depend
 // on the size of the volumes.
 class Renderer {
@@ -73,38 +83,54 @@ class Renderer {
   Renderer(const Room& room, const ViewOptions& options);
   ~Renderer();
 
-  // Throws Error where the room cannot be rendered (see ViewPlan). The second form reuses the
-  // memory of an earlier view's image.
-  RenderedView render(PlanPoint viewpoint);
-  void render(PlanPoint viewpoint, RenderedView& view);
+  // Throws UsageError as require_viewpoint does, Error where the room cannot be rendered (see
+  // ViewPlan). The second form reuses the memory of an earlier view's image.
+  RenderedView render(const Viewpoint& viewpoint);
+  void render(const Viewpoint& viewpoint, RenderedView& view);
+
+  // Omnidirectional stereo (core/geometry/eye_circle.h) for eyes `eyes_apart_m` apart, above 0: the
+  // panorama of the left eye above that of the right one, options.width columns and rows in all.
+  RenderedView render_stereo(const Viewpoint& viewpoint, double eyes_apart_m);
+  void render_stereo(const Viewpoint& viewpoint, double eyes_apart_m, RenderedView& view);
 
   // A flat picture, which reads only the part of the volumes that it shows. It is resampled from a
   // panorama of options.width columns; much coarser pictures are averaged down. Throws UsageError
   // as require_viewport does.
-  RenderedView render(PlanPoint viewpoint, const Viewport& viewport);
-  void render(PlanPoint viewpoint, const Viewport& viewport, RenderedView& view);
+  RenderedView render(const Viewpoint& viewpoint, const Viewport& viewport);
+  void render(const Viewpoint& viewpoint, const Viewport& viewport, RenderedView& view);
 
   // Whether views count the bytes of the rays that they read, which makes them much slower.
   void count_bytes(bool wanted);
 
   // Plans a view and, for corrected generations, gathers its distances. The result is overwritten
   // by the next call.
-  const PreparedView& prepare(PlanPoint viewpoint);
+  const PreparedView& prepare(const Viewpoint& viewpoint);
 
   // The lines a column is read from in this generation, front and (two-sided) behind.
   std::vector<RaySource> sources(const ColumnPlan& column) const;
 
  private:
-  void render(PlanPoint viewpoint, const Viewport* viewport, RenderedView* view);
+  using Eyes = std::vector<PreparedView*>;
+
+  // Prepares the views of the left and the right eye.
+  Eyes prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m);
+  // Renders the prepared eyes; `start` is when preparing them began.
+  void render_prepared(const Eyes& eyes, const Viewport* viewport,
+                       std::chrono::steady_clock::time_point start, RenderedView* view);
+  void plan_eye(const Viewpoint& viewpoint, double eye_radius_m, PreparedView* eye);
+  void choose_maps(PreparedView* eye) const;
+  // After gathering its distances.
+  void use_distances(PreparedView* eye);
   PanoramaSize render_size() const;
   OmegaRange range_of(std::span<const MapStation> maps);
-  // Receives rendered columns: `count` rgb columns, `column_bytes` apart, from index `begin` of the
-  // requested ones on.
-  using ColumnSink = std::function<void(int begin, int count, const std::uint8_t* columns,
-                                        std::size_t column_bytes)>;
+  // Receives rendered columns of an eye: `count` rgb columns, `column_bytes` apart, from index
+  // `begin` of the requested ones on.
+  using ColumnSink = std::function<void(std::size_t eye, int begin, int count,
+                                        const std::uint8_t* columns, std::size_t column_bytes)>;
   // Renders `count` columns from `first` on, around the seam; unknown_ then tells what is unknown.
-  void render_columns(int first, int count, const ColumnSink& sink, ViewReport* report);
-  void render_panorama(cv::Mat* image, ViewReport* report);
+  void render_columns(const Eyes& eyes, int first, int count, const ColumnSink& sink,
+                      ViewReport* report);
+  void render_panoramas(const Eyes& eyes, cv::Mat* image, ViewReport* report);
   void render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report);
   // Renders a part of the panorama into part_ and returns what is unknown of it.
   UnknownPixels render_part(const PanoramaPart& part, ViewReport* report);
@@ -113,14 +139,15 @@ class Renderer {
   std::optional<Room> part_of_room_;  // set where station_stride > 1
   const Room& room_;
   ViewOptions options_;
-  PreparedView view_;
+  PreparedView view_;                                     // of the eye, or of the left one
+  std::unique_ptr<PreparedView> right_eye_;               // null until stereo is rendered
   std::unique_ptr<const RoomGains> gains_;                // null: all are 1, or not wanted
   std::unique_ptr<TouchedRays> touched_;                  // null: bytes are not counted
   std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
-  cv::Mat oversized_;                 // rendered picture before averaging, where supersampling_ > 1
-  std::vector<UnknownRows> unknown_;  // of the columns rendered last
-  std::vector<std::uint8_t> part_;    // the part of the panorama that a flat picture shows
-  int supersampling_ = 1;             // rendered columns per output column
+  cv::Mat oversized_;  // rendered picture before averaging, where supersampling_ > 1
+  std::vector<std::vector<UnknownRows>> unknown_;  // of each eye's columns rendered last
+  std::vector<std::uint8_t> part_;  // the part of the panorama that a flat picture shows
+  int supersampling_ = 1;           // rendered columns per output column
 };
 
 }  // namespace raywalk

@@ -161,12 +161,12 @@ float MapTrust::at(const Eigen::Vector3f& direction) const {
   return value_at(cells_, u - 0.5f, v - 0.5f);
 }
 
-void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size,
+void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
                               std::span<const TrustedMap> maps) {
   size_ = size;
   const cv::Size cells(cells_along(size.width), cells_along(size.height));
   omega_ = sampled_distances(omega, size, cells);
-  find_trust(omega_, maps);
+  find_trust(omega_, eye, maps);
   cv::Mat weights(cells, CV_32FC1, cv::Scalar(1.0));
   for_each_cell(omega_, [&](cv::Point cell) {
     if (trust_.at<float>(cell) >= 1.0f) return;
@@ -179,17 +179,19 @@ void SmoothDistances::compute(std::span<const float> omega, PanoramaSize size,
   fill_unknown(omega_, weights, Seam::kJoined);
 }
 
-void SmoothDistances::find_trust(const cv::Mat& omega, std::span<const TrustedMap> maps) {
+void SmoothDistances::find_trust(const cv::Mat& omega, const EyeCircle& eye,
+                                 std::span<const TrustedMap> maps) {
   trust_.create(omega.size(), CV_32FC1);
   const PanoramaSize cells{omega.cols, omega.rows};
   for_each_cell(omega, [&](cv::Point cell) {
-    const Eigen::Vector3f direction =
-        direction_from_angles(angles_from_pixel({double(cell.x), double(cell.y)}, cells))
-            .cast<float>();
+    const SphereAngles angles = angles_from_pixel({double(cell.x), double(cell.y)}, cells);
+    const Eigen::Vector3f direction = direction_from_angles(angles).cast<float>();
+    const Eigen::Vector3d eye_m = eye.position_m(angles.theta_rad);
     float most = 0.0f;
     for (const TrustedMap& map : maps) {
       if (most >= 1.0f) break;
-      most = std::max(most, map.trust->at(direction + omega.at<float>(cell) * map.offset_m));
+      const Eigen::Vector3f offset_m = (eye_m - map.position_m).cast<float>();
+      most = std::max(most, map.trust->at(direction + omega.at<float>(cell) * offset_m));
     }
     trust_.at<float>(cell) = most;
   });

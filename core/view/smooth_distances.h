@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/eye_circle.h"
 #include "core/room/distance_volume.h"
 
 namespace raywalk {
@@ -32,15 +33,16 @@ class MapTrust {
 // A map that a view's distances come from.
 struct TrustedMap {
   const MapTrust* trust = nullptr;
-  Eigen::Vector3f offset_m{0, 0, 0};  // viewpoint - map's station
+  Eigen::Vector3d position_m{0, 0, 0};  // of the map's station
 };
 
-// The trusted maps' view from one viewpoint.
+// The trusted maps' view from the eyes of a view.
 class SmoothDistances {
  public:
   // `omega`: inverse distances [theta][phi] of a view of `size`, negative where no map sees a
   // surface; `maps` where they come from.
-  void compute(std::span<const float> omega, PanoramaSize size, std::span<const TrustedMap> maps);
+  void compute(std::span<const float> omega, PanoramaSize size, const EyeCircle& eye,
+               std::span<const TrustedMap> maps);
 
   // Trust in the rows of a column, 0 to 1. Returns false, without setting it, where it is 1.
   bool trust(int theta, std::span<float> trust) const;
@@ -48,7 +50,7 @@ class SmoothDistances {
   void smooth(int theta, std::span<const float> trust, std::span<float> omega) const;
 
  private:
-  void find_trust(const cv::Mat& omega, std::span<const TrustedMap> maps);
+  void find_trust(const cv::Mat& omega, const EyeCircle& eye, std::span<const TrustedMap> maps);
   bool is_doubted(int theta) const;
   void interpolate(const cv::Mat& cells, int theta, std::span<float> out) const;
 

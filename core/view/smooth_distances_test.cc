@@ -64,7 +64,7 @@ class DoubtedView : public testing::Test {
     maps_.resize(1);
     trust_ = trust_in([](int, int) { return 64; });
     maps_[0].trust = &trust_;
-    smooth_.compute(omega_, kMapSize, maps_);
+    smooth_.compute(omega_, kMapSize, EyeCircle(), maps_);
   }
   std::vector<float> column(int theta) const {
     std::vector<float> trust(128), omega(128, 100.0f);

@@ -34,7 +34,7 @@ SourceVisibility::SourceVisibility(const ViewInputs& view, ColumnDistances& dist
       positions_(positions),
       fill_(fill),
       ring_(view.distances->size().height),
-      stations_(view.room, *view.distances, view.viewpoint_m()),
+      stations_(view.room, *view.distances, view.plan.eye()),
       samples_(view.output.height) {}
 
 // Where both stations are read, output columns with other stations share what is visible: it
@@ -63,7 +63,7 @@ std::span<const std::uint8_t> SourceVisibility::visible_rows(int depth_theta,
   visible.line = source.line;
   visible.behind = behind;
   visible.only_station = only;
-  ring_.compute(*view_.distances, depth_theta, source.d_p_m, visible.rows);
+  ring_.compute(*view_.distances, depth_theta, view_.acquisition_point(source), visible.rows);
   remove_hidden_from_stations(depth_theta, source, visible.rows);
   weigh_visibility(view_.distances->trust(depth_theta), visible.rows);
   return visible.rows;
@@ -93,7 +93,7 @@ std::span<const std::uint8_t> SourceVisibility::usable_rows(const ColumnPoints& 
   }
   auto& usable = usable_[which];
   usable.assign(visible.begin(), visible.end());
-  const ColumnPoints snapped = distances_.in_layers(points, source.d_p_m);
+  const ColumnPoints snapped = distances_.in_layers(points, source);
   for (int next = 0; next < 2; ++next) {
     if (!reads(usual_reading(view_, source), next)) continue;
     remove_masked(snapped, source.line, source.station + next, usable);

@@ -63,7 +63,7 @@ StationSamples StationPositions::find_cut(int u, int line, int station, SamplePo
 StationSamples StationPositions::find_each(double theta_rad, std::span<const float> omega, int line,
                                            int station, int first_row, SamplePositions into) {
   if (precise_) {
-    precise_->find(first_row, omega, displacement_from(line, station), theta_rad,
+    precise_->find(first_row, omega, displacement_from(line, station, theta_rad), theta_rad,
                    view_.room.panorama(), into);
   } else {
     kernels_.find_samples(latitudes_.table(first_row), omega.data(), static_cast<int>(omega.size()),
@@ -88,13 +88,13 @@ ColumnTarget StationPositions::target_of(double theta_rad) const {
   return {captured.width, captured.height, position.whole, position.part};
 }
 
-Eigen::Vector3d StationPositions::displacement_from(int line, int station) const {
+Eigen::Vector3d StationPositions::displacement_from(int line, int station, double theta_rad) const {
   const Line& geometry = view_.room.grid().lines[static_cast<size_t>(line)];
-  return view_.viewpoint_m() - geometry.stations[static_cast<size_t>(station)].position_m;
+  return view_.eye_m(theta_rad) - geometry.stations[static_cast<size_t>(station)].position_m;
 }
 
 ColumnOffset StationPositions::offset_from(int line, int station, double theta_rad) const {
-  return column_offset(displacement_from(line, station), theta_rad);
+  return column_offset(displacement_from(line, station, theta_rad), theta_rad);
 }
 
 ColumnOffset StationPositions::acquisition_offset(const RaySource& source, double theta_rad) const {

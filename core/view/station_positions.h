@@ -32,9 +32,9 @@ class StationPositions {
   // The same of the plain cut, where everything is infinitely far: all rows of column `u`.
   StationSamples find_cut(int u, int line, int station, SamplePositions into);
 
-  // From a station to the viewpoint, in the frame of the column at theta.
+  // From a station to the eye of the column at theta, in that column's frame.
   ColumnOffset offset_from(int line, int station, double theta_rad) const;
-  // From the acquisition point of a source to the viewpoint.
+  // From the acquisition point of a source to that eye.
   ColumnOffset acquisition_offset(const RaySource& source, double theta_rad) const;
   // The position of a column's plan direction in a captured panorama.
   ColumnTarget target_of(double theta_rad) const;
@@ -48,7 +48,7 @@ class StationPositions {
   StationSamples find_each(double theta_rad, std::span<const float> omega, int line, int station,
                            int first_row, SamplePositions into);
   StationSamples samples_at(int line, int station, SamplePositions positions) const;
-  Eigen::Vector3d displacement_from(int line, int station) const;
+  Eigen::Vector3d displacement_from(int line, int station, double theta_rad) const;
 
   const ViewInputs& view_;
   const ColumnKernels& kernels_;

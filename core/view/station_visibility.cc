@@ -33,8 +33,8 @@ std::array<int, 2> maps_around(const DistanceVolume& volume, int station) {
 
 // One map looked up along one column.
 struct StationVisibility::Lookup {
-  Lookup(const Room& room, int line, int map, const Eigen::Vector3d& viewpoint_m,
-         const DistanceView& distances, int column)
+  Lookup(const Room& room, int line, int map, const EyeCircle& eye, const DistanceView& distances,
+         int column)
       : theta(column),
         omega(distances.column(column)),
         nearer(1.0f + distances.surface_tolerance()) {
@@ -44,9 +44,11 @@ struct StationVisibility::Lookup {
                                            .lines[static_cast<size_t>(line)]
                                            .stations[static_cast<size_t>(station)]
                                            .position_m;
-    const Eigen::Vector3d displacement_m = viewpoint_m - station_m;
     const PanoramaSize size = volume.size();
     theta_rad = angles_from_pixel({double(column), 0.0}, distances.size()).theta_rad;
+    const Eigen::Vector3d eye_m = eye.position_m(theta_rad);
+    const Eigen::Vector3d displacement_m = eye_m - station_m;
+    from_centre_m = (eye_m - eye.centre_m).cast<float>();
     const ColumnPosition position =
         split_column(pixel_from_angles({theta_rad, 0.0}, size).u, size.width);
     from_station_m = displacement_m.cast<float>();
@@ -67,10 +69,11 @@ struct StationVisibility::Lookup {
 
   int theta = 0;
   double theta_rad = 0.0;
-  const float* omega = nullptr;  // of the column, from the viewpoint
+  const float* omega = nullptr;  // of the column, from its eye
   float nearer = 1.0f;
   float slack_per_m = 0.0f;
-  Eigen::Vector3f from_station_m{0, 0, 0};  // to the viewpoint
+  Eigen::Vector3f from_station_m{0, 0, 0};  // to the column's eye
+  Eigen::Vector3f from_centre_m{0, 0, 0};   // of the eyes' circle to the column's eye
   ColumnOffset offset;
   ColumnTarget target;
   const float* distance_m = nullptr;  // of the map, [column][row]
@@ -78,10 +81,10 @@ struct StationVisibility::Lookup {
 };
 
 StationVisibility::StationVisibility(const Room& room, const DistanceView& distances,
-                                     const Eigen::Vector3d& viewpoint_m)
+                                     const EyeCircle& eye)
     : room_(room),
       distances_(distances),
-      viewpoint_m_(viewpoint_m),
+      eye_(eye),
       latitudes_(distances.size().height, distances.size().height),
       step_(std::clamp(distances.size().height / kCoarseRows, 1, kMaxStep)),
       omega_there_(static_cast<size_t>(distances.size().height)),
@@ -119,7 +122,7 @@ const std::vector<std::uint8_t>& StationVisibility::hidden_in(
   MapRows& rows = known_[known_count_++];
   rows.map = map;
   rows.hidden.assign(visible.size(), 0);
-  const Lookup lookup(room_, line, map, viewpoint_m_, distances_, theta);
+  const Lookup lookup(room_, line, map, eye_, distances_, theta);
   find_suspects(lookup);
   const auto begin = suspect_.begin();
   for (auto first = std::find(begin, suspect_.end(), 1); first != suspect_.end();) {
@@ -175,7 +178,7 @@ void StationVisibility::check_rows(const Lookup& lookup, int first, int end,
     const Eigen::Vector3f seen = direction + lookup.omega[row] * lookup.from_station_m;
     const Eigen::Vector3f occluder_m =
         lookup.distance_m[nearest] * seen.normalized() - lookup.from_station_m;
-    (*hidden)[static_cast<size_t>(row)] = viewpoint_agrees(occluder_m, lookup.slack_per_m) ? 1 : 0;
+    (*hidden)[static_cast<size_t>(row)] = viewpoint_agrees(lookup, occluder_m) ? 1 : 0;
   }
 }
 
@@ -192,13 +195,21 @@ bool StationVisibility::between_nearer(int theta, int row) const {
          std::min(omega(theta, row - 1), omega(theta, row + 1)) > nearer;
 }
 
-// Whether the viewpoint sees the occluder, at `occluder` metres from it, or something nearer. If it
-// sees through the occluder, one of the maps is wrong.
-bool StationVisibility::viewpoint_agrees(const Eigen::Vector3f& occluder, float slack_per_m) const {
+// Whether the view shows the occluder, at `occluder_m` from the column's eye, or something nearer.
+// If it shows what is behind the occluder, one of the maps is wrong.
+bool StationVisibility::viewpoint_agrees(const Lookup& lookup,
+                                         const Eigen::Vector3f& occluder_m) const {
   const PanoramaSize size = distances_.size();
-  const float plan = std::sqrt(occluder.x() * occluder.x() + occluder.z() * occluder.z());
-  const int u = static_cast<int>((fast_atan2(occluder.x(), occluder.z()) / float(kTwoPi) + 0.5f) *
-                                 static_cast<float>(size.width));
+  const auto radius = static_cast<float>(eye_.radius_m);
+  // As EyeCircle::direction_of() has it. What is inside the circle, no eye of it sees.
+  const Eigen::Vector3f occluder = occluder_m + lookup.from_centre_m;
+  const float plan_squared = occluder.x() * occluder.x() + occluder.z() * occluder.z();
+  if (plan_squared < radius * radius) return true;
+  const float plan = std::sqrt(plan_squared - radius * radius);
+  const float turn = radius == 0.0f ? 0.0f : fast_atan2(radius, plan) / float(kTwoPi);
+  const int u =
+      static_cast<int>((fast_atan2(occluder.x(), occluder.z()) / float(kTwoPi) + turn + 0.5f) *
+                       static_cast<float>(size.width));
   const int v = static_cast<int>((0.5f - fast_atan2(occluder.y(), plan) / float(kPi)) *
                                  static_cast<float>(size.height));
   float nearest = 0.0f;
@@ -208,8 +219,8 @@ bool StationVisibility::viewpoint_agrees(const Eigen::Vector3f& occluder, float 
       nearest = std::max(nearest, omega[row]);
     }
   }
-  const float expected = 1.0f / std::max(1e-9f, occluder.norm());
-  return nearest >= expected * (1.0f - distances_.surface_tolerance()) - slack_per_m;
+  const float expected = 1.0f / std::max(1e-9f, occluder_m.norm());
+  return nearest >= expected * (1.0f - distances_.surface_tolerance()) - lookup.slack_per_m;
 }
 
 }  // namespace raywalk

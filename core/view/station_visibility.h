@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/eye_circle.h"
 #include "core/room/room.h"
 #include "core/view/column_kernels.h"
 #include "core/view/distance_view.h"
@@ -26,9 +27,8 @@ struct StationPair {
 
 class StationVisibility {
  public:
-  // For the distances of a viewpoint. The arguments must outlive the object.
-  StationVisibility(const Room& room, const DistanceView& distances,
-                    const Eigen::Vector3d& viewpoint_m);
+  // For the distances of an eye. Room and distances must outlive the object.
+  StationVisibility(const Room& room, const DistanceView& distances, const EyeCircle& eye);
 
   // Sets visible[row] = 0 where one of the stations does not see what the viewpoint sees in that
   // row of column `theta`, of the size of the distances. A station does not see a point if one of
@@ -49,11 +49,11 @@ class StationVisibility {
   void check_rows(const Lookup& lookup, int first, int end, std::span<const std::uint8_t> visible,
                   std::vector<std::uint8_t>* hidden);
   bool between_nearer(int theta, int row) const;
-  bool viewpoint_agrees(const Eigen::Vector3f& occluder, float slack_per_m) const;
+  bool viewpoint_agrees(const Lookup& lookup, const Eigen::Vector3f& occluder_m) const;
 
   const Room& room_;
   const DistanceView& distances_;
-  Eigen::Vector3d viewpoint_m_;
+  EyeCircle eye_;
   LatitudeTable latitudes_;
   int step_;  // every step-th row is looked up first
   std::vector<float> coarse_sin_phi_, coarse_cos_phi_, coarse_omega_;  // of these rows

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #include "core/geometry/line_gaps.h"
 
@@ -45,6 +47,15 @@ double height_along(const Line& line, double along_m) {
                            ? (sum_xx * sum_y - sum_x * sum_xy) / determinant
                            : sum_y / sum;
   return line.height_m + above;
+}
+
+double height_around(const Grid& grid, PlanPoint viewpoint) {
+  if (const auto cell = find_cell(grid, viewpoint)) {
+    return height_in_cell(grid, grid.cells[static_cast<size_t>(*cell)], viewpoint);
+  }
+  std::vector<int> lines(grid.lines.size());
+  std::iota(lines.begin(), lines.end(), 0);
+  return height_beside(grid, lines, viewpoint);
 }
 
 double height_in_cell(const Grid& grid, const Cell& cell, PlanPoint viewpoint) {

@@ -12,6 +12,9 @@ namespace raywalk {
 // averages what single stations are off. It is continuous; beyond the ends it is that of the end.
 double height_along(const Line& line, double along_m);
 
+// At a viewpoint: in its cell, or beside all lines where it is in none.
+double height_around(const Grid& grid, PlanPoint viewpoint);
+
 // At a viewpoint in a cell: interpolated between opposite sides, averaged over both pairs of them.
 double height_in_cell(const Grid& grid, const Cell& cell, PlanPoint viewpoint);
 

@@ -52,8 +52,14 @@ struct ViewInputs {
   const RoomGains* gains = nullptr;  // null: all are 1
   TouchedRays* touched = nullptr;    // counts the bytes read; null: not counted
 
-  Eigen::Vector3d viewpoint_m() const {
-    return {plan.viewpoint().x_m, plan.height_m(), plan.viewpoint().z_m};
+  // The centre of the eyes' circle; of a view from one place that place.
+  const Eigen::Vector3d& viewpoint_m() const { return plan.eye().centre_m; }
+  // The eye of the column in plan direction theta.
+  Eigen::Vector3d eye_m(double theta_rad) const { return plan.eye().position_m(theta_rad); }
+  // Where the line of a source is met. Its height is that of the lines around the viewpoint, which
+  // single stations are off by little.
+  AcquisitionPoint acquisition_point(const RaySource& source) const {
+    return {static_cast<float>(source.d_p_m), static_cast<float>(-plan.above_lines_m())};
   }
 };
 

@@ -12,6 +12,9 @@
 namespace raywalk {
 namespace {
 
+// Rays, or places on a circle, that stand for all of them.
+constexpr int kFan = 720;
+
 double cross(PlanPoint p, PlanPoint q) { return p.x_m * q.z_m - p.z_m * q.x_m; }
 double dot(PlanPoint p, PlanPoint q) { return p.x_m * q.x_m + p.z_m * q.z_m; }
 PlanPoint minus(PlanPoint p, PlanPoint q) { return {p.x_m - q.x_m, p.z_m - q.z_m}; }
@@ -102,26 +105,28 @@ RaySource source_at(const Line& line, int line_index, const LineCrossing& crossi
   return source;
 }
 
-ViewPlan::ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& rule)
-    : grid_(grid), viewpoint_(viewpoint) {
-  if (const auto cell = find_cell(grid, viewpoint)) {
-    plan_cell(grid.cells[static_cast<size_t>(*cell)], rule);
+ViewPlan::ViewPlan(const Grid& grid, const Viewpoint& viewpoint, const ConnectionRule& rule,
+                   double eye_radius_m)
+    : grid_(grid), rule_(rule) {
+  const PlanPoint at = viewpoint.plan;
+  const double lines_m = height_around(grid, at);
+  eye_ = {{at.x_m, viewpoint.height_m.value_or(lines_m), at.z_m}, eye_radius_m};
+  above_lines_m_ = height_m() - lines_m;
+  if (const auto cell = find_cell(grid, at)) {
+    cell_ = &grid.cells[static_cast<size_t>(*cell)];
+    plan_cell();
   } else if (grid.cells.empty()) {
     plan_open_grid();
   } else {
     throw Error(
         fmt::format("viewpoint {},{} m is outside every cell of the room; choose one inside "
                     "(raywalk-build-lf info lists the cells)",
-                    viewpoint.x_m, viewpoint.z_m));
+                    at.x_m, at.z_m));
   }
 }
 
 ViewPlan::ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const RaySource& between)
-    : grid_(grid),
-      viewpoint_{position_m.x(), position_m.z()},
-      height_m_(position_m.y()),
-      lines_{between.line},
-      everywhere_(ColumnPlan()) {
+    : grid_(grid), eye_{position_m}, lines_{between.line}, everywhere_(ColumnPlan()) {
   for (const double fraction : {0.0, 1.0}) {
     RaySource station = between;
     station.fraction = fraction;
@@ -131,51 +136,78 @@ ViewPlan::ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const Ra
   }
 }
 
-void ViewPlan::plan_cell(const Cell& cell, const ConnectionRule& rule) {
-  closed_ = true;
-  height_m_ = height_in_cell(grid_, cell, viewpoint_);
-  side_lines_ = cell.line;
-  lines_.assign(cell.line.begin(), cell.line.end());
+void ViewPlan::plan_cell() {
+  lines_.assign(cell_->line.begin(), cell_->line.end());
   for (int side = 0; side < 4; ++side) {
     auto& corner = corners_[static_cast<size_t>(side)];
-    corner = connect_corner(corner_view(grid_, cell, static_cast<Side>(side), viewpoint_), rule);
+    corner = corner_of(*cell_, static_cast<Side>(side), viewpoint());
     limited_corners_ += corner.limited ? 1 : 0;
+  }
+  if (eye_.radius_m != 0.0) plan_circle();
+}
+
+// The lines of all cells that the circle reaches into.
+void ViewPlan::plan_circle() {
+  for (int i = 0; i < kFan; ++i) {
+    const auto cell = find_cell(grid_, eye_.place(i * kTwoPi / kFan));
+    if (!cell) {
+      throw Error(
+          fmt::format("the eyes of viewpoint {},{} m turn on a circle of {:g} m around it, which "
+                      "reaches outside "
+                      "every cell of the room; choose a viewpoint farther inside",
+                      viewpoint().x_m, viewpoint().z_m, std::abs(eye_.radius_m)));
+    }
+    for (const int line : grid_.cells[static_cast<size_t>(*cell)].line) {
+      if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(line);
+    }
   }
 }
 
 void ViewPlan::plan_open_grid() {
   lines_.resize(grid_.lines.size());
   std::iota(lines_.begin(), lines_.end(), 0);
-  height_m_ = height_beside(grid_, lines_, viewpoint_);
   // A line is crossed by some ray exactly where its captured part is seen under a positive angle or
   // the viewpoint is on it; a dense fan of rays avoids treating every degenerate case.
-  constexpr int kFan = 720;
-  std::array<RaySource, 2> sources;
+  Sources sources;
   for (int i = 0; i < kFan; ++i) {
-    if (open_sources(i * kTwoPi / kFan, sources) > 0) return;
+    const double theta_rad = i * kTwoPi / kFan;
+    if (open_sources(eye_.place(theta_rad), theta_rad, sources) > 0) return;
   }
   throw Error(fmt::format(
       "no line can be seen from viewpoint {},{} m, so nothing can be rendered; choose one nearer",
-      viewpoint_.x_m, viewpoint_.z_m));
+      viewpoint().x_m, viewpoint().z_m));
 }
 
-int ViewPlan::cell_sources(double theta_rad, std::array<RaySource, 2>& sources) const {
+const Cell& ViewPlan::cell_of(PlanPoint place) const {
+  if (eye_.radius_m == 0.0) return *cell_;
+  const auto cell = find_cell(grid_, place);
+  return cell ? grid_.cells[static_cast<size_t>(*cell)] : *cell_;
+}
+
+CornerConnection ViewPlan::corner_of(const Cell& cell, Side side, PlanPoint from) const {
+  return connect_corner(corner_view(grid_, cell, side, from), rule_);
+}
+
+int ViewPlan::cell_sources(PlanPoint from, double theta_rad, Sources& sources) const {
   // Angle from the normal of the side whose quadrant holds theta, towards the next side.
   const double turn = theta_rad < 0.0 ? theta_rad + kTwoPi : theta_rad;
   const int side = std::clamp(static_cast<int>(turn / kHalfPi), 0, 3);
   const double angle = turn - side * kHalfPi;
-  const double next_weight = next_side_weight(corners_[static_cast<size_t>(side)], angle);
+  const Cell& cell = cell_of(from);
+  const double next_weight =
+      next_side_weight(eye_.radius_m == 0.0 ? corners_[static_cast<size_t>(side)]
+                                            : corner_of(cell, static_cast<Side>(side), from),
+                       angle);
   int count = 0;
   for (int which = 0; which < 2; ++which) {
     const double weight = which == 0 ? 1.0 - next_weight : next_weight;
     if (weight <= 0.0) continue;
-    const int line = side_lines_[static_cast<size_t>((side + which) % 4)];
+    const int line = cell.line[static_cast<size_t>((side + which) % 4)];
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
     // With a connection at 0 or 90 degrees the viewpoint is on the line that the ray runs along, up
     // to rounding of the line's fit: the acquisition point is the viewpoint itself.
-    const LineCrossing crossing =
-        cross_line(geometry, viewpoint_, theta_rad)
-            .value_or(LineCrossing{0.0, along_line(geometry, viewpoint_)});
+    const LineCrossing crossing = cross_line(geometry, from, theta_rad)
+                                      .value_or(LineCrossing{0.0, along_line(geometry, from)});
     sources[static_cast<size_t>(count)] = source_at(geometry, line, crossing);
     sources[static_cast<size_t>(count)].weight = weight;
     ++count;
@@ -183,11 +215,11 @@ int ViewPlan::cell_sources(double theta_rad, std::array<RaySource, 2>& sources) 
   return count;
 }
 
-int ViewPlan::open_sources(double theta_rad, std::array<RaySource, 2>& sources) const {
+int ViewPlan::open_sources(PlanPoint from, double theta_rad, Sources& sources) const {
   int count = 0;
   for (const int line : lines_) {
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
-    const auto crossing = cross_line(geometry, viewpoint_, theta_rad);
+    const auto crossing = cross_line(geometry, from, theta_rad);
     if (!crossing || crossing->d_p_m < 0.0) continue;
     if (crossing->along_m < geometry.first_m() || crossing->along_m > geometry.last_m()) continue;
     if (count == 1 && crossing->d_p_m >= sources[0].d_p_m) continue;
@@ -197,16 +229,18 @@ int ViewPlan::open_sources(double theta_rad, std::array<RaySource, 2>& sources) 
   return count;
 }
 
-int ViewPlan::front_sources(double theta_rad, std::array<RaySource, 2>& sources) const {
-  return closed_ ? cell_sources(theta_rad, sources) : open_sources(theta_rad, sources);
+int ViewPlan::front_sources(PlanPoint from, double theta_rad, Sources& sources) const {
+  return cell_ != nullptr ? cell_sources(from, theta_rad, sources)
+                          : open_sources(from, theta_rad, sources);
 }
 
 ColumnPlan ViewPlan::column(double theta_rad) const {
   if (everywhere_) return *everywhere_;
+  const PlanPoint from = eye_.place(theta_rad);
   ColumnPlan plan;
-  plan.front_count = front_sources(wrap_angle(theta_rad), plan.front);
-  // The line behind is the line in front of the opposite column, at negative distance.
-  plan.behind_count = front_sources(wrap_angle(theta_rad + kPi), plan.behind);
+  plan.front_count = front_sources(from, wrap_angle(theta_rad), plan.front);
+  // The line behind is the line in front of the opposite direction, at negative distance.
+  plan.behind_count = front_sources(from, wrap_angle(theta_rad + kPi), plan.behind);
   for (int i = 0; i < plan.behind_count; ++i) {
     plan.behind[static_cast<size_t>(i)].d_p_m = -plan.behind[static_cast<size_t>(i)].d_p_m;
   }

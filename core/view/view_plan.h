@@ -3,7 +3,8 @@
 //
 // The ray of column theta leaves the viewpoint P and crosses a line at the acquisition point A, at
 // the signed plan distance d_p (negative for the line behind P, which is in the same vertical
-// plane).
+// plane). With a circle of eyes (core/geometry/eye_circle.h) every column has a viewpoint P of its
+// own.
 #pragma once
 
 #include <array>
@@ -11,8 +12,10 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/eye_circle.h"
 #include "core/geometry/grid.h"
 #include "core/view/connection.h"
+#include "core/view/viewpoint.h"
 
 namespace raywalk {
 
@@ -50,9 +53,12 @@ class ViewPlan {
  public:
   // A viewpoint in a closed cell is rendered from the cell's four lines, connected by `rule`. In a
   // grid that closes no cell (a single line is the paper's 3D360) a column is rendered from the
-  // nearest line that its ray crosses, and left empty where there is none. Throws Error when the
-  // grid has cells and the viewpoint is in none of them, or when no column can be rendered.
-  ViewPlan(const Grid& grid, PlanPoint viewpoint, const ConnectionRule& rule);
+  // nearest line that its ray crosses, and left empty where there is none. With an `eye_radius_m`
+  // (EyeCircle::radius_m) every column is planned from its own place on the circle around the
+  // viewpoint, which may reach into several cells. Throws Error when the grid has cells and a place
+  // is in none of them, or when no column can be rendered.
+  ViewPlan(const Grid& grid, const Viewpoint& viewpoint, const ConnectionRule& rule,
+           double eye_radius_m = 0.0);
 
   // The view at `position_m`, which is read from one pair of neighbouring stations in every
   // direction. Each of the two is a source of its own, with a share by nearness, so that points are
@@ -60,33 +66,45 @@ class ViewPlan {
   // station that is left out.
   ViewPlan(const Grid& grid, const Eigen::Vector3d& position_m, const RaySource& between);
 
-  PlanPoint viewpoint() const { return viewpoint_; }
-  // Height of the view: that of the lines that serve it, around the viewpoint (view_height.h), or
-  // of the position given.
-  double height_m() const { return height_m_; }
+  const EyeCircle& eye() const { return eye_; }
+  // The circle's centre; without a circle the place of the eye.
+  PlanPoint viewpoint() const { return {eye_.centre_m.x(), eye_.centre_m.z()}; }
+  // Height of the view: the one asked for, else that of the lines that serve it, around the
+  // viewpoint (view_height.h), or of the position given.
+  double height_m() const { return eye_.centre_m.y(); }
+  // How far it is above the height of the lines; 0 where no height was asked for.
+  double above_lines_m() const { return above_lines_m_; }
   // Lines that serve the view.
   std::span<const int> lines() const { return lines_; }
-  // Number of corners, of four, whose connection was moved because the overhang ran out.
+  // Number of corners, of four, whose connection was moved because the overhang ran out, seen from
+  // the viewpoint.
   int limited_corners() const { return limited_corners_; }
 
   // `theta_rad` is wrapped; front_count is 0 where no line serves the column.
   ColumnPlan column(double theta_rad) const;
 
  private:
-  void plan_cell(const Cell& cell, const ConnectionRule& rule);
+  using Sources = std::array<RaySource, 2>;
+
+  void plan_cell();
+  void plan_circle();
   void plan_open_grid();
-  int front_sources(double theta_rad, std::array<RaySource, 2>& sources) const;
-  int cell_sources(double theta_rad, std::array<RaySource, 2>& sources) const;
-  int open_sources(double theta_rad, std::array<RaySource, 2>& sources) const;
+  // The lines that a ray from a place crosses.
+  int front_sources(PlanPoint from, double theta_rad, Sources& sources) const;
+  int cell_sources(PlanPoint from, double theta_rad, Sources& sources) const;
+  int open_sources(PlanPoint from, double theta_rad, Sources& sources) const;
+  // The cell of a place; of one that is in none, that of the viewpoint.
+  const Cell& cell_of(PlanPoint place) const;
+  CornerConnection corner_of(const Cell& cell, Side side, PlanPoint from) const;
 
   const Grid& grid_;
-  PlanPoint viewpoint_;
-  double height_m_ = 0.0;
+  ConnectionRule rule_;
+  EyeCircle eye_;
+  double above_lines_m_ = 0.0;
   std::vector<int> lines_;
-  std::optional<ColumnPlan> everywhere_;  // of all columns
-  bool closed_ = false;
-  std::array<int, 4> side_lines_{};
-  std::array<CornerConnection, 4> corners_{};  // corner i joins side i and side i + 1
+  std::optional<ColumnPlan> everywhere_;       // of all columns
+  const Cell* cell_ = nullptr;                 // of the viewpoint; null in an open grid
+  std::array<CornerConnection, 4> corners_{};  // corner i joins side i and side i + 1 of it
   int limited_corners_ = 0;
 };
 

@@ -15,20 +15,20 @@ RingVisibility::RingVisibility(int rows)
       leaves_gap_(omega_.size()),
       nearest_(omega_.size() + 2) {}
 
-void RingVisibility::compute(const DistanceView& distances, int theta, double d_p_m,
+void RingVisibility::compute(const DistanceView& distances, int theta, AcquisitionPoint from,
                              std::vector<std::uint8_t>& visible) {
   // From a line in front, what lies behind the viewpoint is farther than anything on this side of
-  // it in the same direction: it hides nothing.
-  points_ = d_p_m > 0.0 ? rows_ : 2 * rows_;
+  // it in the same direction: it hides nothing. That holds at any height of the line, since all
+  // between two points ahead of the viewpoint is ahead of it.
+  points_ = from.d_p > 0.0f ? rows_ : 2 * rows_;
   const float* column = distances.column(theta);
   std::copy_n(column, rows_, omega_.begin());
   if (points_ > rows_) {
-    const float* opposite = distances.column((theta + rows_) % (2 * rows_));
+    const float* opposite = distances.opposite_column(theta);
     std::reverse_copy(opposite, opposite + rows_, omega_.begin() + rows_);
   }
-  column_kernels().project_ring(ring_latitudes_.table(), omega_.data(), points_, 2 * rows_,
-                                static_cast<float>(d_p_m), position_.data(),
-                                omega_from_line_.data());
+  column_kernels().project_ring(ring_latitudes_.table(), omega_.data(), points_, 2 * rows_, from,
+                                position_.data(), omega_from_line_.data());
   const float tolerance = distances.surface_tolerance();
   find_bins(tolerance);
   keep_nearest();

@@ -33,10 +33,10 @@ class RingVisibilityTest : public testing::Test {
     const std::vector<int> lines = {0, 1, 2, 3};
     distances_.compute(nearest_maps(room_.room(), lines, kViewpoint, 0.1, 2, 8), kViewpoint);
   }
-  std::vector<std::uint8_t> visible(int theta, double d_p_m) {
+  std::vector<std::uint8_t> visible(int theta, double d_p_m, double up_m = 0.0) {
     std::vector<std::uint8_t> rows;
     RingVisibility ring(kSize.height);
-    ring.compute(distances_, theta, d_p_m, rows);
+    ring.compute(distances_, theta, {static_cast<float>(d_p_m), static_cast<float>(up_m)}, rows);
     return rows;
   }
   bool distance_is_right(int u, int v) const {
@@ -45,13 +45,14 @@ class RingVisibilityTest : public testing::Test {
     const double truth = distance_at(room_.spec().scene, kViewpoint, direction);
     return std::fabs(truth * distances_.column(u)[v] - 1.0) < 0.02;
   }
-  // Whether an acquisition point d_p ahead of the viewpoint sees what the viewpoint sees at (u, v).
-  bool truly_visible(int u, int v, double d_p_m) const {
+  // Whether an acquisition point d_p ahead of the viewpoint and `up` above it sees what the
+  // viewpoint sees at (u, v).
+  bool truly_visible(int u, int v, double d_p_m, double up_m) const {
     const SyntheticScene& scene = room_.spec().scene;
     const SphereAngles angles = angles_from_pixel({double(u), double(v)}, kSize);
     const Vector3d direction = direction_from_angles(angles);
     const Vector3d ahead(std::sin(angles.theta_rad), 0.0, std::cos(angles.theta_rad));
-    const Vector3d from = kViewpoint + d_p_m * ahead;
+    const Vector3d from = kViewpoint + d_p_m * ahead + Vector3d(0.0, up_m, 0.0);
     const Vector3d ray = kViewpoint + distance_at(scene, kViewpoint, direction) * direction - from;
     return distance_at(scene, from, ray.normalized()) > 0.99 * ray.norm();
   }
@@ -60,18 +61,23 @@ class RingVisibilityTest : public testing::Test {
   DistanceView distances_{room_.room()};
 };
 
-TEST_F(RingVisibilityTest, AgreesWithTheRoomInFrontAndBehind) {
+class LineHeights : public RingVisibilityTest, public testing::WithParamInterface<double> {};
+// As high as the viewpoint, then above and below it, up to near the ceiling and the floor.
+INSTANTIATE_TEST_SUITE_P(Metres, LineHeights, testing::Values(0.0, 0.05, 0.4, 1.2, -0.05, -0.4));
+
+TEST_P(LineHeights, AgreesWithTheRoomInFrontAndBehind) {
+  const double up_m = GetParam();
   int hidden = 0;
   int missed = 0;        // hidden, and taken for visible
   int overcautious = 0;  // visible, and taken for hidden: rows beside an edge may be
   int all = 0;
   for (const double d_p_m : {0.4, 0.65, -0.3, -0.7}) {
     for (int u = 0; u < kSize.width; ++u) {
-      const auto rows = visible(u, d_p_m);
+      const auto rows = visible(u, d_p_m, up_m);
       ASSERT_EQ(rows.size(), static_cast<size_t>(kSize.height));
       for (int v = 0; v < kSize.height; ++v) {
         if (!distance_is_right(u, v)) continue;  // skips errors of the distance view at edges
-        const bool sees = truly_visible(u, v, d_p_m);
+        const bool sees = truly_visible(u, v, d_p_m, up_m);
         const bool said = rows[static_cast<size_t>(v)] != 0;
         hidden += sees ? 0 : 1;
         missed += said && !sees ? 1 : 0;
@@ -107,8 +113,11 @@ class EmptyRoomVisibility : public RingVisibilityTest {
 
 TEST_F(EmptyRoomVisibility, NothingIsHiddenInAConvexRoom) {
   for (const double d_p_m : {-0.7, -0.2, 0.2, 0.7}) {
-    for (int u = 0; u < kSize.width; ++u) {
-      EXPECT_EQ(visible(u, d_p_m), std::vector<std::uint8_t>(kSize.height, 1)) << u << ' ' << d_p_m;
+    for (const double up_m : {0.0, 0.3, -0.5}) {
+      for (int u = 0; u < kSize.width; ++u) {
+        EXPECT_EQ(visible(u, d_p_m, up_m), std::vector<std::uint8_t>(kSize.height, 1))
+            << u << ' ' << d_p_m << ' ' << up_m;
+      }
     }
   }
 }

@@ -46,9 +46,10 @@ void add_path(CLI::App* app) {
   auto arguments = std::make_shared<PathArguments>();
   add_room(command, &arguments->room);
   command
-      ->add_option(
-          "path", arguments->path,
-          "CSV table of views: columns name,x,z (metres) and optionally yaw,pitch,roll (degrees)")
+      ->add_option("path", arguments->path,
+                   "CSV table of views: columns name,x,z (metres) and optionally y (metres) and "
+                   "yaw,pitch,roll "
+                   "(degrees)")
       ->required();
   command->add_option(
       "-o,--out", arguments->out,
@@ -59,9 +60,11 @@ void add_path(CLI::App* app) {
   add_view_flags(command, &arguments->flags);
   add_demand_flags(command, &arguments->demand);
   add_flat_flags(command, &arguments->frame);
+  add_stereo_flags(command, &arguments->frame);
   add_threads_option(command, &arguments->threads);
   command->footer(
-      "Example:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
+      "Examples:\n  raywalk-render path room.lf path.csv --generation two-sided --out views\n"
+      "  raywalk-render path room.lf path.csv --stereo ods --out stereo\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });
 }

@@ -29,7 +29,7 @@ struct ViewArguments {
 
 void run(const ViewArguments& arguments) {
   set_thread_count(arguments.threads);
-  const PlanPoint viewpoint = viewpoint_from_text(arguments.at);
+  const Viewpoint viewpoint = viewpoint_from_text(arguments.at);
   view_settings(arguments.flags);  // reports contradictions before any work
   require_demand(arguments.demand);
   viewport_of(arguments.frame);
@@ -45,8 +45,11 @@ void add_view(CLI::App* app) {
   CLI::App* command = app->add_subcommand("view", "Render one view as a picture");
   auto arguments = std::make_shared<ViewArguments>();
   add_room(command, &arguments->room);
-  add_point_option(command, "--at", &arguments->at,
-                   "Viewpoint X,Z in metres, in the frame of poses.csv")
+  add_point_option(
+      command, "--at", &arguments->at,
+      "Viewpoint X,Z or X,Y,Z in metres, in the frame of poses.csv; without Y the eye is "
+      "at the height of the lines around",
+      PointKind::kPlanOrSpace)
       ->required();
   command->add_option("-o,--out", arguments->out,
                       "Picture to write, .png or .jpg (default: view.png)");
@@ -59,10 +62,13 @@ void add_view(CLI::App* app) {
   command->add_option("--roll-deg", arguments->frame.roll_deg,
                       "Tilt the camera clockwise, degrees");
   add_flat_flags(command, &arguments->frame);
+  add_stereo_flags(command, &arguments->frame);
   command->footer(
       "Examples:\n  raywalk-render view room.lf --at -0.1,0.25 -o view.png\n"
       "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
-      "--size 1440x1600 --out eye.png");
+      "--size 1440x1600 --out eye.png\n"
+      "  raywalk-render view room.lf --at -0.1,0.05,0.25 --generation two-sided --stereo ods -o "
+      "ods.png");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -106,6 +106,22 @@ void add_flat_flags(CLI::App* command, ViewFrame* frame) {
                       "Size of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
 }
 
+void add_stereo_flags(CLI::App* command, ViewFrame* frame) {
+  command->option_defaults()->group(kDirectionGroup);
+  command
+      ->add_option_function<std::string>(
+          "--stereo", [frame](const std::string&) { frame->stereo = Stereo::kOds; },
+          "ods: two panoramas, the left eye's above the right eye's, for headsets; each column is "
+          "seen "
+          "from its own place on a circle around the viewpoint")
+      ->check(CLI::IsMember({"ods"}));
+  command
+      ->add_option(
+          "--ipd-mm", frame->ipd_mm,
+          fmt::format("Distance between the eyes in millimetres (default {:g})", kUsualIpd_mm))
+      ->check(CLI::Range(kLeastIpd_mm, kMostIpd_mm));
+}
+
 Preset chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
   const bool demanded = demand.budget_ms || demand.min_psnr_db;
   Preset preset = demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);

@@ -31,6 +31,9 @@ void add_demand_flags(CLI::App* command, Demand* demand);
 // --fov-deg and --size.
 void add_flat_flags(CLI::App* command, ViewFrame* frame);
 
+// --stereo and --ipd-mm.
+void add_stereo_flags(CLI::App* command, ViewFrame* frame);
+
 // The group of the flags that say where a view looks.
 inline constexpr const char* kDirectionGroup = "Direction and flat pictures";
 

@@ -80,12 +80,6 @@ void require_known(const RequestTarget& target) {
   }
 }
 
-void require_captured_height(const RequestTarget& target) {
-  if (number_of(target, "y", kMetres).value_or(0.0) != 0.0) {
-    refuse("y is not 0; views are rendered at the captured height");
-  }
-}
-
 void read_size(const RequestTarget& target, ViewRequest* request) {
   const std::optional<double> fov_deg = number_of(target, "fov", {0.0, kMaxFovDeg});
   const std::optional<int> width = pixels_of(target, "width");
@@ -115,7 +109,7 @@ ViewRequest parse_view_request(const RequestTarget& target) {
   require_known(target);
   ViewRequest request;
   request.viewpoint = {required_metres(target, "x"), required_metres(target, "z")};
-  require_captured_height(target);
+  request.up_m = number_of(target, "y", kMetres).value_or(0.0);
   request.frame.yaw_deg = number_of(target, "yaw", kTurns).value_or(0.0);
   request.frame.pitch_deg = number_of(target, "pitch", kTurns).value_or(0.0);
   request.frame.roll_deg = number_of(target, "roll", kTurns).value_or(0.0);

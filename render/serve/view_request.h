@@ -16,6 +16,7 @@ inline constexpr int kMostServedPixels = 8 << 20;
 
 struct ViewRequest {
   PlanPoint viewpoint{};
+  double up_m = 0.0;                       // above the height of the lines around
   ViewFrame frame{};                       // flat where fov_deg is not 0
   int panorama_width_px = 0;               // 0: as captured; of a panorama only
   std::optional<Generation> generation{};  // none: two-sided where the room has distances

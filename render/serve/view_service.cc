@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/view/renderer.h"
+#include "core/view/view_height.h"
 #include "render/view_file.h"
 #include "render/view_frame.h"
 #include "render/view_settings.h"
@@ -39,6 +40,11 @@ ViewSettings settings_of(const ViewRequest& request, const Room& room) {
     settings.options.width = std::min(size_as_captured(room).width, kMostServedSide_px);
   }
   return settings;
+}
+
+Viewpoint viewpoint_of(const ViewRequest& request, const Room& room) {
+  if (request.up_m == 0.0) return request.viewpoint;
+  return {request.viewpoint, height_around(room.grid(), request.viewpoint) + request.up_m};
 }
 
 Reply picture_reply(const cv::Mat& picture, bool png) {
@@ -100,7 +106,7 @@ Reply ViewService::answer(const ViewRequest& request) {
   try {
     const Turns::Turn turn(turns_);
     Prepared& prepared = prepared_for(request);
-    view = render_framed(&prepared.renderer, request.viewpoint, request.frame);
+    view = render_framed(&prepared.renderer, viewpoint_of(request, room_), request.frame);
     summary = view_summary(prepared.mode, view.report);
   } catch (const HttpFault& fault) {
     if (fault.status() != 503) throw;

@@ -114,6 +114,11 @@ std::vector<PathView> path_of(const Room& room, const ConnectionRule& rule,
                               const WebExportOptions& options) {
   if (options.path.empty()) return {};
   std::vector<PathView> views = read_path(options.path);
+  for (const PathView& view : views) {
+    if (!view.viewpoint.height_m) continue;
+    throw Error(options.path.string() +
+                ": has a column y; walks in a browser are at the height of the lines");
+  }
   require_inside(room, rule, options.path, views);
   return views;
 }

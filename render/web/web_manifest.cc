@@ -82,8 +82,8 @@ ordered_json hotspots_json(const std::vector<Hotspot>& hotspots) {
 ordered_json path_json(const std::vector<PathView>& path) {
   ordered_json list = ordered_json::array();
   for (const PathView& view : path) {
-    list.push_back({{"x_m", view.viewpoint.x_m},
-                    {"z_m", view.viewpoint.z_m},
+    list.push_back({{"x_m", view.viewpoint.plan.x_m},
+                    {"z_m", view.viewpoint.plan.z_m},
                     {"yaw_deg", view.yaw_deg},
                     {"pitch_deg", view.pitch_deg},
                     {"roll_deg", view.roll_deg}});

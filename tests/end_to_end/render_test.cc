@@ -116,6 +116,36 @@ TEST_F(RenderTest, SettingsFileAndFlags) {
               AllOf(HasSubstr("32x16"), HasSubstr("lfu at k = 45"), HasSubstr("7 layers")));
 }
 
+TEST_F(RenderTest, TwoEyesAtAHeightOfTheirOwn) {
+  make_room();
+  const CommandResult result =
+      render(view_to_png("--at -0.1 0.05 0.2 --stereo ods --ipd-mm 60 --yaw-deg 90"));
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output,
+              HasSubstr("64x64, ods, left eye above right eye, 60 mm apart, at -0.1,0.05,0.2 m"));
+  EXPECT_EQ(read_picture(file("view.png")).rows, 64);
+}
+
+TEST_F(RenderTest, RefusesWhatEyesCannotSee) {
+  make_room();
+  const std::vector<std::pair<std::string, std::string>> refused{
+      {"--at 0,0 --ipd-mm 60", "give --stereo ods"},
+      {"--at 0,0 --stereo ods --fov-deg 90", "leave out --fov-deg"},
+      {"--at 0,0 --stereo ods --pitch-deg 10", "pitch and roll must be 0"},
+      {"--at 0,0 --stereo ods --ipd-mm 0.5", "--ipd-mm"},
+      {"--at 0,0 --stereo anaglyph", "--stereo"},
+      {"--at 0,0.1,0 --generation initial", "leave the height out"}};
+  for (const auto& [flags, message] : refused) {
+    const CommandResult result = render(view_to_png(flags));
+    EXPECT_EQ(result.exit_code, 2) << flags;
+    EXPECT_THAT(result.errors, HasSubstr(message)) << flags;
+    EXPECT_FALSE(fs::exists(file("view.png"))) << flags;
+  }
+  const CommandResult outside = render(view_to_png("--at 0.49,0 --stereo ods"));
+  EXPECT_EQ(outside.exit_code, 1);
+  EXPECT_THAT(outside.errors, HasSubstr("choose a viewpoint farther inside"));
+}
+
 TEST_F(RenderTest, WritesJpegToo) {
   make_room();
   EXPECT_EQ(render(view("--at 0,0 --out " + file("view.jpg"))).exit_code, 0);

@@ -108,7 +108,7 @@ cv::Mat hidden_from_both(const ViewInputs& inputs, const Eigen::Vector3d& positi
   const PanoramaSize size = inputs.distances->size();
   cv::Mat hidden(pixels.columns(), pixels.rows(), CV_8UC1, cv::Scalar(0));
   parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
-    StationVisibility visibility(inputs.room, *inputs.distances, position_m);
+    StationVisibility visibility(inputs.room, *inputs.distances, {position_m});
     std::vector<std::uint8_t> by_first, by_second;
     for (int i = begin; i < end; ++i) {
       const auto place = [&](int j) {
