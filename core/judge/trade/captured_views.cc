@@ -49,6 +49,7 @@ std::vector<TradeView> captured_views(const Room& room, const std::vector<TruthV
     views.push_back({.name = truth.name,
                      .room = &room,
                      .viewpoint = truth.viewpoint,
+                     .height_m = truth.height_m,
                      .line_distance_m = truth.line_distance_m,
                      .truth = read_panorama(truth.file),
                      .mask = truth.mask.empty()

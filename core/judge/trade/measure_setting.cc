@@ -30,6 +30,10 @@ class ThreadsInUse {
   int before_;
 };
 
+Viewpoint viewpoint_of(const TradeView& view, const ViewOptions& options) {
+  return viewpoint_for(options.generation, view.viewpoint, view.height_m);
+}
+
 // One renderer for each room of the views.
 class Renderers {
  public:
@@ -55,11 +59,12 @@ void measure_memory(const TradeSetting& setting, const TradeView& view,
   reset_peak_resident();
   const double before = resident_bytes();
   const double mapped_before = mapped_resident_bytes();
-  renderer.render(view.viewpoint);
+  const Viewpoint at = viewpoint_of(view, setting.mode.options);
+  renderer.render(at);
   measured->peak_mb = 1e-6 * (peak_resident_bytes() - before);
   measured->mapped_mb = 1e-6 * (mapped_resident_bytes() - mapped_before);
   renderer.count_bytes(true);
-  const RenderedView counted = renderer.render(view.viewpoint);
+  const RenderedView counted = renderer.render(at);
   measured->touched_mb = 1e-6 * static_cast<double>(counted.report.bytes_touched);
 }
 
@@ -77,8 +82,8 @@ Times time_of_yardstick(const ViewTimer& timer, int runs) {
 }
 
 // Rendered for scoring: at the size of its truth.
-cv::Mat picture(Renderer* renderer, const TradeView& view) {
-  const RenderedView rendered = renderer->render(view.viewpoint);
+cv::Mat picture(Renderer* renderer, const TradeView& view, const ViewOptions& options) {
+  const RenderedView rendered = renderer->render(viewpoint_of(view, options));
   if (rendered.image.size() == view.truth.size()) return rendered.image;
   cv::Mat enlarged;
   cv::resize(rendered.image, enlarged, view.truth.size(), 0, 0, cv::INTER_LINEAR);
@@ -103,7 +108,8 @@ ViewTime measure_time(const TradeSetting& setting, std::span<const TradeView> vi
   const bool switches = setting.threads != thread_count();
   const auto time_of_view = [&](const TradeView& view) {
     const ThreadsInUse threads(setting.threads);
-    return timer.source.times([&] { renderers.of(view).render(view.viewpoint, rendered); });
+    const Viewpoint at = viewpoint_of(view, setting.mode.options);
+    return timer.source.times([&] { renderers.of(view).render(at, rendered); });
   };
   for (const TradeView& view : views) time_of_view(view);
   timer.yardstick->run();
@@ -126,7 +132,7 @@ ViewScores score_setting(const TradeSetting& setting, std::span<const TradeView>
   std::vector<cv::Mat> pictures;
   for (const TradeView& view : views) {
     throw_if_interrupted();
-    pictures.push_back(picture(&renderers.of(view), view));
+    pictures.push_back(picture(&renderers.of(view), view, setting.mode.options));
   }
   std::vector<ViewScores> scores(views.size());
   parallel_for(0, static_cast<int>(views.size()), 1, [&](int begin, int /*end*/) {
@@ -138,7 +144,7 @@ ViewScores score_setting(const TradeSetting& setting, std::span<const TradeView>
 
 cv::Mat picture_of(const TradeSetting& setting, const TradeView& view) {
   Renderer renderer(*view.room, setting.mode.options);
-  return picture(&renderer, view);
+  return picture(&renderer, view, setting.mode.options);
 }
 
 }  // namespace raywalk

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,10 @@ struct TradeView {
   std::string name{};
   const Room* room = nullptr;  // the view is rendered from it; must outlive this
   PlanPoint viewpoint{};
-  double line_distance_m = 0.0;  // in the plan, to the nearest line that serves the view
-  cv::Mat truth{};               // CV_8UC3 in BGR order, width = 2 * height
-  cv::Mat mask{};                // CV_8UC1 of the same size, 0 = not compared; empty: all is
+  std::optional<double> height_m{};  // as TruthView has it
+  double line_distance_m = 0.0;      // in the plan, to the nearest line that serves the view
+  cv::Mat truth{};                   // CV_8UC3 in BGR order, width = 2 * height
+  cv::Mat mask{};                    // CV_8UC1 of the same size, 0 = not compared; empty: all is
 };
 
 // A room that settings may render from, and every view in it. All rooms of a trade have the same

@@ -50,6 +50,9 @@ ordered_json json_of(const Validation& validation, const ValidatedView& view) {
                        {"k_deg", mode.options.k_deg},
                        {"layers", view.report.layers},
                        {"enlargement", enlargement_at(validation, truth.width)}};
+  if (truth.height_m && mode.options.generation != Generation::kInitial) {
+    json["y_m"] = *truth.height_m;
+  }
   json.update(json_of(view.scores));
   json.update({{"best", best_json(validation, view)},
                {"limited_corners", view.report.limited_corners},

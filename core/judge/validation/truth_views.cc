@@ -58,11 +58,12 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
       throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
     }
   }
-  const double off_height_m = std::abs(table.number(row, "y") - plan.height_m());
+  const double height_m = table.number(row, "y");
+  const double off_height_m = std::abs(height_m - plan.height_m());
   if (off_height_m > kHeightTolerance_m) {
-    spdlog::warn(
-        "{}: captured {:.3f} m off the height of the lines; views are rendered at that height",
-        table.where(row), off_height_m);
+    truth.height_m = height_m;
+    spdlog::warn("{}: captured {:.3f} m off the height of the lines, which initial views are at",
+                 table.where(row), off_height_m);
   }
   return truth;
 }

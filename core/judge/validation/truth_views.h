@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,8 @@ struct TruthView {
   std::string name{};            // the file's stem
   std::filesystem::path file{};  // of the picture
   PlanPoint viewpoint{};
+  // y, where it is off the height of the lines. Initial views are rendered at that of the lines.
+  std::optional<double> height_m{};
   int width = 0;                 // of the picture, pixels
   std::filesystem::path mask{};  // picture, 0 = not compared; empty: all pixels count
   // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
@@ -22,8 +25,8 @@ struct TruthView {
 
 // Reads columns file,x,y,z (metres; files relative to the list) and, where given, mask (an 8-bit
 // grey picture of the same size, 0 = not compared, for example a dolly in view; may be empty), and
-// checks every picture's header. Views are rendered at the height of the lines; a truth at another
-// height causes a warning. Throws Error with file and line: no views, a missing or unsuitable
+// checks every picture's header. A truth at another height than the lines causes a warning, since
+// initial views are at theirs. Throws Error with file and line: no views, a missing or unsuitable
 // picture (not 2:1, width not a multiple of 4 or under 32) or mask (of another size, all 0), two
 // views of one stem, a viewpoint the room cannot be rendered from.
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room);

@@ -153,7 +153,8 @@ class ViewRun {
 
   MeasuredView measured(std::size_t mode, bool shown) {
     if (truth().cols != width_) renderers_ = renderers_of(room_, modes_, width_ = truth_.cols);
-    const RenderedView view = renderers_[mode]->render(view_->viewpoint);
+    const RenderedView view = renderers_[mode]->render(
+        viewpoint_for(modes_[mode].options.generation, view_->viewpoint, view_->height_m));
     MeasuredView result{
         .report = view.report,
         .scores = score_view(view.image, truth_, mask_),

@@ -116,8 +116,9 @@ ValidationPartial::~ValidationPartial() {
 }
 
 std::string ValidationPartial::key_of(const TruthView& truth, bool shown) const {
-  return sha256_hex(fmt::format("{} {} {} {} {} {}", room_fingerprint_, truth.viewpoint.x_m,
-                                truth.viewpoint.z_m, sha256_of_file(truth.file),
+  const std::string height = truth.height_m ? fmt::format("{} ", *truth.height_m) : "";
+  return sha256_hex(fmt::format("{} {} {}{} {} {} {}", room_fingerprint_, truth.viewpoint.x_m,
+                                height, truth.viewpoint.z_m, sha256_of_file(truth.file),
                                 truth.mask.empty() ? "" : sha256_of_file(truth.mask), shown));
 }
 
