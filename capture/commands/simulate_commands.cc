@@ -91,6 +91,12 @@ void add_virtual_room(CLI::App* app) {
   command->add_flag("--thin", arguments->capture.thin,
                     "Also write where the true views show thin structures, and gt_thin.csv for "
                     "raywalk-render validate --truth");
+  command
+      ->add_option(
+          "--ods-ipd-mm", arguments->capture.ods_ipd_mm,
+          "Also write the true views as raywalk-render view --stereo ods renders them, for eyes "
+          "this many millimetres apart")
+      ->check(CLI::Range(1.0, 200.0));
   add_threads_option(command, &arguments->threads);
   command->footer(
       "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"

@@ -68,6 +68,18 @@ class CaptureWriter {
     write_truth_views(room_, truths_, size_of(room_.settings()), out_.path(), options_.thin,
                       progress);
     maps_ += static_cast<int>(truths_.size());
+    if (options_.ods_ipd_mm > 0.0) write_stereo_truths();
+  }
+
+  void write_stereo_truths() {
+    const fs::path directory = out_.make("ods");
+    Progress progress("capturing stereo", static_cast<std::int64_t>(truths_.size()), "views");
+    for (const TruthViewpoint& viewpoint : truths_) {
+      write_image(directory / (viewpoint.name + ".png"),
+                  room_.stereo_panorama(viewpoint.position_m, 1e-3 * options_.ods_ipd_mm,
+                                        size_of(room_.settings())));
+      progress.advance();
+    }
   }
 
   void write_stations(Progress* progress) {

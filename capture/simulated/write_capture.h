@@ -15,9 +15,10 @@ struct CaptureOptions {
   // the seed.
   std::optional<std::filesystem::path> views{};
   int truth_views = 12;
-  int distance_every = 8;  // distance map at every n-th station of a line; 0: none
-  bool thin = false;       // masks of thin structures in the true views
-  bool replace = false;    // an earlier capture at `out` is replaced
+  int distance_every = 8;   // distance map at every n-th station of a line; 0: none
+  bool thin = false;        // masks of thin structures in the true views
+  double ods_ipd_mm = 0.0;  // distance between the eyes of true views in stereo; 0: none
+  bool replace = false;     // an earlier capture at `out` is replaced
 };
 
 // Writes into the directory, which appears when complete:
@@ -25,6 +26,8 @@ struct CaptureOptions {
 //   poses.csv                     file,x,y,z of the nominal stations
 //   true_poses.csv                file,x,y,z,yaw,pitch,roll of the true poses, if they differ
 //   gt/<name>.png, gt.csv         noise-free true views from inside the cells, without people
+//   ods/<name>.png                with options.ods_ipd_mm: the true views for two eyes, the left
+//                                 one's panorama above the right one's
 //   thin/<name>.png, gt_thin.csv  with options.thin: where true views show thin structures
 //   dist/<line>_<iii>.png         distance maps: 16-bit grey, millimetres along the ray, 0 = sky,
 //   dist/gt_<name>.png            at least 1 and at most 65535; from the true poses

@@ -15,6 +15,7 @@
 #include "core/files/csv.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "core/geometry/eye_circle.h"
 
 namespace raywalk::capture {
 namespace {
@@ -124,6 +125,24 @@ TEST_F(WriteCaptureTest, ThinStructuresAreMaskedOnRequest) {
   ASSERT_GT(table.rows(), 0U);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     EXPECT_TRUE(fs::exists(out_ / table.text(row, "mask"))) << "chairs have thin legs";
+  }
+}
+
+// A column of an eye's true view is that of a camera in the eye's place.
+TEST_F(WriteCaptureTest, StereoTruthIsSeenFromACircleOfEyes) {
+  write_capture(*room_, {.out = out_, .truth_views = 1, .distance_every = 0, .ods_ipd_mm = 80.0});
+  const cv::Mat both = read_picture(out_ / "ods/centre.png");
+  ASSERT_EQ(both.size(), cv::Size(kSize.width, kSize.width));
+  const CsvTable table = CsvTable::read(out_ / "gt.csv", {"file", "x", "y", "z"}, {});
+  const EyeCircle left{{table.number(0, "x"), table.number(0, "y"), table.number(0, "z")}, 0.04};
+  for (const EyeCircle& eye : {left, left.opposite()}) {
+    const int first_row = eye.radius_m > 0.0 ? 0 : kSize.height;
+    for (const int u : {0, 10, 40}) {
+      const double theta = angles_from_pixel({double(u), 0.0}, kSize).theta_rad;
+      const cv::Mat there = room_->panorama({eye.position_m(theta), {}}, kSize);
+      const cv::Mat column = both.rowRange(first_row, first_row + kSize.height).col(u);
+      EXPECT_LT(cv::norm(column, there.col(u), cv::NORM_L1) / (3.0 * kSize.height), 0.5) << u;
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/simulated/virtual_room/camera_clearance.h"
+#include "capture/simulated/virtual_room/eye_rays.h"
 #include "capture/simulated/virtual_room/street_canyon.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -78,6 +79,18 @@ cv::Mat VirtualRoom::panorama(const CameraPose& pose, PanoramaSize size, Samplin
   require_panorama(size);
   require_free_camera(plan_, *scene_, pose.position_m);
   return render_picture(*scene_, PanoramaRays(size), pose, plan_.unit_m, sampling, film_);
+}
+
+cv::Mat VirtualRoom::stereo_panorama(const Eigen::Vector3d& position_m, double eyes_apart_m,
+                                     PanoramaSize size, Sampling sampling) const {
+  require_panorama(size);
+  require_free_camera(plan_, *scene_, position_m);
+  cv::Mat both;
+  for (const double radius_m : {0.5 * eyes_apart_m, -0.5 * eyes_apart_m}) {
+    both.push_back(render_picture(*scene_, EyeRays(size, radius_m), {position_m, {}}, plan_.unit_m,
+                                  sampling, film_));
+  }
+  return both;
 }
 
 cv::Mat VirtualRoom::panorama_with_people(int moment, const CameraPose& pose, PanoramaSize size,

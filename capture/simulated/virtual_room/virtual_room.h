@@ -47,8 +47,13 @@ class VirtualRoom {
   cv::Mat panorama(const CameraPose& pose, PanoramaSize size,
                    Sampling sampling = Sampling::kFine) const;
 
-  // The same with the people of settings().people where they are while station `moment` (0 = the
-  // first) is captured.
+  // Omnidirectional stereo (core/geometry/eye_circle.h) around the position of a camera that is not
+  // turned: the panorama of the left eye above that of the right one, each of `size`.
+  cv::Mat stereo_panorama(const Eigen::Vector3d& position_m, double eyes_apart_m, PanoramaSize size,
+                          Sampling sampling = Sampling::kFine) const;
+
+  // The panorama with the people of settings().people where they are while station `moment` (0 =
+  // the first) is captured.
   cv::Mat panorama_with_people(int moment, const CameraPose& pose, PanoramaSize size,
                                Sampling sampling = Sampling::kFine) const;
 
