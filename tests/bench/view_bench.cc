@@ -87,6 +87,36 @@ void bench_fast(benchmark::State& state, Generation generation) {
                         .skip_px = 0.5});
 }
 
+// Both eyes of omnidirectional stereo, 4096x2048 each, relative to one view of the same size at the
+// same viewpoint; the two alternate. `ratio` is the median over the pairs, `cpu_ratio` the same for
+// processor time.
+void bench_stereo(benchmark::State& state, Generation generation) {
+  constexpr double kEyesApart_m = 0.063;
+  const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
+  const Room room = Room::open(bench_room());
+  std::vector<PlanPoint> viewpoints = viewpoints_in(room.grid().cells.front());
+  Renderer renderer(room, options);
+  RenderedView one, both;
+  for (const PlanPoint& viewpoint : viewpoints) {
+    renderer.render(viewpoint, one);
+    renderer.render_stereo(viewpoint, kEyesApart_m, both);
+  }
+  std::vector<double> both_s, ratios, cpu_ratios;
+  for (auto _ : state) {
+    const PlanPoint viewpoint = viewpoints[both_s.size() % viewpoints.size()];
+    const Times of_one = times_of([&] { renderer.render(viewpoint, one); });
+    const Times of_both = times_of([&] { renderer.render_stereo(viewpoint, kEyesApart_m, both); });
+    benchmark::DoNotOptimize(both.image.data);
+    both_s.push_back(of_both.wall_s);
+    ratios.push_back(of_both.wall_s / of_one.wall_s);
+    cpu_ratios.push_back(of_both.cpu_s / of_one.cpu_s);
+    state.SetIterationTime(of_both.wall_s);
+  }
+  state.counters["ratio"] = median(ratios);
+  state.counters["cpu_ratio"] = median(cpu_ratios);
+  state.counters["view_ms"] = 1e3 * median(both_s);
+}
+
 // A perspective picture with a field of view of 90 degrees, 1440 x 1600 pixels, relative to the
 // same remap of a whole panorama. It looks straight ahead, up, down and tilted.
 void bench_flat(benchmark::State& state, Generation generation) {
@@ -165,6 +195,19 @@ BENCHMARK_CAPTURE(bench_flat, hlf_vd, Generation::kHlfVd)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bench_flat, two_sided, Generation::kTwoSided)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+BENCHMARK_CAPTURE(bench_stereo, initial, Generation::kInitial)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_stereo, hlf_vd, Generation::kHlfVd)
+    ->Iterations(kPairs)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bench_stereo, two_sided, Generation::kTwoSided)
     ->Iterations(kPairs)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
