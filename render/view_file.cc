@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
-
 #include "core/base/error.h"
 #include "core/command_line/point_argument.h"
 #include "core/files/atomic_output.h"
-#include "core/files/image_file.h"
+#include "core/view/view_plan.h"
+#include "render/picture/write_picture.h"
 
 namespace raywalk::render {
 namespace {
@@ -43,18 +41,21 @@ Viewpoint viewpoint_from_text(const std::string& text) {
                    "; give X,Z or X,Y,Z in metres, for example 0.1,-0.25");
 }
 
-void require_writable_picture(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") {
-    throw UsageError("cannot write " + file.string() + ": the name must end in .png or .jpg");
-  }
-  const AtomicFile probe(file);
-}
+void require_writable_picture(const std::filesystem::path& file) { const AtomicFile probe(file); }
 
 std::string distances_used(const Room& room, const ViewMode& mode) {
   return mode.options.generation == Generation::kInitial ? "none" : room.distances_origin();
+}
+
+ConnectionRule connection_rule(const ViewMode& mode) {
+  return {radians_from_degrees(mode.options.k_deg), radians_from_degrees(mode.options.overlap_deg)};
+}
+
+ViewDescription describe_view(const Room& room, const ViewMode& mode, const Viewpoint& viewpoint,
+                              const ViewFrame& frame) {
+  const ViewPlan plan(room.grid(), viewpoint, connection_rule(mode));
+  return {
+      .x_m = viewpoint.plan.x_m, .y_m = plan.height_m(), .z_m = viewpoint.plan.z_m, .frame = frame};
 }
 
 std::string view_summary(const ViewMode& mode, const ViewReport& report) {
@@ -82,12 +83,13 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
 }
 
 std::string write_view(const Room& room, const ViewMode& mode, const Viewpoint& viewpoint,
-                       const ViewFrame& frame, const std::filesystem::path& file) {
+                       const ViewFrame& frame, const std::filesystem::path& file,
+                       const PictureFormat& format) {
   viewport_of(frame);  // rejects an invalid frame before any work
   require_writable_picture(file);
   Renderer renderer(room, mode.options);
   const RenderedView view = render_framed(&renderer, viewpoint, frame);
-  write_image(file, view.image);
+  write_picture(file, view.image, format, describe_view(room, mode, viewpoint, frame));
   const int captured_px = room.panorama().width;
   const std::string enlarged =
       enlargement_text(enlargement_of(frame, view.image.cols, captured_px), captured_px);

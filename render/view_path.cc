@@ -9,12 +9,10 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/csv.h"
-#include "core/files/image_file.h"
 #include "core/files/output_path.h"
-#include "core/files/row_names.h"
 #include "core/room/room_fingerprint.h"
 #include "core/view/dial_json.h"
+#include "render/picture/write_picture.h"
 #include "render/view_file.h"
 
 namespace raywalk::render {
@@ -27,7 +25,8 @@ constexpr int kFormatVersion = 1;
 constexpr const char* kEnlargement = "enlargement";
 constexpr const char* kDistances = "distances";
 
-json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame) {
+json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                 const PictureFormat& format) {
   json settings{{"format_version", kFormatVersion},
                 {"room_sha256", room_fingerprint(room)},
                 {kDistances, distances_used(room, mode)},
@@ -40,6 +39,12 @@ json settings_of(const Room& room, const ViewMode& mode, const ViewFrame& frame)
   if (frame.stereo == Stereo::kOds) {
     settings["stereo"] = "ods";
     settings["ipd_mm"] = ipd_mm_of(frame);
+  }
+  // Records of earlier versions, which wrote PNG with 8 bits alone, have no format.
+  if (format != PictureFormat{}) {
+    settings["format"] = format.extension;
+    settings["bits"] = format.bits;
+    if (format.quality) settings["quality"] = *format.quality;
   }
   return settings;
 }
@@ -123,34 +128,18 @@ void write_record(const fs::path& out, json now, double enlargement) {
       record, now.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-ViewFrame turned_as(const PathView& view, ViewFrame frame) {
-  frame.yaw_deg = view.yaw_deg;
-  frame.pitch_deg = view.pitch_deg;
-  frame.roll_deg = view.roll_deg;
-  return frame;
-}
-
-// Throws Error naming file and view where it has angles or a height that such views cannot have.
-void require_renderable(const ViewMode& mode, const ViewFrame& frame, const fs::path& path,
-                        const PathView& view) {
-  try {
-    viewport_of(turned_as(view, frame));
-    require_viewpoint(view.viewpoint, mode.options.generation);
-  } catch (const UsageError& e) {
-    throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
-  }
-}
-
-fs::path picture_of(const fs::path& out, const PathView& view) {
-  return out / (view.name + ".png");
+fs::path picture_of(const fs::path& out, const PathView& view, const PictureFormat& format) {
+  return out / (view.name + format.extension);
 }
 
 // Throws Error for existing pictures without views.json: their settings are unknown.
-void require_no_strangers(const fs::path& out, std::span<const PathView> views) {
+void require_no_strangers(const fs::path& out, std::span<const PathView> views,
+                          const PictureFormat& format) {
   if (fs::exists(out / "views.json")) return;
   for (const PathView& view : views) {
-    if (fs::exists(picture_of(out, view))) {
-      throw Error(picture_of(out, view).string() +
+    const fs::path picture = picture_of(out, view, format);
+    if (fs::exists(picture)) {
+      throw Error(picture.string() +
                   " exists and was not made by raywalk-render path; use another --out");
     }
   }
@@ -162,8 +151,10 @@ void require_views_only(const fs::path& out) {
   std::set<std::string> pictures;
   if (fs::exists(record)) {
     try {
-      for (const auto& [name, view] : by_name(json::parse(read_file(record)).at("views"))) {
-        pictures.insert(name + ".png");
+      const json earlier = json::parse(read_file(record));
+      const std::string extension = earlier.value("format", PictureFormat{}.extension);
+      for (const auto& [name, view] : by_name(earlier.at("views"))) {
+        pictures.insert(name + extension);
       }
     } catch (const json::exception&) {
       // Unreadable: then no picture is known to be a view, and require_replaceable names the first.
@@ -179,15 +170,12 @@ void require_views_only(const fs::path& out) {
 }
 
 // The directory in which a replacement of `out` is rendered. What a stopped run left there is kept
-// where it has the same settings.
-fs::path prepared_replacement(const fs::path& out, const Room& room, const ViewMode& mode,
-                              const ViewFrame& frame, std::span<const PathView> views) {
+// where it has the same settings; `wanted` is the record of this run.
+fs::path prepared_replacement(const fs::path& out, const json& wanted) {
   require_views_only(out);
   fs::path partial = out.string() + ".partial";
   require_views_only(partial);
   const fs::path record = partial / "views.json";
-  json wanted = settings_of(room, mode, frame);
-  wanted["views"] = json_of(views);
   try {
     if (fs::exists(record)) require_same_work(json::parse(read_file(record)), wanted, record);
   } catch (const std::exception&) {  // other settings, or damaged
@@ -198,12 +186,11 @@ fs::path prepared_replacement(const fs::path& out, const Room& room, const ViewM
 
 // Renders the missing views to `out`; "24 views, 3 of them rendered now".
 std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                        std::span<const PathView> views, const fs::path& out) {
+                        std::span<const PathView> views, const PictureFormat& format, json record,
+                        const fs::path& out) {
   Renderer renderer(room, mode.options);
   make_directories(out);
-  require_no_strangers(out, views);
-  json record = settings_of(room, mode, frame);
-  record["views"] = json_of(views);
+  require_no_strangers(out, views, format);
   const int captured_px = room.panorama().width;
   const int output_px = mode.options.width > 0 ? mode.options.width : captured_px;
   const double enlargement = enlargement_of(frame, output_px, captured_px);
@@ -214,11 +201,12 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
   int rendered = 0;
   try {
     for (; done < views.size(); ++done) {
-      const fs::path picture = picture_of(out, views[done]);
+      const PathView& view = views[done];
+      const fs::path picture = picture_of(out, view, format);
       if (!fs::exists(picture)) {
-        write_image(
-            picture,
-            render_framed(&renderer, views[done].viewpoint, turned_as(views[done], frame)).image);
+        const ViewFrame turned = turned_as(view, frame);
+        write_picture(picture, render_framed(&renderer, view.viewpoint, turned).image, format,
+                      describe_view(room, mode, view.viewpoint, turned));
         ++rendered;
       }
       progress.advance();
@@ -232,52 +220,40 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
                      enlarged.empty() ? "" : ", " + enlarged);
 }
 
+// Throws Error naming file and view where it has angles or a height that such views cannot have.
+void require_renderable(const ViewMode& mode, const ViewFrame& frame, const fs::path& path,
+                        const PathView& view) {
+  try {
+    viewport_of(turned_as(view, frame));
+    require_viewpoint(view.viewpoint, mode.options.generation);
+  } catch (const UsageError& e) {
+    throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
+  }
+}
+
 }  // namespace
 
-std::vector<PathView> read_path(const fs::path& file) {
-  const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"y", "yaw", "pitch", "roll"});
-  const std::vector<std::string> names = file_names_of_rows(table, "name");
-  const auto degrees = [&](std::size_t row, const char* column) {
-    return table.has_column(column) ? table.number(row, column) : 0.0;
-  };
-  std::vector<PathView> views;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    Viewpoint viewpoint(table.number(row, "x"), table.number(row, "z"));
-    if (table.has_column("y")) viewpoint.height_m = table.number(row, "y");
-    views.push_back({.name = names[row],
-                     .viewpoint = viewpoint,
-                     .yaw_deg = degrees(row, "yaw"),
-                     .pitch_deg = degrees(row, "pitch"),
-                     .roll_deg = degrees(row, "roll")});
-  }
-  if (views.empty()) throw Error(file.string() + ": no views; give at least one line name,x,z");
+std::vector<PathView> views_of(const PathRequest& request, const Room& room, const ViewMode& mode,
+                               const ViewFrame& frame) {
+  std::vector<PathView> views = read_path(request.table);
+  if (request.movement) views = frames_of(views, *request.movement, request.table);
+  for (const PathView& view : views) require_renderable(mode, frame, request.table, view);
+  require_inside(room, connection_rule(mode), request.table, views,
+                 frame.stereo == Stereo::kOds ? 1e-3 * ipd_mm_of(frame) : 0.0);
   return views;
 }
 
-void require_inside(const Room& room, const ConnectionRule& rule, const fs::path& path,
-                    std::span<const PathView> views, double eyes_apart_m) {
-  for (const PathView& view : views) {
-    try {
-      const ViewPlan plan(room.grid(), view.viewpoint, rule, 0.5 * eyes_apart_m);
-    } catch (const Error& e) {
-      throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
-    }
-  }
-}
-
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                       const fs::path& path, const fs::path& out, bool replace) {
-  const std::vector<PathView> views = read_path(path);
-  for (const PathView& view : views) require_renderable(mode, frame, path, view);
-  require_inside(
-      room,
-      {radians_from_degrees(mode.options.k_deg), radians_from_degrees(mode.options.overlap_deg)},
-      path, views, frame.stereo == Stereo::kOds ? 1e-3 * ipd_mm_of(frame) : 0.0);
+                       const PathRequest& request, const PictureFormat& format, const fs::path& out,
+                       bool replace) {
+  const std::vector<PathView> views = views_of(request, room, mode, frame);
   const fs::path target = without_trailing_slash(out);
+  json record = settings_of(room, mode, frame, format);
+  record["views"] = json_of(views);
   const bool replaces = replace && fs::exists(fs::symlink_status(target));
-  const fs::path directory =
-      replaces ? prepared_replacement(target, room, mode, frame, views) : target;
-  const std::string rendered = render_path(room, mode, frame, views, directory);
+  const fs::path directory = replaces ? prepared_replacement(target, record) : target;
+  const std::string rendered =
+      render_path(room, mode, frame, views, format, std::move(record), directory);
   if (replaces) move_into_place(directory, target);
   return fmt::format("{}: {}, {}, {} at k = {:g} degrees ({}), distances {}", out.string(),
                      rendered, generation_name(mode.options.generation), mode.connection,

@@ -1,44 +1,40 @@
-// The work of `raywalk-render path`: many views, one picture each.
+// The work of `raywalk-render path`: many views, one picture each, or the frames of a film.
 #pragma once
 
 #include <filesystem>
-#include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/room/room.h"
-#include "core/view/connection.h"
 #include "core/view/view_mode.h"
+#include "render/path_curve.h"
+#include "render/path_table.h"
+#include "render/picture/picture_format.h"
 #include "render/view_frame.h"
 
 namespace raywalk::render {
 
-struct PathView {
-  std::string name{};  // of the picture, without extension
-  Viewpoint viewpoint{};
-  double yaw_deg = 0.0;
-  double pitch_deg = 0.0;
-  double roll_deg = 0.0;
+// The views of a path.
+struct PathRequest {
+  std::filesystem::path table{};
+  std::optional<SmoothMovement> movement{};  // through the places of the table; none: these alone
 };
 
-// Columns name,x,z and, where given, y (metres) and yaw,pitch,roll (degrees). Throws Error with
-// file and line where a name cannot be a file name or appears twice or there are no views, and as
-// CsvTable does.
-std::vector<PathView> read_path(const std::filesystem::path& file);
+// Reads the table and checks every view. Throws Error as read_path, frames_of and require_inside
+// do, and for a view with angles or a height that such views cannot have.
+std::vector<PathView> views_of(const PathRequest& request, const Room& room, const ViewMode& mode,
+                               const ViewFrame& frame);
 
-// Throws Error naming file and view if a view cannot be rendered there, for one eye or for two
-// `eyes_apart_m`.
-void require_inside(const Room& room, const ConnectionRule& rule, const std::filesystem::path& path,
-                    std::span<const PathView> views, double eyes_apart_m = 0.0);
-
-// Renders every view to `out`/<name>.png; the directory is created if it is missing.
-// `out`/views.json records the settings:
+// Renders every view to `out`/<name>.png, or another format; the directory is created if it is
+// missing. `out`/views.json records the settings:
 //   {"format_version": 1, "room_sha256", "connection", every dial by its key, "enlargement",
 //    "views": [{"name", "x_m", "z_m"}]}
 // with "y_m" of views with a height.
 // "enlargement" is enlargement_of().
 // Flat pictures add "fov_deg" and "size_px" ("1280x720"), stereo views "stereo" ("ods") and
-// "ipd_mm", turned views their angles. `frame` holds the field of view and the size of all views,
+// "ipd_mm", turned views their angles, pictures that are not PNG with 8 bits "format" (".jpg"),
+// "bits" and, where given, "quality". `frame` holds the field of view and the size of all views,
 // the table their angles. A second run with the same room and settings renders only the missing
 // pictures; with others it is refused, so that a directory never holds a mixture. With `replace`,
 // views that are there are replaced: the new ones are rendered to `out`.partial, which takes their
@@ -46,7 +42,7 @@ void require_inside(const Room& room, const ConnectionRule& rule, const std::fil
 // checked before the first is rendered. Returns a one-line summary for the user. Throws Error;
 // Interrupted on Ctrl-C, with all finished pictures kept.
 std::string write_path(const Room& room, const ViewMode& mode, const ViewFrame& frame,
-                       const std::filesystem::path& path, const std::filesystem::path& out,
-                       bool replace = false);
+                       const PathRequest& request, const PictureFormat& format,
+                       const std::filesystem::path& out, bool replace = false);
 
 }  // namespace raywalk::render

@@ -59,7 +59,7 @@ class ViewPathTest : public ::testing::Test {
   fs::path path() const { return directory_ / "path.csv"; }
   fs::path out() const { return directory_ / "views"; }
   std::string run(double k_deg = 80.0, const ViewFrame& frame = {}) const {
-    return write_path(room_, {.options = {.k_deg = k_deg}}, frame, path(), out());
+    return write_path(room_, {.options = {.k_deg = k_deg}}, frame, {path()}, format_, out());
   }
   std::string run_error(double k_deg = 80.0, const ViewFrame& frame = {}) const {
     return error_of([&] { run(k_deg, frame); });
@@ -67,6 +67,7 @@ class ViewPathTest : public ::testing::Test {
 
   TestDirectory directory_;
   Room room_;
+  PictureFormat format_{};
 };
 
 TEST_F(ViewPathTest, WritesEveryViewAndItsSettings) {
@@ -178,7 +179,7 @@ TEST_F(ViewPathTest, ForceReplacesViewsOfOtherSettingsButNoOtherFiles) {
   const std::string before = read_file(out() / "b.png");
   list("name,x,z\nb,0.1,0\n");
   const auto forced = [&] {
-    return write_path(room_, {.options = {.k_deg = 76.0}}, {}, path(), out(), true);
+    return write_path(room_, {.options = {.k_deg = 76.0}}, {}, {path()}, {}, out(), true);
   };
   EXPECT_THAT(forced(), HasSubstr("1 views, 1 of them rendered now"));
   EXPECT_NE(read_file(out() / "b.png"), before);
@@ -192,14 +193,14 @@ TEST_F(ViewPathTest, ForceReplacesViewsOfOtherSettingsButNoOtherFiles) {
 
 TEST_F(ViewPathTest, NoDialIsMixed) {
   const ViewOptions usual{.k_deg = 80.0};
-  write_path(room_, {.options = usual}, {}, path(), out());
+  write_path(room_, {.options = usual}, {}, {path()}, {}, out());
   for (const Dial& dial : kDials) {
     const bool choice = dial.value.kind == DialKind::kChoice;
     const double usual_value = dial.value.get(usual);
     const double least = choice ? 0.0 : dial.least;
     ViewOptions other = usual;
     dial.value.set(&other, usual_value == least ? least + 1.0 : least);
-    EXPECT_THAT(error_of([&] { write_path(room_, {.options = other}, {}, path(), out()); }),
+    EXPECT_THAT(error_of([&] { write_path(room_, {.options = other}, {}, {path()}, {}, out()); }),
                 HasSubstr(std::string("rendered with another ") + dial.key));
   }
 }

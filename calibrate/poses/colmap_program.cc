@@ -10,7 +10,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <optional>
 #include <regex>
 #include <sstream>
 #include <system_error>
@@ -18,6 +17,7 @@
 
 #include "core/base/child_process.h"
 #include "core/base/error.h"
+#include "core/base/find_program.h"
 #include "core/base/interrupt.h"
 
 namespace raywalk::calibrate {
@@ -34,21 +34,6 @@ std::vector<std::string> lines_of(std::string_view text) {
   std::istringstream stream{std::string(text)};
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   return lines;
-}
-
-bool is_executable(const std::filesystem::path& file) {
-  std::error_code ignored;
-  return std::filesystem::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0;
-}
-
-std::optional<std::filesystem::path> find_in_path(const std::string& program) {
-  const char* path = std::getenv("PATH");
-  std::istringstream directories(path == nullptr ? "" : path);
-  for (std::string directory; std::getline(directories, directory, ':');) {
-    const std::filesystem::path file = std::filesystem::path(directory) / program;
-    if (!directory.empty() && is_executable(file)) return std::filesystem::absolute(file);
-  }
-  return std::nullopt;
 }
 
 // Reads what is appended to a file, line by line.
@@ -127,7 +112,7 @@ std::string error_line(std::string_view output) {
 }
 
 ColmapProgram ColmapProgram::find() {
-  const auto executable = find_in_path("colmap");
+  const auto executable = find_program("colmap");
   if (!executable) throw Error(fmt::format("no COLMAP found in PATH; {}", kInstall));
   // `help` is the only command that every release has; its output starts with "COLMAP 3.8 -- …".
   std::string name = (std::filesystem::temp_directory_path() / "raywalk-colmap-XXXXXX").string();

@@ -2,17 +2,21 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <string_view>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -21,7 +25,8 @@ namespace raywalk {
 namespace {
 
 constexpr std::chrono::milliseconds kPollEvery{20};
-constexpr std::chrono::seconds kGrace{3};  // between SIGTERM and SIGKILL
+constexpr std::chrono::milliseconds kWriteCheckEvery{100};  // for Ctrl-C
+constexpr std::chrono::seconds kGrace{3};                   // between SIGTERM and SIGKILL
 
 std::string_view name_of(std::string_view variable) {
   return variable.substr(0, variable.find('='));
@@ -46,12 +51,48 @@ std::vector<char*> null_terminated(std::vector<std::string>* texts) {
   return pointers;
 }
 
-// Runs in the child process after fork.
-[[noreturn]] void start(const std::vector<char*>& argv, const std::vector<char*>& envp,
+// A file descriptor that is closed when it goes out of scope. Below 0: none.
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) close(number_);
+  }
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+
+  int get() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+
+ private:
+  int number_;
+};
+
+// Both ends of a stdin that is written: a socket rather than a pipe, as send(2) can be told not to
+// raise SIGPIPE where the other end is closed.
+struct Ends {
+  Descriptor own;
+  Descriptor of_child;
+};
+
+Ends connected_ends() {
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    throw Error(fmt::format("no socket can be made for another program ({})",
+                            std::generic_category().message(errno)));
+  }
+  return {Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
+// Runs in the child process after fork. `input` below 0: empty.
+[[noreturn]] void start(const std::vector<char*>& argv, const std::vector<char*>& envp, int input,
                         int output) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  const int input = open("/dev/null", O_RDONLY);
+  if (input < 0) input = open("/dev/null", O_RDONLY);
   dup2(input, STDIN_FILENO);
   dup2(output, STDOUT_FILENO);
   dup2(output, STDERR_FILENO);
@@ -66,7 +107,7 @@ std::vector<char*> null_terminated(std::vector<std::string>* texts) {
 ChildProcess::ChildProcess(const std::filesystem::path& executable,
                            const std::vector<std::string>& arguments,
                            const std::filesystem::path& output,
-                           const std::vector<std::string>& environment) {
+                           const std::vector<std::string>& environment, ChildInput input) {
   // Everything that allocates comes before fork: between fork and exec only async-signal-safe
   // functions may be called in a multithreaded program.
   std::vector<std::string> words{executable.string()};
@@ -74,21 +115,47 @@ ChildProcess::ChildProcess(const std::filesystem::path& executable,
   std::vector<std::string> variables = environment_with(environment);
   const std::vector<char*> argv = null_terminated(&words);
   const std::vector<char*> envp = null_terminated(&variables);
-  const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (file < 0) {
+  Descriptor file(open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+  if (file.get() < 0) {
     throw Error(fmt::format("{}: cannot be written ({})", output.string(),
                             std::generic_category().message(errno)));
   }
+  Ends ends;
+  if (input == ChildInput::kWritten) ends = connected_ends();
   pid_ = fork();
-  if (pid_ == 0) start(argv, envp, file);
-  const int error = errno;
-  close(file);
+  if (pid_ == 0) start(argv, envp, ends.of_child.get(), file.get());
   if (pid_ < 0) {
     throw Error(fmt::format("{} cannot be started ({})", executable.string(),
-                            std::generic_category().message(error)));
+                            std::generic_category().message(errno)));
   }
+  input_ = ends.own.release();
   // Both sides set the group, so that it exists whichever comes first.
   setpgid(pid_, pid_);
+}
+
+ChildProcess::~ChildProcess() {
+  end_input();
+  stop();
+}
+
+bool ChildProcess::write_input(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    throw_if_interrupted();
+    pollfd ready{input_, POLLOUT, 0};
+    poll(&ready, 1, static_cast<int>(kWriteCheckEvery.count()));
+    const ssize_t sent = send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent >= 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(sent));
+    } else if (errno != EAGAIN && errno != EINTR) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void ChildProcess::end_input() {
+  if (input_ >= 0) close(input_);
+  input_ = -1;
 }
 
 std::optional<int> ChildProcess::try_wait() {

@@ -3,16 +3,20 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace raywalk {
 
+// What a child process reads from its stdin: nothing, or what write_input() is given.
+enum class ChildInput { kEmpty, kWritten };
+
 // A child process in its own process group, so that its descendants are stopped with it. It cannot
-// outlive this process. Its stdout and stderr are appended to a file; its stdin is empty. The
-// destructor stops it.
+// outlive this process. Its stdout and stderr are appended to a file. The destructor stops it.
 class ChildProcess {
  public:
   // `environment` holds "NAME=value" entries that are added to this process's environment or
@@ -20,10 +24,17 @@ class ChildProcess {
   // that cannot be executed ends with exit code 127.
   ChildProcess(const std::filesystem::path& executable, const std::vector<std::string>& arguments,
                const std::filesystem::path& output,
-               const std::vector<std::string>& environment = {});
-  ~ChildProcess() { stop(); }
+               const std::vector<std::string>& environment = {},
+               ChildInput input = ChildInput::kEmpty);
+  ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
+
+  // For ChildInput::kWritten: hands bytes to the stdin, waiting until the program takes them. False
+  // if it reads no more, as when it has ended. Throws Interrupted on Ctrl-C.
+  bool write_input(std::span<const std::byte> bytes);
+  // The program then reads the end of its stdin.
+  void end_input();
 
   // The status as waitpid(2) returns it; none while the process runs. Does not block.
   std::optional<int> try_wait();
@@ -34,6 +45,7 @@ class ChildProcess {
 
  private:
   pid_t pid_ = -1;
+  int input_ = -1;  // the own end of the stdin
   std::optional<int> status_{};
 };
 

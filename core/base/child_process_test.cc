@@ -7,8 +7,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <span>
 
 #include "core/base/error.h"
+#include "core/base/find_program.h"
 #include "core/files/test_directory.h"
 
 namespace raywalk {
@@ -50,6 +52,22 @@ TEST_F(ChildProcessTest, EnvironmentIsExtendedAndOverridden) {
   EXPECT_EQ(text_of(log_), "replaced new kept\n");
 }
 
+TEST_F(ChildProcessTest, InputIsWrittenUntilTheProgramEnds) {
+  const std::string text(std::size_t{1} << 20, 'x');  // more than a pipe holds
+  ChildProcess counts("/bin/sh", {"-c", "wc -c"}, log_, {}, ChildInput::kWritten);
+  EXPECT_TRUE(counts.write_input(std::as_bytes(std::span(text))));
+  EXPECT_TRUE(counts.write_input(std::as_bytes(std::span(text))));
+  counts.end_input();
+  EXPECT_TRUE(succeeded(counts.wait()));
+  EXPECT_EQ(text_of(log_), "2097152\n");
+
+  // This program does not end by SIGPIPE with it.
+  ChildProcess ends("/bin/sh", {"-c", "head -c 5 >/dev/null; exit 4"}, log_, {},
+                    ChildInput::kWritten);
+  while (ends.write_input(std::as_bytes(std::span(text)))) continue;
+  EXPECT_EQ(describe_failure(ends.wait()), "failed with exit code 4");
+}
+
 TEST_F(ChildProcessTest, FailuresAreDescribed) {
   EXPECT_EQ(describe_failure(run_shell("exit 3")), "failed with exit code 3");
   EXPECT_EQ(describe_failure(run_shell("kill -9 $$")), "was killed by signal 9");
@@ -80,6 +98,17 @@ TEST_F(ChildProcessTest, ProgramThatIgnoresSigtermIsKilled) {
   child.stop();
   ASSERT_TRUE(child.try_wait());
   EXPECT_EQ(describe_failure(*child.try_wait()), "was killed by signal 9");
+}
+
+TEST(FindProgram, LooksForFilesThatCanBeRunInPath) {
+  const TestDirectory first, second;
+  const std::string before = std::getenv("PATH");
+  setenv("PATH", (first.path().string() + ":" + second.path().string()).c_str(), 1);
+  std::ofstream(first / "tool") << "not executable";
+  EXPECT_FALSE(find_program("tool"));
+  std::filesystem::create_symlink("/bin/sh", second / "tool");
+  EXPECT_EQ(find_program("tool"), second / "tool");
+  setenv("PATH", before.c_str(), 1);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <initializer_list>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
@@ -23,6 +24,8 @@ namespace fs = std::filesystem;
 
 // Enough for the EXIF block and previews that cameras put before the size; longer headers are rare.
 constexpr std::size_t kHeaderPrefixBytes = std::size_t{256} << 10;
+
+constexpr int kUsualQuality = 95;  // OpenCV's of JPEG
 
 [[noreturn]] void throw_truncated(const fs::path& file) {
   throw Error(file.string() + ": the image is cut short; capture or copy it again");
@@ -131,19 +134,30 @@ std::string lower_case_extension(const fs::path& file) {
   return extension;
 }
 
+bool is_one_of(const std::string& extension, std::initializer_list<const char*> others) {
+  return std::find(others.begin(), others.end(), extension) != others.end();
+}
+
 // OpenCV would silently convert types that a format does not support, changing the values.
 void require_encodable(const fs::path& file, const cv::Mat& image) {
   const std::string extension = lower_case_extension(file);
-  const bool is_jpeg = extension == ".jpg" || extension == ".jpeg";
-  if (!is_jpeg && extension != ".png") {
-    throw UsageError(file.string() + ": unknown image format; end the name in .png or .jpg");
+  const bool is_deep = is_one_of(extension, {".png", ".tif", ".tiff"});
+  if (!is_deep && !is_one_of(extension, {".jpg", ".jpeg", ".webp"})) {
+    throw UsageError(file.string() +
+                     ": unknown image format; end the name in .png, .jpg, .webp or .tif");
   }
   const bool has_channels = image.channels() == 1 || image.channels() == 3;
-  const bool has_depth = image.depth() == CV_8U || (!is_jpeg && image.depth() == CV_16U);
+  const bool has_depth = image.depth() == CV_8U || (is_deep && image.depth() == CV_16U);
   if (image.empty() || !has_channels || !has_depth) {
     throw Error(file.string() + ": cannot hold a " + size_text(image.cols, image.rows) +
                 " picture of OpenCV type " + cv::typeToString(image.type()));
   }
+}
+
+std::vector<int> encoding_parameters(const std::string& extension, std::optional<int> quality) {
+  if (extension == ".webp") return {cv::IMWRITE_WEBP_QUALITY, quality.value_or(kUsualQuality)};
+  if (quality) return {cv::IMWRITE_JPEG_QUALITY, *quality};
+  return {};
 }
 
 cv::Mat decode_colours(EncodedImage& image, const fs::path& file) {
@@ -216,13 +230,14 @@ void require_intact_image(std::string bytes, const std::string& source) {
   }
 }
 
-void write_image(const fs::path& file, const cv::Mat& image) {
+std::vector<unsigned char> encode_image(const fs::path& file, const cv::Mat& image,
+                                        std::optional<int> quality) {
   require_encodable(file, image);
-  // Encoded in memory first: cv::imwrite does not notice a full disk.
+  const std::string extension = lower_case_extension(file);
   std::vector<unsigned char> bytes;
   bool encoded = false;
   try {
-    encoded = cv::imencode(lower_case_extension(file), image, bytes);
+    encoded = cv::imencode(extension, image, bytes, encoding_parameters(extension, quality));
   } catch (const cv::Exception& e) {
     throw Error("cannot write " + file.string() + ": the picture cannot be encoded (" +
                 one_line(e.err) + ")");
@@ -231,6 +246,12 @@ void write_image(const fs::path& file, const cv::Mat& image) {
     throw Error("cannot write " + file.string() + ": a " + size_text(image.cols, image.rows) +
                 " picture is more than its format can hold");
   }
+  return bytes;
+}
+
+void write_image(const fs::path& file, const cv::Mat& image) {
+  // Encoded in memory first: cv::imwrite does not notice a full disk.
+  const std::vector<unsigned char> bytes = encode_image(file, image);
   write_file_atomically(file, std::as_bytes(std::span(bytes)));
 }
 

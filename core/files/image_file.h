@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/geometry/sphere.h"
 
@@ -45,8 +47,14 @@ PanoramaSize picture_size_of(const std::filesystem::path& file);
 // `source` if it is truncated, damaged or neither JPEG nor PNG.
 void require_intact_image(std::string bytes, const std::string& source);
 
-// Writes an image atomically (see atomic_output.h); the format follows the extension (.png, .jpg).
-// Throws Error naming the file.
+// The bytes of an image file; the format follows the extension of `file`: .png, .jpg, .webp or
+// .tif. `quality` is that of JPEG and WebP, 1 to 100; without it 95. Throws UsageError for another
+// extension, Error naming the file for a picture that the format cannot hold.
+std::vector<unsigned char> encode_image(const std::filesystem::path& file, const cv::Mat& image,
+                                        std::optional<int> quality = {});
+
+// Writes an image atomically (see atomic_output.h) as encode_image() does. Throws Error naming the
+// file.
 void write_image(const std::filesystem::path& file, const cv::Mat& image);
 
 }  // namespace raywalk

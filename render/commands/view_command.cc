@@ -21,6 +21,7 @@ struct ViewArguments {
   std::string room{};
   std::string at{};
   std::string out = "view.png";
+  PictureFlags picture{};
   ViewFrame frame{};
   ViewFlags flags{};
   Demand demand{};
@@ -33,10 +34,12 @@ void run(const ViewArguments& arguments) {
   view_settings(arguments.flags);  // reports contradictions before any work
   require_demand(arguments.demand);
   viewport_of(arguments.frame);
+  const PictureFormat format = picture_format(arguments.out, arguments.picture);
   require_writable_picture(arguments.out);
   const Room room = Room::open(arguments.room);
   const ViewMode mode = chosen_mode(arguments.flags, arguments.demand, room);
-  fmt::print("{}\n", escaped(write_view(room, mode, viewpoint, arguments.frame, arguments.out)));
+  fmt::print("{}\n",
+             escaped(write_view(room, mode, viewpoint, arguments.frame, arguments.out, format)));
 }
 
 }  // namespace
@@ -52,7 +55,8 @@ void add_view(CLI::App* app) {
       PointKind::kPlanOrSpace)
       ->required();
   command->add_option("-o,--out", arguments->out,
-                      "Picture to write, .png or .jpg (default: view.png)");
+                      "Picture to write, .png, .jpg, .webp or .tif (default: view.png)");
+  add_picture_flags(command, &arguments->picture);
   add_view_flags(command, &arguments->flags);
   add_demand_flags(command, &arguments->demand);
   add_threads_option(command, &arguments->threads);
@@ -68,7 +72,10 @@ void add_view(CLI::App* app) {
       "  raywalk-render view room.lf --at -0.1,0.25 --yaw-deg 40 --pitch-deg -10 --fov-deg 90 "
       "--size 1440x1600 --out eye.png\n"
       "  raywalk-render view room.lf --at -0.1,0.05,0.25 --generation two-sided --stereo ods -o "
-      "ods.png");
+      "ods.png\n"
+      "  raywalk-render view room.lf --at -0.1,0.25 --quality 90 -o view.jpg\n"
+      "Pictures say what they show: Photo Sphere metadata in panoramas, the focal length in flat "
+      "ones.");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "render/measured_choice.h"
+#include "render/picture/picture_format.h"
 #include "render/presets.h"
 #include "render/view_frame.h"
 #include "render/view_settings.h"
@@ -27,6 +28,9 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags);
 
 // --budget-ms and --min-psnr-db, for rooms that a trade was measured on.
 void add_demand_flags(CLI::App* command, Demand* demand);
+
+// --quality and --bits, of pictures.
+void add_picture_flags(CLI::App* command, PictureFlags* flags);
 
 // --fov-deg and --size.
 void add_flat_flags(CLI::App* command, ViewFrame* frame);

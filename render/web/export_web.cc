@@ -16,7 +16,7 @@
 #include "core/room/choose_k.h"
 #include "core/room/requirements.h"
 #include "core/view/view_plan.h"
-#include "render/view_path.h"
+#include "render/path_table.h"
 #include "render/web/export_folder.h"
 #include "render/web/hotspots.h"
 #include "render/web/station_files.h"

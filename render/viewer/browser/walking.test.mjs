@@ -1,5 +1,6 @@
 // Walking and looking as visitors do, with keys, pointer and address.
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { pageTest } from "./support/page_test.mjs";
 import { contrast, psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
@@ -15,6 +16,7 @@ pageTest("walks by keys, softly to the edge, and looks around by dragging", asyn
   await openRoom(page, host.address, place({ x: -0.5, z: 0.3 }));
   await drawn(page);
   await page.getByTestId("view").focus();
+  await page.keyboard.press("v");
   await page.keyboard.down("w");
   await page.waitForFunction((edge) => window.raywalk.viewer.pose.z_m > edge - 0.02, EDGE_M);
   await page.waitForTimeout(500);
@@ -22,6 +24,12 @@ pageTest("walks by keys, softly to the edge, and looks around by dragging", asyn
   const at = await pose(page);
   assert.ok(at.z_m <= EDGE_M && Math.abs(at.x_m + 0.5) < 0.01, `stopped at ${at.x_m}, ${at.z_m}`);
   await page.waitForFunction(() => /z=0\.(49|50)/.test(location.hash));
+  const saved = page.waitForEvent("download");
+  await page.keyboard.press("v");
+  const rows = (await readFile(await (await saved).path(), "utf8")).trim().split("\n");
+  assert.equal(rows[0], "name,x,z,yaw,pitch,roll,time");
+  const way = [rows[1], rows.at(-1)].map((row) => row.split(",").map(Number));
+  assert.ok(Math.abs(way[0][2] - 0.3) < 1e-3 && way[1][2] > EDGE_M - 0.02 && way[1][6] > 0.5);
 
   const box = await page.getByTestId("view").boundingBox();
   await page.mouse.move(box.x + 150, box.y + 100);

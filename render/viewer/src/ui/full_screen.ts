@@ -57,9 +57,14 @@ export async function saveScreenshot(
   download(await viewer.screenshot(), screenshotName(viewer.manifest.title, pose));
 }
 
-/** A name that every file system takes, and that says what is seen. */
+/** A room's name as every file system takes it. */
+export function fileStem(title: string): string {
+  return title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "") || "room";
+}
+
+/** A name that says what is seen. */
 export function screenshotName(title: string, pose: Pose): string {
-  const room = title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "") || "room";
+  const room = fileStem(title);
   const place = `x${decimals(pose.x_m, 2)}-z${decimals(pose.z_m, 2)}`;
   return `${room}-${place}-yaw${decimals(pose.yaw_rad / DEGREE_RAD, 0)}.png`;
 }

@@ -5,6 +5,7 @@ const SHAPES = {
   plan: ["M4 4h16v16H4z", "M4 11h9", "M13 4v7", "M13 20v-4"],
   settings: ["M4 7h8", "M16 7h4", "M4 17h4", "M12 17h8", "M14 5v4", "M10 15v4"],
   play: ["M8 5l11 7-11 7z"],
+  record: ["M12 3.5a8.5 8.5 0 1 0 .01 0", "M12 8.5a3.5 3.5 0 1 0 .01 0"],
   pause: ["M8 5v14", "M16 5v14"],
   compare: ["M12 3v18", "M9 8l-4 4 4 4", "M15 8l4 4-4 4"],
   screenshot: ["M4 8h4l2-3h4l2 3h4v11H4z", "M12 10a3.4 3.4 0 1 0 .01 0"],

@@ -4,14 +4,15 @@ import type { Hotspot, TruthView } from "../manifest";
 import type { Viewer } from "../viewer";
 import { horizontalFov } from "../walk/field_of_view";
 import { isActive } from "../walk/intent";
+import { PathRecorder } from "../walk/path_recorder";
 import { Walker } from "../walk/walker";
 import { XrWalk, canEnterVr, type XrViewer } from "../walk/xr";
 import { Address, parseAddress, type Place, type PlaceFromAddress } from "./address";
 import { Compare } from "./compare";
 import { Controls } from "./controls";
-import { element } from "./dom";
+import { download, element } from "./dom";
 import { EngineView } from "./engine_view";
-import { FullScreen, saveScreenshot } from "./full_screen";
+import { FullScreen, fileStem, saveScreenshot } from "./full_screen";
 import { helpDialog } from "./help";
 import { Hotspots, usableHotspots } from "./hotspots";
 import { onInput } from "./idle";
@@ -41,6 +42,7 @@ export class RoomPage {
   private readonly hotspots: Hotspots;
   private readonly plan: PlanMap;
   private readonly player: PathPlayer;
+  private readonly recorder = new PathRecorder();
   private readonly compare: Compare;
   private readonly engine: EngineView | null;
   private readonly status: Status;
@@ -178,6 +180,7 @@ export class RoomPage {
       settings: () => this.settings.toggle(),
       plan: () => void (this.plan.element.hidden = !this.plan.element.hidden),
       play: () => this.player.toggle(),
+      record: () => this.toggleRecording(),
       compare: () => this.compare.toggle(),
       screenshot: () =>
         void saveScreenshot(this.viewer, this.walker.pose).catch(() =>
@@ -195,6 +198,19 @@ export class RoomPage {
     this.showTools();
   }
 
+  private toggleRecording(): void {
+    if (!this.recorder.recording) {
+      this.recorder.start();
+      this.status.say("Recording the path; the same again saves it.");
+      return;
+    }
+    const table = this.recorder.stop();
+    if (table === null) return;
+    const name = `${fileStem(this.viewer.manifest.title)}-path.csv`;
+    download(new Blob([table], { type: "text/csv" }), name);
+    this.status.say(`The path is saved as ${name}.`);
+  }
+
   private closeLast(): void {
     if (this.settings.open) this.settings.toggle();
     else if (this.compare.active) this.compare.close();
@@ -205,6 +221,7 @@ export class RoomPage {
     this.toolbar.press("plan", !this.plan.element.hidden);
     this.toolbar.press("settings", this.settings.open);
     this.toolbar.press("play", this.player.playing);
+    this.toolbar.press("record", this.recorder.recording);
     this.toolbar.press("compare", this.compare.active);
     this.toolbar.press("fullscreen", this.full_screen.active);
   }
@@ -251,6 +268,7 @@ export class RoomPage {
     } else {
       this.walk(seconds);
     }
+    this.recorder.advance(seconds, this.walker.pose);
     this.address.update(this.place(), now_ms);
     this.engine?.update(this.xr.active || this.compare.active ? null : this.stillView(), now_ms);
     if (now_ms - this.slow_ms < SLOW_MS) return;

@@ -16,6 +16,7 @@ const TOOLS: readonly Tool[] = [
   { command: "plan", icon: "plan", label: "Plan", toggles: true },
   { command: "settings", icon: "settings", label: "How views are made", toggles: true },
   { command: "play", icon: "play", label: "Play the recorded path", toggles: true },
+  { command: "record", icon: "record", label: "Record a path", toggles: true },
   { command: "compare", icon: "compare", label: "Compare with ground truth", toggles: true },
   { command: "screenshot", icon: "screenshot", label: "Save a screenshot", toggles: false },
   { command: "vr", icon: "vr", label: "Enter VR", toggles: true },

@@ -8,6 +8,7 @@ export type Command =
   | "settings"
   | "plan"
   | "play"
+  | "record"
   | "compare"
   | "screenshot"
   | "fullscreen"
@@ -141,6 +142,7 @@ export const COMMAND_KEYS: readonly CommandKey[] = [
   { keys: ["k"], shown: ["K"], does: "Choose how views are made, and k", command: "settings" },
   { keys: ["m"], shown: ["M"], does: "Show or hide the plan", command: "plan" },
   { keys: ["p"], shown: ["P"], does: "Play or pause the recorded path", command: "play" },
+  { keys: ["v"], shown: ["V"], does: "Record a path, and save it", command: "record" },
   { keys: ["b"], shown: ["B"], does: "Compare with ground truth", command: "compare" },
   { keys: ["c"], shown: ["C"], does: "Save a screenshot", command: "screenshot" },
   { keys: ["x"], shown: ["X"], does: "Full screen", command: "fullscreen" },

@@ -1,0 +1,135 @@
+#include "render/film/film_encoder.h"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/find_program.h"
+#include "render/film/film_file.h"
+
+namespace raywalk::render {
+namespace {
+
+std::string last_line(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = text.find_last_of("\r\n");
+    const std::string line = one_line(end == std::string_view::npos ? text : text.substr(end + 1));
+    if (!line.empty()) return line;
+    text = text.substr(0, end == std::string_view::npos ? 0 : end);
+  }
+  return {};
+}
+
+std::vector<std::string> ffmpeg_arguments(const FilmSettings& settings, cv::Size size,
+                                          const std::filesystem::path& file) {
+  std::vector<std::string> arguments = {"-hide_banner",
+                                        "-nostdin",
+                                        "-xerror",
+                                        "-loglevel",
+                                        "error",
+                                        "-f",
+                                        "rawvideo",
+                                        "-pixel_format",
+                                        "bgr24",
+                                        "-video_size",
+                                        fmt::format("{}x{}", size.width, size.height),
+                                        "-framerate",
+                                        fmt::format("{}", settings.fps),
+                                        "-i",
+                                        "pipe:0",
+                                        "-an"};
+  const std::vector<std::string> coding = codec_arguments(settings);
+  arguments.insert(arguments.end(), coding.begin(), coding.end());
+  // "file:" so that no name is taken for a protocol or a flag.
+  arguments.insert(arguments.end(),
+                   {"-metadata", std::string("comment=") + kFilmComment, "file:" + file.string()});
+  return arguments;
+}
+
+}  // namespace
+
+// What ffmpeg prints, in memory: on a full disk a file could not take it.
+class FilmEncoder::Log {
+ public:
+  Log() : file_(memfd_create("ffmpeg", MFD_CLOEXEC)) {
+    if (file_ < 0) {
+      throw Error(fmt::format("no memory for what ffmpeg prints ({})",
+                              std::generic_category().message(errno)));
+    }
+  }
+  ~Log() { close(file_); }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+
+  std::filesystem::path path() const { return fmt::format("/proc/self/fd/{}", file_); }
+  std::string text() const {
+    constexpr off_t kMost = off_t{64} << 10;
+    const off_t size = lseek(file_, 0, SEEK_END);
+    const off_t from = std::max<off_t>(0, size - kMost);
+    std::string text(static_cast<std::size_t>(size - from), '\0');
+    const ssize_t count = pread(file_, text.data(), text.size(), from);
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    return text;
+  }
+
+ private:
+  int file_;
+};
+
+std::filesystem::path find_ffmpeg() {
+  auto ffmpeg = find_program("ffmpeg");
+  if (!ffmpeg) {
+    throw Error(
+        "no ffmpeg found in PATH, which films need; install it (Debian: apt install "
+        "ffmpeg), or leave --video out for pictures");
+  }
+  return *std::move(ffmpeg);
+}
+
+FilmEncoder::FilmEncoder(const FilmSettings& settings, cv::Size size,
+                         const std::filesystem::path& file, const std::string& name)
+    : name_(name), size_(size), log_(std::make_unique<Log>()) {
+  // SVT-AV1 prints its settings unless it is told to print errors alone.
+  ffmpeg_ = std::make_unique<ChildProcess>(find_ffmpeg(), ffmpeg_arguments(settings, size, file),
+                                           log_->path(), std::vector<std::string>{"SVT_LOG=1"},
+                                           ChildInput::kWritten);
+}
+
+FilmEncoder::~FilmEncoder() = default;
+
+void FilmEncoder::add(const cv::Mat& frame) {
+  if (frame.size() != size_ || frame.type() != CV_8UC3) {
+    throw Error(fmt::format("{}: a frame of {}x{} in a film of {}x{}", name_, frame.cols,
+                            frame.rows, size_.width, size_.height));
+  }
+  const cv::Mat pixels = frame.isContinuous() ? frame : frame.clone();
+  const std::size_t bytes = pixels.total() * pixels.elemSize();
+  if (!ffmpeg_->write_input(std::as_bytes(std::span(pixels.data, bytes)))) throw_failure();
+  ++frames_;
+}
+
+void FilmEncoder::finish() {
+  ffmpeg_->end_input();
+  if (!succeeded(ffmpeg_->wait())) throw_failure();
+}
+
+void FilmEncoder::throw_failure() {
+  // One that only stopped reading ends now, or is made to.
+  ffmpeg_->end_input();
+  const int status = ffmpeg_->wait();
+  const std::string line = last_line(log_->text());
+  throw Error(fmt::format("cannot write {}: ffmpeg {} after {}{}", name_,
+                          succeeded(status) ? "ended" : describe_failure(status),
+                          counted(frames_, "frame"), line.empty() ? "" : " (" + line + ")"));
+}
+
+}  // namespace raywalk::render

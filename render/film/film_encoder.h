@@ -1,0 +1,47 @@
+// Encodes frames with ffmpeg, which is run as a program.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "core/base/child_process.h"
+#include "render/film/video_codec.h"
+
+namespace raywalk::render {
+
+// Where ffmpeg is. Throws Error naming the package where it is not installed.
+std::filesystem::path find_ffmpeg();
+
+// One film being encoded to a file that nobody sees yet. The destructor ends ffmpeg.
+class FilmEncoder {
+ public:
+  // `size` is that of all frames. `file` must not exist; its extension is film_extension(). `name`
+  // is what messages call the film. Throws Error: no ffmpeg.
+  FilmEncoder(const FilmSettings& settings, cv::Size size, const std::filesystem::path& file,
+              const std::string& name);
+  ~FilmEncoder();
+  FilmEncoder(const FilmEncoder&) = delete;
+  FilmEncoder& operator=(const FilmEncoder&) = delete;
+
+  // Adds a frame, CV_8UC3 in BGR order. Throws Error with ffmpeg's last words where it has ended;
+  // Interrupted on Ctrl-C.
+  void add(const cv::Mat& frame);
+  std::int64_t frames() const { return frames_; }
+  // Waits until the file is written. Throws as add() does.
+  void finish();
+
+ private:
+  class Log;
+  [[noreturn]] void throw_failure();
+
+  std::string name_;
+  cv::Size size_;
+  std::unique_ptr<Log> log_;
+  std::unique_ptr<ChildProcess> ffmpeg_;
+  std::int64_t frames_ = 0;
+};
+
+}  // namespace raywalk::render

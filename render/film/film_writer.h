@@ -1,0 +1,41 @@
+// Writes a film: frames in, a complete file out, or none.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "core/files/atomic_output.h"
+#include "render/film/film_encoder.h"
+#include "render/film/spherical_boxes.h"
+
+namespace raywalk::render {
+
+// Throws Error where a film cannot be written there: something is there already and `replace` does
+// not allow it, or it is not a film of Raywalk's; the folder is not writable.
+void require_writable_film(const std::filesystem::path& file, bool replace);
+
+class FilmWriter {
+ public:
+  // `stereo`: the film is a panorama of the whole sphere and says so; without it, it is flat.
+  // `size` is that of the frames; both sides are even. Throws UsageError, Error as FilmEncoder
+  // does.
+  FilmWriter(const FilmSettings& settings, cv::Size size, std::optional<StereoMode> stereo,
+             const std::filesystem::path& file);
+
+  // As FilmEncoder::add().
+  void add(const cv::Mat& frame) { encoder_.add(frame); }
+  // Completes the film, reads it again to see that every frame and what it says of itself is
+  // there, and gives it its name. Throws Error, Interrupted; then nothing is left.
+  void finish();
+
+ private:
+  std::filesystem::path target_;
+  cv::Size size_;
+  std::optional<StereoMode> stereo_;
+  AtomicFile encoded_;  // by ffmpeg; removed in the end
+  AtomicFile complete_;
+  FilmEncoder encoder_;
+};
+
+}  // namespace raywalk::render

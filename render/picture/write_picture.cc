@@ -1,0 +1,18 @@
+#include "render/picture/write_picture.h"
+
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+
+namespace raywalk::render {
+
+void write_picture(const std::filesystem::path& file, const cv::Mat& image,
+                   const PictureFormat& format, const ViewDescription& view) {
+  cv::Mat wide;
+  if (format.bits == 16 && image.depth() == CV_8U) image.convertTo(wide, CV_16U, 257.0);
+  const std::vector<unsigned char> pixels =
+      encode_image(file, wide.empty() ? image : wide, format.quality);
+  const std::vector<unsigned char> bytes = with_metadata(pixels, image.size(), view, file.string());
+  write_file_atomically(file, std::as_bytes(std::span(bytes)));
+}
+
+}  // namespace raywalk::render

@@ -1,0 +1,18 @@
+// Writes a rendered view as a picture file.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+
+#include "render/picture/picture_format.h"
+#include "render/picture/view_metadata.h"
+
+namespace raywalk::render {
+
+// Writes `image` (CV_8UC3 or CV_16UC3, BGR) with its metadata. Levels of 8 bits are written with 16
+// as 257 times themselves, so that 255 becomes 65535. Throws Error naming the file; then nothing is
+// there.
+void write_picture(const std::filesystem::path& file, const cv::Mat& image,
+                   const PictureFormat& format, const ViewDescription& view);
+
+}  // namespace raywalk::render

@@ -1,0 +1,142 @@
+#include "render/picture/write_picture.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <exiv2/exiv2.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+
+namespace raywalk::render {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+cv::Mat colours() {
+  cv::Mat picture(32, 64, CV_8UC3);
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u)
+      picture.at<cv::Vec3b>(v, u) = cv::Vec3b(4 * u, 8 * v, 90);
+  }
+  return picture;
+}
+
+class WritePictureTest : public ::testing::Test {
+ protected:
+  fs::path write(const std::string& name, const ViewDescription& view,
+                 const PictureFlags& flags = {}) const {
+    const fs::path file = directory_ / name;
+    write_picture(file, colours(), picture_format(file, flags), view);
+    return file;
+  }
+  // A tag as text; "" where there is none.
+  static std::string xmp(const fs::path& file, const std::string& key) {
+    const auto image = Exiv2::ImageFactory::open(file.string());
+    image->readMetadata();
+    const auto tag = image->xmpData().findKey(Exiv2::XmpKey(key));
+    return tag == image->xmpData().end() ? "" : tag->toString();
+  }
+  static std::string exif(const fs::path& file, const std::string& key) {
+    const auto image = Exiv2::ImageFactory::open(file.string());
+    image->readMetadata();
+    const auto tag = image->exifData().findKey(Exiv2::ExifKey(key));
+    return tag == image->exifData().end() ? "" : tag->toString();
+  }
+  TestDirectory directory_;
+};
+
+TEST_F(WritePictureTest, PanoramasSayThatTheyAreInEveryFormat) {
+  const ViewDescription view{.x_m = -0.125,
+                             .y_m = 1.5,
+                             .z_m = 0.25,
+                             .frame = {.yaw_deg = -30.0, .pitch_deg = 5.0, .roll_deg = 2.0}};
+  for (const char* name : {"a.png", "a.jpg", "a.webp", "a.tif"}) {
+    SCOPED_TRACE(name);
+    const fs::path file = write(name, view);
+    EXPECT_EQ(xmp(file, "Xmp.GPano.ProjectionType"), "equirectangular");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.FullPanoWidthPixels"), "64");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.CroppedAreaImageHeightPixels"), "32");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.CroppedAreaTopPixels"), "0");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.PoseHeadingDegrees"), "330");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.PosePitchDegrees"), "5");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.PoseRollDegrees"), "2");
+    EXPECT_EQ(xmp(file, "Xmp.raywalk.X_m"), "-0.125");
+    EXPECT_EQ(xmp(file, "Xmp.raywalk.Y_m"), "1.5");
+    EXPECT_EQ(xmp(file, "Xmp.raywalk.Z_m"), "0.25");
+    EXPECT_EQ(exif(file, "Exif.Photo.FocalLength"), "");
+    // Readers that know nothing of Exiv2 find the text itself.
+    EXPECT_THAT(read_file(file), HasSubstr("http://ns.google.com/photos/1.0/panorama/"));
+  }
+  EXPECT_EQ(directory_.entries(), 4U);
+}
+
+TEST_F(WritePictureTest, APitchOverTheTopIsThatOfTheOtherSide) {
+  const fs::path file = write("a.png", {.frame = {.yaw_deg = 10.0, .pitch_deg = 100.0}});
+  EXPECT_EQ(xmp(file, "Xmp.GPano.PoseHeadingDegrees"), "190");
+  EXPECT_EQ(xmp(file, "Xmp.GPano.PosePitchDegrees"), "80");
+  EXPECT_EQ(std::abs(std::stod(xmp(file, "Xmp.GPano.PoseRollDegrees"))), 180.0);
+}
+
+TEST_F(WritePictureTest, FlatPicturesSayTheirFocalLength) {
+  for (const char* name : {"a.png", "a.jpg", "a.webp", "a.tif"}) {
+    SCOPED_TRACE(name);
+    const fs::path file = write(name, {.frame = {.fov_deg = 90.0}});
+    EXPECT_EQ(exif(file, "Exif.Photo.FocalLength"), "18000/1000");
+    EXPECT_EQ(exif(file, "Exif.Photo.FocalLengthIn35mmFilm"), "18");
+    // 64 pixels on 3.6 cm.
+    EXPECT_EQ(exif(file, "Exif.Photo.FocalPlaneXResolution"), "17778/1000");
+    EXPECT_EQ(exif(file, "Exif.Photo.FocalPlaneResolutionUnit"), "3");
+    EXPECT_EQ(xmp(file, "Xmp.GPano.ProjectionType"), "");
+  }
+  const fs::path far = write("far.jpg", {.frame = {.fov_deg = 1e-3}});
+  EXPECT_EQ(exif(far, "Exif.Photo.FocalLengthIn35mmFilm"), "");
+}
+
+TEST_F(WritePictureTest, MetadataLeavesThePixelsAsTheyAre) {
+  const cv::Mat picture = colours();
+  const auto same = [&](const std::string& name, const cv::Mat& expected) {
+    const cv::Mat read = cv::imread((directory_ / name).string(), cv::IMREAD_UNCHANGED);
+    return read.type() == expected.type() && cv::norm(read, expected, cv::NORM_INF) == 0.0;
+  };
+  write("a.png", {});
+  EXPECT_TRUE(same("a.png", picture));
+  write("a.tif", {}, {.bits = 8});
+  EXPECT_TRUE(same("a.tif", picture));
+  cv::Mat wide;
+  picture.convertTo(wide, CV_16U, 257.0);
+  write("b.tiff", {});
+  EXPECT_TRUE(same("b.tiff", wide));
+  write("b.png", {}, {.bits = 16});
+  EXPECT_TRUE(same("b.png", wide));
+  // JPEG without a quality is as it always was.
+  write_image(directory_ / "plain.jpg", picture);
+  write("c.jpg", {});
+  EXPECT_TRUE(same("c.jpg", cv::imread((directory_ / "plain.jpg").string())));
+}
+
+TEST_F(WritePictureTest, QualityMakesSmallerFiles) {
+  for (const char* name : {"a.jpg", "a.webp"}) {
+    const auto usual = fs::file_size(write(name, {}));
+    EXPECT_LT(fs::file_size(write(name, {}, {.quality = 20})), usual) << name;
+  }
+}
+
+TEST(PictureFormat, WrongCombinationsAreRefused) {
+  const auto error = [](const char* file, const PictureFlags& flags) {
+    return error_of([&] { picture_format(file, flags); });
+  };
+  EXPECT_THAT(error("a.gif", {}), HasSubstr("end in .png, .jpg, .webp or .tif"));
+  EXPECT_THAT(error("a", {}), HasSubstr("end in"));
+  EXPECT_THAT(error("a.png", {.quality = 90}), HasSubstr("--quality is for .jpg and .webp"));
+  EXPECT_THAT(error("a.jpg", {.bits = 16}), HasSubstr("--bits 16 is for .png and .tif"));
+  EXPECT_EQ(picture_format("a.JPG", {.quality = 90}).extension, ".jpg");
+}
+
+}  // namespace
+}  // namespace raywalk::render

@@ -1,0 +1,62 @@
+// Records where one walks and looks, as a table that `raywalk-render path` and `export-web --path`
+// read.
+import type { Pose } from "../geometry/frame";
+import { DEGREE_RAD } from "../geometry/angles";
+
+/** Often enough for a smooth curve through the poses, and for turns of less than half a circle. */
+const EVERY_S = 0.2;
+
+interface Sample {
+  time_s: number;
+  pose: Pose;
+}
+
+export class PathRecorder {
+  private samples: Sample[] = [];
+  private latest: Sample | null = null;
+  private recording_ = false;
+
+  get recording(): boolean {
+    return this.recording_;
+  }
+
+  start(): void {
+    this.samples = [];
+    this.latest = null;
+    this.recording_ = true;
+  }
+
+  /** Goes on by the time of a frame, in which the walker has come to a pose. */
+  advance(seconds: number, pose: Pose): void {
+    if (!this.recording_) return;
+    const time_s = this.latest ? this.latest.time_s + Math.max(seconds, 0) : 0;
+    this.latest = { time_s, pose: { ...pose } };
+    const before = this.samples[this.samples.length - 1];
+    if (!before || time_s - before.time_s >= EVERY_S) this.samples.push(this.latest);
+  }
+
+  /** Ends the recording with the pose of the last frame; the table, or null where nothing went by. */
+  stop(): string | null {
+    this.recording_ = false;
+    const last = this.samples[this.samples.length - 1];
+    if (last && this.latest && this.latest.time_s > last.time_s) this.samples.push(this.latest);
+    return this.samples.length > 1 ? pathTable(this.samples) : null;
+  }
+}
+
+/** Places with all their digits: rounded ones may lie beyond the edge of what was captured. */
+function pathTable(samples: readonly Sample[]): string {
+  const angle = (angle_rad: number): string => (angle_rad / DEGREE_RAD).toFixed(3);
+  const rows = samples.map(({ time_s, pose }, i) =>
+    [
+      `pose${String(i + 1).padStart(5, "0")}`,
+      pose.x_m,
+      pose.z_m,
+      angle(pose.yaw_rad),
+      angle(pose.pitch_rad),
+      angle(pose.roll_rad),
+      time_s.toFixed(3),
+    ].join(","),
+  );
+  return ["name,x,z,yaw,pitch,roll,time", ...rows, ""].join("\n");
+}
