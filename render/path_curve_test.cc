@@ -116,5 +116,16 @@ TEST(PathCurve, MovementsThatMakeNoSenseAreRefused) {
   EXPECT_THROW(require_movement({.pace = Pace::kRecorded, .speed_m_per_s = 1.0}), UsageError);
 }
 
+TEST(PathCurve, HeightsAreFollowedWhereThereAreAny) {
+  std::vector<PathView> views{{.name = "a", .viewpoint = {PlanPoint{0, 0}, 1.0}},
+                              {.name = "b", .viewpoint = {PlanPoint{0, 0}, 1.5}}};
+  const PathCurve up(views, Pace::kConstant);
+  EXPECT_NEAR(up.length(), 0.5, 1e-12);
+  EXPECT_NEAR(up.at(0.25).viewpoint.height_m.value(), 1.25, 1e-9);
+  for (PathView& view : views) view.viewpoint.height_m.reset();
+  views.back().viewpoint.plan.x_m = 1.0;
+  EXPECT_FALSE(PathCurve(views, Pace::kConstant).at(0.5).viewpoint.height_m.has_value());
+}
+
 }  // namespace
 }  // namespace raywalk::render

@@ -56,6 +56,15 @@ TEST_F(ViewFilmTest, ShowsWhatStillsShow) {
   compare_with_stills({}, {128, 64});
 }
 
+TEST_F(ViewFilmTest, FilmsForTwoEyesSaySo) {
+  const ViewFrame both{.stereo = Stereo::kOds};
+  EXPECT_THAT(film(both), HasSubstr("8 frames of 128x128, 0.8 s, H.264, crf 18, a panorama, ods"));
+  const auto stream = film_stream(directory_ / "walk.mp4");
+  EXPECT_EQ(side_data(stream, "Spherical Mapping")["projection"], "equirectangular");
+  EXPECT_EQ(side_data(stream, "Stereo 3D")["type"], "top and bottom");
+  compare_with_stills(both, {128, 128});
+}
+
 TEST_F(ViewFilmTest, FlatFilmsSayNothingOfASphere) {
   const ViewFrame flat{.fov_deg = 80.0, .size = "96x64"};
   EXPECT_THAT(film(flat), HasSubstr("8 frames of 96x64, 0.8 s, H.264, crf 18, flat"));

@@ -98,6 +98,13 @@ TEST_F(WritePictureTest, FlatPicturesSayTheirFocalLength) {
   EXPECT_EQ(exif(far, "Exif.Photo.FocalLengthIn35mmFilm"), "");
 }
 
+TEST_F(WritePictureTest, PanoramasForTwoEyesAreNotCalledOne) {
+  const fs::path file = write("a.jpg", {.frame = {.stereo = Stereo::kOds, .ipd_mm = 60.0}});
+  EXPECT_EQ(xmp(file, "Xmp.raywalk.Stereo"), "top-bottom");
+  EXPECT_EQ(xmp(file, "Xmp.raywalk.EyesApart_mm"), "60");
+  EXPECT_EQ(xmp(file, "Xmp.GPano.ProjectionType"), "");
+}
+
 TEST_F(WritePictureTest, MetadataLeavesThePixelsAsTheyAre) {
   const cv::Mat picture = colours();
   const auto same = [&](const std::string& name, const cv::Mat& expected) {
