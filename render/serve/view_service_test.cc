@@ -30,8 +30,8 @@ cv::Mat picture_of(const Reply& reply) {
 }
 
 // The picture that `raywalk-render view` makes.
-cv::Mat expected_picture(const Room& room, const std::string& generation, PlanPoint viewpoint,
-                         const ViewFrame& frame, int width = 0) {
+cv::Mat expected_picture(const Room& room, const std::string& generation,
+                         const Viewpoint& viewpoint, const ViewFrame& frame, int width = 0) {
   ViewFlags flags;
   flags.dials["generation"] = generation;
   if (width > 0) flags.dials["width_px"] = std::to_string(width);
@@ -72,6 +72,18 @@ TEST_F(ViewServiceTest, RendersWhatTheProgramRenders) {
         0.0)
         << generation;
   }
+}
+
+TEST_F(ViewServiceTest, GoesUpFromTheHeightOfTheLines) {
+  SyntheticRoomSpec spec = box_room(64);
+  spec.height_m = 0.2;
+  const TestRoom raised(spec);
+  ViewService service(raised.room());
+  const cv::Mat above = expected_picture(raised.room(), "two-sided", {{0.1, 0.2}, 0.3}, {});
+  const Reply reply = service.answer(view_of("x=0.1&y=0.1&z=0.2&format=png"));
+  EXPECT_LE(largest_difference(picture_of(reply), above), 1.0);
+  const ViewRequest initial = view_of("x=0.1&y=0.1&z=0.2&generation=initial");
+  EXPECT_EQ(fault_of([&] { service.answer(initial); }), 400);
 }
 
 TEST_F(ViewServiceTest, IsAJpegOfTheCapturedSizeUnlessAskedOtherwise) {
