@@ -149,7 +149,12 @@ double PathCurve::step_at(double gone) const {
 
 PathView PathCurve::at(double gone) const {
   const double step = step_at(gone);
-  const std::vector<double> values = values_at(step);
+  // Straight between steps, where the speed is even; along the curve it would not quite be.
+  std::vector<double> values = values_at(std::floor(step));
+  const std::vector<double> next = values_at(std::ceil(step));
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    values[k] = std::lerp(values[k], next[k], step - std::floor(step));
+  }
   const std::size_t last = knots_.size() - 1;
   const auto piece = std::min(static_cast<std::size_t>(step / kStepsPerPiece), last);
   PathView view = views_[knots_[piece].view];

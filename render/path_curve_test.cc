@@ -46,6 +46,7 @@ TEST(PathCurve, GoesThroughEveryPlaceAtAConstantSpeed) {
       const std::vector<PathView> views = random_path(&random, scale_m);
       const PathCurve curve(views, Pace::kConstant);
       constexpr int kSteps = 4000;
+      int bends = 0;
       std::vector<double> nearest(views.size(), 1e9);
       PathView before = curve.at(0.0);
       const double step_m = curve.length() / kSteps;
@@ -54,13 +55,14 @@ TEST(PathCurve, GoesThroughEveryPlaceAtAConstantSpeed) {
         for (std::size_t k = 0; k < views.size(); ++k) {
           nearest[k] = std::min(nearest[k], distance(here, views[k]));
         }
-        // At a sharp bend the chord is shorter than the way.
         if (i > 0) {
-          EXPECT_LT(distance(before, here), 1.01 * step_m);
-          EXPECT_GT(distance(before, here), 0.9 * step_m) << "step " << i;
+          EXPECT_LT(distance(before, here), (1.0 + 1e-6) * step_m);
+          // In a sharp bend the chord is shorter than the way.
+          if (distance(before, here) < 0.99 * step_m) ++bends;
         }
         before = here;
       }
+      EXPECT_LT(bends, kSteps / 50);
       for (const double each : nearest) EXPECT_LE(each, 0.6 * step_m);
       EXPECT_EQ(distance(curve.at(0.0), views.front()), 0.0);
       EXPECT_LT(distance(curve.at(curve.length()), views.back()), 1e-12 * scale_m);

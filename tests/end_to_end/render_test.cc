@@ -427,5 +427,36 @@ TEST_F(RenderPathTest, OtherSettingsAreRefused) {
   expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
 }
 
+TEST_F(RenderPathTest, AFilmIsWholeOrNothing) {
+  const std::string film = file("walk.mp4");
+  const std::string usual = "path " + room() + " " + file("path.csv") + " --generation initial ";
+  const CommandResult made = render(usual + "--width 64 --video " + film);
+  EXPECT_EQ(made.exit_code, 0) << made.errors;
+  EXPECT_THAT(made.output, HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));
+  EXPECT_THAT(run_command("ffprobe -v error -show_streams " + film).output,
+              AllOf(HasSubstr("nb_frames=60"), HasSubstr("projection=equirectangular")));
+  expect_error(render(usual + "--video " + film), 1, "--video", 3);
+  const auto again = render(usual + "--width 64 --fps 60 -f -q --video " + film);
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  fs::remove(film);
+
+  std::vector<std::string> arguments = this->arguments();
+  arguments[arguments.size() - 2] = "--video";
+  arguments.back() = film;
+  int status = 0;
+  stop_once(
+      arguments, [&] { return directory_.entries() > 2; }, SIGINT, &status);
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(directory_.entries(), 2U) << "only the room and the table";
+
+  expect_error(run_command("ulimit -f 8; " + joined(arguments) + "-q"), 1, "walk.mp4: ffmpeg", 2);
+  expect_error(run_command("PATH=/nowhere " + joined(arguments)), 1, "apt install ffmpeg", 2);
+  for (const char* wrong : {"--video walk.mp4 --quality 90", "--seconds 3", "--crf 20", "--fps 24",
+                            "--quality 90", "--format jpg --bits 16", "--video walk.mkv",
+                            "--smooth eased --seconds 2 --speed-m-per-s 1"}) {
+    expect_error(render(usual + wrong), 2, "--", 2);
+  }
+}
+
 }  // namespace
 }  // namespace raywalk
