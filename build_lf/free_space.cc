@@ -34,7 +34,7 @@ std::optional<std::uint64_t> free_bytes(const std::filesystem::path& directory) 
 }
 
 void require_space(const std::filesystem::path& directory, const NeededSpace& space,
-                   std::optional<std::uint64_t> free) {
+                   std::optional<std::uint64_t> free, const char* what) {
   if (!free || *free >= space.needed) return;
   const Unit unit = unit_for(space.needed);
   // Rounded apart: what is needed is always shown as more than what is free.
@@ -42,10 +42,10 @@ void require_space(const std::filesystem::path& directory, const NeededSpace& sp
   const std::string there = space.there == 0 ? ""
                                              : fmt::format(" besides the {} {} that are there",
                                                            space.there / unit.bytes, unit.name);
-  throw Error(
-      fmt::format("{}: the room needs {} {}{}, {} {} are free; free some space or choose "
-                  "another disk",
-                  directory.string(), needed, unit.name, there, *free / unit.bytes, unit.name));
+  throw Error(fmt::format(
+      "{}: {} needs {} {}{}, {} {} are free; free some space or choose "
+      "another disk",
+      directory.string(), what, needed, unit.name, there, *free / unit.bytes, unit.name));
 }
 
 }  // namespace raywalk::build_lf

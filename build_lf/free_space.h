@@ -1,4 +1,4 @@
-// Whether a disk has space for a room, before hours of work.
+// Whether a disk has space for a room or an export, before hours of work.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ struct NeededSpace {
 // not say.
 std::optional<std::uint64_t> free_bytes(const std::filesystem::path& directory);
 
-// Throws Error naming the directory and both sizes if fewer bytes are free than needed. Never
-// throws if `free` is unknown.
+// Throws Error naming the directory and both sizes if fewer bytes are free than needed for `what`.
+// Never throws if `free` is unknown.
 void require_space(const std::filesystem::path& directory, const NeededSpace& space,
-                   std::optional<std::uint64_t> free);
+                   std::optional<std::uint64_t> free, const char* what = "the room");
 
 }  // namespace raywalk::build_lf

@@ -6,6 +6,7 @@
 
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/distance_sets.h"
+#include "build_lf/export/export_room.h"
 #include "build_lf/gains/make_gains.h"
 #include "build_lf/gains/stored_gains.h"
 #include "build_lf/pack_room.h"
@@ -25,6 +26,8 @@ struct Arguments {
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RequireOptions require{};
+  ExportOptions exported{};
+  std::string export_format = "colmap";
   LineToleranceArguments lines{};
   int threads = 0;
   std::string room;
@@ -201,6 +204,58 @@ void add_require(CLI::App* app, Arguments* arguments) {
   });
 }
 
+void add_export(CLI::App* app, Arguments* arguments) {
+  ExportOptions* options = &arguments->exported;
+  CLI::App* command = app->add_subcommand(
+      "export", "Export a room for other reconstruction and measuring programs");
+  command->add_option("room", options->room, "Room directory")->required();
+  command
+      ->add_option("--format", arguments->export_format,
+                   "colmap: a model of flat faces; nerfstudio: panoramas and transforms.json; "
+                   "frames: panoramas, poses.csv and distance maps; ply: points of the distances")
+      ->required();
+  command->add_option("-o,--out", options->out,
+                      "Directory to create, or file of a ply (default: named after the room, "
+                      "<room>-<format> or <room>.ply)");
+  add_force_flag(command, &options->replace, "Replace an earlier export in --out");
+  command->add_option("--every", options->every, "Export every n-th station of each line")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
+      ->add_option("--face-px", options->face_px,
+                   "Side of the flat faces of a colmap model in pixels, even; 0 = as fine as the "
+                   "panoramas")
+      ->check(CLI::Range(0, 16384));
+  command
+      ->add_option("--points", options->points,
+                   "Points of a colmap model that are tried; those that two stations confirm stay")
+      ->check(CLI::Range(0, 100'000'000))
+      ->capture_default_str();
+  command
+      ->add_option("--voxel-mm", options->voxel_mm,
+                   "Thin the points of ply and nerfstudio to one in each cube of this side, mm")
+      ->check(CLI::Range(0.01, 1e6))
+      ->capture_default_str();
+  command
+      ->add_option("--max-distance-m", options->max_distance_m,
+                   "Leave out points farther than this from their station, m; 0 = none")
+      ->check(CLI::Range(0.0, 1e6));
+  command->add_flag("--jpeg", options->jpeg, "Write pictures as JPEG instead of PNG");
+  command->add_flag("!--no-gains", options->gains,
+                    "Export pictures and colours as captured, without the room's gains");
+  add_threads_option(command, &arguments->threads);
+  command->footer(
+      "Examples:\n  raywalk-build-lf export hall.lf --format colmap --out hall-colmap\n"
+      "  raywalk-build-lf export hall.lf --format ply --voxel-mm 5 --out hall.ply\n"
+      "Points, distances and the observations of points come from the room's distances. An\n"
+      "interrupted export leaves nothing behind.");
+  command->callback([arguments, options] {
+    options->format = export_format_from_name(arguments->export_format);
+    set_thread_count(arguments->threads);
+    fmt::print("{}\n", escaped(export_room(*options)));
+  });
+}
+
 }  // namespace
 }  // namespace raywalk::build_lf
 
@@ -217,5 +272,6 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_info(&app, &arguments);
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);
+  raywalk::build_lf::add_export(&app, &arguments);
   return raywalk::run_program(app, argc, argv);
 }

@@ -25,5 +25,6 @@ int main(int argc, char** argv) {
   raywalk::calibrate::add_grid(&app);
   raywalk::calibrate::add_rectify(&app);
   raywalk::calibrate::add_all(&app);
+  raywalk::calibrate::add_import(&app);
   return raywalk::run_program(app, argc, argv);
 }

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "calibrate/base/frame_poses_json.h"
-#include "calibrate/base/listed_frames.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/checked_json.h"

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <map>
 #include <set>
 
 #include "core/base/error.h"
-#include "core/base/escaped.h"
 #include "core/files/frame_list.h"
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"
@@ -17,23 +15,6 @@ namespace raywalk::calibrate {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Names are parts of file names and JSON, so they are escaped.
-std::string stem_of(const std::string& file) { return escaped(fs::path(file).stem().string()); }
-
-std::string joined_path_of(const std::string& file) {
-  std::string name = fs::path(file).replace_extension().generic_string();
-  std::replace(name.begin(), name.end(), '/', '_');
-  return escaped(name);
-}
-
-template <typename NameOf>
-std::vector<std::string> names_by(std::span<const std::string> files, const NameOf& name_of) {
-  std::vector<std::string> names;
-  names.reserve(files.size());
-  for (const std::string& file : files) names.push_back(name_of(file));
-  return names;
-}
 
 bool are_unique(const std::vector<std::string>& names) {
   return std::set<std::string>(names.begin(), names.end()).size() == names.size();
@@ -83,8 +64,7 @@ std::vector<std::string> held_out_names(std::span<const std::string> files,
     names.insert(names.end(), of_stations.begin(), of_stations.end());
     return are_unique(names);
   };
-  for (std::vector<std::string> names :
-       {names_by(files, stem_of), names_by(files, joined_path_of)}) {
+  for (std::vector<std::string> names : {names_of_stems(files), names_of_paths(files)}) {
     if (are_new(names)) return names;
   }
   throw Error(list.string() +
@@ -126,16 +106,6 @@ void add_held_out(const fs::path& list, const std::vector<Frame>& stations,
 fs::path frame_list_of(const fs::path& directory) { return directory / "poses.csv"; }
 
 fs::path held_out_list_of(const fs::path& directory) { return directory / "gt.csv"; }
-
-std::vector<std::string> frame_names(std::span<const std::string> files, const fs::path& list) {
-  std::vector<std::string> names = names_by(files, stem_of);
-  if (!are_unique(names)) names = names_by(files, joined_path_of);
-  if (!are_unique(names)) {
-    throw Error(list.string() +
-                ": two of its files differ only in their extension; list one of them");
-  }
-  return names;
-}
 
 CaptureSet read_listed_frames(const CaptureInput& input) {
   const fs::path list = frame_list_of(input.directory);

@@ -15,6 +15,8 @@ void add_mask(CLI::App* app);
 void add_poses(CLI::App* app);
 void add_grid(CLI::App* app);
 void add_rectify(CLI::App* app);
+// Poses of other programs instead of the steps.
+void add_import(CLI::App* app);
 // All steps.
 void add_all(CLI::App* app);
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calibrate/poses/panorama_faces.h"
+#include "core/reconstruction/panorama_faces.h"
 
 namespace raywalk::calibrate {
 

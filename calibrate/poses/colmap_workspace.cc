@@ -122,7 +122,9 @@ bool ColmapWorkspace::cut_faces() {
       const int frame = missing[static_cast<std::size_t>(i)];
       const auto cut = cutter.cut(read_panorama(set_.frames[static_cast<std::size_t>(frame)].file));
       for (int face = 0; face < kFaceCount; ++face) {
-        write_image(images / image_name(frame, face), cut[static_cast<std::size_t>(face)]);
+        cv::Mat grey;
+        cv::cvtColor(cut[static_cast<std::size_t>(face)], grey, cv::COLOR_BGR2GRAY);
+        write_image(images / image_name(frame, face), grey);
       }
       progress.advance();
     }
@@ -336,8 +338,11 @@ ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {
       model.cameras.push_back({image.camera, options_.face_px, 0.5 * options_.face_px});
     }
     const PanoramaFace& face = faces_[static_cast<std::size_t>(image.face)];
-    model.images.push_back(
-        {id, image.camera, image_name(image.frame, image.face), colmap_pose(*pose, face), {}});
+    model.images.push_back({id,
+                            image.camera,
+                            image_name(image.frame, image.face),
+                            colmap_pose({pose->position_m, pose->world_from_camera}, face),
+                            {}});
   }
   return model;
 }

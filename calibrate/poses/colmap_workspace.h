@@ -18,12 +18,12 @@
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/poses/colmap_model.h"
 #include "calibrate/poses/colmap_program.h"
 #include "calibrate/poses/match_pairs.h"
-#include "calibrate/poses/panorama_faces.h"
+#include "calibrate/poses/matching_faces.h"
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/refine_poses.h"
+#include "core/reconstruction/colmap_model.h"
 
 namespace raywalk::calibrate {
 

@@ -9,7 +9,7 @@
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
-#include "calibrate/poses/panorama_faces.h"
+#include "calibrate/poses/matching_faces.h"
 
 namespace raywalk::calibrate {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/rectify/frame_tables.h"
+#include "core/files/frame_list.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 

@@ -1,7 +1,5 @@
 #include "calibrate/rectify/frame_tables.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -10,23 +8,6 @@
 
 namespace raywalk::calibrate {
 namespace {
-
-// Quoting by RFC 4180.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos && !text.starts_with('#') &&
-      !text.starts_with(' ')) {
-    return text;
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
-// Adding zero converts -0 to 0.
-std::string number(double value) { return fmt::format("{:.9f}", value + 0.0); }
 
 std::vector<StationPose> stations_of(const std::vector<ListedFrame>& frames) {
   std::vector<StationPose> stations;
@@ -63,31 +44,6 @@ std::vector<double> tolerances_mm(const std::vector<StationPose>& stations,
 }
 
 }  // namespace
-
-std::string frame_list_text(const std::vector<ListedFrame>& frames) {
-  const bool attitudes = std::any_of(frames.begin(), frames.end(),
-                                     [](const ListedFrame& f) { return f.attitude.has_value(); });
-  const bool masks = std::any_of(frames.begin(), frames.end(),
-                                 [](const ListedFrame& frame) { return !frame.mask.empty(); });
-  std::string text = "file,x,y,z";
-  if (attitudes) text += ",yaw,pitch,roll";
-  if (masks) text += ",mask";
-  text += '\n';
-  for (const ListedFrame& frame : frames) {
-    const Eigen::Vector3d& at = frame.position_m;
-    text += fmt::format("{},{},{},{}", csv_field(frame.file), number(at.x()), number(at.y()),
-                        number(at.z()));
-    if (attitudes) {
-      const Attitude attitude = frame.attitude.value_or(Attitude{});
-      text += fmt::format(",{},{},{}", number(degrees_from_radians(attitude.yaw_rad)),
-                          number(degrees_from_radians(attitude.pitch_rad)),
-                          number(degrees_from_radians(attitude.roll_rad)));
-    }
-    if (masks) text += "," + csv_field(frame.mask);
-    text += '\n';
-  }
-  return text;
-}
 
 std::optional<double> line_tolerance_needed_mm(const std::vector<ListedFrame>& frames, int lines,
                                                const GridTolerance& given) {

@@ -8,6 +8,7 @@
 #include "calibrate/rectify/before_list.h"
 #include "calibrate/rectify/crossing_overlay.h"
 #include "calibrate/rectify/exposure_report.h"
+#include "calibrate/rectify/frame_tables.h"
 #include "calibrate/rectify/rectified_frames.h"
 #include "calibrate/rectify/rectify_report.h"
 #include "core/base/error.h"

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/base/error.h"
+#include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv.h"
 
@@ -34,6 +37,46 @@ double radians(const CsvTable& table, std::size_t row, const std::string& column
         table.where(row), column, value, kMaxDegrees));
   }
   return radians_from_degrees(value);
+}
+
+// Quoting by RFC 4180.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos && !text.starts_with('#') &&
+      !text.starts_with(' ')) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+// Adding zero converts -0 to 0.
+std::string nine_decimals(double value) { return fmt::format("{:.9f}", value + 0.0); }
+
+// Names are parts of file names and JSON, so they are escaped.
+std::string stem_of(const std::string& file) {
+  return escaped(std::filesystem::path(file).stem().string());
+}
+
+std::string joined_path_of(const std::string& file) {
+  std::string name = std::filesystem::path(file).replace_extension().generic_string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return escaped(name);
+}
+
+template <typename NameOf>
+std::vector<std::string> names_by(std::span<const std::string> files, const NameOf& name_of) {
+  std::vector<std::string> names;
+  names.reserve(files.size());
+  for (const std::string& file : files) names.push_back(name_of(file));
+  return names;
+}
+
+bool are_unique(const std::vector<std::string>& names) {
+  return std::set<std::string>(names.begin(), names.end()).size() == names.size();
 }
 
 }  // namespace
@@ -79,6 +122,50 @@ std::vector<Frame> parse_frame_list(const std::string& text, const std::filesyst
     frames.push_back(std::move(frame));
   }
   return frames;
+}
+
+std::string frame_list_text(const std::vector<ListedFrame>& frames) {
+  const bool attitudes = std::any_of(frames.begin(), frames.end(),
+                                     [](const ListedFrame& f) { return f.attitude.has_value(); });
+  const bool masks = std::any_of(frames.begin(), frames.end(),
+                                 [](const ListedFrame& frame) { return !frame.mask.empty(); });
+  std::string text = "file,x,y,z";
+  if (attitudes) text += ",yaw,pitch,roll";
+  if (masks) text += ",mask";
+  text += '\n';
+  for (const ListedFrame& frame : frames) {
+    const Eigen::Vector3d& at = frame.position_m;
+    text += fmt::format("{},{},{},{}", csv_field(frame.file), nine_decimals(at.x()),
+                        nine_decimals(at.y()), nine_decimals(at.z()));
+    if (attitudes) {
+      const Attitude attitude = frame.attitude.value_or(Attitude{});
+      text += fmt::format(",{},{},{}", nine_decimals(degrees_from_radians(attitude.yaw_rad)),
+                          nine_decimals(degrees_from_radians(attitude.pitch_rad)),
+                          nine_decimals(degrees_from_radians(attitude.roll_rad)));
+    }
+    if (masks) text += "," + csv_field(frame.mask);
+    text += '\n';
+  }
+  return text;
+}
+
+std::vector<std::string> names_of_stems(std::span<const std::string> files) {
+  return names_by(files, stem_of);
+}
+
+std::vector<std::string> names_of_paths(std::span<const std::string> files) {
+  return names_by(files, joined_path_of);
+}
+
+std::vector<std::string> frame_names(std::span<const std::string> files,
+                                     const std::filesystem::path& list) {
+  std::vector<std::string> names = names_of_stems(files);
+  if (!are_unique(names)) names = names_of_paths(files);
+  if (!are_unique(names)) {
+    throw Error(list.string() +
+                ": two of its files differ only in their extension; list one of them");
+  }
+  return names;
 }
 
 }  // namespace raywalk

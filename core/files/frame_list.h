@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,27 @@ struct Frame {
 std::vector<Frame> read_frame_list(const std::filesystem::path& list);
 // The same of text read from `list`.
 std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list);
+
+// A row of a frame list to be written.
+struct ListedFrame {
+  std::string file{};  // relative to the list, or absolute
+  Eigen::Vector3d position_m{0, 0, 0};
+  std::optional<Attitude> attitude{};  // nullopt: the picture is in world axes
+  std::string mask{};                  // as file; empty: none
+};
+
+// The table file,x,y,z (metres), with columns yaw,pitch,roll (degrees) where a frame has an
+// attitude and a column mask where one has a mask; numbers to 1e-9.
+std::string frame_list_text(const std::vector<ListedFrame>& frames);
+
+// Names for files, escaped (core/base/escaped.h): their stems; their paths without extension, with
+// '_' for '/'.
+std::vector<std::string> names_of_stems(std::span<const std::string> files);
+std::vector<std::string> names_of_paths(std::span<const std::string> files);
+// Frame names of the listed files, in order: their stems, or, where stems repeat, their paths.
+// Throws Error naming `list` if two names are still the same.
+std::vector<std::string> frame_names(std::span<const std::string> files,
+                                     const std::filesystem::path& list);
 
 // The columns x,y,z (metres), and yaw,pitch,roll (degrees; 0 where there is no such column), of a
 // row. Throw Error naming table, line and value for a value out of range.

@@ -76,5 +76,43 @@ TEST_F(FrameListTest, EmptyListIsAnError) {
   EXPECT_THAT(error_of("file,x,y,z\n"), HasSubstr("no frames"));
 }
 
+std::vector<Frame> written_and_read(const std::vector<ListedFrame>& frames) {
+  const TestDirectory directory;
+  write_file_atomically(directory / "poses.csv", frame_list_text(frames));
+  return read_frame_list(directory / "poses.csv");
+}
+
+TEST(FrameListText, RoundTrips) {
+  const Attitude attitude{0.1, -0.2, 3.0};
+  const std::vector<Frame> read = written_and_read(
+      {{.file = "plain.png", .position_m = {1.0 / 3.0, -0.0, 1e-9}, .mask = "masks/plain.png"},
+       {.file = "a, \"b\".png", .position_m = {0, 0, 0}, .attitude = attitude},
+       {.file = "#x.png", .position_m = {-5, 2, 1}}});
+  ASSERT_EQ(read.size(), 3U);
+  EXPECT_EQ(read[0].file, "plain.png");
+  EXPECT_NEAR(read[0].position_m.x(), 1.0 / 3.0, 1e-9);
+  EXPECT_FALSE(read[0].attitude);
+  ASSERT_TRUE(read[0].mask);
+  EXPECT_EQ(read[0].mask->filename(), "plain.png");
+  EXPECT_EQ(read[1].file, "a, \"b\".png");
+  ASSERT_TRUE(read[1].attitude);
+  EXPECT_NEAR(read[1].attitude->roll_rad, 3.0, 1e-9);
+  EXPECT_FALSE(read[1].mask);
+  EXPECT_EQ(read[2].file, "#x.png");
+}
+
+TEST(FrameListText, HasColumnsOnlyWhereTheyAreNeeded) {
+  EXPECT_EQ(frame_list_text({{.file = "a.png", .position_m = {1, -0.0, -2}}}),
+            "file,x,y,z\na.png,1.000000000,0.000000000,-2.000000000\n");
+}
+
+TEST(FrameNames, AreStemsOrPaths) {
+  EXPECT_THAT(frame_names(std::vector<std::string>{"a/0.png", "b/1.png"}, "poses.csv"),
+              ::testing::ElementsAre("0", "1"));
+  EXPECT_THAT(frame_names(std::vector<std::string>{"a/0.png", "b/0.png"}, "poses.csv"),
+              ::testing::ElementsAre("a_0", "b_0"));
+  EXPECT_THROW(frame_names(std::vector<std::string>{"a/0.png", "a/0.jpg"}, "poses.csv"), Error);
+}
+
 }  // namespace
 }  // namespace raywalk

@@ -1,4 +1,4 @@
-#include "calibrate/poses/colmap_model.h"
+#include "core/reconstruction/colmap_model.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/test_directory.h"
 
-namespace raywalk::calibrate {
+namespace raywalk {
 namespace {
 
 using ::testing::HasSubstr;
@@ -24,7 +24,7 @@ ColmapModel small_model() {
                   {4, 7, "f1/00001.png", {Eigen::Quaterniond::Identity(), {0, 0, 0}}, {}}};
   model.images[0].features = {{{10.25, 20.5}, 9}, {{300.0, 400.0}, kNoPoint}};
   model.images[1].features = {{{11.0, 21.0}, 9}};
-  model.points = {{9, {0.5, -1.5, 2.5}, {{3, 0}, {4, 0}}}};
+  model.points = {{.id = 9, .position = {0.5, -1.5, 2.5}, .track = {{3, 0}, {4, 0}}}};
   return model;
 }
 
@@ -136,4 +136,4 @@ TEST(ColmapModel, NamesAMissingFile) {
 }
 
 }  // namespace
-}  // namespace raywalk::calibrate
+}  // namespace raywalk

@@ -1,30 +1,33 @@
-#include "calibrate/poses/panorama_faces.h"
+#include "core/reconstruction/panorama_faces.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <random>
 
-#include "calibrate/poses/test_rail_scene.h"
+#include "core/reconstruction/colmap_pose.h"
 
-namespace raywalk::calibrate {
+namespace raywalk {
 namespace {
 
 constexpr int kFace_px = 64;
 
-FramePose some_pose(unsigned seed) {
-  std::mt19937 random(seed);
-  FramePose pose;
-  pose.position_m = random_vector(&random, 3.0);
-  pose.world_from_camera = random_turn(&random, 180.0);
-  return pose;
+Eigen::Vector3d random_point(std::mt19937* random, double most) {
+  std::uniform_real_distribution<double> value(-most, most);
+  const double x = value(*random), y = value(*random);
+  return {x, y, value(*random)};
 }
 
-DualFisheyeLayout two_lenses() {
-  DualFisheyeLayout lenses;
-  lenses.front_position_m = {0.001, 0.002, 0.006};
-  lenses.back_position_m = {-0.001, 0.0, -0.004};
-  return lenses;
+CameraPose some_pose(unsigned seed) {
+  std::mt19937 random(seed);
+  const Eigen::Vector3d angles = random_point(&random, 3.0);
+  return {random_point(&random, 3.0),
+          world_from_camera({angles.x(), 0.5 * angles.y(), angles.z()})};
 }
+
+// A face that looks up, aslant and rolled, beside the camera's centre.
+PanoramaFace some_face() { return {world_from_camera({0.8, 0.4, -0.3}), {0.001, 0.002, 0.006}}; }
 
 // COLMAP's own way, by its documentation: rotate by the quaternion, add t, divide, scale.
 FacePixel colmap_projection(const ColmapPose& pose, const Eigen::Vector3d& colmap_world) {
@@ -35,11 +38,12 @@ FacePixel colmap_projection(const ColmapPose& pose, const Eigen::Vector3d& colma
 }
 
 TEST(PanoramaFaces, ProjectAsColmapDoes) {
-  const auto faces = panorama_faces(two_lenses());
+  std::vector<PanoramaFace> faces = cube_faces();
+  faces.push_back(some_face());
   for (unsigned seed = 0; seed < 50; ++seed) {
-    const FramePose camera = some_pose(seed);
+    const CameraPose camera = some_pose(seed);
     std::mt19937 random(1000 + seed);
-    const Eigen::Vector3d world = camera.position_m + random_vector(&random, 4.0);
+    const Eigen::Vector3d world = camera.position_m + random_point(&random, 4.0);
     for (const PanoramaFace& face : faces) {
       const Eigen::Vector3d from_lens =
           camera.world_from_camera.transpose() * (world - camera.position_m) - face.centre_m;
@@ -56,23 +60,35 @@ TEST(PanoramaFaces, ProjectAsColmapDoes) {
   }
 }
 
-TEST(PanoramaFaces, LieEachInOneLensAndMeetAtFrontSidesAndBack) {
-  const DualFisheyeLayout lenses = two_lenses();
-  const auto faces = panorama_faces(lenses);
-  int front = 0;
-  for (const PanoramaFace& face : faces) {
-    const bool is_front = face.camera_from_face.col(2).z() > 0;
-    front += is_front ? 1 : 0;
-    EXPECT_EQ(face.centre_m, is_front ? lenses.front_position_m : lenses.back_position_m);
-    for (const double x : {0.0, static_cast<double>(kFace_px)}) {
-      for (const double y : {0.0, 0.5 * kFace_px, static_cast<double>(kFace_px)}) {
-        const double z = direction_of(face, kFace_px, {x, y}).z();
-        EXPECT_GE(is_front ? z : -z, -1e-12);
-      }
+TEST(PanoramaFaces, GiveTheirPanoramasPoseBack) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const CameraPose camera = some_pose(seed);
+    for (const PanoramaFace& face : cube_faces()) {
+      const CameraPose back = camera_pose_of(colmap_pose(camera, face), face);
+      EXPECT_LT((back.position_m - camera.position_m).norm(), 1e-14);
+      EXPECT_LT((back.world_from_camera - camera.world_from_camera).norm(), 1e-14);
     }
   }
-  EXPECT_EQ(front, 2);
-  EXPECT_EQ(panorama_faces(std::nullopt)[2].centre_m.norm(), 0.0);
+}
+
+// Of every direction exactly one side of the cube sees it (but for edges), by its name.
+TEST(PanoramaFaces, OfACubeSeeEveryDirectionOnce) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d direction = random_point(&random, 1.0);
+    int seen = 0;
+    for (const PanoramaFace& face : cube_faces()) {
+      const auto pixel = face_pixel_of(face, kFace_px, direction);
+      if (pixel && pixel->x > 0 && pixel->x < kFace_px && pixel->y > 0 && pixel->y < kFace_px) {
+        ++seen;
+      }
+    }
+    EXPECT_EQ(seen, 1);
+  }
+  const std::vector<PanoramaFace> faces = cube_faces();
+  EXPECT_GT(faces[1].camera_from_face.col(2).x(), 0.99);   // right
+  EXPECT_LT(faces[3].camera_from_face.col(2).x(), -0.99);  // left
+  EXPECT_GT(faces[4].camera_from_face.col(2).y(), 0.99);   // up
 }
 
 // A panorama whose levels are a function of the direction, for comparison with a face's pixels.
@@ -91,17 +107,17 @@ cv::Mat direction_panorama(int width) {
 }
 
 TEST(FaceCutter, SamplesThePanoramaInEachDirection) {
-  const auto faces = panorama_faces(std::nullopt);
+  const std::vector<PanoramaFace> faces = cube_faces();
   for (const int width : {256, 2048}) {  // sampled as it is, and reduced before
     const FaceCutter cutter(faces, {width, width / 2}, kFace_px);
     const auto cut = cutter.cut(direction_panorama(width));
     for (std::size_t i = 0; i < faces.size(); ++i) {
       ASSERT_EQ(cut[i].size(), cv::Size(kFace_px, kFace_px));
-      ASSERT_EQ(cut[i].type(), CV_8UC1);
+      ASSERT_EQ(cut[i].type(), CV_8UC3);
       for (int y = 0; y < kFace_px; y += 7) {
         for (int x = 0; x < kFace_px; x += 7) {
           const Eigen::Vector3d direction = direction_of(faces[i], kFace_px, {x + 0.5, y + 0.5});
-          EXPECT_NEAR(cut[i].at<uchar>(y, x),
+          EXPECT_NEAR(cut[i].at<cv::Vec3b>(y, x)[1],
                       128.0 + 60.0 * direction.x() + 40.0 * direction.y() + 20.0 * direction.z(),
                       1.6);
         }
@@ -111,7 +127,7 @@ TEST(FaceCutter, SamplesThePanoramaInEachDirection) {
 }
 
 TEST(FaceCutter, CutsMasksAndMasksSeams) {
-  const auto faces = panorama_faces(std::nullopt);
+  const std::vector<PanoramaFace> faces = cube_faces();
   const FaceCutter cutter(faces, {256, 128}, kFace_px);
   cv::Mat mask(128, 256, CV_8UC1, cv::Scalar(255));
   mask.rowRange(90, 128).setTo(0);  // below -36 degrees
@@ -131,11 +147,5 @@ TEST(FaceCutter, CutsMasksAndMasksSeams) {
   }
 }
 
-TEST(FaceSize, FollowsThePanoramaWithinLimits) {
-  EXPECT_EQ(default_face_px(256), 384);
-  EXPECT_EQ(default_face_px(1024), 512);
-  EXPECT_EQ(default_face_px(4096), 768);
-}
-
 }  // namespace
-}  // namespace raywalk::calibrate
+}  // namespace raywalk

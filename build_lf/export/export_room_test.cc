@@ -1,0 +1,284 @@
+#include "build_lf/export/export_room.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <set>
+
+#include "build_lf/export/export_points.h"
+#include "calibrate/import/import_poses.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
+#include "core/files/image_file.h"
+#include "core/files/test_directory.h"
+#include "core/reconstruction/colmap_model.h"
+#include "core/room/room.h"
+#include "tests/synthetic_room/synthetic_room.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+SyntheticRoomSpec small_room() {
+  SyntheticRoomSpec spec;
+  spec.spacing_m = 0.25;
+  spec.overhang_m = 0.25;
+  spec.height_m = 0.2;
+  spec.distance_every = 2;
+  spec.scene.obstacle = SceneBox{{-0.2, -1.2, -0.1}, {0.2, 0.4, 0.2}};
+  return spec;
+}
+
+class ExportRoomTest : public ::testing::Test {
+ protected:
+  void make_room(const SyntheticRoomSpec& spec) { write_synthetic_room(spec, room()); }
+
+  fs::path room() const { return directory_ / "hall.lf"; }
+  fs::path out() const { return directory_ / "out"; }
+  ExportOptions options(ExportFormat format) const {
+    return {.room = room(), .out = out(), .format = format, .points = 4000};
+  }
+  // Nothing but the room is there.
+  void expect_nothing_left() const {
+    for (const fs::directory_entry& entry : fs::directory_iterator(directory_.path())) {
+      EXPECT_EQ(entry.path(), room());
+    }
+  }
+
+  // COLMAP's own projection of a point, by its documentation.
+  static FacePixel projected(const ColmapModel& model, const ColmapImage& image,
+                             const ColmapPoint& point) {
+    const ColmapCamera& camera = model.cameras[image.camera - 1];
+    const Eigen::Vector3d at = image.pose.rotation * point.position + image.pose.translation;
+    EXPECT_GT(at.z(), 0.0);
+    return {camera.focal_px * at.x() / at.z() + 0.5 * camera.side_px,
+            camera.focal_px * at.y() / at.z() + 0.5 * camera.side_px};
+  }
+
+  // The poses that an import of `source` gives, as it stands, compared with the room's.
+  void expect_poses_of_room(const fs::path& source,
+                            const std::optional<fs::path>& panoramas) const {
+    const fs::path imported = directory_ / "imported";
+    fs::remove_all(imported);
+    calibrate::ImportOptions options;
+    options.source = source;
+    options.panoramas = panoramas;
+    options.axes.fit = false;
+    options.axes.scale.metres_per_unit = 1.0;
+    options.out = imported;
+    calibrate::import_poses(options);
+    std::map<std::string, Frame> frames;
+    for (const Frame& frame : read_frame_list(imported / "poses.csv")) {
+      frames[frame.path.stem().string()] = frame;
+    }
+    const Room exported = Room::open(room());
+    std::size_t stations = 0;
+    for (const Line& line : exported.grid().lines) {
+      for (const Station& station : line.stations) {
+        const Frame& frame = frames.at(fs::path(station.file).stem().string());
+        EXPECT_LT((frame.position_m - station.position_m).norm(), 1e-9);
+        const Attitude attitude = frame.attitude.value_or(Attitude{});
+        EXPECT_LT(
+            std::abs(attitude.yaw_rad) + std::abs(attitude.pitch_rad) + std::abs(attitude.roll_rad),
+            1e-9);
+        ++stations;
+      }
+    }
+    EXPECT_EQ(frames.size(), stations);
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(ExportRoomTest, ColmapPointsProjectWhereTheyAreObserved) {
+  const SyntheticRoomSpec spec = small_room();
+  make_room(spec);
+  EXPECT_THAT(export_room(options(ExportFormat::kColmap)),
+              HasSubstr("168 images of 40 x 40 pixels"));
+  const ColmapModel model = read_colmap_model(out() / "sparse" / "0");
+  EXPECT_GT(model.points.size(), 500U);
+  double worst_px = 0.0;
+  for (const ColmapPoint& point : model.points) {
+    std::set<std::uint32_t> stations;
+    double sum_px = 0.0;
+    for (const ColmapTrackElement& seen : point.track) {
+      const ColmapImage& image = model.images[seen.image - 1];
+      const ColmapFeature& feature = image.features[seen.feature];
+      EXPECT_EQ(feature.point, point.id);
+      const FacePixel truth = projected(model, image, point);
+      const double error_px = std::hypot(truth.x - feature.pixel.x, truth.y - feature.pixel.y);
+      worst_px = std::max(worst_px, error_px);
+      sum_px += error_px;
+      stations.insert((seen.image - 1) / 6);
+    }
+    EXPECT_GE(stations.size(), 2U);
+    EXPECT_NEAR(point.error_px, sum_px / static_cast<double>(point.track.size()), 1e-9);
+  }
+  EXPECT_LT(worst_px, 0.5);
+  EXPECT_GT(worst_px, 0.0);  // other stations' maps are pixels of their own
+}
+
+// The pictures, the model's cameras and the points fit together: in the middle of a picture's
+// pixels is the scene's colour in the direction that COLMAP gives that pixel.
+TEST_F(ExportRoomTest, ColmapPicturesShowTheSceneWhereTheCamerasLook) {
+  const SyntheticRoomSpec spec = small_room();
+  make_room(spec);
+  export_room(options(ExportFormat::kColmap));
+  const ColmapModel model = read_colmap_model(out() / "sparse" / "0");
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < model.images.size(); i += 5) {
+    const ColmapImage& image = model.images[i];
+    const cv::Mat picture = read_picture(out() / "images" / image.name);
+    const Eigen::Matrix3d world_from_image = image.pose.rotation.toRotationMatrix().transpose();
+    const Eigen::Vector3d centre = flipped(-world_from_image * image.pose.translation);
+    for (int y = 4; y < picture.rows; y += 8) {
+      for (int x = 4; x < picture.cols; x += 8) {
+        const Eigen::Vector3d in_image((x + 0.5 - 20) / 20, (y + 0.5 - 20) / 20, 1.0);
+        const Eigen::Vector3d direction = flipped(world_from_image * in_image).normalized();
+        const Eigen::Vector3d truth = color_at(spec.scene, centre, direction);
+        sum += std::abs(picture.at<cv::Vec3b>(y, x)[2] - truth[0]);
+        ++count;
+      }
+    }
+  }
+  EXPECT_LT(sum / count, 3.0);  // of 180 levels; what is left is interpolation at edges
+}
+
+TEST_F(ExportRoomTest, PosesComeBackFromEveryFormat) {
+  make_room(small_room());
+  export_room(options(ExportFormat::kFrames));
+  expect_poses_of_room(out() / "poses.csv", std::nullopt);
+  const fs::path panoramas = directory_ / "panoramas";
+  fs::copy(out() / "images", panoramas, fs::copy_options::recursive);
+  ExportOptions next = options(ExportFormat::kNerfstudio);
+  next.replace = true;
+  export_room(next);
+  expect_poses_of_room(out() / "transforms.json", std::nullopt);
+  next.format = ExportFormat::kColmap;
+  export_room(next);
+  EXPECT_FALSE(fs::exists(out() / "transforms.json"));
+  expect_poses_of_room(out(), panoramas);
+  expect_poses_of_room(out() / "sparse" / "text", panoramas);
+}
+
+TEST_F(ExportRoomTest, FramesHaveTheRoomsPicturesAndDistances) {
+  make_room(small_room());
+  EXPECT_THAT(export_room(options(ExportFormat::kFrames)),
+              HasSubstr("28 panoramas, 16 distance maps"));
+  const Room opened = Room::open(room());
+  const std::string name =
+      fs::path(opened.grid().lines[0].stations[2].file).stem().string() + ".png";
+  const cv::Mat picture = read_panorama(out() / "images" / name);
+  const auto column = opened.volume(0).column(2, 17);
+  EXPECT_EQ(picture.at<cv::Vec3b>(5, 17), cv::Vec3b(column[17], column[16], column[15]));
+  const cv::Mat map = read_distance_map(out() / "distances" / name);
+  EXPECT_EQ(map.at<ushort>(5, 17),
+            std::lround(1000.0 * opened.distances(0).distance_column(1, 17)[5]));
+}
+
+struct PlyPoint {
+  Eigen::Vector3f position{0, 0, 0};
+  std::array<std::uint8_t, 4> colour_and_confidence{};
+};
+
+std::vector<PlyPoint> read_points(const fs::path& file) {
+  const std::string bytes = read_file(file);
+  const std::size_t body = bytes.find("end_header\n") + 11;
+  const std::size_t count = std::stoul(bytes.substr(bytes.find("element vertex ") + 15));
+  EXPECT_EQ(bytes.size(), body + 16 * count);
+  std::vector<PlyPoint> points(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::memcpy(points[i].position.data(), bytes.data() + body + 16 * i, 12);
+    std::memcpy(points[i].colour_and_confidence.data(), bytes.data() + body + 16 * i + 12, 4);
+  }
+  return points;
+}
+
+TEST_F(ExportRoomTest, PlyHasTheSurfacesOfTheScene) {
+  SyntheticRoomSpec spec = small_room();
+  spec.scene.obstacle.reset();
+  // Something below the cameras, masked; and pixels of low confidence to the left.
+  spec.companion = CameraCompanion{
+      .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
+  spec.stored_confidence = [](int u, int) { return u < 8 ? std::uint8_t{20} : std::uint8_t{200}; };
+  make_room(spec);
+  ExportOptions ply = options(ExportFormat::kPly);
+  ply.voxel_mm = 50.0;
+  export_room(ply);
+  const std::vector<PlyPoint> points = read_points(out());
+  ASSERT_GT(points.size(), 2000U);
+  std::set<std::array<int, 3>> cubes;
+  for (const PlyPoint& point : points) {
+    // x right, y forward, z up.
+    const Eigen::Vector3d world(point.position.x(), point.position.z(), point.position.y());
+    const SceneBox& walls = spec.scene.walls;
+    const double off =
+        std::min({std::abs(world.x() - walls.min_m.x()), std::abs(world.x() - walls.max_m.x()),
+                  std::abs(world.y() - walls.min_m.y()), std::abs(world.y() - walls.max_m.y()),
+                  std::abs(world.z() - walls.min_m.z()), std::abs(world.z() - walls.max_m.z())});
+    // A mean over a cube at an edge of the room lies inside it.
+    EXPECT_LT(off, 0.05);
+    EXPECT_EQ(point.colour_and_confidence[3], 200);
+    cubes.insert({static_cast<int>(std::floor(world.x() / 0.05)),
+                  static_cast<int>(std::floor(world.y() / 0.05)),
+                  static_cast<int>(std::floor(world.z() / 0.05))});
+  }
+  EXPECT_GT(cubes.size(), points.size() - 20);  // but for rounding to float on a border
+  EXPECT_THAT(error_of([&] { export_room(ply); }), HasSubstr("exists already"));
+  ply.replace = true;
+  ply.max_distance_m = 0.1;
+  EXPECT_THAT(error_of([&] { export_room(ply); }), HasSubstr("none of its distances"));
+  EXPECT_EQ(read_points(out()).size(), points.size());
+}
+
+TEST_F(ExportRoomTest, MasksAreExportedWhereThereAreAny) {
+  SyntheticRoomSpec spec = small_room();
+  spec.companion = CameraCompanion{
+      .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
+  make_room(spec);
+  ExportOptions colmap = options(ExportFormat::kColmap);
+  colmap.every = 3;
+  export_room(colmap);
+  const ColmapModel model = read_colmap_model(out() / "sparse" / "0");
+  EXPECT_EQ(model.images.size(), 6U * 12U);
+  const cv::Mat down = read_mask(out() / "masks" / (model.images[5].name + ".png"), {40, 40});
+  EXPECT_EQ(down.at<uchar>(20, 20), 0);
+  EXPECT_EQ(down.at<uchar>(1, 1), 255);
+}
+
+TEST_F(ExportRoomTest, WhatFailsLeavesNothing) {
+  SyntheticRoomSpec spec = small_room();
+  spec.distances = false;
+  make_room(spec);
+  EXPECT_THAT(error_of([&] { export_room(options(ExportFormat::kPly)); }),
+              HasSubstr("has no distances"));
+  for (const ExportFormat format : {ExportFormat::kColmap, ExportFormat::kFrames}) {
+    ExportOptions full = options(format);
+    full.free_bytes = [](const fs::path&) { return 1000; };
+    EXPECT_THAT(error_of([&] { export_room(full); }), HasSubstr("the export needs"));
+  }
+  EXPECT_THAT(error_of([] { export_format_from_name("e57"); }),
+              HasSubstr("colmap, nerfstudio, frames or ply"));
+  expect_nothing_left();
+  fs::create_directory(out());
+  std::ofstream(out() / "mine.txt") << "mine";
+  ExportOptions forced = options(ExportFormat::kFrames);
+  EXPECT_THAT(error_of([&] { export_room(forced); }), HasSubstr("exists already"));
+  forced.replace = true;
+  EXPECT_THAT(error_of([&] { export_room(forced); }), HasSubstr("--force does not replace"));
+  EXPECT_EQ(read_file(out() / "mine.txt"), "mine");
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf

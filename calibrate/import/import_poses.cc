@@ -1,0 +1,157 @@
+#include "calibrate/import/import_poses.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calibrate/import/frame_search.h"
+#include "calibrate/import/panorama_search.h"
+#include "core/base/error.h"
+#include "core/base/escaped.h"
+#include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
+#include "core/files/output_path.h"
+#include "core/geometry/line_gaps.h"
+
+namespace raywalk::calibrate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSignature = "raywalk-import";
+
+void require_free(const ImportOptions& options) {
+  const fs::path list = options.out / "poses.csv";
+  const fs::path record = options.out / "import.json";
+  if (!fs::exists(fs::symlink_status(list)) && !fs::exists(fs::symlink_status(record))) return;
+  if (!options.replace) require_absent(list, "--out");
+  if (!options.replace) require_absent(record, "--out");
+  if (fs::exists(record) && read_file_prefix(record, 400).find(kSignature) != std::string::npos) {
+    return;
+  }
+  throw Error("--force does not replace " + list.string() +
+              ": it was not made by an import; remove it yourself or choose another name");
+}
+
+std::vector<KnownPosition> known_positions(const ImportedPoses& poses, const fs::path& list) {
+  const FrameSearch search(poses.frames);
+  std::vector<KnownPosition> known;
+  for (const Frame& frame : read_frame_list(list)) {
+    const auto found = search.find(frame.file);
+    if (found) known.push_back({*found, frame.position_m});
+  }
+  return known;
+}
+
+double residual_mm(const ImportedPoses& poses, const GridAxes& axes,
+                   const std::vector<KnownPosition>& known) {
+  double sum = 0.0;
+  for (const KnownPosition& position : known) {
+    sum += (moved(axes, poses.frames[position.frame].pose).position_m - position.position_m)
+               .squaredNorm();
+  }
+  return 1000.0 * std::sqrt(sum / static_cast<double>(known.size()));
+}
+
+GridAxes axes_of(const ImportedPoses& poses, const ImportOptions& options) {
+  if (options.reference) {
+    const std::vector<KnownPosition> known = known_positions(poses, *options.reference);
+    const GridAxes axes = fit_known_positions(poses, known);
+    spdlog::info("{} panoramas of {} are within {:.1f} mm (root mean square) of their positions",
+                 known.size(), options.reference->string(), residual_mm(poses, axes, known));
+    return axes;
+  }
+  if (!poses.metric && !options.axes.scale.any()) {
+    throw UsageError(fmt::format(
+        "{}: {} does not tell how long its unit is; give --cell-m, --spacing-mm, --distance, "
+        "--reference or, if it is metres, --scale 1",
+        options.source.string(), poses.kind));
+  }
+  return fit_grid_axes(poses, options.axes);
+}
+
+// Where a list in `out` finds a file.
+std::string file_for_list(const fs::path& file, const fs::path& out) {
+  const fs::path absolute = fs::absolute(file).lexically_normal();
+  const fs::path relative = absolute.lexically_relative(fs::absolute(out).lexically_normal());
+  return (relative.empty() ? absolute : relative).generic_string();
+}
+
+std::vector<ListedFrame> rows_of(const ImportedPoses& poses, const GridAxes& axes,
+                                 const std::vector<fs::path>& files, const fs::path& out) {
+  std::vector<ListedFrame> rows;
+  for (std::size_t i = 0; i < poses.frames.size(); ++i) {
+    const CameraPose pose = moved(axes, poses.frames[i].pose);
+    rows.push_back({.file = file_for_list(files[i], out),
+                    .position_m = pose.position_m,
+                    .attitude = attitude_from_world_from_camera(pose.world_from_camera)});
+  }
+  return rows;
+}
+
+std::string record_text(const ImportOptions& options, const ImportedPoses& poses,
+                        const GridAxes& axes) {
+  using nlohmann::ordered_json;
+  ordered_json rotation = ordered_json::array();
+  for (int row = 0; row < 3; ++row) {
+    rotation.push_back({axes.rotation(row, 0), axes.rotation(row, 1), axes.rotation(row, 2)});
+  }
+  const Eigen::Vector3d& t = axes.translation_m;
+  const ordered_json document{{"format", kSignature},
+                              {"format_version", 1},
+                              {"source", options.source.string()},
+                              {"kind", poses.kind},
+                              {"frames", poses.frames.size()},
+                              {"scale", axes.scale},
+                              {"rotation", rotation},
+                              {"translation_m", {t.x(), t.y(), t.z()}}};
+  return document.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string summary_of(const ImportedPoses& poses, const GridAxes& axes, const Grid& grid,
+                       const ImportOptions& options) {
+  std::vector<double> medians;
+  for (const Line& line : grid.lines) medians.push_back(1000.0 * median_spacing_m(line));
+  const auto [least, most] = std::minmax_element(medians.begin(), medians.end());
+  std::string cells;
+  for (const Cell& cell : grid.cells) {
+    cells += fmt::format("{}{:.3f} x {:.3f} m", cells.empty() ? "" : ", ",
+                         cell.x_max_m - cell.x_min_m, cell.z_max_m - cell.z_min_m);
+    if (&cell - grid.cells.data() == 3 && grid.cells.size() > 4) {
+      cells += ", ...";
+      break;
+    }
+  }
+  return fmt::format(
+      "{} panoramas of {}: {} lines, stations {:.1f} to {:.1f} mm apart, {} cells{}; scale {:.6g}\n"
+      "next: raywalk-build-lf pack --frames {}{}",
+      poses.frames.size(), poses.kind, grid.lines.size(), *least, *most, grid.cells.size(),
+      cells.empty() ? "" : " (" + cells + ")", axes.scale,
+      escaped((options.out / "poses.csv").string()),
+      options.axes.tolerance.off_line_m
+          ? fmt::format(" --line-tolerance-mm {:g}", 1000.0 * *options.axes.tolerance.off_line_m)
+          : "");
+}
+
+}  // namespace
+
+std::string import_poses(const ImportOptions& options) {
+  require_free(options);
+  const ImportedPoses poses = read_imported_poses(options.source, options.faces);
+  const std::vector<fs::path> files = find_panoramas(poses, options.panoramas);
+  const GridAxes axes = axes_of(poses, options);
+  const Grid grid = find_grid(stations_of(poses.frames, axes), options.axes.tolerance);
+  for (const std::string& note : line_notes(grid)) {
+    spdlog::warn("{}: {}", options.source.string(), note);
+  }
+  make_directories(options.out);
+  write_file_atomically(options.out / "import.json", record_text(options, poses, axes));
+  write_file_atomically(options.out / "poses.csv",
+                        frame_list_text(rows_of(poses, axes, files, options.out)));
+  return summary_of(poses, axes, grid, options);
+}
+
+}  // namespace raywalk::calibrate

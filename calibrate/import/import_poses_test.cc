@@ -1,0 +1,115 @@
+#include "calibrate/import/import_poses.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "calibrate/import/test_poses.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
+#include "core/files/test_directory.h"
+#include "core/reconstruction/colmap_model.h"
+#include "core/reconstruction/nerfstudio_file.h"
+
+namespace raywalk::calibrate {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+// A folder with panoramas and a nerfstudio file of them, in other axes.
+class ImportPosesTest : public ::testing::Test {
+ protected:
+  ImportPosesTest() {
+    std::vector<NerfstudioFrame> frames;
+    for (const ImportedFrame& frame :
+         in_other_axes(square_frames(), world_from_camera({0.6, 0.4, 0.1}), {1, 2, 3}, 2.0)) {
+      frames.push_back({.file = "pictures/" + frame.file, .pose = frame.pose});
+    }
+    write_panoramas(square_frames(), directory_ / "pictures");
+    write_file_atomically(transforms(), nerfstudio_text(frames, {32, 16}, ""));
+  }
+
+  fs::path transforms() const { return directory_ / "transforms.json"; }
+  fs::path out() const { return directory_ / "hall"; }
+  ImportOptions options() const {
+    ImportOptions options;
+    options.source = transforms();
+    options.axes.scale.cell_m = 1.0;
+    options.out = out();
+    return options;
+  }
+  static std::string error_for(const ImportOptions& options) {
+    return error_of([&] { import_poses(options); });
+  }
+
+  TestDirectory directory_;
+};
+
+TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
+  EXPECT_THAT(import_poses(options()),
+              HasSubstr("4 lines, stations 250.0 to 250.0 mm apart, 1 cells"));
+  const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
+  const std::vector<ImportedFrame> truth = square_frames();
+  ASSERT_EQ(listed.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_TRUE(fs::exists(listed[i].path)) << listed[i].path;
+    EXPECT_EQ(listed[i].path.filename(), truth[i].file);
+    EXPECT_LT((listed[i].position_m - truth[i].pose.position_m).norm(), 2e-9);
+    const Eigen::Matrix3d attitude = world_from_camera(listed[i].attitude.value_or(Attitude{}));
+    EXPECT_LT((attitude - truth[i].pose.world_from_camera).norm(), 1e-9);
+  }
+  EXPECT_THAT(read_file(out() / "import.json"), HasSubstr("\"raywalk-import\""));
+}
+
+TEST_F(ImportPosesTest, ReplacesOnlyAnEarlierImport) {
+  import_poses(options());
+  EXPECT_THAT(error_for(options()), HasSubstr("exists already"));
+  ImportOptions again = options();
+  again.replace = true;
+  EXPECT_EQ(error_for(again), "no error");
+  fs::remove(out() / "import.json");
+  EXPECT_THAT(error_for(again), HasSubstr("--force does not replace"));
+}
+
+TEST_F(ImportPosesTest, WithoutScaleOrPicturesLeavesNothing) {
+  ImportOptions unknown = options();
+  unknown.axes.scale = {};
+  EXPECT_THAT(error_for(unknown), HasSubstr("does not tell how long its unit is; give --cell-m"));
+  fs::remove(directory_ / "pictures" / "05.png");
+  EXPECT_THAT(error_for(options()), HasSubstr("frames[5]: there is no panorama 'pictures/05.png'"));
+  cv::imwrite((directory_ / "pictures" / "05.png").string(), cv::Mat(16, 16, CV_8UC3));
+  EXPECT_THAT(error_for(options()), HasSubstr("05.png"));
+  ImportOptions elsewhere = options();
+  elsewhere.panoramas = directory_ / "nowhere";
+  EXPECT_THAT(error_for(elsewhere), HasSubstr("no such folder of panoramas"));
+  elsewhere.source = directory_ / "pictures";
+  EXPECT_THAT(error_for(elsewhere), HasSubstr("holds neither images.bin nor images.txt"));
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+TEST_F(ImportPosesTest, TakesAReferenceAndAFrameList) {
+  std::string list = "file,x,y,z\n";
+  for (const int i : {0, 3, 9, 20}) {
+    const ImportedFrame frame = square_frames()[static_cast<std::size_t>(i)];
+    list += fmt::format("{},{},{},{}\n", frame.file, frame.pose.position_m.x(),
+                        frame.pose.position_m.y(), frame.pose.position_m.z());
+  }
+  write_file_atomically(directory_ / "known.csv", list);
+  ImportOptions known = options();
+  known.axes.scale = {};
+  known.reference = directory_ / "known.csv";
+  import_poses(known);
+  ImportOptions second;
+  second.source = out() / "poses.csv";
+  second.axes.fit = false;
+  second.out = directory_ / "b";
+  import_poses(second);
+  const std::vector<Frame> listed = read_frame_list(directory_ / "b" / "poses.csv");
+  EXPECT_LT((listed[5].position_m - square_frames()[5].pose.position_m).norm(), 2e-9);
+}
+
+}  // namespace
+}  // namespace raywalk::calibrate

@@ -1,0 +1,93 @@
+// COLMAP's sparse models: cameras, images, points, and the rigs and frames that COLMAP has
+// from 3.12 on. Older versions read only the first three files and leave the others alone.
+//
+// Formats: colmap.github.io/format.html; of rigs and frames also COLMAP's
+// src/colmap/scene/reconstruction_io_binary.cc and reconstruction_io_text.cc.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/reconstruction/colmap_pose.h"
+#include "core/reconstruction/panorama_faces.h"
+
+namespace raywalk {
+
+// A pinhole camera with square pixels and the principal point in the middle of its picture.
+struct ColmapCamera {
+  std::uint32_t id = 0;
+  int side_px = 0;  // width and height
+  double focal_px = 0.0;
+};
+
+// A feature of an image, COLMAP's pixels; `point` is an id in ColmapModel::points or kNoPoint.
+struct ColmapFeature {
+  FacePixel pixel{};
+  std::uint64_t point = 0;
+};
+inline constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};
+
+struct ColmapImage {
+  std::uint32_t id = 0;
+  std::uint32_t camera = 0;  // id
+  std::string name{};
+  ColmapPose pose{};
+  std::vector<ColmapFeature> features{};
+};
+
+// An observation of a point.
+struct ColmapTrackElement {
+  std::uint32_t image = 0;    // id
+  std::uint32_t feature = 0;  // index into ColmapImage::features
+};
+
+struct ColmapPoint {
+  std::uint64_t id = 0;
+  Eigen::Vector3d position{0, 0, 0};  // COLMAP's world
+  std::vector<ColmapTrackElement> track{};
+  std::array<std::uint8_t, 3> color{0, 0, 0};  // red, green, blue
+  double error_px = 0.0;                       // mean distance of its observations; 0: not computed
+};
+
+// Cameras that are fixed to each other.
+struct ColmapSensor {
+  std::uint32_t camera = 0;  // id
+  ColmapPose from_rig{};     // x_sensor = pose(x_rig)
+};
+struct ColmapRig {
+  std::uint32_t id = 0;
+  std::uint32_t reference_camera = 0;  // its frame is the rig's
+  std::vector<ColmapSensor> others{};
+};
+
+// The images that a rig took at once.
+struct ColmapFrame {
+  std::uint32_t id = 0;
+  std::uint32_t rig = 0;                // id
+  ColmapPose from_world{};              // x_rig = pose(x_world)
+  std::vector<std::uint32_t> images{};  // ids
+};
+
+struct ColmapModel {
+  std::vector<ColmapCamera> cameras{};
+  std::vector<ColmapImage> images{};
+  std::vector<ColmapPoint> points{};
+  // Without rigs their files are not written.
+  std::vector<ColmapRig> rigs{};
+  std::vector<ColmapFrame> frames{};
+};
+
+// Write the files, *.bin or *.txt, into an existing directory. Throw Error if they cannot.
+void write_colmap_model(const std::filesystem::path& directory, const ColmapModel& model);
+void write_colmap_text(const std::filesystem::path& directory, const ColmapModel& model);
+
+// Reads cameras.bin, images.bin and points3D.bin. Throws Error naming the file if it is missing,
+// truncated, has extra bytes, a camera that is not such a pinhole, a non-finite number, or a track
+// of an image or feature that does not exist.
+ColmapModel read_colmap_model(const std::filesystem::path& directory);
+
+}  // namespace raywalk
