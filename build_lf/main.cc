@@ -73,8 +73,10 @@ void add_depth(CLI::App* app, Arguments* arguments) {
   DepthOptions* options = &arguments->depth;
   CLI::App* depth = app->add_subcommand("depth", "Estimate distances from the captured panoramas");
   depth->add_option("room", options->room, "Room directory")->required();
-  depth->add_option("--method", arguments->depth_method,
-                    "sweep: many stations of all lines (default); flow: optical flow along a line");
+  depth
+      ->add_option("--method", arguments->depth_method,
+                   "sweep: many stations of all lines (default); flow: optical flow along a line")
+      ->type_name("sweep|flow");
   depth->add_option("--every", options->every,
                     "A map at every n-th station; 0 = chosen from the cell size");
   depth->add_option("--width", options->width,
@@ -133,9 +135,11 @@ void add_distances(CLI::App* app, Arguments* arguments) {
   CLI::App* distances = app->add_subcommand(
       "distances", "Show which distances views use, and switch between given and estimated ones");
   distances->add_option("room", arguments->room, "Room directory")->required();
-  CLI::Option* use = distances->add_option(
-      "--use", arguments->use,
-      "Let views use these: given (packed with the room) or estimated (by depth)");
+  CLI::Option* use =
+      distances
+          ->add_option("--use", arguments->use,
+                       "Let views use these: given (packed with the room) or estimated (by depth)")
+          ->type_name("given|estimated");
   distances
       ->add_flag("--record", arguments->record,
                  "Record the files that are there in the manifest, after replacing them on purpose "

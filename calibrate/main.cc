@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("raywalk-calibrate " RAYWALK_VERSION));
   app.require_subcommand(1);
   app.footer(
-      "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
+      "Example:\n  raywalk-calibrate all hall --lens-start theta-like "
       "--cone-deg 25\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf");
   raywalk::calibrate::add_lens(&app);

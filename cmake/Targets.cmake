@@ -83,7 +83,8 @@ function(raywalk_library name)
   add_library(${name} STATIC ${ARG_SOURCES})
   raywalk_compile_together(${name} raywalk_precompiled)
   raywalk_link_into_module(${name})
-  target_link_libraries(${name} PUBLIC raywalk_options ${ARG_LINK})
+  # How Raywalk itself is compiled is no matter of those who use its libraries.
+  target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:raywalk_options> ${ARG_LINK})
 endfunction()
 
 add_custom_target(memory-tests)

@@ -65,7 +65,7 @@ void add_all(CLI::App* app) {
       ->delimiter(',')
       ->check(CLI::Range(0.0, 1e6));
   command->footer(
-      "Example:\n  raywalk-calibrate all hall --lens-start configs/lenses/theta-like.yaml "
+      "Example:\n  raywalk-calibrate all hall --lens-start theta-like "
       "--cone-deg 25\n"
       "  raywalk-build-lf pack --frames hall/calibration/poses.csv --out hall.lf\n"
       "A column mask of poses.csv is honoured by every step. Frames of a gt.csv beside poses.csv "

@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
+#include "core/command_line/config_option.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -94,7 +95,7 @@ void add_lens(CLI::App* app) {
                    "Half angle of an ignored cone below the camera, degrees")
       ->check(CLI::Range(0.0, 89.0));
   command->footer(
-      "Example:\n  raywalk-calibrate lens hall --lens-start configs/lenses/theta-like.yaml\n"
+      "Example:\n  raywalk-calibrate lens hall --lens-start theta-like\n"
       "  raywalk-calibrate lens hall --lens-start hall.yaml --board 11x8 --square-mm 30 "
       "--marker-mm 22 --board-pictures board/*.jpg");
   command->callback([arguments] { run_step(*arguments, CalibrationStep::kLens); });
@@ -103,8 +104,9 @@ void add_lens(CLI::App* app) {
 void add_stitch(CLI::App* app) {
   CLI::App* command = app->add_subcommand("stitch", "Stitch dual-fisheye frames to panoramas");
   const Arguments arguments = add_step(command);
-  command->add_option("--lens", arguments->lens_file,
-                      "Lens file to use (default: result of the step lens)");
+  takes_config(command->add_option("--lens", arguments->lens_file,
+                                   "Lens file to use (default: result of the step lens)"),
+               ConfigKind::kLens);
   add_stitch_options(command, arguments.get());
   command->footer(
       "Example:\n  raywalk-calibrate stitch hall\n"

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/command_line/command_options.h"
+#include "core/command_line/config_option.h"
 #include "core/files/number.h"
 
 namespace raywalk::calibrate {
@@ -51,17 +52,22 @@ void add_input(CLI::App* command, StepArguments* arguments) {
 void add_lens_options(CLI::App* command, StepArguments* arguments) {
   LensOptions* lens = &arguments->options.lens;
   command->option_defaults()->group("Lenses");
-  command->add_option("--lens-start", arguments->lens_start,
-                      "Lens file with starting values, as in configs/lenses");
-  command
-      ->add_option("--lens", arguments->lens_file, "Calibrated lens file, used instead of the fit")
+  takes_config(command->add_option("--lens-start", arguments->lens_start,
+                                   "Lens file with starting values, or the name of one in "
+                                   "configs/lenses, as theta-like"),
+               ConfigKind::kLens);
+  takes_config(command->add_option("--lens", arguments->lens_file,
+                                   "Calibrated lens file, used instead of the fit"),
+               ConfigKind::kLens)
       ->excludes("--lens-start");
   command->add_option("--pairs", lens->pairs, "Stations to fit the lenses to")
       ->check(CLI::Range(6, 10000))
       ->capture_default_str();
   CLI::Option* board =
-      command->add_option("--board", arguments->board,
-                          "Squares of a ChArUco board, as 11x8, to calibrate with instead");
+      command
+          ->add_option("--board", arguments->board,
+                       "Squares of a ChArUco board, as 11x8, to calibrate with instead")
+          ->type_name("COLUMNSxROWS");
   command->add_option("--board-pictures", lens->board_pictures, "Pictures of the board")
       ->needs(board);
   command->add_option("--square-mm", arguments->charuco.square_mm, "Side of a square of the board")
@@ -73,6 +79,7 @@ void add_lens_options(CLI::App* command, StepArguments* arguments) {
   command
       ->add_option("--dictionary", arguments->charuco.dictionary,
                    "Dictionary of the board's markers, by OpenCV's name")
+      ->type_name("NAME")
       ->needs(board)
       ->capture_default_str();
 }

@@ -3,12 +3,20 @@
 #include <CLI/CLI.hpp>
 
 #include "capture/config/rig_addresses.h"
+#include "core/command_line/config_option.h"
 
 namespace raywalk::capture {
 
-void add_config(CLI::App* command, ConfigArguments* arguments) {
-  command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
+void add_capture_config(CLI::App* command, std::string* config) {
+  takes_config(
+      command->add_option("config", *config,
+                          "Settings: a file, or the name of one in configs, as capture-osc"),
+      ConfigKind::kCapture)
       ->required();
+}
+
+void add_config(CLI::App* command, ConfigArguments* arguments) {
+  add_capture_config(command, &arguments->config);
   command->add_option("--rig", arguments->rig,
                       "Use the simulated rig that runs in this directory instead of the configured "
                       "devices");

@@ -16,6 +16,9 @@ struct ConfigArguments {
   std::string rig{};  // directory of a simulated rig; empty: the configured devices
 };
 
+// The settings of a capture, a positional argument: a path, or the name of one of Raywalk's own.
+void add_capture_config(CLI::App* command, std::string* config);
+
 // Adds the arguments to a command; `arguments` must outlive it.
 void add_config(CLI::App* command, ConfigArguments* arguments);
 

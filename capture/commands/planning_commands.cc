@@ -58,8 +58,7 @@ void add_plan(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
       "plan", "Report the planned session: stations, time, storage, resolution");
   auto arguments = std::make_shared<PlanArguments>();
-  command->add_option("config", arguments->config, "Settings, as in configs/capture-osc.yaml")
-      ->required();
+  add_capture_config(command, &arguments->config);
   command->add_option("-o,--picture,--out", arguments->picture,
                       "SVG file to draw the plan to (default: <config>-plan.svg)");
   command->add_flag("--json", arguments->json, "Print JSON");

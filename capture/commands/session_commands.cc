@@ -111,6 +111,7 @@ void add_import(CLI::App* app) {
   command
       ->add_option("--line", arguments->film.line,
                    "The line that the film shows (default: detect it)")
+      ->type_name("NAME")
       ->needs(video);
   command
       ->add_option("--format", arguments->film.format,

@@ -12,6 +12,7 @@
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
+#include "core/command_line/config_option.h"
 
 namespace raywalk::capture {
 namespace {
@@ -44,7 +45,10 @@ void add_simulate(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
       "simulate", "Simulate a rig: a slider on a serial port, a camera on HTTP");
   auto arguments = std::make_shared<SimulateArguments>();
-  command->add_option("config", arguments->config, "Settings, as in configs/simulated-rig.yaml")
+  takes_config(
+      command->add_option("config", arguments->config,
+                          "Settings: a file, or the name of one in configs, as simulated-rig"),
+      ConfigKind::kRig)
       ->required();
   command
       ->add_option("-o,--out", arguments->out,
@@ -52,8 +56,8 @@ void add_simulate(CLI::App* app) {
       ->default_val("rig");
   add_threads_option(command, &arguments->threads);
   command->footer(
-      "Example:\n  raywalk-capture simulate configs/simulated-rig.yaml --out rig &\n"
-      "  raywalk-capture run configs/capture-osc.yaml --rig rig --session hall\n"
+      "Example:\n  raywalk-capture simulate simulated-rig --out rig &\n"
+      "  raywalk-capture run capture-osc --rig rig --session hall\n"
       "Runs until Ctrl-C.");
   command->callback([arguments] {
     set_thread_count(arguments->threads);
@@ -65,7 +69,10 @@ void add_virtual_room(CLI::App* app) {
   auto arguments = std::make_shared<RoomArguments>();
   CLI::App* command = app->add_subcommand(
       "virtual-room", "Capture a virtual room with its ground truth: frames, views and distances");
-  command->add_option("config", arguments->config, "Settings, as in configs/virtual-room.yaml")
+  takes_config(
+      command->add_option("config", arguments->config,
+                          "Settings: a file, or the name of one in configs, as virtual-room"),
+      ConfigKind::kVirtualRoom)
       ->required();
   command->add_option("-o,--out", arguments->capture.out,
                       "Directory to create (default: the settings' name without .yaml)");
@@ -99,7 +106,7 @@ void add_virtual_room(CLI::App* app) {
       ->check(CLI::Range(1.0, 200.0));
   add_threads_option(command, &arguments->threads);
   command->footer(
-      "Example:\n  raywalk-capture virtual-room configs/virtual-room.yaml --out room\n"
+      "Example:\n  raywalk-capture virtual-room virtual-room --out room\n"
       "  raywalk-build-lf pack --frames room/poses.csv --distance room/dist --out room.lf");
   command->callback([arguments] {
     set_thread_count(arguments->threads);

@@ -68,11 +68,11 @@ void require_register_map(const CaptureConfig& config) {
   if (map.empty()) {
     refuse_setting(config, "slider.register_map",
                    "is missing; name the map of the drive's registers, for example "
-                   "sliders/leadshine-pr0.yaml");
+                   "leadshine-pr0");
   }
   std::error_code error;
   if (!std::filesystem::is_regular_file(map, error)) {
-    refuse_setting(config, "slider.register_map", missing_config_text(map, "sliders"));
+    refuse_setting(config, "slider.register_map", missing_config_text(map, ConfigKind::kSlider));
   }
 }
 
@@ -189,7 +189,7 @@ CaptureConfig read_capture_config(const std::filesystem::path& file) {
   config.file = file;
   capture_schema(&config).load(file);
   std::filesystem::path& map = config.slider.register_map;
-  if (!map.empty()) map = file.parent_path() / map;
+  if (!map.empty()) map = config_path(map, ConfigKind::kSlider, file.parent_path());
   require_grid(config);
   require_validation(config);
   require_scene(config);

@@ -29,6 +29,7 @@
 #include "core/base/standard_streams.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/point_argument.h"
+#include "core/command_line/reference_flags.h"
 #include "core/command_line/wrong_usage.h"
 
 namespace raywalk {
@@ -118,6 +119,7 @@ std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv
 
 int parse_and_run(CLI::App& app, int argc, char** argv, const std::string& program) {
   std::optional<Quiet> quiet;
+  add_reference_flags(&app);
   add_quiet_flag(&app, [&quiet](bool results) { quiet.emplace(results); });
   try {
     app.parse(arguments_of(app, argc, argv, program));

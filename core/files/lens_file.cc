@@ -97,7 +97,7 @@ FisheyeLens scaled(FisheyeLens lens, double factor) {
 DualFisheyeCamera read_lens_file(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    throw UsageError("the lens file " + missing_config_text(file, "lenses"));
+    throw UsageError("the lens file " + missing_config_text(file, ConfigKind::kLens));
   }
   DualFisheyeCamera camera;
   LensEntry front, back;

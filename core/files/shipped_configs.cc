@@ -1,33 +1,112 @@
 #include "core/files/shipped_configs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <iterator>
+#include <optional>
 #include <system_error>
 
+#include "core/files/nearest_word.h"
 #include "core/files/program_folder.h"
 
 namespace raywalk {
+namespace {
 
 namespace fs = std::filesystem;
 
-fs::path shipped_configs(const std::string& folder) {
-  fs::path wanted = folder.empty() ? fs::path("configs") : fs::path("configs") / folder;
-  fs::path above = program_folder();
-  while (!above.empty()) {
-    std::error_code none;
-    if (fs::is_directory(above / wanted, none)) return above / wanted;
-    if (above == above.parent_path()) break;
-    above = above.parent_path();
+constexpr const char* kExtension = ".yaml";
+
+struct KindPlace {
+  const char* folder;   // in configs; empty: configs itself
+  const char* in_name;  // what names of this kind contain
+};
+
+KindPlace place_of(ConfigKind kind) {
+  switch (kind) {
+    case ConfigKind::kCapture:
+      return {"", "capture"};
+    case ConfigKind::kRig:
+      return {"", "rig"};
+    case ConfigKind::kVirtualRoom:
+      return {"", "virtual-room"};
+    case ConfigKind::kView:
+      return {"", "view"};
+    case ConfigKind::kLens:
+      return {"lenses", ""};
+    case ConfigKind::kSlider:
+      return {"sliders", ""};
   }
-  return wanted;
+  return {"", ""};
 }
 
-std::string missing_config_text(const fs::path& file, const std::string& folder) {
+// Anything that can be read: a named pipe too.
+bool is_file(const fs::path& path) {
+  std::error_code none;
+  return fs::exists(path, none) && !fs::is_directory(path, none);
+}
+
+// "theta-like" of "configs/lenses/theta-like.yaml"; none if it is a path into another folder.
+std::optional<std::string> name_in(const fs::path& named, const char* folder) {
+  const fs::path above = named.parent_path();
+  const bool is_name =
+      above.empty() || above == fs::path(folder) ||
+      above == (*folder == '\0' ? fs::path("configs") : fs::path("configs") / folder);
+  if (!is_name) return std::nullopt;
+  return (named.extension() == kExtension ? named.stem() : named.filename()).string();
+}
+
+// "; did you mean ...": all names that begin so, else as suggestion() (nearest_word.h).
+std::string meant_names(const std::string& word, const std::vector<std::string>& names) {
+  if (names.empty()) return "";
+  std::vector<std::string> begun;
+  std::copy_if(names.begin(), names.end(), std::back_inserter(begun),
+               [&](const std::string& name) { return !word.empty() && name.starts_with(word); });
+  if (begun.size() < 2) return suggestion(word, names);
+  return fmt::format("; did you mean one of '{}'?", fmt::join(begun, "', '"));
+}
+
+}  // namespace
+
+fs::path shipped_configs(ConfigKind kind) {
+  fs::path configs = (program_folder() / ".." / "share" / "raywalk" / "configs").lexically_normal();
+  const char* folder = place_of(kind).folder;
+  return *folder == '\0' ? configs : configs / folder;
+}
+
+std::vector<std::string> shipped_config_names(ConfigKind kind) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(shipped_configs(kind), error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().stem().string();
+    if (entry->path().extension() == kExtension &&
+        name.find(place_of(kind).in_name) != std::string::npos) {
+      names.push_back(name);
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path config_path(const fs::path& named, ConfigKind kind, const fs::path& beside) {
+  const fs::path as_written = beside / named;
+  if (is_file(as_written)) return as_written;
+  const std::optional<std::string> name = name_in(named, place_of(kind).folder);
+  const std::vector<std::string> names = shipped_config_names(kind);
+  if (!name || std::find(names.begin(), names.end(), *name) == names.end()) return as_written;
+  return shipped_configs(kind) / (*name + kExtension);
+}
+
+std::string missing_config_text(const fs::path& file, ConfigKind kind) {
+  const std::string word =
+      (file.extension() == kExtension ? file.stem() : file.filename()).string();
   return fmt::format(
-      "is '{}', which is not a file; a path in a configuration file is relative to that file, one "
-      "on the command line to the current folder; Raywalk's own are in {}: name one of them by its "
-      "whole path, or copy that folder there",
-      fs::absolute(file).lexically_normal().string(), shipped_configs(folder).string());
+      "is '{}', which is not a file, and '{}' is no name of Raywalk's own in {}{} (a path in a "
+      "configuration file is relative to that file, one on the command line to the current folder)",
+      fs::absolute(file).lexically_normal().string(), word, shipped_configs(kind).string(),
+      meant_names(word, shipped_config_names(kind)));
 }
 
 }  // namespace raywalk

@@ -1,18 +1,33 @@
-// Where Raywalk's own configuration files are, for messages.
+// Raywalk's own configuration files, which need no path: they are known by name.
 #pragma once
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace raywalk {
 
-// Raywalk's configs/<folder> ("sliders", "lenses"; empty: configs itself): the one beside or above
-// this program's executable, or, if there is none, "configs/<folder>" as the sources name it.
-std::filesystem::path shipped_configs(const std::string& folder);
+// What a file configures. The names of a kind's files are told apart by folder and by a part of the
+// name: captures are all that have "capture" in it.
+enum class ConfigKind { kCapture, kRig, kVirtualRoom, kView, kLens, kSlider };
 
-// The end of a message about a file that is named but not there, as "is '/rig/sliders/a.yaml'":
-// that it is not a file, what its path is relative to, where Raywalk's own of `folder` are and what
-// to do.
-std::string missing_config_text(const std::filesystem::path& file, const std::string& folder);
+// The folder of Raywalk's own files of a kind: share/raywalk/configs, or a folder in it, beside
+// that of this program's executable. The build folder has it where an installation does.
+std::filesystem::path shipped_configs(ConfigKind kind);
+
+// Their names in alphabetical order, without ".yaml"; none if the folder is not there.
+std::vector<std::string> shipped_config_names(ConfigKind kind);
+
+// The file that `named` means: the path as it is written, relative to the folder `beside` (empty:
+// the current one), if there is a file; else Raywalk's own of that name. "theta-like",
+// "theta-like.yaml", "lenses/theta-like.yaml" and "configs/lenses/theta-like.yaml" are names of one
+// lens file. If there is neither, the path as it is written; missing_config_text() says so.
+std::filesystem::path config_path(const std::filesystem::path& named, ConfigKind kind,
+                                  const std::filesystem::path& beside = {});
+
+// The end of a message about a file that config_path() did not find, as "is '/rig/sliders/a.yaml'":
+// that it is neither a file nor a name, with the names that may be meant; what a path is relative
+// to and where Raywalk's own are.
+std::string missing_config_text(const std::filesystem::path& file, ConfigKind kind);
 
 }  // namespace raywalk

@@ -57,9 +57,11 @@ void add_serve(CLI::App* app) {
   command->add_option("--export", arguments->serve.exported,
                       "Serve this folder, made by raywalk-render export-web, instead of "
                       "exporting the room for the time of serving");
-  command->add_option("--host", arguments->serve.host,
-                      "Address to listen on (default: 127.0.0.1, this computer alone); with any "
-                      "other, such as 0.0.0.0, the printed address has a token that browsers need");
+  command
+      ->add_option("--host", arguments->serve.host,
+                   "Address to listen on (default: 127.0.0.1, this computer alone); with any "
+                   "other, such as 0.0.0.0, the printed address has a token that browsers need")
+      ->type_name("ADDRESS");
   command->add_option("--port", arguments->serve.port, "Port to listen on (default: 8360); 0: any")
       ->check(CLI::Range(0, 65535));
   add_threads_option(command, &arguments->threads);

@@ -5,6 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
+#include "core/command_line/config_option.h"
+#include "core/files/number.h"
+
 namespace raywalk::render {
 namespace {
 
@@ -22,7 +25,8 @@ void add_check(const Dial& dial, CLI::Option* option) {
   if (dial.value.kind == DialKind::kChoice) {
     option->check(one_of(dial.names));
   } else if (dial.zero != nullptr) {
-    option->type_name("TEXT");
+    const bool is_word = !parse_finite_number(dial.zero);
+    option->type_name(is_word ? fmt::format("NUMBER|{}", dial.zero) : "NUMBER");
   } else if (dial.value.kind == DialKind::kInteger) {
     option->type_name("INT")->check(
         CLI::Range(static_cast<int>(dial.least), static_cast<int>(dial.most)));
@@ -59,8 +63,10 @@ void add_room(CLI::App* command, std::string* room) {
 }
 
 void add_connection_flags(CLI::App* command, ViewFlags* flags) {
-  command->add_option("--settings", flags->settings,
-                      "YAML file of settings; flags override it (see configs/view.yaml)");
+  takes_config(command->add_option("--settings", flags->settings,
+                                   "YAML file of settings, as configs/view.yaml, or the name of "
+                                   "one there; flags override it"),
+               ConfigKind::kView);
   command
       ->add_option(
           "--preset", flags->preset,
@@ -114,8 +120,10 @@ void add_flat_flags(CLI::App* command, ViewFrame* frame) {
           "Horizontal field of view in degrees of a flat picture; without it a panorama is "
           "rendered")
       ->check(CLI::Range(1e-3, kMaxFovDeg));
-  command->add_option("--size", frame->size,
-                      "Size of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)");
+  command
+      ->add_option("--size", frame->size,
+                   "Size of the flat picture, WIDTHxHEIGHT in pixels (default 1280x720)")
+      ->type_name("WIDTHxHEIGHT");
 }
 
 void add_stereo_flags(CLI::App* command, ViewFrame* frame) {

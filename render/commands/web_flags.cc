@@ -26,8 +26,8 @@ std::vector<CLI::Option*> add_web_flags(CLI::App* command, WebFlags* flags) {
               "Largest incidence angle of the hybrid connection, degrees, 45 to 90 (default: "
               "the one that connect-error measured to be best on the room, else 90)")
           ->check(CLI::Range(45.0, 90.0)),
-      command->add_option("--title", options->title,
-                          "Title of the page (default: the room's name)"),
+      command->add_option("--title", options->title, "Title of the page (default: the room's name)")
+          ->type_name("WORDS"),
       add_point_option(command, "--start", &flags->start,
                        "Where the walk starts, X,Z in metres (default: the middle)"),
       command->add_option(

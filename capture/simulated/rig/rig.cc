@@ -25,7 +25,8 @@ fs::path made(const fs::path& directory) {
 CaptureConfig capture_of(const RigConfig& config) {
   std::error_code error;
   if (!fs::is_regular_file(config.capture_config, error)) {
-    throw UsageError("'capture_config' " + missing_config_text(config.capture_config, ""));
+    throw UsageError("'capture_config' " +
+                     missing_config_text(config.capture_config, ConfigKind::kCapture));
   }
   return read_capture_config(config.capture_config);
 }

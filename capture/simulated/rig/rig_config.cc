@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
 namespace {
@@ -150,8 +151,11 @@ RigConfig read_rig_config(const std::filesystem::path& file) {
   RigConfig config;
   rig_schema(&config).load(file);
   require_valid(config, file.string());
-  config.capture_config = file.parent_path() / config.capture_config;
-  if (!config.camera.lens.empty()) config.camera.lens = file.parent_path() / config.camera.lens;
+  const std::filesystem::path folder = file.parent_path();
+  config.capture_config = config_path(config.capture_config, ConfigKind::kCapture, folder);
+  if (!config.camera.lens.empty()) {
+    config.camera.lens = config_path(config.camera.lens, ConfigKind::kLens, folder);
+  }
   return config;
 }
 

@@ -1,0 +1,88 @@
+# What is installed, by component: `runtime` (programs and what they need), `development` (libraries
+# for C++ programs); the Python module adds `python`. Packages.cmake makes a package of each.
+
+# All that is installed, and no tests.
+add_custom_target(raywalk-installed)
+
+set(RAYWALK_SHARE ${PROJECT_BINARY_DIR}/share)
+set(RAYWALK_HEADERS ${CMAKE_INSTALL_INCLUDEDIR}/raywalk)
+set(RAYWALK_CONFIG_FOLDER ${CMAKE_INSTALL_LIBDIR}/cmake/raywalk)
+
+# Programs look for their files beside their own folder, in the build folder as in an installation.
+file(MAKE_DIRECTORY ${RAYWALK_SHARE}/raywalk)
+file(RELATIVE_PATH configs ${RAYWALK_SHARE}/raywalk ${PROJECT_SOURCE_DIR}/configs)
+file(CREATE_LINK ${configs} ${RAYWALK_SHARE}/raywalk/configs SYMBOLIC)
+file(GLOB_RECURSE RAYWALK_CONFIGS CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/configs/*.yaml)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/raywalk/configs
+        COMPONENT runtime)
+
+# Debian's zsh reads the completions of packages from another folder than those of others. Decided
+# when it is installed, as packages are made for another prefix than the build's.
+install(CODE "
+  set(RAYWALK_ZSH_FOLDER site-functions)
+  if(CMAKE_INSTALL_PREFIX STREQUAL \"/usr\")
+    set(RAYWALK_ZSH_FOLDER vendor-completions)
+  endif()" COMPONENT runtime)
+
+# raywalk_install_program(<name>): a program, with the manual page and the completion of shells that
+# it prints. A sanitizer's programs are not for installation.
+function(raywalk_install_program name)
+  if(RAYWALK_SANITIZE)
+    return()
+  endif()
+  set(page ${RAYWALK_SHARE}/man/man1/${name}.1.gz)
+  set(bash ${RAYWALK_SHARE}/bash-completion/completions/${name})
+  set(zsh ${RAYWALK_SHARE}/zsh/site-functions/_${name})
+  set(fish ${RAYWALK_SHARE}/fish/vendor_completions.d/${name}.fish)
+  add_custom_command(
+    OUTPUT ${page} ${bash} ${zsh} ${fish}
+    COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${name}> -DPAGE=${page} -DBASH=${bash}
+            -DZSH=${zsh} -DFISH=${fish} -P ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
+    DEPENDS ${name} ${RAYWALK_CONFIGS} ${PROJECT_SOURCE_DIR}/cmake/print_reference.cmake
+    COMMENT "Manual page and completion of ${name}" VERBATIM)
+  add_custom_target(${name}-reference ALL DEPENDS ${page} ${bash} ${zsh} ${fish})
+  add_dependencies(raywalk-installed ${name}-reference)
+  install(TARGETS ${name} COMPONENT runtime)
+  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT runtime)
+  install(FILES ${bash} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+          COMPONENT runtime)
+  install(FILES ${zsh} DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/\${RAYWALK_ZSH_FOLDER}"
+          COMPONENT runtime)
+  install(FILES ${fish} DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d
+          COMPONENT runtime)
+endfunction()
+
+# raywalk_install_libraries(<name>... [EXCEPT <headers>...]): libraries of a folder that C++ programs
+# can link, raywalk_view as raywalk::view, with the headers of the folder.
+function(raywalk_install_libraries)
+  cmake_parse_arguments(ARG "" "" "EXCEPT" ${ARGN})
+  foreach(name IN LISTS ARG_UNPARSED_ARGUMENTS)
+    string(REGEX REPLACE "^raywalk_" "" short_name ${name})
+    set_target_properties(${name} PROPERTIES EXPORT_NAME ${short_name})
+    target_include_directories(${name} INTERFACE $<INSTALL_INTERFACE:${RAYWALK_HEADERS}>)
+    target_compile_features(${name} INTERFACE cxx_std_20)
+    add_dependencies(raywalk-installed ${name})
+    install(TARGETS ${name} EXPORT raywalk-libraries ARCHIVE COMPONENT development)
+  endforeach()
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  file(GLOB headers CONFIGURE_DEPENDS *.h)
+  list(FILTER headers EXCLUDE REGEX "/test_[^/]*$")
+  list(TRANSFORM ARG_EXCEPT PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  list(REMOVE_ITEM headers "" ${ARG_EXCEPT})
+  install(FILES ${headers} DESTINATION ${RAYWALK_HEADERS}/${folder} COMPONENT development)
+endfunction()
+
+# raywalk_install_package_config(): what find_package(raywalk) reads, behind all libraries.
+function(raywalk_install_package_config)
+  include(CMakePackageConfigHelpers)
+  configure_package_config_file(
+    ${PROJECT_SOURCE_DIR}/cmake/raywalkConfig.cmake.in ${PROJECT_BINARY_DIR}/raywalkConfig.cmake
+    INSTALL_DESTINATION ${RAYWALK_CONFIG_FOLDER})
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/raywalkConfigVersion.cmake
+                                   COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/raywalkConfig.cmake
+                ${PROJECT_BINARY_DIR}/raywalkConfigVersion.cmake
+          DESTINATION ${RAYWALK_CONFIG_FOLDER} COMPONENT development)
+  install(EXPORT raywalk-libraries NAMESPACE raywalk:: FILE raywalkLibraries.cmake
+          DESTINATION ${RAYWALK_CONFIG_FOLDER} COMPONENT development)
+endfunction()

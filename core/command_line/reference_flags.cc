@@ -1,0 +1,52 @@
+#include "core/command_line/reference_flags.h"
+
+#include <fmt/chrono.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <ctime>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/command_line/program_reference.h"
+#include "core/files/number.h"
+
+namespace raywalk {
+namespace {
+
+constexpr const char* kHidden = "";  // CLI11's name of the group that a help text leaves out
+
+// Today, or the day of SOURCE_DATE_EPOCH (reproducible-builds.org/specs/source-date-epoch), so that
+// the same sources make the same page.
+std::string date_of_page() {
+  std::time_t time_s = std::time(nullptr);
+  const char* epoch = std::getenv("SOURCE_DATE_EPOCH");
+  if (const auto given_s = epoch == nullptr ? std::nullopt : parse_finite_number(epoch)) {
+    time_s = static_cast<std::time_t>(*given_s);
+  }
+  return fmt::format("{:%Y-%m-%d}", fmt::gmtime(time_s));
+}
+
+std::string completion_of(const CLI::App& app, const std::string& shell) {
+  const ProgramReference program = reference_of(app);
+  if (shell == "zsh") return zsh_completion(program);
+  return shell == "fish" ? fish_completion(program) : bash_completion(program);
+}
+
+}  // namespace
+
+void add_reference_flags(CLI::App* app) {
+  app->add_flag_callback(
+         "--man",
+         [app] { throw CLI::CallForVersion(man_page(reference_of(*app), date_of_page()), 0); })
+      ->group(kHidden);
+  app->add_option_function<std::string>("--completion",
+                                        [app](const std::string& shell) {
+                                          throw CLI::CallForVersion(completion_of(*app, shell), 0);
+                                        })
+      ->check(CLI::IsMember(std::vector<std::string>{"bash", "zsh", "fish"}))
+      ->group(kHidden);
+}
+
+}  // namespace raywalk

@@ -1,0 +1,120 @@
+// What `cmake --install` puts into a prefix: programs that find their files, completion of shells
+// and manual pages, and libraries that another project finds and links.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/files/test_directory.h"
+#include "tests/end_to_end/run_command.h"
+
+namespace raywalk {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsSupersetOf;
+namespace fs = std::filesystem;
+
+constexpr const char* kPrograms[] = {"raywalk-capture", "raywalk-calibrate", "raywalk-build-lf",
+                                     "raywalk-render"};
+
+class InstallationTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    directory_ = std::make_unique<TestDirectory>();
+    for (const char* component : {"runtime", "development"}) {
+      ASSERT_EQ(
+          run(fmt::format("cmake --install " RAYWALK_BUILD_FOLDER " --prefix {} --component {}",
+                          prefix(), component))
+              .exit_code,
+          0);
+    }
+  }
+  static void TearDownTestSuite() { directory_.reset(); }
+
+  static std::string prefix() { return (directory_->path() / "usr").string(); }
+
+  // In a folder of its own, away from the sources.
+  static CommandResult run(const std::string& command) {
+    const CommandResult result =
+        run_command(fmt::format("cd {} && {}", directory_->path().string(), command));
+    if (result.exit_code != 0) std::cerr << result.output << result.errors;
+    return result;
+  }
+
+  static std::unique_ptr<TestDirectory> directory_;
+};
+
+std::unique_ptr<TestDirectory> InstallationTest::directory_;
+
+TEST_F(InstallationTest, ConfigurationsAreFoundByName) {
+  const CommandResult plan = run(prefix() + "/bin/raywalk-capture plan capture-osc");
+  EXPECT_EQ(plan.exit_code, 0);
+  EXPECT_THAT(plan.output, HasSubstr("capture-osc-plan.svg"));
+  const CommandResult lens =
+      run("! " + prefix() + "/bin/raywalk-calibrate lens hall --lens-start theta-lik");
+  EXPECT_THAT(lens.errors, AllOf(HasSubstr(prefix() + "/share/raywalk/configs/lenses"),
+                                 HasSubstr("did you mean 'theta-like'?")));
+}
+
+TEST_F(InstallationTest, ShellsCompleteWhatThePageExplains) {
+  const auto completed = [](const std::string& program, const std::string& words) {
+    std::string function = "_" + program;
+    std::replace(function.begin(), function.end(), '-', '_');
+    std::istringstream lines(
+        run(fmt::format("bash -c '. {0}/share/bash-completion/completions/{1}; COMP_WORDS=({1} {2} "
+                        "\"\"); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); {3}; printf \"%s\\n\" "
+                        "\"${{COMPREPLY[@]}}\"'",
+                        prefix(), program, words, function))
+            .output);
+    std::vector<std::string> found;
+    for (std::string line; std::getline(lines, line);) found.push_back(line);
+    return found;
+  };
+  EXPECT_THAT(completed("raywalk-render", ""), IsSupersetOf({"view", "path", "serve"}));
+  EXPECT_THAT(completed("raywalk-render", "view --generation"),
+              ElementsAre("initial", "hlf-vd", "two-sided"));
+  EXPECT_THAT(completed("raywalk-render", "view --layers"), ElementsAre("auto"));
+  EXPECT_THAT(completed("raywalk-calibrate", "all --lens-start"), Contains("theta-like"));
+  EXPECT_THAT(completed("raywalk-build-lf", "pack"), IsSupersetOf({"--frames", "--force"}));
+  for (const std::string program : kPrograms) {
+    const std::string share = prefix() + "/share/";
+    for (const std::string& check :
+         {"man --warnings -E UTF-8 -l " + share + "man/man1/" + program + ".1.gz > page",
+          "bash -n " + share + "bash-completion/completions/" + program,
+          "zsh -n " + share + "zsh/site-functions/_" + program,
+          "fish -n " + share + "fish/vendor_completions.d/" + program + ".fish"}) {
+      const std::string tool = check.substr(0, check.find(' '));
+      if (run_command("command -v " + tool).exit_code != 0) continue;  // not installed
+      EXPECT_EQ(run(check).errors, "") << check;
+    }
+  }
+}
+
+TEST_F(InstallationTest, AnotherProjectFindsTheLibraries) {
+  EXPECT_EQ(run("cmake -S " RAYWALK_EXAMPLES "/render-a-view -B example -DCMAKE_PREFIX_PATH=" +
+                prefix() + " && cmake --build example")
+                .exit_code,
+            0);
+  EXPECT_EQ(run(prefix() + "/bin/raywalk-build-lf pack --frames " RAYWALK_TEST_ROOM
+                           "/poses.csv --distance " RAYWALK_TEST_ROOM "/dist --out room.lf")
+                .exit_code,
+            0);
+  const CommandResult view = run("example/render-a-view room.lf -0.1 0.25 view.png");
+  EXPECT_EQ(view.exit_code, 0);
+  EXPECT_THAT(view.output, HasSubstr("view.png: 512 x 256 pixels"));
+  EXPECT_GT(fs::file_size(*directory_ / "view.png"), 50000U);
+}
+
+}  // namespace
+}  // namespace raywalk
