@@ -117,13 +117,6 @@ void write_record(const fs::path& out, json now, double enlargement) {
       record, now.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-ViewFrame turned_as(const PathView& view, ViewFrame frame) {
-  frame.yaw_deg = view.yaw_deg;
-  frame.pitch_deg = view.pitch_deg;
-  frame.roll_deg = view.roll_deg;
-  return frame;
-}
-
 fs::path picture_of(const fs::path& out, const PathView& view) {
   return out / (view.name + ".png");
 }
@@ -216,6 +209,13 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
 }
 
 }  // namespace
+
+ViewFrame turned_as(const PathView& view, ViewFrame frame) {
+  frame.yaw_deg = view.yaw_deg;
+  frame.pitch_deg = view.pitch_deg;
+  frame.roll_deg = view.roll_deg;
+  return frame;
+}
 
 std::vector<PathView> read_path(const fs::path& file) {
   const CsvTable table = CsvTable::read(file, {"name", "x", "z"}, {"yaw", "pitch", "roll"});

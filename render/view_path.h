@@ -21,6 +21,9 @@ struct PathView {
   double roll_deg = 0.0;
 };
 
+// The frame turned as the view says.
+ViewFrame turned_as(const PathView& view, ViewFrame frame);
+
 // Columns name,x,z (metres) and, where given, yaw,pitch,roll (degrees). Throws Error with file and
 // line where a name cannot be a file name or appears twice or there are no views, and as CsvTable
 // does.
