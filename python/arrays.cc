@@ -76,7 +76,7 @@ GivenPicture::GivenPicture(const py::object& picture, const std::string& name) {
     throw UsageError(name + " is no array; give uint8 (height, width, 3), red, green, blue");
   }
   constexpr py::ssize_t kMost = std::numeric_limits<int>::max();
-  if (!given.dtype().is(py::dtype::of<std::uint8_t>()) || given.ndim() != 3 ||
+  if (!given.dtype().equal(py::dtype::of<std::uint8_t>()) || given.ndim() != 3 ||
       given.shape(2) != 3 || given.shape(0) > kMost || given.shape(1) > kMost) {
     throw UsageError(fmt::format("{} is {} {}; give uint8 (height, width, 3), red, green, blue",
                                  name, std::string(py::str(given.dtype())), shape_text(given)));

@@ -173,6 +173,7 @@ void bind_room(py::module_& module) {
              return py::make_tuple(self.panorama().width, self.panorama().height);
            })
       .def("lines", &lines)
+      .def("line_index", &line_index)
       .def("cells", &cells)
       .def("cell_index",
            [](const Room& self, double x_m, double z_m) {

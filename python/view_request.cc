@@ -68,7 +68,9 @@ void set_angle(const std::string& key, const py::handle& value, ViewRequest* req
 constexpr auto kKeywords = std::to_array<Keyword>({
     {"settings",
      [](const std::string& /*key*/, const py::handle& value, ViewRequest* request) {
-       request->flags.settings = value.cast<std::filesystem::path>();
+       const auto path = py::reinterpret_steal<py::object>(PyOS_FSPath(value.ptr()));
+       if (!path) throw py::error_already_set();
+       request->flags.settings = path.cast<std::filesystem::path>();
      }},
     {"preset",
      [](const std::string& key, const py::handle& value, ViewRequest* request) {

@@ -16,6 +16,9 @@ namespace py = pybind11;
 namespace raywalk::python {
 namespace {
 
+// How far up a warning belongs: beyond the Python files of the package.
+constexpr int kCallerOfPackage = 2;
+
 // Keeps what is logged until a thread that holds the interpreter's lock takes it.
 class WarningSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
@@ -50,7 +53,7 @@ void collect_warnings() {
 
 void issue_warnings() {
   for (const std::string& message : warning_sink()->take()) {
-    if (PyErr_WarnEx(PyExc_RuntimeWarning, escaped(message).c_str(), 1) != 0) {
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, escaped(message).c_str(), kCallerOfPackage) != 0) {
       throw py::error_already_set();
     }
   }
@@ -59,9 +62,11 @@ void issue_warnings() {
 void drop_warnings() { warning_sink()->take(); }
 
 void throw_keyboard_interrupt(const char* message) {
-  // The signal has also reached Python's handler. It is run here, so that it does not raise a
-  // second time in the caller's except block. On other threads than the main one it does nothing.
-  if (PyErr_CheckSignals() == 0) {
+  // The signal has also reached Python, whose handler is run here, so that it does not raise a
+  // second time in the caller's except block. On other threads than the main one this does nothing.
+  const bool raised = PyErr_CheckSignals() != 0;
+  if (!raised || PyErr_ExceptionMatches(PyExc_KeyboardInterrupt) != 0) {
+    PyErr_Clear();
     PyErr_SetString(PyExc_KeyboardInterrupt, escaped(message).c_str());
   }
   throw py::error_already_set();

@@ -3,8 +3,8 @@
 World frame: metres, x right, y up, z forward; theta = 0 looks to +z and grows towards +x. Pictures
 are uint8 arrays (height, width, 3), red, green, blue. Panoramas are equirectangular.
 
-Calls that work release the interpreter's lock and end with KeyboardInterrupt on Ctrl-C. Warnings are
-RuntimeWarning. docs/python.md has examples.
+Calls that work release the interpreter's lock and end with KeyboardInterrupt on Ctrl-C. Warnings
+are RuntimeWarning. docs/python.md has examples.
 """
 
 from . import error_model, metrics

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import os
 import pathlib
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
-from typing import Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -120,7 +130,7 @@ def _rows(viewpoints_m: ArrayLike, angles_deg: Sequence[ArrayLike]) -> NDArray[n
 
 
 class Room:
-    """A room made by ``raywalk-build-lf pack``. Its volumes are mapped: data is read when it is used.
+    """A room made by ``raywalk-build-lf pack``. Its volumes are mapped: data is read on first use.
 
     A line is named by its id, its index or a :class:`Line`; stations count from 0. Arrays keep what
     they look into mapped, also when the room itself is gone.
@@ -147,6 +157,10 @@ class Room:
     @property
     def lines(self) -> Tuple[Line, ...]:
         return self._lines
+
+    def line(self, line: Union[int, str, Line]) -> Line:
+        """A line by its id or index."""
+        return self._lines[self._room.line_index(_name_of(line))]
 
     @property
     def cells(self) -> Tuple[Cell, ...]:
@@ -261,7 +275,5 @@ class Room:
         """
         k_list = None if k_list_deg is None else [float(k_deg) for k_deg in k_list_deg]
         return ConnectError(
-            **_native.connect_error(
-                self._room, generation, viewpoints, overlap_deg, k_list, store
-            )
+            **_native.connect_error(self._room, generation, viewpoints, overlap_deg, k_list, store)
         )

@@ -72,8 +72,8 @@ def corner_angle_deg(to_side_m: ArrayLike, to_front_m: ArrayLike) -> Numbers:
 def mismatch_distance(to_side_m: ArrayLike, to_front_m: ArrayLike, k_deg: ArrayLike) -> Numbers:
     """(8): D_m, metres, between the points at which two lines read the ray of incidence k.
 
-    ``k_deg`` is in 45..90; the result is 0 for k at or above the corner angle, a physical connection.
-    The others are as in :func:`corner_angle_deg`.
+    ``k_deg`` is in 45..90; the result is 0 for k at or above the corner angle, a physical
+    connection. The others are as in :func:`corner_angle_deg`.
     """
     return _native.mismatch_distance(to_side_m, to_front_m, k_deg)
 
@@ -81,7 +81,8 @@ def mismatch_distance(to_side_m: ArrayLike, to_front_m: ArrayLike, k_deg: ArrayL
 def connection_range(to_side_m: ArrayLike, to_front_m: ArrayLike) -> Tuple[float, Numbers]:
     """(9): the least and the largest k, degrees, that have an effect at a corner.
 
-    The arguments are as in :func:`corner_angle_deg`. The least is 45 everywhere.
+    The arguments are as in :func:`corner_angle_deg`. The least is 45 everywhere; a corner angle below
+    45 degrees is measured from the other line.
     """
     return 45.0, _native.largest_k_deg(to_side_m, to_front_m)
 

@@ -2,7 +2,8 @@
 
 Pictures are uint8 arrays (height, width, 3), red, green, blue, of one size. A mask is an array
 (height, width) of bool or uint8; pixels where it is not 0 count. All raise
-:class:`raywalk.UsageError` for other arrays and :class:`raywalk.Error` where nothing can be compared.
+:class:`raywalk.UsageError` for other arrays and :class:`raywalk.Error` where nothing can be
+compared.
 """
 
 from __future__ import annotations

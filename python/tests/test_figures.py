@@ -1,4 +1,4 @@
-"""Error model, connection errors and metrics, compared with the programs and with their equations."""
+"""Error model, connection errors and metrics, compared with the programs and the equations."""
 
 import json
 
@@ -28,19 +28,25 @@ def test_error_model_follows_the_printed_equations():
     theta = np.radians(np.array([-85.0, 0.0, 30.0, 89.0]))
     plan = d_src * np.cos(phi)
     printed = np.sqrt((plan * np.cos(theta)) ** 2 + (plan * np.sin(theta) + 0.05) ** 2) - plan
-    assert error_model.bending_distance(d_src, phi, theta, 0.05) == pytest.approx(printed, abs=1e-12)
+    assert error_model.bending_distance(d_src, phi, theta, 0.05) == pytest.approx(
+        printed, abs=1e-12
+    )
 
     printed = np.arctan2(d_src * np.sin(phi), d_src * np.cos(phi) + apart)
     assert error_model.corrected_latitude(d_src, apart, phi) == pytest.approx(printed, abs=1e-12)
     # (1): the parallax that (5) corrects, d_p sin(phi) / d_src to first order.
-    assert phi - error_model.corrected_latitude(d_src, apart, phi) == pytest.approx(shift, abs=1e-12)
+    assert phi - error_model.corrected_latitude(d_src, apart, phi) == pytest.approx(
+        shift, abs=1e-12
+    )
     assert error_model.latitude_shift(150.0, 1.0, 1e-3) == pytest.approx(
-        1e-3 * np.sin(1.0) / 150.0, rel=1e-5)
+        1e-3 * np.sin(1.0) / 150.0, rel=1e-5
+    )
 
     to_side, to_front = np.array([0.9, 0.5, 0.05]), np.array([0.1, 0.4, 0.6])
     corner = np.degrees(np.arctan2(to_side, to_front))
     assert error_model.corner_angle_deg(to_side, to_front) == pytest.approx(corner)
-    assert error_model.connection_range(to_side, to_front)[1] == pytest.approx(np.maximum(corner, 45.0))
+    least, largest = error_model.connection_range(to_side, to_front)
+    assert least == 45.0 and largest == pytest.approx(np.maximum(corner, 90.0 - corner))
     k = np.radians(47.0)
     printed = np.maximum((to_side - to_front * np.tan(k)) / np.cos(np.radians(90.0) - k), 0.0)
     assert error_model.mismatch_distance(to_side, to_front, 47.0) == pytest.approx(printed)
@@ -63,8 +69,17 @@ def test_error_model_of_numbers_is_a_number_and_of_nonsense_an_error():
 
 
 def test_error_curves_are_those_of_the_program(render, tmp_path):
-    render("error-model", "--step-m", "0.15", "--d-src", "1.2,2.5", "--viewpoints", "9",
-           "--report", tmp_path / "fig11")
+    render(
+        "error-model",
+        "--step-m",
+        "0.15",
+        "--d-src",
+        "1.2,2.5",
+        "--viewpoints",
+        "9",
+        "--report",
+        tmp_path / "fig11",
+    )
     report = json.loads((tmp_path / "fig11" / "error-model.json").read_text())
     for stated in report["curves"]:
         curve = error_model.connection_error_curve(stated["d_src_m"], step_m=0.15, viewpoints=9)
@@ -80,8 +95,16 @@ def test_connect_error_is_that_of_the_program(room, room_folder, render):
     assert not (room_folder / "connect-error.json").exists()
     stored = room.connect_error("initial", viewpoints=2, k_list_deg=[60, 80, 90], store=True)
     by_module = json.loads((room_folder / "connect-error.json").read_text())["measurements"]
-    render("connect-error", room_folder, "--generation", "initial,hlf-vd", "--viewpoints", "2",
-           "--k-list", "60,80,90")
+    render(
+        "connect-error",
+        room_folder,
+        "--generation",
+        "initial,hlf-vd",
+        "--viewpoints",
+        "2",
+        "--k-list",
+        "60,80,90",
+    )
     by_program = json.loads((room_folder / "connect-error.json").read_text())["measurements"]
     assert by_module == by_program[:1]
     for mine, theirs in zip((stored, measured), by_program):
@@ -96,8 +119,18 @@ def test_connect_error_is_that_of_the_program(room, room_folder, render):
 def test_metrics_are_those_of_the_program(room, room_folder, render, tmp_path):
     name = "quarter_pp"
     (tmp_path / "gt.csv").write_text(f"file,x,y,z\n{SCENE}/gt/{name}.png,0.25,0,0.25\n")
-    render("validate", room_folder, "--truth", tmp_path / "gt.csv", "--generation", "hlf-vd",
-           "--viewpoints", "1", "--report", tmp_path / "report")
+    render(
+        "validate",
+        room_folder,
+        "--truth",
+        tmp_path / "gt.csv",
+        "--generation",
+        "hlf-vd",
+        "--viewpoints",
+        "1",
+        "--report",
+        tmp_path / "report",
+    )
     stated = json.loads((tmp_path / "report" / "metrics.json").read_text())
     scores = stated["views"][0]
     truth = raywalk.read_picture(SCENE / "gt" / f"{name}.png")
@@ -113,7 +146,9 @@ def test_metrics_by_their_definitions():
     a, b = rng.integers(0, 256, (2, 32, 64, 3), dtype=np.uint8)
     squares = (a.astype(float) - b) ** 2
     assert metrics.mean_squared_error(a, b) == pytest.approx(squares.mean(), rel=1e-14)
-    assert metrics.psnr_db(a, b) == pytest.approx(10 * np.log10(255**2 / squares.mean()), rel=1e-14)
+    assert metrics.psnr_db(a, b) == pytest.approx(
+        10 * np.log10(255**2 / squares.mean()), rel=1e-14
+    )
     weights = np.cos(np.pi / 2 - (np.arange(32) + 0.5) / 32 * np.pi)
     weighted = (weights @ squares.mean(axis=(1, 2))) / weights.sum()
     assert metrics.ws_psnr_db(a, b) == pytest.approx(10 * np.log10(255**2 / weighted), rel=1e-14)
@@ -125,7 +160,8 @@ def test_metrics_by_their_definitions():
     assert metrics.mean_squared_error(a, b, mask) == pytest.approx(squares[mask].mean(), rel=1e-14)
     turned = np.asfortranarray(a[::-1, ::2])
     assert metrics.mean_squared_error(turned, b[::-1, ::2]) == pytest.approx(
-        squares[::-1, ::2].mean(), rel=1e-14)
+        squares[::-1, ::2].mean(), rel=1e-14
+    )
     with pytest.raises(raywalk.Error, match="different sizes, 64x32 and 32x32"):
         metrics.ssim(a, b[:, :32])
     with pytest.raises(raywalk.UsageError, match="mask"):

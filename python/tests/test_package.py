@@ -16,7 +16,9 @@ def test_the_stub_tells_what_the_extension_has():
     for node in stub.body:
         if isinstance(node, ast.ClassDef) and node.name in ("Room", "PathViews"):
             methods = {f.name for f in node.body if isinstance(f, ast.FunctionDef)} - {"__init__"}
-            assert methods == {n for n in vars(getattr(_native, node.name)) if not n.startswith("_")}
+            assert methods == {
+                n for n in vars(getattr(_native, node.name)) if not n.startswith("_")
+            }
     assert pathlib.Path(_native.__file__).with_name("py.typed").exists()
 
 

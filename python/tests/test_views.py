@@ -13,22 +13,72 @@ import raywalk
 def pixels_by_ffmpeg(picture, shape):
     """What another program reads from a picture file, as red, green, blue."""
     command = ["ffmpeg", "-v", "error", "-i", picture, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
-    return np.frombuffer(subprocess.run(command, capture_output=True).stdout, np.uint8).reshape(shape)
+    return np.frombuffer(subprocess.run(command, capture_output=True).stdout, np.uint8).reshape(
+        shape
+    )
 
 
 VIEWS = {
-    "two-sided": ({"generation": "two-sided", "width_px": 256}, ["--generation", "two-sided", "--width", "256"]),
+    "two-sided": (
+        {"generation": "two-sided", "width_px": 256},
+        ["--generation", "two-sided", "--width", "256"],
+    ),
     "preset": ({"preset": "fast", "width_px": 256}, ["--preset", "fast", "--width", "256"]),
     "dials": (
-        {"k_deg": 76, "overlap_deg": 7.5, "layers": 8, "interpolation": "nearest", "gains": False,
-         "skip_px": 0.5, "width_px": 128, "yaw_deg": 40.0, "pitch_deg": -10, "roll_deg": 3},
-        ["--k", "76", "--overlap-deg", "7.5", "--layers", "8", "--interpolation", "nearest", "--no-gains",
-         "--skip-px", "0.5", "--width", "128", "--yaw-deg", "40", "--pitch-deg", "-10", "--roll-deg", "3"],
+        {
+            "k_deg": 76,
+            "overlap_deg": 7.5,
+            "layers": 8,
+            "interpolation": "nearest",
+            "gains": False,
+            "skip_px": 0.5,
+            "width_px": 128,
+            "yaw_deg": 40.0,
+            "pitch_deg": -10,
+            "roll_deg": 3,
+        },
+        [
+            "--k",
+            "76",
+            "--overlap-deg",
+            "7.5",
+            "--layers",
+            "8",
+            "--interpolation",
+            "nearest",
+            "--no-gains",
+            "--skip-px",
+            "0.5",
+            "--width",
+            "128",
+            "--yaw-deg",
+            "40",
+            "--pitch-deg",
+            "-10",
+            "--roll-deg",
+            "3",
+        ],
     ),
     "flat": (
-        {"connection": "lfu", "generation": "initial", "yaw_deg": -70, "fov_deg": 90, "size_px": (96, 128)},
-        ["--connection", "lfu", "--generation", "initial", "--yaw-deg", "-70", "--fov-deg", "90",
-         "--size", "96x128"],
+        {
+            "connection": "lfu",
+            "generation": "initial",
+            "yaw_deg": -70,
+            "fov_deg": 90,
+            "size_px": (96, 128),
+        },
+        [
+            "--connection",
+            "lfu",
+            "--generation",
+            "initial",
+            "--yaw-deg",
+            "-70",
+            "--fov-deg",
+            "90",
+            "--size",
+            "96x128",
+        ],
     ),
 }
 
@@ -48,8 +98,18 @@ def test_a_view_is_what_the_program_writes(room, room_folder, render, tmp_path, 
 
 def test_a_settings_file_is_used_and_overridden(room, room_folder, render, tmp_path):
     (tmp_path / "view.yaml").write_text("generation: two-sided\nk_deg: 80\nwidth_px: 128\n")
-    render("view", room_folder, "--at", "0,0.1", "--settings", tmp_path / "view.yaml", "--k", "60",
-           "--out", tmp_path / "program.png")
+    render(
+        "view",
+        room_folder,
+        "--at",
+        "0,0.1",
+        "--settings",
+        tmp_path / "view.yaml",
+        "--k",
+        "60",
+        "--out",
+        tmp_path / "program.png",
+    )
     picture = room.view(0.0, 0.1, settings=tmp_path / "view.yaml", k_deg=60)
     raywalk.write_picture(tmp_path / "module.png", picture)
     assert (tmp_path / "module.png").read_bytes() == (tmp_path / "program.png").read_bytes()
@@ -70,13 +130,16 @@ def test_a_path_is_what_the_program_writes(room, room_folder, render, tmp_path):
     written = sorted(file.name for file in (tmp_path / "program").iterdir())
     assert written == ["first.png", "second.png", "views.json"]
     for name in written:
-        assert (tmp_path / "module" / name).read_bytes() == (tmp_path / "program" / name).read_bytes()
+        assert (tmp_path / "module" / name).read_bytes() == (
+            tmp_path / "program" / name
+        ).read_bytes()
 
     path = room.path(table, width_px=128)
     assert len(path) == 2 and path.names == ["first", "second"]
     assert path.viewpoints_m.tolist() == [[0.0, 0.38], [0.19, 0.3]]
-    by_points = room.path(path.viewpoints_m, yaw_deg=[0, 30], pitch_deg=[0, -5], roll_deg=[0, 2],
-                          width_px=128)
+    by_points = room.path(
+        path.viewpoints_m, yaw_deg=[0, 30], pitch_deg=[0, -5], roll_deg=[0, 2], width_px=128
+    )
     for name, picture, same in zip(path.names, path, by_points):
         assert np.array_equal(picture, raywalk.read_picture(tmp_path / "module" / f"{name}.png"))
         assert np.array_equal(picture, same)
