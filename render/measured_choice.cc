@@ -155,4 +155,15 @@ Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Roo
   return chosen;
 }
 
+Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& room) {
+  const bool demanded = demand.budget_ms || demand.min_psnr_db;
+  return demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
+}
+
+ViewMode mode_of(const Preset& chosen, const Room& room) {
+  ViewMode mode = view_mode(chosen.settings, room);
+  if (!chosen.k_source.empty()) mode.k_source = chosen.k_source;
+  return mode;
+}
+
 }  // namespace raywalk::render

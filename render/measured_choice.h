@@ -32,4 +32,10 @@ Preset choose_setting(const MeasuredSettings& measured, const Demand& demand, do
 Preset demanded_settings(const ViewFlags& flags, const Demand& demand, const Room& room,
                          const TimeSource& source = {});
 
+// demanded_settings() where anything is demanded, else preset_settings().
+Preset settings_for(const ViewFlags& flags, const Demand& demand, const Room& room);
+
+// The mode for a room of views with these settings.
+ViewMode mode_of(const Preset& chosen, const Room& room);
+
 }  // namespace raywalk::render

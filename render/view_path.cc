@@ -220,26 +220,27 @@ std::string render_path(const Room& room, const ViewMode& mode, const ViewFrame&
                      enlarged.empty() ? "" : ", " + enlarged);
 }
 
-// Throws Error naming file and view where it has angles or a height that such views cannot have.
-void require_renderable(const ViewMode& mode, const ViewFrame& frame, const fs::path& path,
-                        const PathView& view) {
-  try {
-    viewport_of(turned_as(view, frame));
-    require_viewpoint(view.viewpoint, mode.options.generation);
-  } catch (const UsageError& e) {
-    throw Error(fmt::format("{}: view '{}': {}", path.string(), view.name, e.what()));
-  }
-}
-
 }  // namespace
+
+void require_renderable(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                        const fs::path& source, std::span<const PathView> views) {
+  for (const PathView& view : views) {
+    try {
+      viewport_of(turned_as(view, frame));
+      require_viewpoint(view.viewpoint, mode.options.generation);
+    } catch (const UsageError& e) {
+      throw Error(fmt::format("{}: view '{}': {}", source.string(), view.name, e.what()));
+    }
+  }
+  require_inside(room, connection_rule(mode), source, views,
+                 frame.stereo == Stereo::kOds ? 1e-3 * ipd_mm_of(frame) : 0.0);
+}
 
 std::vector<PathView> views_of(const PathRequest& request, const Room& room, const ViewMode& mode,
                                const ViewFrame& frame) {
   std::vector<PathView> views = read_path(request.table);
   if (request.movement) views = frames_of(views, *request.movement, request.table);
-  for (const PathView& view : views) require_renderable(mode, frame, request.table, view);
-  require_inside(room, connection_rule(mode), request.table, views,
-                 frame.stereo == Stereo::kOds ? 1e-3 * ipd_mm_of(frame) : 0.0);
+  require_renderable(room, mode, frame, request.table, views);
   return views;
 }
 

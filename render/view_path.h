@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,13 @@ struct PathRequest {
   std::optional<SmoothMovement> movement{};  // through the places of the table; none: these alone
 };
 
-// Reads the table and checks every view. Throws Error as read_path, frames_of and require_inside
-// do, and for a view with angles or a height that such views cannot have.
+// Throws Error naming `source` and the view where one cannot be rendered: outside the room, or with
+// angles or a height that such views cannot have.
+void require_renderable(const Room& room, const ViewMode& mode, const ViewFrame& frame,
+                        const std::filesystem::path& source, std::span<const PathView> views);
+
+// Reads the table and checks every view. Throws Error as read_path, frames_of and
+// require_renderable do.
 std::vector<PathView> views_of(const PathRequest& request, const Room& room, const ViewMode& mode,
                                const ViewFrame& frame);
 

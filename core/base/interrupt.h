@@ -25,6 +25,19 @@ class DeferStopSignals {
   std::array<struct sigaction, kSignals.size()> before_{};
 };
 
+// For work inside of a program with a SIGINT handler of its own, such as Python's: while one
+// exists, SIGINT sets the flag and then calls that handler. Where SIGINT is ignored or ends the
+// process, it stays so. Several may exist, also on several threads: the flag stops the work of all,
+// and the last to end clears it. A new one waits for that, so that it does not stop for a signal
+// before its time.
+class WatchInterrupts {
+ public:
+  WatchInterrupts();
+  ~WatchInterrupts();
+  WatchInterrupts(const WatchInterrupts&) = delete;
+  WatchInterrupts& operator=(const WatchInterrupts&) = delete;
+};
+
 // Whether the user has asked to stop.
 bool interrupt_requested();
 

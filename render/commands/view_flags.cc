@@ -143,17 +143,13 @@ void add_stereo_flags(CLI::App* command, ViewFrame* frame) {
 }
 
 Preset chosen_settings(const ViewFlags& flags, const Demand& demand, const Room& room) {
-  const bool demanded = demand.budget_ms || demand.min_psnr_db;
-  Preset preset = demanded ? demanded_settings(flags, demand, room) : preset_settings(flags, room);
+  Preset preset = settings_for(flags, demand, room);
   if (!preset.reason.empty()) fmt::print("{}\n", preset.reason);
   return preset;
 }
 
 ViewMode chosen_mode(const ViewFlags& flags, const Demand& demand, const Room& room) {
-  const Preset chosen = chosen_settings(flags, demand, room);
-  ViewMode mode = view_mode(chosen.settings, room);
-  if (!chosen.k_source.empty()) mode.k_source = chosen.k_source;
-  return mode;
+  return mode_of(chosen_settings(flags, demand, room), room);
 }
 
 }  // namespace raywalk::render

@@ -52,15 +52,21 @@ void store_connect_error(const std::filesystem::path& room, const ConnectError& 
   store_connection_errors(room, stored_form(measurement));
 }
 
-void write_connect_error(const Room& room, std::span<const Generation> generations,
-                         const ConnectErrorOptions& options, std::ostream& table) {
+ConnectError measure_and_store_connect_error(const Room& room, Generation generation,
+                                             const ConnectErrorOptions& options) {
   // Opened only to check that the room can be written.
   { const AtomicFile probe(connection_errors_path(room.directory())); }
+  ConnectError measurement = measure_connect_error(room, generation, options);
+  measurement.distances = room.distances_origin();
+  store_connect_error(room.directory(), measurement);
+  return measurement;
+}
+
+void write_connect_error(const Room& room, std::span<const Generation> generations,
+                         const ConnectErrorOptions& options, std::ostream& table) {
   std::vector<ConnectError> measurements;
   for (const Generation generation : generations) {
-    measurements.push_back(measure_connect_error(room, generation, options));
-    measurements.back().distances = room.distances_origin();
-    store_connect_error(room.directory(), measurements.back());
+    measurements.push_back(measure_and_store_connect_error(room, generation, options));
   }
   table << connect_error_table(measurements);
   for (const Generation generation : generations) {

@@ -18,6 +18,11 @@ std::vector<ConnectError> read_connect_error(const std::filesystem::path& room);
 // cannot be written.
 void store_connect_error(const std::filesystem::path& room, const ConnectError& measurement);
 
+// measure_connect_error(), with the result stored in the room. Throws Error before any work where
+// the room cannot be written.
+ConnectError measure_and_store_connect_error(const Room& room, Generation generation,
+                                             const ConnectErrorOptions& options);
+
 // The work of `raywalk-render connect-error`: measures each generation, stores it as soon as it is
 // measured, and prints the table and what --k auto now takes. Throws as measure_connect_error does,
 // and Error before any work where the room cannot be written.

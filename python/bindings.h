@@ -1,0 +1,24 @@
+// The parts of the extension module raywalk._native, each bound in a file of its own. What users
+// see of them, with its documentation, is in the Python files of raywalk/.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace raywalk::python {
+
+// raywalk.Error and raywalk.UsageError, and how exceptions become them.
+void bind_exceptions(pybind11::module_& module);
+// Room with its lines, cells, frames and distances.
+void bind_room(pybind11::module_& module);
+// What renders views of a room.
+void bind_views(pybind11::module_& module);
+// The measured connection error of a room.
+void bind_connect_error(pybind11::module_& module);
+// The error model, on arrays.
+void bind_error_model(pybind11::module_& module);
+// What compares pictures.
+void bind_metrics(pybind11::module_& module);
+// Picture files, and how many threads are used.
+void bind_pictures(pybind11::module_& module);
+
+}  // namespace raywalk::python

@@ -1,0 +1,16 @@
+// The extension module raywalk._native.
+#include "python/bindings.h"
+#include "python/work.h"
+
+PYBIND11_MODULE(_native, module) {
+  using namespace raywalk::python;
+  collect_warnings();
+  module.attr("__version__") = RAYWALK_VERSION;
+  bind_exceptions(module);
+  bind_room(module);
+  bind_views(module);
+  bind_connect_error(module);
+  bind_error_model(module);
+  bind_metrics(module);
+  bind_pictures(module);
+}

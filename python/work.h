@@ -1,0 +1,52 @@
+// How a call from Python does its work: without the interpreter's lock, so that other threads of
+// Python go on; ended by Ctrl-C; with warnings as Python's own.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <type_traits>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/interrupt.h"
+
+namespace raywalk::python {
+
+// Silences progress, and collects warnings. Call once, when the module is imported.
+void collect_warnings();
+
+// Hands the collected warnings to Python as RuntimeWarning. Throws where Python makes them errors.
+void issue_warnings();
+void drop_warnings();
+
+// Throws KeyboardInterrupt, or what the program's own SIGINT handler raised.
+[[noreturn]] void throw_keyboard_interrupt(const char* message);
+
+// work(), which must not touch Python's objects but the memory of arrays that the caller holds.
+// Throws KeyboardInterrupt where it was interrupted.
+template <typename Work>
+std::invoke_result_t<Work> without_lock(Work&& work) {
+  const auto unlocked = [&work] {
+    const pybind11::gil_scoped_release released;
+    const WatchInterrupts watch;
+    return std::forward<Work>(work)();
+  };
+  try {
+    if constexpr (std::is_void_v<std::invoke_result_t<Work>>) {
+      unlocked();
+      issue_warnings();
+    } else {
+      auto result = unlocked();
+      issue_warnings();
+      return result;
+    }
+  } catch (const Interrupted& e) {
+    drop_warnings();
+    throw_keyboard_interrupt(e.what());
+  } catch (...) {
+    drop_warnings();
+    throw;
+  }
+}
+
+}  // namespace raywalk::python
