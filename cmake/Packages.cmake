@@ -54,10 +54,9 @@ light-field volume and renders full views at any point between the lines.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-raywalk)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy")
-if(Python3_VERSION_MAJOR)  # an extension is for one minor version
-  math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python3_VERSION_MINOR}), \
+if(RAYWALK_PYTHON_MINOR)  # an extension is for one minor version
+  math(EXPR next_minor "${RAYWALK_PYTHON_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${RAYWALK_PYTHON_MINOR}), \
 python3 (<< 3.${next_minor}), python3-numpy")
 endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS raywalk)
