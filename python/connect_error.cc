@@ -20,6 +20,7 @@ namespace {
 template <typename Member>
 py::array column(const std::vector<ConnectErrorRow>& rows, Member member) {
   std::vector<double> values;
+  values.reserve(rows.size());
   for (const ConnectErrorRow& row : rows) values.push_back(row.*member);
   return read_only_copy(std::span<const double>(values), {std::ssize(values)});
 }

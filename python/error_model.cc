@@ -47,7 +47,7 @@ constexpr Domain kToFront{"to_front_m", 0.0, kLargest};
 constexpr Domain kLimitAngle{"k_deg", 45.0, 90.0};
 
 Numbers numbers_of(const py::object& given, const Domain& domain) {
-  const Numbers values = Numbers::ensure(given);
+  Numbers values = Numbers::ensure(given);
   if (!values) {
     PyErr_Clear();
     throw UsageError(fmt::format("{} is neither a number nor an array of them", domain.name));

@@ -20,7 +20,8 @@ void raise(PyObject* type, const std::string& message) {
   PyErr_SetString(type, escaped(message).c_str());
 }
 
-void translate(std::exception_ptr thrown) {
+// By value, as pybind11 calls it.
+void translate(std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param)
   if (!thrown) return;
   try {
     std::rethrow_exception(thrown);

@@ -107,6 +107,7 @@ constexpr auto
 
 [[noreturn]] void throw_unknown(const std::string& key) {
   std::vector<std::string> known;
+  known.reserve(kDials.size() + kKeywords.size());
   for (const Dial& dial : kDials) known.emplace_back(dial.key);
   for (const Keyword& keyword : kKeywords) known.emplace_back(keyword.key);
   throw py::type_error("unexpected keyword argument " + excerpt(key) + suggestion(key, known));

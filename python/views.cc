@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/interrupt.h"
 #include "core/view/dial_json.h"
 #include "core/view/renderer.h"
 #include "python/arrays.h"
@@ -80,6 +81,7 @@ class PathViews {
     if (done_ == views_.size()) return {};
     const render::PathView& view = views_[done_];
     cv::Mat picture = rgb_view(renderer_.get(), view.viewpoint, render::turned_as(view, frame_));
+    throw_if_interrupted();
     ++done_;
     return picture;
   }
@@ -108,6 +110,7 @@ SharedPath path_of_rows(const SharedRoom& room, const std::vector<std::array<dou
                         const py::dict& arguments) {
   const ViewRequest request = view_request(arguments);
   std::vector<render::PathView> views;
+  views.reserve(rows.size());
   for (const auto& [x_m, y_m, z_m, yaw_deg, pitch_deg, roll_deg] : rows) {
     Viewpoint viewpoint(x_m, z_m);
     if (!std::isnan(y_m)) viewpoint.height_m = y_m;

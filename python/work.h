@@ -5,7 +5,6 @@
 #include <pybind11/pybind11.h>
 
 #include <type_traits>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -22,30 +21,39 @@ void drop_warnings();
 // Throws KeyboardInterrupt, or what the program's own SIGINT handler raised.
 [[noreturn]] void throw_keyboard_interrupt(const char* message);
 
+// work() without the lock. Throws Interrupted also where it was too late to stop the work: a thread
+// that does one short piece of work after the other is to stop, too.
+template <typename Work>
+std::invoke_result_t<Work> unlocked(Work& work) {
+  const pybind11::gil_scoped_release released;
+  const WatchInterrupts watch;
+  auto result = work();
+  throw_if_interrupted();
+  return result;
+}
+
 // work(), which must not touch Python's objects but the memory of arrays that the caller holds.
 // Throws KeyboardInterrupt where it was interrupted.
 template <typename Work>
-std::invoke_result_t<Work> without_lock(Work&& work) {
-  const auto unlocked = [&work] {
-    const pybind11::gil_scoped_release released;
-    const WatchInterrupts watch;
-    return std::forward<Work>(work)();
-  };
-  try {
-    if constexpr (std::is_void_v<std::invoke_result_t<Work>>) {
-      unlocked();
-      issue_warnings();
-    } else {
-      auto result = unlocked();
+std::invoke_result_t<Work> without_lock(Work work) {
+  using Result = std::invoke_result_t<Work>;
+  if constexpr (std::is_void_v<Result>) {
+    without_lock([&work] {
+      work();
+      return true;
+    });
+  } else {
+    try {
+      Result result = unlocked(work);
       issue_warnings();
       return result;
+    } catch (const Interrupted& e) {
+      drop_warnings();
+      throw_keyboard_interrupt(e.what());
+    } catch (...) {
+      drop_warnings();
+      throw;
     }
-  } catch (const Interrupted& e) {
-    drop_warnings();
-    throw_keyboard_interrupt(e.what());
-  } catch (...) {
-    drop_warnings();
-    throw;
   }
 }
 

@@ -50,7 +50,7 @@ work()
 def test_sigint_stops_work_and_raises_keyboard_interrupt(room_folder, tmp_path, work):
     table = tmp_path / "walk.csv"
     table.write_text("name,x,z\n" + "".join(f"v{i},0.1,0.2\n" for i in range(2000)))
-    arguments = [room_folder, "path" if work == "thread" else work, table, tmp_path / "out"]
+    arguments = [room_folder, "connect_error" if work == "thread" else work, table, tmp_path / "out"]
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, *arguments, *(["thread"] if work == "thread" else [])],
         stdout=subprocess.PIPE,
