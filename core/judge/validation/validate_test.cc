@@ -66,6 +66,21 @@ TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   EXPECT_GE(all["connection_error"][0]["e_connect"], 0.0);
 }
 
+TEST_F(ValidateTest, CorrectedViewsAreAtTheHeightOfTheirTruth) {
+  make_room({.overhang_m = 0.25, .width = 128});
+  write_image(directory_ / "above.png",
+              render_scene(spec_.scene, Eigen::Vector3d(0.1, 0.2, 0.05), 128));
+  list("above.png,0.1,0.2,0.05\n");
+  validate(room_, options_);
+  const json views = metrics()["views"];
+  ASSERT_EQ(views.size(), 3U);
+  EXPECT_FALSE(views[0].contains("y_m")) << "an initial view is at the height of the lines";
+  for (const int corrected : {1, 2}) {
+    EXPECT_EQ(views[corrected]["y_m"], 0.2);
+    EXPECT_GT(views[corrected]["psnr_db"].get<double>(), 38.0);
+  }
+}
+
 TEST_F(ValidateTest, TheDocumentComparesGenerations) {
   make_room({.overhang_m = 0.5, .width = 128});
   options_.connect.viewpoints = 3;  // of which some are not on a diagonal, where k has no effect
