@@ -14,11 +14,13 @@
 
 #include "build_lf/export/export_points.h"
 #include "calibrate/import/import_poses.h"
+#include "core/base/child_process.h"
 #include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
+#include "core/reconstruction/colmap_images.h"
 #include "core/reconstruction/colmap_model.h"
 #include "core/room/room.h"
 #include "tests/synthetic_room/synthetic_room.h"
@@ -85,7 +87,7 @@ class ExportRoomTest : public ::testing::Test {
     std::size_t stations = 0;
     for (const Line& line : exported.grid().lines) {
       for (const Station& station : line.stations) {
-        const Frame& frame = frames.at(fs::path(station.file).stem().string());
+        const Frame frame = frames.at(fs::path(station.file).stem().string());
         EXPECT_LT((frame.position_m - station.position_m).norm(), 1e-9);
         const Attitude attitude = frame.attitude.value_or(Attitude{});
         EXPECT_LT(
@@ -126,6 +128,42 @@ TEST_F(ExportRoomTest, ColmapPointsProjectWhereTheyAreObserved) {
   }
   EXPECT_LT(worst_px, 0.5);
   EXPECT_GT(worst_px, 0.0);  // other stations' maps are pixels of their own
+}
+
+// What a command of COLMAP prints.
+std::string colmap_output(const std::vector<std::string>& arguments, const fs::path& log) {
+  ChildProcess colmap("/usr/bin/colmap", arguments, log, {"QT_QPA_PLATFORM=offscreen"});
+  EXPECT_TRUE(succeeded(colmap.wait())) << read_file(log);
+  return read_file(log);
+}
+
+TEST_F(ExportRoomTest, ColmapReadsItsModels) {
+  make_room(small_room());
+  export_room(options(ExportFormat::kColmap));
+  const auto points = read_colmap_model(out() / "sparse" / "0").points.size();
+  for (const char* model : {"0", "text"}) {
+    const std::string told =
+        colmap_output({"model_analyzer", "--path", (out() / "sparse" / model).string()},
+                      directory_ / (std::string("log-") + model));
+    EXPECT_THAT(told, HasSubstr("Registered images: 168"));
+    EXPECT_THAT(told, HasSubstr(fmt::format("Points: {}", points)));
+    const std::size_t at = told.find("Mean reprojection error: ");
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_LT(std::stod(told.substr(at + 25)), 0.5);
+  }
+  // COLMAP's own binary file of the text model is ours, but for the order of images.
+  fs::create_directory(directory_ / "converted");
+  colmap_output({"model_converter", "--input_path", (out() / "sparse" / "text").string(),
+                 "--output_path", (directory_ / "converted").string(), "--output_type", "BIN"},
+                directory_ / "log-converter");
+  std::map<std::string, ColmapPose> poses;
+  for (const ColmapImagePose& image : read_colmap_images(directory_ / "converted")) {
+    poses[image.name] = image.pose;
+  }
+  for (const ColmapImagePose& image : read_colmap_images(out() / "sparse" / "0")) {
+    EXPECT_LT((poses.at(image.name).translation - image.pose.translation).norm(), 1e-15);
+    EXPECT_LT(poses.at(image.name).rotation.angularDistance(image.pose.rotation), 1e-7);
+  }
 }
 
 // The pictures, the model's cameras and the points fit together: in the middle of a picture's

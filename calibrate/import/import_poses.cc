@@ -9,6 +9,7 @@
 
 #include "calibrate/import/frame_search.h"
 #include "calibrate/import/panorama_search.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/files/atomic_output.h"
@@ -116,24 +117,24 @@ std::string summary_of(const ImportedPoses& poses, const GridAxes& axes, const G
   std::vector<double> medians;
   for (const Line& line : grid.lines) medians.push_back(1000.0 * median_spacing_m(line));
   const auto [least, most] = std::minmax_element(medians.begin(), medians.end());
+  constexpr std::size_t kShownCells = 4;
   std::string cells;
-  for (const Cell& cell : grid.cells) {
-    cells += fmt::format("{}{:.3f} x {:.3f} m", cells.empty() ? "" : ", ",
-                         cell.x_max_m - cell.x_min_m, cell.z_max_m - cell.z_min_m);
-    if (&cell - grid.cells.data() == 3 && grid.cells.size() > 4) {
-      cells += ", ...";
-      break;
-    }
+  for (std::size_t i = 0; i < std::min(grid.cells.size(), kShownCells); ++i) {
+    const Cell& cell = grid.cells[i];
+    cells += fmt::format("{}{:.3f} x {:.3f} m", i == 0 ? "" : ", ", cell.x_max_m - cell.x_min_m,
+                         cell.z_max_m - cell.z_min_m);
   }
-  return fmt::format(
-      "{} panoramas of {}: {} lines, stations {:.1f} to {:.1f} mm apart, {} cells{}; scale {:.6g}\n"
-      "next: raywalk-build-lf pack --frames {}{}",
-      poses.frames.size(), poses.kind, grid.lines.size(), *least, *most, grid.cells.size(),
-      cells.empty() ? "" : " (" + cells + ")", axes.scale,
-      escaped((options.out / "poses.csv").string()),
+  if (grid.cells.size() > kShownCells) cells += ", ...";
+  const std::string tolerance =
       options.axes.tolerance.off_line_m
           ? fmt::format(" --line-tolerance-mm {:g}", 1000.0 * *options.axes.tolerance.off_line_m)
-          : "");
+          : "";
+  return fmt::format(
+      "{} of {}: {}, stations {:.1f} to {:.1f} mm apart, {}{}; scale {:.6g}\n"
+      "next: raywalk-build-lf pack --frames {}{}",
+      counted(poses.frames.size(), "panorama"), poses.kind, counted(grid.lines.size(), "line"),
+      *least, *most, counted(grid.cells.size(), "cell"), cells.empty() ? "" : " (" + cells + ")",
+      axes.scale, escaped((options.out / "poses.csv").string()), tolerance);
 }
 
 }  // namespace

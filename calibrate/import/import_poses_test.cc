@@ -50,7 +50,7 @@ class ImportPosesTest : public ::testing::Test {
 
 TEST_F(ImportPosesTest, ListsThePanoramasInTheAxesOfTheirGrid) {
   EXPECT_THAT(import_poses(options()),
-              HasSubstr("4 lines, stations 250.0 to 250.0 mm apart, 1 cells"));
+              HasSubstr("4 lines, stations 250.0 to 250.0 mm apart, 1 cell ("));
   const std::vector<Frame> listed = read_frame_list(out() / "poses.csv");
   const std::vector<ImportedFrame> truth = square_frames();
   ASSERT_EQ(listed.size(), truth.size());

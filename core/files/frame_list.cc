@@ -53,8 +53,10 @@ std::string csv_field(const std::string& text) {
   return quoted + '"';
 }
 
-// Adding zero converts -0 to 0.
-std::string nine_decimals(double value) { return fmt::format("{:.9f}", value + 0.0); }
+// Without a sign where all digits are 0.
+std::string nine_decimals(double value) {
+  return fmt::format("{:.9f}", std::abs(value) < 0.5e-9 ? 0.0 : value);
+}
 
 // Names are parts of file names and JSON, so they are escaped.
 std::string stem_of(const std::string& file) {

@@ -102,7 +102,7 @@ TEST(FrameListText, RoundTrips) {
 }
 
 TEST(FrameListText, HasColumnsOnlyWhereTheyAreNeeded) {
-  EXPECT_EQ(frame_list_text({{.file = "a.png", .position_m = {1, -0.0, -2}}}),
+  EXPECT_EQ(frame_list_text({{.file = "a.png", .position_m = {1, -1e-12, -2}}}),
             "file,x,y,z\na.png,1.000000000,0.000000000,-2.000000000\n");
 }
 
