@@ -2,6 +2,7 @@
 // format"): a size, a type of four letters, and a content that for some types is boxes again.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -98,7 +98,7 @@ TEST_F(FilmWriterTest, PlayersMayBeginBeforeAllIsRead) {
 
 TEST_F(FilmWriterTest, FlatFilmsAndThoseForTwoEyesSaySo) {
   write({}, std::nullopt);
-  EXPECT_FALSE(film_stream(film()).contains("side_data_list"));
+  EXPECT_TRUE(side_data(film_stream(film()), "Spherical Mapping").empty());
   EXPECT_FALSE(read_film(film()).spherical);
   write({}, StereoMode::kTopBottom);
   EXPECT_EQ(side_data(film_stream(film()), "Stereo 3D")["type"], "top and bottom");
