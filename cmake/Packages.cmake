@@ -34,10 +34,16 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 get_cmake_property(installed COMPONENTS)
 set(CPACK_COMPONENTS_ALL runtime development)
+set(python3 python3)
 if("python" IN_LIST installed)
   list(APPEND CPACK_COMPONENTS_ALL python)
   if(TARGET raywalk-python)
     add_dependencies(raywalk-installed raywalk-python)
+    # A module is for one minor version, which its folder has looked for.
+    get_target_property(folder raywalk-python SOURCE_DIR)
+    get_directory_property(minor DIRECTORY ${folder} DEFINITION Python3_VERSION_MINOR)
+    math(EXPR next_minor "${minor} + 1")
+    set(python3 "python3 (>= 3.${minor}), python3 (<< 3.${next_minor})")
   endif()
 endif()
 
@@ -54,11 +60,7 @@ light-field volume and renders full views at any point between the lines.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-raywalk)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
-if(RAYWALK_PYTHON_MINOR)  # an extension is for one minor version
-  math(EXPR next_minor "${RAYWALK_PYTHON_MINOR} + 1")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${RAYWALK_PYTHON_MINOR}), \
-python3 (<< 3.${next_minor}), python3-numpy")
-endif()
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${python3}, python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS raywalk)
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "360-degree light fields of rooms, for Python
 Opens rooms that Raywalk packed, renders views of them to NumPy arrays, and

@@ -95,7 +95,10 @@ TEST_F(InstallationTest, ShellsCompleteWhatThePageExplains) {
           "zsh -n " + share + "zsh/site-functions/_" + program,
           "fish -n " + share + "fish/vendor_completions.d/" + program + ".fish"}) {
       const std::string tool = check.substr(0, check.find(' '));
-      if (run_command("command -v " + tool).exit_code != 0) continue;  // not installed
+      if (run_command("command -v " + tool).exit_code != 0) {
+        std::cerr << "skipped, as " << tool << " is not installed: " << check << "\n";
+        continue;
+      }
       EXPECT_EQ(run(check).errors, "") << check;
     }
   }
