@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/files/settings.h"
+#include "core/files/shipped_configs.h"
 #include "core/room/choose_k.h"
 #include "core/room/requirements.h"
 
@@ -94,7 +95,7 @@ ViewMode mode_for(const ViewSettings& settings, const Room& room,
 ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
   ViewSettings settings = base;
   if (flags.settings) {
-    schema_of(&settings).load(*flags.settings);
+    schema_of(&settings).load(named_config(*flags.settings, ConfigKind::kView, "--settings"));
     try {
       fixed_k_deg(settings);
     } catch (const UsageError& e) {

@@ -9,6 +9,7 @@
 #include "core/command_line/command_options.h"
 #include "core/command_line/config_option.h"
 #include "core/files/number.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -152,12 +153,14 @@ CalibrationOptions options_of(const StepArguments& arguments) {
   options.input.directory = arguments.input;
   options.out = arguments.out;
   options.input.tolerance = tolerance_of(arguments.lines);
-  options.lens.start = arguments.lens_start;
-  if (!arguments.lens_file.empty()) options.lens_file = arguments.lens_file;
   if (!arguments.board.empty()) {
     CharucoBoard board = arguments.charuco;
     read_squares(arguments.board, &board);
     options.lens.board = board;
+  }
+  options.lens.start = named_config(arguments.lens_start, ConfigKind::kLens, "--lens-start");
+  if (!arguments.lens_file.empty()) {
+    options.lens_file = named_config(arguments.lens_file, ConfigKind::kLens, "--lens");
   }
   options.stitch.blend =
       arguments.blend == "feather" ? BlendMethod::kFeather : BlendMethod::kMultiBand;

@@ -4,6 +4,7 @@
 
 #include "capture/config/rig_addresses.h"
 #include "core/command_line/config_option.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
 
@@ -22,8 +23,12 @@ void add_config(CLI::App* command, ConfigArguments* arguments) {
                       "devices");
 }
 
+std::filesystem::path capture_config_file(const std::string& config) {
+  return named_config(config, ConfigKind::kCapture, "config");
+}
+
 CaptureConfig config_of(const ConfigArguments& arguments) {
-  CaptureConfig config = read_capture_config(arguments.config);
+  CaptureConfig config = read_capture_config(capture_config_file(arguments.config));
   if (!arguments.rig.empty()) use_rig_addresses(&config, arguments.rig);
   return config;
 }

@@ -1,6 +1,7 @@
 // The configuration arguments shared by the commands that use devices.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "capture/config/capture_config.h"
@@ -18,6 +19,9 @@ struct ConfigArguments {
 
 // The settings of a capture, a positional argument: a path, or the name of one of Raywalk's own.
 void add_capture_config(CLI::App* command, std::string* config);
+
+// The file that the argument means. Throws UsageError where there is none.
+std::filesystem::path capture_config_file(const std::string& config);
 
 // Adds the arguments to a command; `arguments` must outlive it.
 void add_config(CLI::App* command, ConfigArguments* arguments);

@@ -30,7 +30,7 @@ struct CheckArguments {
 };
 
 void plan(const PlanArguments& arguments) {
-  const CaptureConfig config = read_capture_config(arguments.config);
+  const CaptureConfig config = read_capture_config(capture_config_file(arguments.config));
   const CapturePlan plan = plan_capture(config);
   const PlanReport report = report_of(plan, config);
   const std::string picture =

@@ -13,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
 #include "core/command_line/config_option.h"
+#include "core/files/shipped_configs.h"
 
 namespace raywalk::capture {
 namespace {
@@ -32,7 +33,8 @@ struct RoomArguments {
 };
 
 VirtualRoomSettings settings_of(const RoomArguments& arguments) {
-  VirtualRoomSettings settings = read_virtual_room_settings(arguments.config);
+  VirtualRoomSettings settings = read_virtual_room_settings(
+      named_config(arguments.config, ConfigKind::kVirtualRoom, "config"));
   if (arguments.seed) settings.seed = *arguments.seed;
   if (arguments.width) settings.output.width_px = *arguments.width;
   require_valid(settings, "--width");
@@ -61,7 +63,8 @@ void add_simulate(CLI::App* app) {
       "Runs until Ctrl-C.");
   command->callback([arguments] {
     set_thread_count(arguments->threads);
-    simulate_rig(read_rig_config(arguments->config), arguments->out);
+    simulate_rig(read_rig_config(named_config(arguments->config, ConfigKind::kRig, "config")),
+                 arguments->out);
   });
 }
 

@@ -1,11 +1,7 @@
 #include "core/command_line/config_option.h"
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
-#include <system_error>
 #include <utility>
-
-#include "core/base/error.h"
 
 namespace raywalk {
 namespace {
@@ -24,19 +20,7 @@ CLI::Option* takes_config(CLI::Option* option, ConfigKind kind) {
   for (const auto& [named, type_name] : kTypeNames) {
     if (named == kind) option->type_name(type_name);
   }
-  const std::string name = option->get_name();
-  return option->transform(CLI::Validator(
-      [name, kind](std::string& value) {
-        if (value.empty()) return std::string();
-        const std::filesystem::path path = config_path(value, kind);
-        std::error_code none;
-        if (!std::filesystem::exists(path, none) || std::filesystem::is_directory(path, none)) {
-          throw UsageError(name + " " + missing_config_text(path, kind));
-        }
-        value = path.string();
-        return std::string();
-      },
-      ""));
+  return option;
 }
 
 std::optional<ConfigKind> config_kind_of(const std::string& type_name) {

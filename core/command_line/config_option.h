@@ -13,9 +13,8 @@ class Option;
 
 namespace raywalk {
 
-// Makes the option's value, as parsed, the path that config_path() (shipped_configs.h) finds for
-// what is given, and names the kind in the help. A value that is neither a file nor a name is
-// refused with UsageError while the command line is parsed; an empty one is left as it is.
+// Names the kind in the help, and thereby in the completion of shells. The command finds the file
+// with named_config() (shipped_configs.h), once all of the command line is known to be right.
 CLI::Option* takes_config(CLI::Option* option, ConfigKind kind);
 
 // The kind that the option's type name in a help text stands for; none for other options.

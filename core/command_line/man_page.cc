@@ -34,14 +34,17 @@ constexpr std::string_view kFiles =
     "Where a file of settings or a lens file is asked for, one of them can be named\n"
     "without folder and extension.\n";
 
-// Dashes as they are typed.
+// Dashes as they are typed; a list that is longer than a line may be broken behind a comma.
 std::string escaped_for_roff(std::string_view text) {
+  constexpr std::size_t kLong = 40;
   std::string shown;
   for (const char c : text) {
     if (c == '\\') {
       shown += "\\e";
     } else if (c == '-') {
       shown += "\\-";
+    } else if (c == ',' && text.size() > kLong) {
+      shown += ",\\:";
     } else {
       shown += c;
     }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <system_error>
 
+#include "core/base/error.h"
 #include "core/files/nearest_word.h"
 #include "core/files/program_folder.h"
 
@@ -97,6 +98,16 @@ fs::path config_path(const fs::path& named, ConfigKind kind, const fs::path& bes
   const std::vector<std::string> names = shipped_config_names(kind);
   if (!name || std::find(names.begin(), names.end(), *name) == names.end()) return as_written;
   return shipped_configs(kind) / (*name + kExtension);
+}
+
+fs::path named_config(const fs::path& named, ConfigKind kind, const std::string& what) {
+  if (named.empty()) return named;
+  fs::path file = config_path(named, kind);
+  std::error_code none;
+  if (!fs::exists(file, none) || fs::is_directory(file, none)) {
+    throw UsageError(what + " " + missing_config_text(file, kind));
+  }
+  return file;
 }
 
 std::string missing_config_text(const fs::path& file, ConfigKind kind) {

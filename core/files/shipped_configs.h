@@ -25,6 +25,11 @@ std::vector<std::string> shipped_config_names(ConfigKind kind);
 std::filesystem::path config_path(const std::filesystem::path& named, ConfigKind kind,
                                   const std::filesystem::path& beside = {});
 
+// The same for a command line. Throws UsageError naming `what` ("--lens-start") where there is
+// neither a file nor a name; an empty path is left as it is.
+std::filesystem::path named_config(const std::filesystem::path& named, ConfigKind kind,
+                                   const std::string& what);
+
 // The end of a message about a file that config_path() did not find, as "is '/rig/sliders/a.yaml'":
 // that it is neither a file nor a name, with the names that may be meant; what a path is relative
 // to and where Raywalk's own are.

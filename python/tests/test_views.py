@@ -201,7 +201,7 @@ def test_pictures_that_are_none_are_refused(tmp_path):
     for picture in (np.zeros((4, 4)), np.zeros((4, 4), np.uint8), np.zeros((4, 4, 4), np.uint8)):
         with pytest.raises(raywalk.UsageError, match="give uint8 \\(height, width, 3\\)"):
             raywalk.write_picture(tmp_path / "picture.png", picture)
-    with pytest.raises(raywalk.UsageError, match="must end in .png or .jpg"):
+    with pytest.raises(raywalk.UsageError, match="end the name in .png, .jpg, .webp or .tif"):
         raywalk.write_picture(tmp_path / "picture.gif", np.zeros((4, 4, 3), np.uint8))
     assert list(tmp_path.iterdir()) == []
 

@@ -1,6 +1,6 @@
 // Walking and looking as visitors do, with keys, pointer and address.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { text } from "node:stream/consumers";
 import { pageTest } from "./support/page_test.mjs";
 import { contrast, psnr } from "./support/pictures.mjs";
 import { place } from "./support/place.mjs";
@@ -26,7 +26,7 @@ pageTest("walks by keys, softly to the edge, and looks around by dragging", asyn
   await page.waitForFunction(() => /z=0\.(49|50)/.test(location.hash));
   const saved = page.waitForEvent("download");
   await page.keyboard.press("v");
-  const rows = (await readFile(await (await saved).path(), "utf8")).trim().split("\n");
+  const rows = (await text(await (await saved).createReadStream())).trim().split("\n");
   assert.equal(rows[0], "name,x,z,yaw,pitch,roll,time");
   const way = [rows[1], rows.at(-1)].map((row) => row.split(",").map(Number));
   assert.ok(Math.abs(way[0][2] - 0.3) < 1e-3 && way[1][2] > EDGE_M - 0.02 && way[1][6] > 0.5);
