@@ -39,7 +39,7 @@ void require_free_folder(const fs::path& out, bool replace) {
 
 }  // namespace
 
-ExportFolder::ExportFolder(fs::path out, bool replace)
+ExportFolder::ExportFolder(const fs::path& out, bool replace)
     : out_(without_trailing_slash(out)), replace_(replace) {
   require_free_folder(out_, replace_);
   make_directories(directory_of(out_));

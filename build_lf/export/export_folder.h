@@ -10,7 +10,7 @@ class ExportFolder {
  public:
   // Makes the temporary folder. Throws Error if `out` exists, unless `replace` is set and it is an
   // earlier export with nothing else in it, or if it cannot be written.
-  ExportFolder(std::filesystem::path out, bool replace);
+  ExportFolder(const std::filesystem::path& out, bool replace);
   // Removes what is there unless it was completed: an export is not resumed. What a killed run
   // leaves, the next one beside it removes.
   ~ExportFolder();

@@ -86,6 +86,7 @@ std::string write_nerfstudio(const Room& room, const std::vector<ExportedStation
   write_panoramas(room, stations, options, directory);
   const bool masked = has_unusable_pixels(room);
   std::vector<NerfstudioFrame> frames;
+  frames.reserve(stations.size());
   for (const ExportedStation& station : stations) {
     frames.push_back({.file = panorama_file(station, options.jpeg),
                       .mask = masked ? mask_file(station) : "",
@@ -107,6 +108,7 @@ std::string write_frames(const Room& room, const std::vector<ExportedStation>& s
   write_panoramas(room, stations, options, directory);
   const bool masked = has_unusable_pixels(room);
   std::vector<ListedFrame> rows;
+  rows.reserve(stations.size());
   for (const ExportedStation& station : stations) {
     rows.push_back({.file = panorama_file(station, options.jpeg),
                     .position_m = station.position_m,

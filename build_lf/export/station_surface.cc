@@ -14,7 +14,7 @@ namespace {
 
 // A pixel of the map is usable if the panorama's is at its centre.
 cv::Mat usable_pixels(const Room& room, int line, int station, PanoramaSize size) {
-  const cv::Mat mask = station_mask(room, {.line = line, .station = station});
+  cv::Mat mask = station_mask(room, {.line = line, .station = station});
   if (mask.cols == size.width) return mask;
   cv::Mat usable;
   cv::resize(mask, usable, cv::Size(size.width, size.height), 0, 0, cv::INTER_NEAREST);

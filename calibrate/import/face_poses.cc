@@ -25,6 +25,7 @@ constexpr double kMostTurn_deg = 5.0;
 
 std::string folders_of(const std::vector<NamedFace>& faces) {
   std::vector<std::string> folders;
+  folders.reserve(faces.size());
   for (const NamedFace& face : faces) folders.push_back(face.folder);
   return fmt::format("{}", fmt::join(folders, ", "));
 }
@@ -129,6 +130,7 @@ void require_agreement(const std::vector<ImportedFrame>& frames,
 
 std::vector<NamedFace> exported_faces() {
   std::vector<NamedFace> faces;
+  faces.reserve(kCubeFaces.size());
   for (const CubeFace& face : kCubeFaces) {
     faces.push_back({face.name, world_from_camera(face.attitude)});
   }

@@ -205,6 +205,7 @@ CameraPose moved(const GridAxes& axes, const CameraPose& pose) {
 std::vector<StationPose> stations_of(const std::vector<ImportedFrame>& frames,
                                      const GridAxes& axes) {
   std::vector<StationPose> stations;
+  stations.reserve(frames.size());
   for (const ImportedFrame& frame : frames) {
     stations.push_back({.file = frame.file,
                         .position_m = moved(axes, frame.pose).position_m,

@@ -60,7 +60,7 @@ double residual_mm(const ImportedPoses& poses, const GridAxes& axes,
 GridAxes axes_of(const ImportedPoses& poses, const ImportOptions& options) {
   if (options.reference) {
     const std::vector<KnownPosition> known = known_positions(poses, *options.reference);
-    const GridAxes axes = fit_known_positions(poses, known);
+    GridAxes axes = fit_known_positions(poses, known);
     spdlog::info("{} panoramas of {} are within {:.1f} mm (root mean square) of their positions",
                  known.size(), options.reference->string(), residual_mm(poses, axes, known));
     return axes;

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "calibrate/base/frame_masks.h"
-#include "core/files/frame_list.h"
 #include "core/files/atomic_output.h"
+#include "core/files/frame_list.h"
 #include "core/files/image_file.h"
 
 namespace raywalk::calibrate {

@@ -16,6 +16,7 @@ int native_width(int face_px) { return static_cast<int>(std::ceil(kPi * face_px 
 
 std::vector<PanoramaFace> cube_faces() {
   std::vector<PanoramaFace> faces;
+  faces.reserve(kCubeFaces.size());
   for (const CubeFace& face : kCubeFaces) faces.push_back({world_from_camera(face.attitude)});
   return faces;
 }
