@@ -91,9 +91,10 @@ TEST(ColumnDistances, MarkTheEdgesBetweenRows) {
   EXPECT_GT(edges, 10);
 }
 
-TEST(ColumnDistances, PointsInLayersLieOnLayers) {
+// The layers are those around a point of the line, however high the viewpoint is above it.
+void expect_points_on_layers(double above_m) {
   const TestRoom& room = smooth_room();
-  PreparedSteps prepared(room.room(), {.layers = 6, .width = 256}, kDistancesAt);
+  PreparedSteps prepared(room.room(), {.layers = 6, .width = 256}, {kDistancesAt, above_m});
   const LayerSpacing layers = prepared.view.layers.value();
   for (int u = 0; u < 256; u += 7) {
     const ColumnPoints exact = prepared.steps.distances.prepare(u);
@@ -104,7 +105,7 @@ TEST(ColumnDistances, PointsInLayersLieOnLayers) {
       const double phi = angles_from_pixel({double(u), double(row)}, {256, 128}).phi_rad;
       const auto i = static_cast<size_t>(row);
       const auto from_line = [&](double omega) {
-        return 1.0 / std::hypot(std::cos(phi) / omega - d_p_m, std::sin(phi) / omega);
+        return 1.0 / std::hypot(std::cos(phi) / omega - d_p_m, std::sin(phi) / omega + above_m);
       };
       const double layer = (from_line(snapped.omega[i]) - layers.omega_min) / layers.step - 0.5;
       ASSERT_NEAR(layer, std::round(layer), 0.01) << u << ", " << row;
@@ -114,6 +115,10 @@ TEST(ColumnDistances, PointsInLayersLieOnLayers) {
           << u << ", " << row;
     }
   }
+}
+
+TEST(ColumnDistances, PointsInLayersLieOnLayers) {
+  for (const double above_m : {0.0, 0.25, -0.25}) expect_points_on_layers(above_m);
 }
 
 TEST(ColumnDistances, WithoutLayersPointsStayWhereTheyAre) {

@@ -50,10 +50,14 @@ TEST(SourceVisibility, EveryLineSeesAllOfAConvexRoom) {
   }
 }
 
-TEST(SourceVisibility, IsThatOfTheRoomBehindAPillar) {
+class VisibilityAtHeights : public testing::TestWithParam<double> {};
+// Of the viewpoint above the lines; the pillar ends at 0.4 m.
+INSTANTIATE_TEST_SUITE_P(Metres, VisibilityAtHeights, testing::Values(0.0, 0.1, 0.3, -0.3));
+
+TEST_P(VisibilityAtHeights, IsThatOfTheRoomBehindAPillar) {
   const TestRoom& room = pillar_room();
   PreparedSteps prepared(room.room(), {.generation = Generation::kTwoSided, .width = 256},
-                         kVisibilityAt);
+                         {kVisibilityAt, GetParam()});
   int hidden = 0;
   int seen = 0;
   int wrongly_seen = 0;

@@ -74,10 +74,10 @@ inline std::optional<bool> all_seen(const SyntheticScene& scene, const ViewInput
   return seen == all;
 }
 
-// Where the ray of a column crosses the line of a source.
+// Where the ray of a column crosses the line of a source, at the height of the lines.
 inline Eigen::Vector3d acquisition_point(const ViewInputs& view, const RaySource& source,
                                          double theta_rad) {
-  return view.viewpoint_m() +
+  return view.viewpoint_m() - Eigen::Vector3d(0.0, view.plan.above_lines_m(), 0.0) +
          source.d_p_m * Eigen::Vector3d(std::sin(theta_rad), 0.0, std::cos(theta_rad));
 }
 

@@ -49,7 +49,7 @@ struct PreparedSteps {
   enum class Bytes { kIgnored, kCounted };
 
   // The room must outlive the object.
-  PreparedSteps(const Room& room, const ViewOptions& options, PlanPoint at,
+  PreparedSteps(const Room& room, const ViewOptions& options, const Viewpoint& at,
                 Bytes bytes = Bytes::kIgnored)
       : renderer(room, options), view(prepared(at, bytes)), steps(view) {}
 
@@ -64,7 +64,7 @@ struct PreparedSteps {
   ViewSteps steps;
 
  private:
-  const ViewInputs& prepared(PlanPoint at, Bytes bytes) {
+  const ViewInputs& prepared(const Viewpoint& at, Bytes bytes) {
     renderer.count_bytes(bytes == Bytes::kCounted);
     return renderer.prepare(at).inputs();
   }
