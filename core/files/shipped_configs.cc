@@ -92,7 +92,7 @@ std::vector<std::string> shipped_config_names(ConfigKind kind) {
 }
 
 fs::path config_path(const fs::path& named, ConfigKind kind, const fs::path& beside) {
-  const fs::path as_written = beside / named;
+  fs::path as_written = beside / named;
   if (is_file(as_written)) return as_written;
   const std::optional<std::string> name = name_in(named, place_of(kind).folder);
   const std::vector<std::string> names = shipped_config_names(kind);

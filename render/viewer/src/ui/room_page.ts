@@ -200,7 +200,7 @@ export class RoomPage {
 
   private toggleRecording(): void {
     if (!this.recorder.recording) {
-      this.recorder.start();
+      this.recorder.start(this.walker.pose);
       this.status.say("Recording the path; the same again saves it.");
       return;
     }

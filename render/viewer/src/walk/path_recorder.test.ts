@@ -16,9 +16,9 @@ test("records where one was, when", () => {
   const recorder = new PathRecorder();
   recorder.advance(1, POSE);
   assert.equal(recorder.stop(), null);
-  recorder.start();
+  recorder.start(POSE);
   const speed = 0.5;
-  for (let frame = 0; frame <= 61; ++frame) {
+  for (let frame = 1; frame <= 61; ++frame) {
     const time_s = frame / 60;
     recorder.advance(1 / 60, { ...POSE, x_m: 0.1 + speed * time_s, yaw_rad: time_s });
   }
@@ -42,10 +42,9 @@ test("records where one was, when", () => {
 
 test("begins anew, and keeps the edge of what was captured", () => {
   const recorder = new PathRecorder();
-  recorder.start();
+  recorder.start(POSE);
   recorder.advance(1, POSE);
-  recorder.start();
-  recorder.advance(1, { ...POSE, x_m: 1 / 3 });
+  recorder.start({ ...POSE, x_m: 1 / 3 });
   recorder.advance(0.01, { ...POSE, x_m: 1 / 3 });
   const rows = rowsOf(recorder.stop()!);
   assert.deepEqual(

@@ -13,33 +13,31 @@ interface Sample {
 
 export class PathRecorder {
   private samples: Sample[] = [];
-  private latest: Sample | null = null;
-  private recording_ = false;
+  private latest: Sample | null = null; // null while nothing is recorded
 
   get recording(): boolean {
-    return this.recording_;
+    return this.latest !== null;
   }
 
-  start(): void {
-    this.samples = [];
-    this.latest = null;
-    this.recording_ = true;
+  start(pose: Pose): void {
+    this.latest = { time_s: 0, pose: { ...pose } };
+    this.samples = [this.latest];
   }
 
   /** Goes on by the time of a frame, in which the walker has come to a pose. */
   advance(seconds: number, pose: Pose): void {
-    if (!this.recording_) return;
-    const time_s = this.latest ? this.latest.time_s + Math.max(seconds, 0) : 0;
+    if (!this.latest) return;
+    const time_s = this.latest.time_s + Math.max(seconds, 0);
     this.latest = { time_s, pose: { ...pose } };
-    const before = this.samples[this.samples.length - 1];
-    if (!before || time_s - before.time_s >= EVERY_S) this.samples.push(this.latest);
+    const before = this.samples[this.samples.length - 1]!;
+    if (time_s - before.time_s >= EVERY_S) this.samples.push(this.latest);
   }
 
   /** Ends the recording with the pose of the last frame; the table, or null where nothing went by. */
   stop(): string | null {
-    this.recording_ = false;
     const last = this.samples[this.samples.length - 1];
     if (last && this.latest && this.latest.time_s > last.time_s) this.samples.push(this.latest);
+    this.latest = null;
     return this.samples.length > 1 ? pathTable(this.samples) : null;
   }
 }
