@@ -178,7 +178,7 @@ std::string command_section(const ProgramReference& program, const CommandRefere
         entries += entry(option);
       }
     }
-    if (!entries.empty()) page += ".PP\n" + roff(group + ":") + "\n" + entries;
+    if (!entries.empty()) page += fmt::format(".PP\n{}:\n{}", roff(group), entries);
   }
   return page + footer_text(command.footer);
 }
