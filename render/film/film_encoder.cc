@@ -22,7 +22,7 @@ namespace {
 std::string last_line(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = text.find_last_of("\r\n");
-    const std::string line = one_line(end == std::string_view::npos ? text : text.substr(end + 1));
+    std::string line = one_line(end == std::string_view::npos ? text : text.substr(end + 1));
     if (!line.empty()) return line;
     text = text.substr(0, end == std::string_view::npos ? 0 : end);
   }
