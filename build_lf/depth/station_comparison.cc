@@ -127,7 +127,10 @@ cv::Vec3b StationComparison::median_of(const Witnesses& witnesses) {
   cv::Vec3b median;
   for (int c = 0; c < 3; ++c) {
     Colours sorted = witnesses.colour[static_cast<size_t>(c)];
-    std::sort(sorted.begin(), sorted.begin() + witnesses.count);  // of so few: insertion sort
+    // Insertion sort: there are few, and GCC 14 warns falsely of what std::sort does with many.
+    for (auto next = sorted.begin(); next != sorted.begin() + witnesses.count; ++next) {
+      std::rotate(std::upper_bound(sorted.begin(), next, *next), next, next + 1);
+    }
     median[c] = sorted[static_cast<size_t>(witnesses.count / 2)];
   }
   return median;
