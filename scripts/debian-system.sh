@@ -84,6 +84,8 @@ mount_all() {
   mount --rbind /dev "$root/dev"
   mount --rbind /sys "$root/sys"
   if [ -n "${CCACHE_DIR:-}" ]; then mount --bind "$CCACHE_DIR" "$root/ccache"; fi
+  # Whom npm trusts beyond its own list, as behind a proxy that reads along.
+  if [ -n "${NODE_EXTRA_CA_CERTS:-}" ]; then cp "$NODE_EXTRA_CA_CERTS" "$root/certificates.pem"; fi
 }
 
 # copy_sources ROOT: those of the last commit.
@@ -100,6 +102,9 @@ inside() {
   shift
   local variables=(HOME=/root LANG=C.UTF-8 PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin)
   if [ -n "$proxy" ]; then variables+=("http_proxy=$proxy"); fi
+  if [ -n "${NODE_EXTRA_CA_CERTS:-}" ]; then
+    variables+=(NODE_EXTRA_CA_CERTS=/certificates.pem)
+  fi
   if [ -n "${SOURCE_DATE_EPOCH:-}" ]; then variables+=("SOURCE_DATE_EPOCH=$SOURCE_DATE_EPOCH"); fi
   if [ -n "${CCACHE_DIR:-}" ]; then
     variables+=(CCACHE_DIR=/ccache CCACHE_BASEDIR=/raywalk CCACHE_NOHASHDIR=true
