@@ -201,7 +201,7 @@ std::string man_page(const ProgramReference& program, const std::string& date) {
       ".\\\" Made by {} \\-\\-man from the definitions of its commands.\n"
       ".TH {} 1 {} \"Raywalk {}\" \"Raywalk\"\n.nh\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n"
       "{} {} [{}]...\n.SH DESCRIPTION\n{}.SH OPTIONS\n",
-      roff(program.name), roff(upper(program.name)), roff(date), version, roff(program.name),
+      roff(program.name), roff(upper(program.name)), date, version, roff(program.name),
       roff(program.description), bold(program.name), italic("COMMAND"), italic("ARGUMENT"),
       filled(sentence(program.description)));
   for (const OptionReference& option : program.options) page += entry(option);
