@@ -1,0 +1,37 @@
+// A share of long work: block i of n. Blocks can be done in any order and on any machines that see
+// the files; what they leave is merged afterwards (core/files/block_results.h).
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace raywalk {
+
+// Indices [begin, end).
+struct IndexRange {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  std::size_t size() const { return end - begin; }
+  friend bool operator==(const IndexRange&, const IndexRange&) = default;
+};
+
+// Block `index` of `count`, counted from 1; the default is all of the work.
+struct Block {
+  int index = 1;
+  int count = 1;
+
+  // Its share of `items` pieces of work: neighbours, in order, and as many in each block as in any
+  // other or one more. Empty where there are fewer pieces than blocks.
+  IndexRange share_of(std::size_t items) const;
+  std::string text() const;  // "3/16"
+  friend bool operator==(const Block&, const Block&) = default;
+};
+
+// The most blocks that work can be divided into.
+inline constexpr int kMostBlocks = 100'000;
+
+// Numbers as people list them: "3, 5 to 7 and 9". `numbers` must increase.
+std::string listed(const std::vector<int>& numbers);
+
+}  // namespace raywalk
