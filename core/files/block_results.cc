@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/block_counts.h"
 #include "core/files/number.h"
 
 namespace raywalk {
@@ -78,9 +79,7 @@ std::vector<std::string> BlockResults::merged() const {
       }
       return results;
     }
-    faults +=
-        fmt::format("{}{} of {} blocks {} missing: {}", faults.empty() ? "" : "; ", missing.size(),
-                    count, missing.size() == 1 ? "is" : "are", listed(missing));
+    faults += (faults.empty() ? "" : "; ") + missing_blocks_text(missing, count);
   }
   if (faults.empty()) {
     throw Error(fmt::format(
