@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,12 @@ struct Block {
   IndexRange share_of(std::size_t items) const;
   std::string text() const;  // "3/16"
   friend bool operator==(const Block&, const Block&) = default;
+};
+
+// Which part of a long step to do; by default all of it.
+struct BlockArguments {
+  std::optional<Block> block{};  // only this one; its result is kept to be merged
+  bool merge = false;            // only merge what blocks left
 };
 
 // The most blocks that work can be divided into.

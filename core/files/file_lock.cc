@@ -31,10 +31,11 @@ bool is_file_of_name(int fd, const std::filesystem::path& file) {
 
 }  // namespace
 
-FileLock::FileLock(const std::filesystem::path& file, const std::string& busy)
+FileLock::FileLock(const std::filesystem::path& file, const std::string& busy, LockKind kind)
     : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
   if (fd_ < 0) throw_system_error("write", directory_of(file), errno);
-  const int error_number = ::flock(fd_, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+  const int operation = kind == LockKind::kAlone ? LOCK_EX : LOCK_SH;
+  const int error_number = ::flock(fd_, operation | LOCK_NB) == 0 ? 0 : errno;
   if (error_number == 0 && is_file_of_name(fd_, file)) return;
   ::close(fd_);
   if (error_number != 0 && error_number != EWOULDBLOCK) {
