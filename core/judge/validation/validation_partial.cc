@@ -96,23 +96,25 @@ std::string fingerprint_of(const Room& room) {
 
 }  // namespace
 
-ValidationPartial::ValidationPartial(const fs::path& report, const Room& room)
+ValidationPartial::ValidationPartial(const fs::path& report, const Room& room, LockKind kind)
     : directory_(made_directory(report / "validation.partial")),
+      kind_(kind),
       lock_(std::make_shared<FileLock>(
           directory_ / kLockFile,
-          "another raywalk-render validate is writing this report; wait for it to finish")),
+          "another raywalk-render validate is writing this report; wait for it to finish", kind)),
       room_fingerprint_(fingerprint_of(room)),
       connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {}
 
 ValidationPartial::ValidationPartial(const ValidationPartial& partial, const Room& room)
     : directory_(partial.directory_),
+      kind_(partial.kind_),
       lock_(partial.lock_),
       room_fingerprint_(fingerprint_of(room)),
       connection_errors_(made_directory(directory_ / ("connections-" + room_fingerprint_))) {}
 
 ValidationPartial::~ValidationPartial() {
   std::error_code ignored;
-  if (is_empty()) fs::remove_all(directory_, ignored);
+  if (kind_ == LockKind::kAlone && is_empty()) fs::remove_all(directory_, ignored);
 }
 
 std::string ValidationPartial::key_of(const TruthView& truth, bool shown) const {
