@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,12 @@ struct Block {
   std::vector<std::size_t> share_of(std::span<const std::uint64_t> sizes) const;
   std::string text() const;  // "3/16"
   friend bool operator==(const Block&, const Block&) = default;
+};
+
+// Which part of a long step to do; by default all of it.
+struct BlockArguments {
+  std::optional<Block> block{};  // only this one; its result is kept to be merged
+  bool merge = false;            // only merge what blocks left
 };
 
 // The most blocks that work can be divided into.

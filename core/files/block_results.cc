@@ -11,6 +11,7 @@
 #include "core/files/atomic_output.h"
 #include "core/files/block_counts.h"
 #include "core/files/number.h"
+#include "core/files/output_path.h"
 
 namespace raywalk {
 namespace {
@@ -44,6 +45,13 @@ bool BlockResults::make(Block block, const std::function<std::string()>& make) c
   make_directories(directory_of(block.count));
   write_file_atomically(file_of(block), make());
   return true;
+}
+
+std::string BlockResults::make_and_tell(Block block,
+                                        const std::function<std::string()>& make) const {
+  const bool now = this->make(block, make);
+  return fmt::format("{}: block {} {} done; --merge puts the blocks together", step_, block.text(),
+                     now ? "is" : "was already");
 }
 
 std::vector<int> BlockResults::started_counts() const {
@@ -94,6 +102,10 @@ void BlockResults::remove() const {
   std::error_code ignored;
   fs::remove_all(folder_ / step_, ignored);
   fs::remove(folder_, ignored);  // only if no other step has results there
+}
+
+fs::path blocks_beside(const fs::path& output) {
+  return without_trailing_slash(output).string() + ".blocks";
 }
 
 }  // namespace raywalk
