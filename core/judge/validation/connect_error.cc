@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/view/column_renderer.h"
 #include "core/view/connection.h"
 #include "core/view/view_plan.h"
@@ -118,8 +119,7 @@ class CellMeasurement {
     const int index = cell_.line[static_cast<size_t>(side % kCorners)];
     const Line& line = room_.grid().lines[static_cast<size_t>(index)];
     const auto crossing = cross_line(line, viewpoint, theta_rad);
-    const bool held = crossing && crossing->d_p_m >= 0.0 && crossing->along_m >= line.first_m() &&
-                      crossing->along_m <= line.last_m();
+    const bool held = crossing && crossing->d_p_m >= 0.0 && is_captured_at(line, crossing->along_m);
     return held ? std::optional(source_at(line, index, *crossing)) : std::nullopt;
   }
 
