@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "build_lf/cluster/cluster_command.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/distance_sets.h"
 #include "build_lf/export/export_room.h"
@@ -288,5 +289,6 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);
   raywalk::build_lf::add_export(&app, &arguments);
+  raywalk::build_lf::add_cluster_plan(&app);
   return raywalk::run_program(app, argc, argv);
 }
