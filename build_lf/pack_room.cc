@@ -1,11 +1,13 @@
 #include "build_lf/pack_room.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "build_lf/free_space.h"
 #include "build_lf/partial_room.h"
+#include "build_lf/reused_lines.h"
 #include "build_lf/station_data.h"
 #include "build_lf/volume_writer.h"
 #include "core/base/progress.h"
@@ -75,6 +77,23 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
   }
 }
 
+// Takes unchanged volumes from the room that is being replaced, and says what of it is lost.
+void reuse_earlier(const fs::path& earlier, const PackPlan& plan,
+                   const std::vector<LineInputs>& inputs, const fs::path& room) {
+  const ReusedVolumes reused = reuse_volumes(earlier, plan, inputs, room);
+  if (reused.lines + reused.distances > 0) {
+    spdlog::info("{} of {} lines and the given distances of {} are unchanged: taken from {}",
+                 reused.lines, plan.grid.lines.size(), reused.distances, earlier.string());
+  }
+  const std::string lost = measurements_of(earlier);
+  if (!lost.empty()) {
+    spdlog::warn(
+        "{}: what was measured on it is not kept, as it was measured on all lines together: {}; "
+        "run raywalk-build-lf depth, and what else is needed, on the new room",
+        earlier.string(), lost);
+  }
+}
+
 }  // namespace
 
 RoomManifest manifest_of_volumes(const fs::path& room, PanoramaSize panorama, const Grid& grid) {
@@ -101,6 +120,8 @@ void pack_room(const PackOptions& options) {
   const PackPlan plan = plan_pack(options);
   PartialRoom partial(options.out, plan.fingerprint, options.replace);
   const fs::path& room = partial.directory();
+  const std::vector<LineInputs> inputs = line_inputs(plan);
+  if (options.replace) reuse_earlier(without_trailing_slash(options.out), plan, inputs, room);
   const std::vector<Job> jobs = open_jobs(plan, room);
   const std::uint64_t needed = bytes_of(jobs, plan);
   require_space(room, {.needed = needed, .there = plan.bytes() - needed},
@@ -114,6 +135,7 @@ void pack_room(const PackOptions& options) {
     partial.discard();
     throw;
   }
+  write_line_inputs(room, plan, inputs);
   write_file_atomically(manifest_path(room),
                         manifest_to_json(manifest_of_volumes(room, plan.panorama, plan.grid)));
   Room::open(room);  // checks that the result can be opened
