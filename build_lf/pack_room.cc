@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "build_lf/free_space.h"
 #include "build_lf/partial_room.h"
+#include "build_lf/reused_lines.h"
 #include "build_lf/station_data.h"
 #include "build_lf/volume_writer.h"
 #include "core/base/counted.h"
@@ -88,10 +90,28 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
   }
 }
 
+// Takes unchanged volumes from the room that is being replaced, and says what of it is lost.
+void reuse_earlier(const fs::path& earlier, const PackPlan& plan,
+                   const std::vector<std::size_t>& lines, const fs::path& room) {
+  const ReusedVolumes reused = reuse_volumes(earlier, plan, lines, room);
+  if (reused.lines + reused.distances > 0) {
+    spdlog::info("{} of {} lines and the given distances of {} are unchanged: taken from {}",
+                 reused.lines, lines.size(), reused.distances, earlier.string());
+  }
+  const std::string lost = measurements_of(earlier);
+  if (!lost.empty()) {
+    spdlog::warn(
+        "{}: what was measured on it is not kept, as it was measured on all lines together: {}; "
+        "run raywalk-build-lf depth, and what else is needed, on the new room",
+        earlier.string(), lost);
+  }
+}
+
 // Packs those of the lines that are not packed; returns the number of volumes written.
 std::size_t pack_lines(const PackOptions& options, const PackPlan& plan,
                        const std::vector<std::size_t>& lines, PartialRoom* partial) {
   const fs::path& room = partial->directory();
+  if (options.replace) reuse_earlier(without_trailing_slash(options.out), plan, lines, room);
   const std::vector<Job> jobs = open_jobs(plan, lines, room);
   const std::uint64_t needed = bytes_of(jobs, plan);
   std::uint64_t all = 0;
@@ -134,6 +154,7 @@ void require_all_packed(const PackPlan& plan, const PartialRoom& partial) {
 // Makes the room of its volumes.
 void complete_room(const PackPlan& plan, PartialRoom* partial) {
   const fs::path& room = partial->directory();
+  write_line_inputs(room, plan);
   write_file_atomically(manifest_path(room),
                         manifest_to_json(manifest_of_volumes(room, plan.panorama, plan.grid)));
   Room::open(room);  // checks that the result can be opened
@@ -188,7 +209,7 @@ std::string pack_block(const PackOptions& options, Block block) {
 void merge_packed(const PackOptions& options) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
-  PartialRoom partial(options.out, plan.fingerprint, false);
+  PartialRoom partial(options.out, plan.fingerprint, options.replace);
   require_all_packed(plan, partial);
   complete_room(plan, &partial);
 }
