@@ -98,18 +98,6 @@ std::vector<ViewMode> modes_for(const Room& room, std::vector<ViewMode> modes) {
               "--generation initial, or run raywalk-build-lf depth on it");
 }
 
-// The generations of the modes whose connection error the room has not yet; none without cells.
-std::vector<Generation> unconnected(const Room& room, std::span<const ViewMode> modes,
-                                    const ConnectErrorOptions& options) {
-  std::vector<Generation> generations;
-  if (room.grid().cells.empty()) return generations;
-  for (const ViewMode& mode : modes) {
-    const Generation generation = mode.options.generation;
-    if (!stored_error(room.directory(), generation, options)) generations.push_back(generation);
-  }
-  return generations;
-}
-
 // Throws where it cannot be measured.
 RoomTask checked_task(const Room& room, std::vector<ViewMode> modes,
                       const ValidateOptions& options) {
@@ -123,7 +111,7 @@ RoomTask checked_task(const Room& room, std::vector<ViewMode> modes,
     throw Error(room.directory().string() +
                 ": has no cell, so that no lines connect; give true views with --truth");
   }
-  task.unconnected = unconnected(room, task.modes, options.connect);
+  task.unconnected = unconnected_generations(room, task.modes, options.connect);
   return task;
 }
 
@@ -193,6 +181,17 @@ std::vector<ConnectError> connection_errors(const Room& room, std::span<const Vi
     errors.push_back(*std::move(found));
   }
   return errors;
+}
+
+std::vector<Generation> unconnected_generations(const Room& room, std::span<const ViewMode> modes,
+                                                const ConnectErrorOptions& options) {
+  std::vector<Generation> generations;
+  if (room.grid().cells.empty()) return generations;
+  for (const ViewMode& mode : modes) {
+    const Generation generation = mode.options.generation;
+    if (!stored_error(room.directory(), generation, options)) generations.push_back(generation);
+  }
+  return generations;
 }
 
 int widest_truth_px(const Validation& validation) {

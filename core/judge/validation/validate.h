@@ -61,6 +61,11 @@ std::vector<ConnectError> connection_errors(
     const Room& room, std::span<const ViewMode> modes, const ConnectErrorOptions& options,
     const std::optional<std::filesystem::path>& kept_in = std::nullopt);
 
+// The generations of these modes whose connection error, measured with these options, the room has
+// not yet; none where it has no cell.
+std::vector<Generation> unconnected_generations(const Room& room, std::span<const ViewMode> modes,
+                                                const ConnectErrorOptions& options);
+
 // Of the widest true view; 0 without.
 int widest_truth_px(const Validation& validation);
 
