@@ -112,7 +112,7 @@ void sort_and_name(std::vector<Line>* lines) {
 class Coverage {
  public:
   explicit Coverage(const Line& line)
-      : line_(line), spacing_m_(covering_spacing(line)), missing_(missing_sections(line)) {}
+      : line_(line), spacing_m_(covering_spacing(line) * (1.0 + 1e-9)), missing_(missing_sections(line)) {}
 
   const Line& line() const { return line_; }
   bool begins_at(PlanPoint from) const {
