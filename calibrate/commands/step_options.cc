@@ -137,8 +137,9 @@ void add_poses_options(CLI::App* command, StepArguments* arguments) {
                    "parts, which are then joined and adjusted together")
       ->check(CLI::Range(30, 1000000))
       ->capture_default_str();
-  command->add_option("--work", arguments->work,
-                      "Directory for COLMAP's files, best on a local disk (default: OUT/colmap)");
+  command->add_option(
+      "--work", arguments->work,
+      "Directory to keep COLMAP's files in, best on a local disk (default: OUT/colmap)");
 }
 
 void add_method_option(CLI::App* command, StepArguments* arguments) {

@@ -16,6 +16,7 @@
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
 #include "core/files/file_lock.h"
+#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -33,10 +34,16 @@ constexpr int kPointsAtLast = 1500;
 constexpr double kAnchorCells = 0.1;
 constexpr double kAnchor_rad = 0.1;
 
-// COLMAP's directory for a part.
+// COLMAP's directory, which is emptied for other inputs: in one that the user gives it has a name
+// of its own, another for every calibration.
+fs::path workspace_of(const PosesOptions& options) {
+  if (options.work.empty()) return options.out / "colmap";
+  const std::string calibration = sha256_hex(fs::absolute(options.out).string());
+  return options.work / ("raywalk-colmap-" + calibration.substr(0, 16));
+}
+
 fs::path workspace_of(const PoseProblem& problem, std::size_t part) {
-  const PosesOptions& options = problem.options;
-  const fs::path work = options.work.empty() ? options.out / "colmap" : options.work;
+  const fs::path work = workspace_of(problem.options);
   return problem.parts.size() == 1 ? work : work / fmt::format("part-{}", part + 1);
 }
 

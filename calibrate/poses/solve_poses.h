@@ -37,7 +37,8 @@ struct PosesOptions {
   std::filesystem::path out{};                // the calibration's directory, created if missing
   int threads = 0;                            // of COLMAP and the adjustment; 0: thread_count()
   int part_stations = kPartStations;          // solved together at most, about; at least 3
-  // Where COLMAP works, of a grid of several parts in a folder for each; empty: `out`/colmap.
+  // The folder in which COLMAP has its own, empty: `out`/colmap. Of a grid of several parts each
+  // has a folder there.
   std::filesystem::path work{};
 };
 
