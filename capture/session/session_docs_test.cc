@@ -67,7 +67,7 @@ class SessionDocsTest : public testing::Test {
 
 TEST_F(SessionDocsTest, EveryExampleReturnsRows) {
   SqliteConnection connection = open_session_to_read(capture_.directory);
-  ASSERT_THAT(queries(), SizeIs(8));
+  ASSERT_THAT(queries(), SizeIs(9));
   for (const std::string& query : queries()) {
     SqliteStatement statement(&connection, query);
     EXPECT_TRUE(statement.step()) << query;
