@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/nearest_word.h"
+#include "core/geometry/position_tolerance.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -71,12 +72,12 @@ PanoramaSize map_size(const Room& room, int width) {
 
 // Station indices at least `gap_m` apart, from the first to the last.
 std::vector<int> spread_out(const Line& line, double gap_m) {
-  constexpr double kRounding = 1e-6;
+  const double rounding = rounding_m(line);
   std::vector<int> chosen{0};
   const int last = static_cast<int>(line.stations.size()) - 1;
   const auto along = [&](int i) { return line.stations[static_cast<size_t>(i)].along_m; };
   for (int i = 1; i <= last; ++i) {
-    if (along(i) - along(chosen.back()) >= gap_m * (1.0 - kRounding)) chosen.push_back(i);
+    if (along(i) - along(chosen.back()) >= gap_m - rounding) chosen.push_back(i);
   }
   // The end of the line needs a station as much as its beginning.
   if (along(last) - along(chosen.back()) > 0.5 * gap_m) chosen.push_back(last);
