@@ -7,7 +7,8 @@
 # tells several slurmd on one machine apart only by host name unless it is built for that. There is no
 # systemd, no control groups, no accounting.
 
-# own_system "$@": runs the script again in such a system; exits with 77 where that is not possible.
+# own_system SCRIPT ARGUMENT...: runs the script again in such a system, in which it returns; exits with
+# 77 where that is not possible.
 own_system() {
   if [ -n "${RAYWALK_OWN_SYSTEM:-}" ]; then
     ip link set lo up
@@ -16,11 +17,10 @@ own_system() {
     return
   fi
   if [ "$(id -u)" -ne 0 ] || ! unshare --mount --uts --net --pid --fork --mount-proc true; then
-    echo "$(basename "$0"): skipped: needs root and namespaces of its own" >&2
+    echo "$(basename "$1"): skipped: needs root and namespaces of its own" >&2
     exit 77
   fi
-  RAYWALK_OWN_SYSTEM=1 exec unshare --mount --uts --net --pid --fork --kill-child --mount-proc \
-    "$0" "$@"
+  RAYWALK_OWN_SYSTEM=1 exec unshare --mount --uts --net --pid --fork --kill-child --mount-proc "$@"
 }
 
 # write_slurm_config DIR: slurm.conf and cgroup.conf. Timeouts are short, so that a node that is gone is
