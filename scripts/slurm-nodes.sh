@@ -7,7 +7,8 @@
 # tells several slurmd on one machine apart only by host name unless it is built for that. There is no
 # systemd, no control groups, no accounting.
 
-# own_system "$@": runs the script again in such a system; exits with 77 where that is not possible.
+# own_system SCRIPT ARGUMENT...: runs the script again in such a system, in which it returns; exits with
+# 77 where that is not possible.
 own_system() {
   if [ -n "${RAYWALK_OWN_SYSTEM:-}" ]; then
     ip link set lo up
@@ -16,11 +17,10 @@ own_system() {
     return
   fi
   if [ "$(id -u)" -ne 0 ] || ! unshare --mount --uts --net --pid --fork --mount-proc true; then
-    echo "$(basename "$0"): skipped: needs root and namespaces of its own" >&2
+    echo "$(basename "$1"): skipped: needs root and namespaces of its own" >&2
     exit 77
   fi
-  RAYWALK_OWN_SYSTEM=1 exec unshare --mount --uts --net --pid --fork --kill-child --mount-proc \
-    "$0" "$@"
+  RAYWALK_OWN_SYSTEM=1 exec unshare --mount --uts --net --pid --fork --kill-child --mount-proc "$@"
 }
 
 # write_slurm_config DIR: slurm.conf and cgroup.conf. Timeouts are short, so that a node that is gone is
@@ -67,28 +67,33 @@ END
   fi
 }
 
-declare -A slurmd_of=()  # process of a node's system, by name
+declare -A node_of=()  # what starts a node's first process, by name
 
-# start_node NAME: in a system of its own, all of whose processes end with the first.
+# start_node NAME: in a system of its own, all of whose processes end with the first, which starts
+# slurmd again when it ends.
 start_node() {
   # shellcheck disable=SC2016  # expanded by that shell
   unshare --mount --uts --pid --fork --kill-child --mount-proc bash -c \
-    'hostname "$1" && exec slurmd -D -f "$SLURM_CONF" -N "$1"' - "$1" >>"$slurm_dir/$1.out" 2>&1 &
-  slurmd_of[$1]=$!
+    'hostname "$1" && while :; do slurmd -D -f "$SLURM_CONF" -N "$1"; sleep 1; done' - "$1" \
+    >>"$slurm_dir/$1.out" 2>&1 &
+  node_of[$1]=$!
 }
+
+# first_process NAME: that of the node.
+first_process() { pgrep -P "${node_of[$1]}"; }
 
 # in_node NAME COMMAND...: runs a command as a process of the node would.
 in_node() {
-  local first
-  first=$(pgrep -P "${slurmd_of[$1]}" | head -n 1)
-  shift
-  nsenter --target "$first" --mount --uts -- "$@"
+  nsenter --target "$(first_process "$1")" --mount --uts -- "${@:2}"
 }
+
+# kill_slurmd NAME: its tasks go on.
+kill_slurmd() { pkill -9 -x -P "$(first_process "$1")" slurmd; }
 
 # crash_node NAME: as if its power failed.
 crash_node() {
-  kill -9 "${slurmd_of[$1]}"
-  wait "${slurmd_of[$1]}" 2>/dev/null || true
+  kill -9 "${node_of[$1]}"
+  wait "${node_of[$1]}" 2>/dev/null || true
 }
 
 # wait_for_nodes STATE COUNT: waits until so many nodes have that state (idle, down).
