@@ -2,6 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
+#include <numeric>
+#include <queue>
+#include <utility>
+
 namespace raywalk {
 
 IndexRange Block::share_of(std::size_t items) const {
@@ -10,6 +16,27 @@ IndexRange Block::share_of(std::size_t items) const {
     return items * static_cast<std::size_t>(block) / static_cast<std::size_t>(count);
   };
   return {start_of(index - 1), start_of(index)};
+}
+
+std::vector<std::size_t> Block::share_of(std::span<const std::uint64_t> sizes) const {
+  std::vector<std::size_t> order(sizes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return sizes[a] > sizes[b]; });
+  // Load and index of every block, the least loaded first.
+  using Load = std::pair<std::uint64_t, int>;
+  std::priority_queue<Load, std::vector<Load>, std::greater<>> loads;
+  for (int block = 1; block <= count; ++block) loads.emplace(0, block);
+  std::vector<std::size_t> share;
+  for (const std::size_t piece : order) {
+    const auto [load, block] = loads.top();
+    loads.pop();
+    // Pieces of no size are work too.
+    loads.emplace(load + std::max<std::uint64_t>(sizes[piece], 1), block);
+    if (block == index) share.push_back(piece);
+  }
+  std::sort(share.begin(), share.end());
+  return share;
 }
 
 std::string Block::text() const { return fmt::format("{}/{}", index, count); }

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,8 +27,18 @@ struct Block {
   // Its share of `items` pieces of work: neighbours, in order, and as many in each block as in any
   // other or one more. Empty where there are fewer pieces than blocks.
   IndexRange share_of(std::size_t items) const;
+  // Its share of pieces of different sizes, increasing indices: from the largest on, each piece
+  // goes to the block with the least so far. The blocks then differ by at most the largest piece,
+  // and in practice by far less.
+  std::vector<std::size_t> share_of(std::span<const std::uint64_t> sizes) const;
   std::string text() const;  // "3/16"
   friend bool operator==(const Block&, const Block&) = default;
+};
+
+// Which part of a long step to do; by default all of it.
+struct BlockArguments {
+  std::optional<Block> block{};  // only this one; its result is kept to be merged
+  bool merge = false;            // only merge what blocks left
 };
 
 // The most blocks that work can be divided into.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace raywalk {
 namespace {
 
@@ -19,6 +21,26 @@ TEST(BlockTest, SharesAreAllOfTheWorkOnceAndEqual) {
       ASSERT_EQ(next, items);
     }
   }
+}
+
+TEST(BlockTest, PiecesOfDifferentSizesAreAllDoneOnceAndBalanced) {
+  std::vector<std::uint64_t> sizes(57, 10);
+  sizes.insert(sizes.begin() + 20, 7, 50);
+  for (const int count : {1, 3, 16, 200}) {
+    std::vector<int> done(sizes.size(), 0);
+    std::uint64_t largest = 0;
+    for (int index = 1; index <= count; ++index) {
+      std::uint64_t load = 0;
+      for (const std::size_t piece : Block{index, count}.share_of(sizes)) {
+        ++done[piece];
+        load += sizes[piece];
+      }
+      largest = std::max(largest, load);
+    }
+    EXPECT_EQ(done, std::vector<int>(sizes.size(), 1)) << count;
+    EXPECT_LE(largest, std::max<std::uint64_t>(50, 920 / static_cast<std::uint64_t>(count) + 10));
+  }
+  EXPECT_TRUE((Block{65, 100}.share_of(sizes)).empty()) << "more blocks than pieces";
 }
 
 TEST(BlockTest, TheDefaultIsAllOfTheWork) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "core/base/block.h"
@@ -34,12 +33,6 @@ GridTolerance tolerance_of(const LineToleranceArguments& arguments);
 
 // Adds the flag -f, --force; `description` says what it replaces.
 void add_force_flag(CLI::App* command, bool* force, const std::string& description);
-
-// Which part of a long step to do.
-struct BlockArguments {
-  std::optional<Block> block;  // only this one; its result is kept to be merged
-  bool merge = false;          // only merge what blocks left
-};
 
 // Adds the options --block I/N and --merge, which exclude each other. `pieces` says in words what
 // is divided: "lines", "views". Another text than I/N with 1 <= I <= N is an error of the command

@@ -9,7 +9,9 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/block_counts.h"
 #include "core/files/number.h"
+#include "core/files/output_path.h"
 
 namespace raywalk {
 namespace {
@@ -45,6 +47,13 @@ bool BlockResults::make(Block block, const std::function<std::string()>& make) c
   return true;
 }
 
+std::string BlockResults::make_and_tell(Block block,
+                                        const std::function<std::string()>& make) const {
+  const bool now = this->make(block, make);
+  return fmt::format("{}: block {} {} done; --merge puts the blocks together", step_, block.text(),
+                     now ? "is" : "was already");
+}
+
 std::vector<int> BlockResults::started_counts() const {
   std::vector<int> counts;
   std::error_code error;
@@ -78,9 +87,7 @@ std::vector<std::string> BlockResults::merged() const {
       }
       return results;
     }
-    faults +=
-        fmt::format("{}{} of {} blocks {} missing: {}", faults.empty() ? "" : "; ", missing.size(),
-                    count, missing.size() == 1 ? "is" : "are", listed(missing));
+    faults += (faults.empty() ? "" : "; ") + missing_blocks_text(missing, count);
   }
   if (faults.empty()) {
     throw Error(fmt::format(
@@ -95,6 +102,10 @@ void BlockResults::remove() const {
   std::error_code ignored;
   fs::remove_all(folder_ / step_, ignored);
   fs::remove(folder_, ignored);  // only if no other step has results there
+}
+
+fs::path blocks_beside(const fs::path& output) {
+  return without_trailing_slash(output).string() + ".blocks";
 }
 
 }  // namespace raywalk

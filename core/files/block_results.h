@@ -28,6 +28,9 @@ class BlockResults {
   // throws.
   bool make(Block block, const std::function<std::string()>& make) const;
 
+  // make(), and a line for the user that says whether the block was done now or before.
+  std::string make_and_tell(Block block, const std::function<std::string()>& make) const;
+
   // The results in order, of the number of blocks that is complete. Throws Error if none is: it
   // names the blocks that are missing.
   std::vector<std::string> merged() const;
@@ -45,5 +48,8 @@ class BlockResults {
   std::string step_;
   std::string inputs_;
 };
+
+// Where the blocks of an output are kept that has no place for them inside: "room.lf.blocks".
+std::filesystem::path blocks_beside(const std::filesystem::path& output);
 
 }  // namespace raywalk
