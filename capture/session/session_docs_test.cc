@@ -25,6 +25,7 @@ class SessionDocsTest : public testing::Test {
   SessionDocsTest() {
     const std::unique_ptr<Session> session = capture_.open();
     session->record_event("run-started", "a slider, a camera");
+    session->record_event("merged", "x0: 3 stations of monday");
     session->fail_attempt(session->begin_attempt("x0_000", 50.0), "stall", "it stood still");
     capture_.capture_missing(session.get());
     const JournalSample samples[] = {{capture_.clock.wall_now(), 50.0},
