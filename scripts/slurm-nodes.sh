@@ -84,7 +84,7 @@ first_process() { pgrep -P "${node_of[$1]}"; }
 
 # in_node NAME COMMAND...: runs a command as a process of the node would.
 in_node() {
-  nsenter --target "$(first_process "$1")" --mount --uts -- "${@:2}"
+  nsenter --target "$(first_process "$1")" --mount --uts --root -- "${@:2}"
 }
 
 # kill_slurmd NAME: its tasks go on.

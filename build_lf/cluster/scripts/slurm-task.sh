@@ -4,10 +4,12 @@
 #   ./slurm-task.sh STEP LINE
 set -uo pipefail
 cd "$(dirname "$0")" || exit 1
+# shellcheck source=steps.sh
+. ./steps.sh
 most_restarts=3
 wrong_usage=2 # fails everywhere
 
-./task.sh "$1" "$2" && exit
+run_until_ended ./task.sh "$1" "$2" && exit
 status=$?
 # Cancelled, out of its time, or making room for others, of which Slurm takes care.
 case $status in 130 | 143) exit "$status" ;; esac

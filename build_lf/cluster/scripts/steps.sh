@@ -28,3 +28,22 @@ ranges() {
     { from = to = $1 }
     END { if (NR) add(); print text }'
 }
+
+# run_until_ended COMMAND...: runs a command, which is told to end when this script is. Without that it
+# would go on where only the script itself is known to the engine.
+run_until_ended() {
+  local child='' told='' status=0
+  # Also where the signal comes while the command is being started.
+  trap 'told=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM INT HUP
+  "$@" &
+  child=$!
+  [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
+  wait "$child" || status=$?
+  # A signal ends the waiting, not yet the command.
+  while kill -0 "$child" 2>/dev/null; do
+    status=0
+    wait "$child" || status=$?
+  done
+  trap - TERM INT HUP
+  return "$status"
+}

@@ -3,6 +3,8 @@
 #   ./task.sh STEP LINE     line LINE of commands/STEP.txt
 set -euo pipefail
 cd "$(dirname "$0")"
+# shellcheck source=steps.sh
+. ./steps.sh
 step=$1 line=$2
 done="state/done/$step/$line"
 if [ -e "$done" ]; then
@@ -15,6 +17,6 @@ if [ -z "$command" ]; then
   exit 2
 fi
 echo "== $step $line on $(hostname), $(date '+%F %T')"
-bash -c "$command"
+run_until_ended bash -c "$command"
 mkdir -p "state/done/$step"
 : >"$done"
