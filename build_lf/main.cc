@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "build_lf/cluster/cluster_command.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/distance_sets.h"
 #include "build_lf/export/export_room.h"
@@ -23,6 +24,7 @@ namespace {
 
 struct Arguments {
   PackOptions pack;
+  BlockArguments blocks{};
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RequireOptions require{};
@@ -53,17 +55,27 @@ void add_pack(CLI::App* app, Arguments* arguments) {
   add_force_flag(pack, &arguments->pack.replace,
                  "Replace the room in --out once the new one is complete");
   add_line_tolerance_options(pack, &arguments->lines);
+  add_block_options(pack, &arguments->blocks, "lines");
   add_threads_option(pack, &arguments->threads);
   pack->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
-      "The same command resumes a stopped run.");
+      "The same command resumes a stopped run.\n"
+      "In blocks, each on any machine, and merged:\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 1/2\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 2/2\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --merge");
   pack->callback([arguments] {
     arguments->pack.tolerance = tolerance_of(arguments->lines);
     set_thread_count(arguments->threads);
     if (arguments->pack.out.empty()) {
       arguments->pack.out = default_room_name(arguments->pack.frames);
     }
-    pack_room(arguments->pack);
+    const BlockArguments& blocks = arguments->blocks;
+    if (blocks.block) {
+      fmt::print("{}\n", escaped(pack_block(arguments->pack, *blocks.block)));
+      return;
+    }
+    blocks.merge ? merge_packed(arguments->pack) : pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
     fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
@@ -277,5 +289,6 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);
   raywalk::build_lf::add_export(&app, &arguments);
+  raywalk::build_lf::add_cluster_plan(&app);
   return raywalk::run_program(app, argc, argv);
 }

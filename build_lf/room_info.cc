@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "build_lf/reused_lines.h"
 #include "build_lf/room_distances.h"
 #include "core/base/counted.h"
 
@@ -166,7 +167,8 @@ RoomInfo info_of(const Room& room) {
   RoomInfo info;
   info.panorama = room.panorama();
   info.cells = room.grid().cells;
-  info.bytes = bytes_of(manifest_path(room.directory()));
+  info.bytes =
+      bytes_of(manifest_path(room.directory())) + bytes_of(line_inputs_path(room.directory()));
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
     info.lines.push_back(line_info(room, line));
     info.stations += info.lines.back().stations;

@@ -109,10 +109,11 @@ std::string placement_text(const CaptureLine& line, int number, int count) {
   const CaptureStation& first = line.stations.front();
   const CaptureStation& last = line.stations.back();
   return fmt::format(
-      "Line {} ({} of {}): place the rail along {}. Its position {:.1f} mm belongs at {}; it runs "
+      "Line {} ({} of {}), stations {} to {}: place the rail along {}. Its position {:.1f} mm "
+      "belongs at {}; it runs "
       "towards +{} to {} at {:.1f} mm.",
-      line.id, number, count, name_of(line.axis), first.rail_mm, point_text(first.position_m),
-      name_of(line.axis), point_text(last.position_m), last.rail_mm);
+      line.id, number, count, first.name, last.name, name_of(line.axis), first.rail_mm,
+      point_text(first.position_m), name_of(line.axis), point_text(last.position_m), last.rail_mm);
 }
 
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes) {

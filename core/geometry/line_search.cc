@@ -9,6 +9,7 @@
 
 #include "core/base/interrupt.h"
 #include "core/geometry/line_candidates.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/straight_fit.h"
 
 namespace raywalk {
@@ -20,7 +21,7 @@ constexpr int kMaxRefits = 20;
 // along the other axis.
 constexpr double kShortestInTolerances = 4.0;
 // As far beyond its last station a line may have lost some.
-constexpr double kReachInSpacings = 4.0;
+constexpr double kReachInSpacings = 4.0 + kOffPlaceShare;
 
 double tangent_of(double degrees) { return std::tan(radians_from_degrees(degrees)); }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/station_plan.h"
 
 namespace raywalk {
@@ -30,8 +31,9 @@ double nearest_beyond(const StationTree& tree, int station, double beyond_m) {
       [&](int other) { return (tree.point(other) - point).norm() > beyond_m; });
 }
 
+// To the nearest station at another position.
 double nearest_distance(const StationTree& tree, int station) {
-  return nearest_beyond(tree, station, 0.0);
+  return nearest_beyond(tree, station, rounding_m(2.0 * tree.point(station).cwiseAbs().maxCoeff()));
 }
 
 // Whether one of the stations farther than `beyond_m` and up to `within_m` away lies in another
