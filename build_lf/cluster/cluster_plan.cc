@@ -18,6 +18,8 @@ namespace fs = std::filesystem;
 constexpr double kViewpointsPerCell = 49.0 * 49.0;
 // How many true views a trade takes.
 constexpr int kTradeViews = 6;
+// About how many settings it compares.
+constexpr int kTradeSettings = 35;
 
 std::string path_word(const fs::path& path) {
   const std::string text = fs::absolute(path).lexically_normal().string();
@@ -120,28 +122,52 @@ class Planner {
                 scale_.lines, {});
   }
 
-  // Sweeping and fusing are divided by maps; a map is fused from those around it, so that all have
-  // to be swept before.
+  // A step of depth, with the pixels that it is counted in and the pieces that it is divided into.
+  struct DepthPart {
+    std::string step;
+    double mpx;
+    int pieces;
+  };
+
+  std::vector<DepthPart> depth_parts() const {
+    const double stations_mpx = scale_.stations * scale_.panorama_mpx();
+    const double maps_mpx = scale_.maps * scale_.map_mpx();
+    std::vector<DepthPart> parts{{"links", stations_mpx, scale_.stations - scale_.lines}};
+    // Only where there are no cells.
+    if (scale_.cells == 0) parts.push_back({"reach", maps_mpx, scale_.maps});
+    for (const char* step : {"surfaces", "colours", "sweep", "fuse"}) {
+      parts.push_back({step, maps_mpx, scale_.maps});
+    }
+    parts.push_back({"moved", maps_mpx, scale_.stations});
+    parts.push_back({"volumes", maps_mpx, scale_.lines});
+    parts.push_back({"gains", maps_mpx, scale_.stations});
+    return parts;
+  }
+
+  // Each step needs the one before.
   void add_depth() {
     const std::string line = build_lf("depth", room_);
-    const double maps_mpx = scale_.maps * scale_.map_mpx();
-    const double sweep = minutes_of("depth-sweep", maps_mpx);
-    const double fuse = minutes_of("depth-fuse", maps_mpx);
-    const double prepare = minutes_of("depth-prepare", scale_.stations * scale_.panorama_mpx());
-    const double merge = minutes_of("depth-merge", maps_mpx);
-    const int blocks = blocks_of(sweep, scale_.maps);
-    if (blocks == 1) {
-      return add_step("depth", {line}, ends_, prepare + sweep + fuse + merge);
+    const std::vector<DepthPart> parts = depth_parts();
+    const auto minutes = [&](const DepthPart& part) {
+      return minutes_of("depth-" + part.step, part.mpx);
+    };
+    double all = 0.0;
+    for (const DepthPart& part : parts) all += minutes(part);
+    if (blocks_of(all, scale_.maps) == 1) return add_step("depth", {line}, ends_, all);
+    for (const DepthPart& part : parts) {
+      const std::string name = "depth-" + part.step;
+      const std::string step = line + " --step " + part.step;
+      add_blocks(name, step, blocks_of(minutes(part), part.pieces), ends_, minutes(part));
+      // What colours tell is solved for as a whole, before every block of the next step needs it.
+      if (part.step == "colours") add_step(name + "-merge", {step + " --merge"}, ends_, 1.0);
     }
-    add_step("depth-prepare", {line + " --step prepare"}, ends_, prepare);
-    add_blocks("depth-sweep", line + " --step sweep", blocks, ends_, sweep);
-    add_blocks("depth-fuse", line + " --step fuse", blocks, ends_, fuse);
-    add_step("depth-merge", {line + " --merge"}, ends_, merge);
+    add_step("depth-merge", {line + " --merge"}, ends_, 1.0);
   }
 
   void add_connect_error() {
     add_divided("connect-error", render("connect-error", room_ + " --generation initial,hlf-vd"),
-                scale_.cells * kViewpointsPerCell * scale_.panorama_mpx(), scale_.cells, ends_);
+                scale_.cells * kViewpointsPerCell * scale_.panorama_mpx(),
+                static_cast<int>(std::min(1e6, scale_.cells * kViewpointsPerCell)), ends_);
   }
 
   // After connect-error, whose result its report shows.
@@ -168,7 +194,7 @@ class Planner {
     add_divided("trade",
                 render("trade", fmt::format("{} --truth {} --report {}", room_,
                                             path_word(*options_.truth), report("trade"))),
-                kTradeViews * scale_.panorama_mpx(), kTradeViews, after);
+                kTradeViews * scale_.panorama_mpx(), kTradeSettings, after);
     for (ClusterStep& step : steps_) step.alone = step.alone || step.name == "trade";
   }
 

@@ -70,9 +70,10 @@ TEST(ClusterPlan, EveryStepComesAfterThoseItNeeds) {
     EXPECT_EQ(step.after.empty(), step.name == "pack") << step.name;
     EXPECT_TRUE(earlier.insert(step.name).second) << step.name;
   }
-  EXPECT_THAT(step_of(plan, "depth-prepare").after, ElementsAre("pack-merge"));
+  EXPECT_THAT(step_of(plan, "depth-links").after, ElementsAre("pack-merge"));
+  EXPECT_THAT(step_of(plan, "depth-sweep").after, ElementsAre("depth-colours-merge"));
   EXPECT_THAT(step_of(plan, "depth-fuse").after, ElementsAre("depth-sweep"));
-  EXPECT_THAT(step_of(plan, "depth-merge").after, ElementsAre("depth-fuse"));
+  EXPECT_THAT(step_of(plan, "depth-merge").after, ElementsAre("depth-gains"));
   EXPECT_THAT(step_of(plan, "require").after, ElementsAre("connect-error-merge"));
   EXPECT_THAT(step_of(plan, "validate").after, step_of(plan, "path").after);
   EXPECT_TRUE(step_of(plan, "trade").alone);

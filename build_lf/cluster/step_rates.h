@@ -19,10 +19,15 @@ struct StepRate {
 // takes some minutes, not some seconds and not hours.
 inline constexpr std::array kStepRates{
     StepRate{"pack", 45.0, "of all panoramas"},
-    StepRate{"depth-prepare", 5.0, "of all panoramas"},
+    StepRate{"depth-links", 15.0, "of all panoramas"},
+    StepRate{"depth-reach", 2.0, "of all distance maps"},
+    StepRate{"depth-surfaces", 2.0, "of all distance maps"},
+    StepRate{"depth-colours", 1.0, "of all distance maps"},
     StepRate{"depth-sweep", 0.14, "of all distance maps"},
     StepRate{"depth-fuse", 0.45, "of all distance maps"},
-    StepRate{"depth-merge", 0.7, "of all distance maps"},
+    StepRate{"depth-moved", 1.0, "of all distance maps"},
+    StepRate{"depth-volumes", 10.0, "of all distance maps"},
+    StepRate{"depth-gains", 0.7, "of all distance maps"},
     StepRate{"connect-error", 13.0, "of the views of all cells, 49 x 49 each"},
     StepRate{"require", 3.5, "of all panoramas"},
     StepRate{"validate", 0.13, "of all true views"},

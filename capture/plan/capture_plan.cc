@@ -255,12 +255,18 @@ std::vector<CaptureLine> placements_of(const CaptureLine& line) {
   double before_mm = std::numeric_limits<double>::infinity();
   for (const CaptureStation& station : line.stations) {
     if (station.rail_mm <= before_mm) {
-      placements.push_back({line.id, line.axis, line.across_m, line.validation, {}});
+      const int number = static_cast<int>(placements.size()) + 1;
+      placements.push_back({line.id, line.axis, line.across_m, line.validation, {}, number});
     }
     placements.back().stations.push_back(station);
     before_mm = station.rail_mm;
   }
   return placements;
+}
+
+std::string placement_id(const CaptureLine& placement) {
+  if (placement.placement == 1) return placement.id;
+  return fmt::format("{}-{}", placement.id, placement.placement);
 }
 
 std::vector<CaptureLine> placements_of(const CapturePlan& plan) {

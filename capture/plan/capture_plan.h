@@ -29,6 +29,7 @@ struct CaptureLine {
   double across_m = 0.0;  // z of a line along x, x of a line along z
   bool validation = false;
   std::vector<CaptureStation> stations;  // in order along the axis
+  int placement = 1;  // of the rail on its line, from 1, if this is one of placements_of()
 };
 
 // The plan that a plan of some lines is a part of.
@@ -50,6 +51,10 @@ struct CapturePlan {
 std::vector<CaptureLine> placements_of(const CaptureLine& line);
 // Of all lines, in the order of the plan.
 std::vector<CaptureLine> placements_of(const CapturePlan& plan);
+
+// "x0" for the first placement of a line and for a whole line, "x0-2", "x0-3", ... for further
+// ones.
+std::string placement_id(const CaptureLine& placement);
 
 // How far views read lines beyond the outer corners of the grid: N / tan(k - blend / 2) for cells
 // of side N, in metres, before rounding up to whole steps. Inner corners need no overhang, because

@@ -83,8 +83,10 @@ class UrlPlacer final : public RailPlacer {
     client.set_read_timeout(timeout);
     const PlanPoint start = line.stations.front().position_m;
     const PlanPoint end = line.stations.back().position_m;
-    const nlohmann::json request = {
-        {"line", line.id}, {"start_m", {start.x_m, start.z_m}}, {"end_m", {end.x_m, end.z_m}}};
+    const nlohmann::json request = {{"line", line.id},
+                                    {"placement", line.placement},
+                                    {"start_m", {start.x_m, start.z_m}},
+                                    {"end_m", {end.x_m, end.z_m}}};
     const httplib::Result reply = client.Post(url.path, request.dump(), "application/json");
     if (!reply) {
       throw Error(

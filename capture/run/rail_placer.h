@@ -24,8 +24,9 @@ class RailPlacer {
 };
 
 // If `config.place_url` is set, the rig places the rail itself on an HTTP POST of {"line": ...,
-// "start_m": [x, z], "end_m": [x, z]} (metres, world frame). Otherwise, with `yes`, the rail is
-// taken to be in place; without it, the operator is told where to place it and presses Enter.
+// "placement": number on the line from 1, "start_m": [x, z], "end_m": [x, z]} (metres, world
+// frame). Otherwise, with `yes`, the rail is taken to be in place; without it, the operator is told
+// where to place it and presses Enter.
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes);
 
 }  // namespace raywalk::capture

@@ -3,6 +3,7 @@
 #   ./finish.sh     writes missing.txt, which is empty when all is done
 set -euo pipefail
 cd "$(dirname "$0")"
+# shellcheck source=steps.sh
 . ./steps.sh
 
 # is_done AFTER: whether nothing is missing of these steps.

@@ -6,6 +6,7 @@
 #   ./parallel.sh --jobs 4                     four tasks at a time on each machine
 set -euo pipefail
 cd "$(dirname "$0")"
+# shellcheck source=steps.sh
 . ./steps.sh
 options=("$@")
 

@@ -3,11 +3,11 @@
 # steps.txt has a line for each step: its name, how many commands it has, and the steps whose results
 # it needs, or "-".
 
-# every_step COMMAND: calls COMMAND NAME LINES AFTER for each step, in order.
+# every_step COMMAND: calls COMMAND NAME LINES AFTER for each step, in order, until one fails.
 every_step() {
   local name lines after
   while read -r name lines after <&3; do
-    "$1" "$name" "$lines" "$after"
+    "$1" "$name" "$lines" "$after" || return
   done 3<steps.txt
 }
 

@@ -4,6 +4,7 @@
 #   ./submit.sh [OPTION OF SBATCH...]     for example ./submit.sh --partition=long --account=film
 set -euo pipefail
 cd "$(dirname "$0")"
+# shellcheck source=steps.sh
 . ./steps.sh
 options=("$@")
 declare -A job_of=()

@@ -249,6 +249,12 @@ std::vector<double> default_k_list_deg() {
   return list;
 }
 
+int viewpoints_for(std::size_t cells) {
+  constexpr double kMostCells = 24.0, kPerSide = 49.0, kLeast = 2.0;
+  const double more = std::max(static_cast<double>(cells) / kMostCells, 1.0);
+  return static_cast<int>(std::max(std::round(kPerSide / std::sqrt(more)), kLeast));
+}
+
 void require_connect_error_options(const ConnectErrorOptions& options) {
   if (options.viewpoints < 1 || options.viewpoints > kMaxConnectViewpoints) {
     throw UsageError(fmt::format("connect-error: {} viewpoints per side; it must be in 1..{}",

@@ -43,6 +43,10 @@ struct ConnectErrorOptions {
   std::vector<double> k_list_deg = default_k_list_deg();  // each in 45..90
 };
 
+// Viewpoints per side of a cell that suffice for a room: 49, and where there are more than 24 cells
+// so many fewer, but at least 2, that all of them together have about as many.
+int viewpoints_for(std::size_t cells);
+
 // Errors are in squared 8-bit levels, NaN where there was no column.
 struct ConnectErrorRow {
   std::string connection = "hybrid";  // connection_name(k_deg)
