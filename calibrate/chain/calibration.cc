@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "calibrate/rectify/rectify_blocks.h"
 #include "core/base/error.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
@@ -170,51 +169,6 @@ void Calibration::run(CalibrationStep step) {
 
 void Calibration::merge(CalibrationStep step) {
   record(step, [&] { merge_step(step); });
-}
-
-std::string Calibration::run_block(CalibrationStep step, Block block) const {
-  if (step == CalibrationStep::kStitch) {
-    const std::size_t made = stitch_block(captured_, camera(), options_.stitch, block);
-    return fmt::format("stitch: block {} is done, {} panoramas made now", block.text(), made);
-  }
-  const CaptureSet set = panoramas();
-  if (step == CalibrationStep::kRectify) {
-    const std::size_t frames =
-        calibrate::rectify_block(set, final_poses(), rectify_options(), block);
-    return fmt::format("rectify: block {} is done, {} frames", block.text(), frames);
-  }
-  const PoseBlock done = solve_pose_block(set, poses_options(), block);
-  if (done.share.size() == 0) {
-    return fmt::format("poses: nothing to do for block {}, as the grid has {} part{}", block.text(),
-                       done.parts, done.parts == 1 ? "" : "s");
-  }
-  return fmt::format("poses: block {} is done, {} of its {} parts of {} solved now", block.text(),
-                     done.made, done.share.size(), done.parts);
-}
-
-std::string Calibration::run_light_block(Block block) const {
-  const std::size_t pairs =
-      compare_light_block(panoramas(), final_poses(), rectify_options(), block);
-  return fmt::format("rectify: block {} of the light is done, {} pairs of frames", block.text(),
-                     pairs);
-}
-
-void Calibration::merge_light() const {
-  calibrate::merge_light(panoramas(), final_poses(), rectify_options());
-}
-
-void Calibration::merge_step(CalibrationStep step) {
-  if (step == CalibrationStep::kStitch) {
-    merge_stitched(captured_, camera(), options_.stitch);
-    return;
-  }
-  const CaptureSet set = panoramas();
-  if (step == CalibrationStep::kRectify) {
-    const std::optional<GridResult> estimated = grid_of_poses();
-    merge_rectified(set, final_poses(), estimated ? &*estimated : nullptr, rectify_options());
-    return;
-  }
-  merge_poses(set, poses_options());
 }
 
 void Calibration::do_step(CalibrationStep step) {

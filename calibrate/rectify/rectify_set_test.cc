@@ -369,6 +369,9 @@ TEST_F(RectifySetTest, InterruptedWorkIsResumed) {
 TEST_F(RectifySetTest, BlocksGiveTheBytesOfOneRun) {
   RectifyOptions equalised = options();
   equalised.equalise_gain = true;
+  // Without the validation line.
+  FramePoses poses = *poses_;
+  for (std::size_t i = 2 * kStations; i < poses.size(); ++i) poses[i].reset();
   const auto outputs = [&] {
     std::map<std::string, std::string> bytes;
     for (const auto& entry : fs::recursive_directory_iterator(in_out(""))) {
@@ -384,24 +387,24 @@ TEST_F(RectifySetTest, BlocksGiveTheBytesOfOneRun) {
     }
     return "";
   };
-  rectify_set(*set_, *poses_, nullptr, equalised);
+  rectify_set(*set_, poses, nullptr, equalised);
   const auto of_one_run = outputs();
   ASSERT_GT(of_one_run.size(), 12U);
   fs::remove_all(in_out(""));
-  EXPECT_GT(compare_light_block(*set_, *poses_, equalised, {2, 2}), 5U);
-  EXPECT_THAT(refusal([&] { merge_light(*set_, *poses_, equalised); }),
+  EXPECT_GT(compare_light_block(*set_, poses, equalised, {2, 2}), 5U);
+  EXPECT_THAT(refusal([&] { merge_light(*set_, poses, equalised); }),
               HasSubstr("rectify-light: 1 of 2 blocks is missing: 1"));
   EXPECT_THAT(refusal([&] {
-                rectify_block(*set_, *poses_, equalised, {1, 2});
+                rectify_block(*set_, poses, equalised, {1, 2});
               }),
               HasSubstr("--light --merge"));
-  compare_light_block(*set_, *poses_, equalised, {1, 2});
-  merge_light(*set_, *poses_, equalised);
-  for (const int index : {3, 1}) rectify_block(*set_, *poses_, equalised, {index, 3});
-  EXPECT_THAT(refusal([&] { merge_rectified(*set_, *poses_, nullptr, equalised); }),
+  compare_light_block(*set_, poses, equalised, {1, 2});
+  merge_light(*set_, poses, equalised);
+  for (const int index : {3, 1}) rectify_block(*set_, poses, equalised, {index, 3});
+  EXPECT_THAT(refusal([&] { merge_rectified(*set_, poses, nullptr, equalised); }),
               HasSubstr("1 of 3 blocks is missing: 2"));
-  EXPECT_EQ(rectify_block(*set_, *poses_, equalised, {2, 3}), 4U);
-  merge_rectified(*set_, *poses_, nullptr, equalised);
+  EXPECT_EQ(rectify_block(*set_, poses, equalised, {2, 3}), 3U);
+  merge_rectified(*set_, poses, nullptr, equalised);
   EXPECT_EQ(outputs(), of_one_run);
 }
 
