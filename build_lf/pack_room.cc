@@ -71,7 +71,8 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
     write_distance_volume(distance_volume_path(room, line.id), line,
                           given_maps(sources, plan.distance_map), progress);
   } else {
-    write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, progress);
+    write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, plan.form,
+                      progress);
   }
 }
 

@@ -17,6 +17,7 @@
 #include "core/files/sha256.h"
 #include "core/judge/held_out/recreated_station.h"
 #include "core/room/omega_map.h"
+#include "core/room/tile_cache.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -32,6 +33,7 @@ std::vector<T> all_columns(std::span<const T> first_column, int columns) {
 }
 
 StationRays rays_of(const LineVolume& volume, int station) {
+  const TileReading reading;
   const auto valid_rows = volume.stored_valid_rows(station);
   const auto columns = volume.columns(station);
   return {{columns.begin(), columns.end()}, {valid_rows.begin(), valid_rows.end()}};
@@ -76,7 +78,8 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
     write_line_volume(rays_file, line,
                       {.panorama = part.panorama(),
                        .masked = rays.masked(),
-                       .read = [&](size_t i) { return rays_of(rays, static_cast<int>(i)); }},
+                       .read = [&](size_t i) { return rays_of(rays, static_cast<int>(i)); },
+                       .form = rays.form()},
                       progress);
   }
   const DistanceVolume& distances = part.distances(index);

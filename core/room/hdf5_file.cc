@@ -1,8 +1,10 @@
 #include "core/room/hdf5_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <string_view>
@@ -79,6 +81,13 @@ int superblock_version(const fs::path& file) {
 }
 
 }  // namespace
+
+void require_shape(std::span<const std::size_t> found, std::span<const std::size_t> expected,
+                   const std::string& name, const fs::path& file) {
+  if (std::ranges::equal(found, expected)) return;
+  throw Error(fmt::format("{}: dataset '{}' has the shape [{}], the manifest says [{}]",
+                          file.string(), name, fmt::join(found, ", "), fmt::join(expected, ", ")));
+}
 
 Hdf5Handle::Hdf5Handle(Hdf5Handle&& other) noexcept
     : id_(std::exchange(other.id_, H5I_INVALID_HID)), closer_(other.closer_) {}
@@ -329,6 +338,49 @@ void Hdf5File::write_slab(const Hdf5Handle& dataset, std::size_t index, hid_t ty
           0) {
     fail_to_write("cannot write");
   }
+}
+
+Hdf5Handle Hdf5File::create_filtered(const std::string& name, hid_t type,
+                                     std::span<const std::size_t> shape, int filter) {
+  const std::string what = fmt::format("cannot create dataset '{}'", name);
+  const std::vector<hsize_t> dims = dims_of(shape);
+  std::vector<hsize_t> chunk = dims;
+  chunk[0] = 1;
+  const Hdf5Handle space = checked(
+      H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose, what);
+  const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
+  H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
+  // The filter is told the size of a decoded chunk. HDF5 requires a filter that is not optional to
+  // be there where the dataset is created.
+  std::uint64_t bytes = H5Tget_size(type);
+  for (const hsize_t extent : chunk) bytes *= extent;
+  const std::array<unsigned, 2> values{static_cast<unsigned>(bytes),
+                                       static_cast<unsigned>(bytes >> 32U)};
+  if (H5Pset_filter(properties.get(), filter, H5Z_FLAG_OPTIONAL, values.size(), values.data()) <
+      0) {
+    fail(what);
+  }
+  return checked(H5Dcreate2(file_.get(), name.c_str(), type, space.get(), H5P_DEFAULT,
+                            properties.get(), H5P_DEFAULT),
+                 H5Dclose, what);
+}
+
+std::uint64_t Hdf5File::write_chunk(const Hdf5Handle& dataset, std::size_t index,
+                                    std::span<const std::uint8_t> encoded) {
+  prepare_library_for_this_thread();
+  std::array<hsize_t, H5S_MAX_RANK> place{};
+  place[0] = index;
+  unsigned filters_skipped = 0;
+  haddr_t begin = HADDR_UNDEF;
+  hsize_t bytes = 0;
+  if (H5Dwrite_chunk(dataset.get(), H5P_DEFAULT, 0, place.data(), encoded.size(),
+                     encoded.data()) < 0 ||
+      H5Dget_chunk_info_by_coord(dataset.get(), place.data(), &filters_skipped, &begin, &bytes) <
+          0 ||
+      begin == HADDR_UNDEF || bytes != encoded.size()) {
+    fail_to_write("cannot write");
+  }
+  return begin;
 }
 
 void Hdf5File::close() {

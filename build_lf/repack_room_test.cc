@@ -1,0 +1,118 @@
+#include "build_lf/repack_room.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "build_lf/pack_room.h"
+#include "build_lf/room_info.h"
+#include "build_lf/room_verify.h"
+#include "build_lf/test_capture.h"
+#include "core/base/error.h"
+#include "core/files/atomic_output.h"
+#include "core/room/room.h"
+#include "core/room/tile_cache.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr RayForm kLossless{RayForm::Kind::kLossless, 0};
+constexpr RayForm kJpeg{RayForm::Kind::kJpeg, 95};
+
+class RepackRoomTest : public testing::Test {
+ protected:
+  RepackRoomTest() { pack({}); }
+
+  void pack(const RayForm& form) {
+    PackOptions options;
+    options.frames = capture_.list();
+    options.out = capture_.room();
+    options.distances = capture_.distances();
+    options.form = form;
+    options.replace = true;
+    pack_room(options);
+  }
+  fs::path repacked(const fs::path& from, const RayForm& form) const {
+    const fs::path out = default_repacked_name(from, form);
+    repack_room({.room = from, .out = out, .form = form});
+    return out;
+  }
+  // The largest difference of any ray of two rooms.
+  static int largest_difference(const Room& a, const Room& b) {
+    int largest = 0;
+    for (int line = 0; line < static_cast<int>(a.grid().lines.size()); ++line) {
+      for (int station = 0; station < a.volume(line).stations(); ++station) {
+        const TileReading reading;
+        const auto rays = a.volume(line).columns(station);
+        const auto others = b.volume(line).columns(station);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          largest = std::max(largest, std::abs(int{rays[i]} - int{others[i]}));
+        }
+      }
+    }
+    return largest;
+  }
+
+  TestCapture capture_;
+};
+
+TEST_F(RepackRoomTest, EveryFormCanBeMadeOfEveryOther) {
+  const Room raw = Room::open(capture_.room());
+  write_file_atomically(capture_.room() / "measured.json", "{}");
+  write_file_atomically(capture_.room() / "notes.json", "kept");
+  const fs::path lossless = repacked(capture_.room(), kLossless);
+  const fs::path jpeg = repacked(lossless, kJpeg);
+  const fs::path back = repacked(lossless, {});
+  for (const fs::path& room : {lossless, jpeg, back}) {
+    const VerifiedCounts counts = verify_room(Room::open(room));
+    EXPECT_EQ(counts.panoramas, info_of(raw).stations);
+    EXPECT_EQ(counts.distance_maps, info_of(raw).distance_maps);
+    EXPECT_FALSE(fs::exists(room / "measured.json"));
+    EXPECT_EQ(read_file(room / "notes.json"), "kept");
+    EXPECT_FALSE(fs::exists(room.string() + ".partial"));
+  }
+  EXPECT_EQ(largest_difference(raw, Room::open(lossless)), 0);
+  EXPECT_EQ(largest_difference(raw, Room::open(back)), 0);
+  EXPECT_EQ(Room::open(lossless).manifest().rays_sha256, raw.manifest().rays_sha256);
+  EXPECT_NE(Room::open(jpeg).manifest().rays_sha256, raw.manifest().rays_sha256);
+  EXPECT_EQ(info_of(Room::open(jpeg)).compression, "jpeg:95");
+  // A form that a room has already is copied, without a further loss.
+  const fs::path again = capture_.room().parent_path() / "again.lf";
+  repack_room({.room = jpeg, .out = again, .form = kJpeg});
+  EXPECT_EQ(largest_difference(Room::open(jpeg), Room::open(again)), 0);
+}
+
+TEST_F(RepackRoomTest, PackingWritesTheSameAsRepacking) {
+  const fs::path repacked_room = repacked(capture_.room(), kJpeg);
+  const auto of_line = [](const fs::path& room) {
+    return read_file(line_volume_path(room, Room::open(room).grid().lines[0].id));
+  };
+  const std::string expected = of_line(repacked_room);
+  pack(kJpeg);
+  EXPECT_EQ(of_line(capture_.room()), expected);
+  EXPECT_EQ(verify_room(Room::open(capture_.room())).panoramas,
+            verify_room(Room::open(repacked_room)).panoramas);
+}
+
+TEST_F(RepackRoomTest, AStoppedRunIsResumedAndAnExistingRoomIsKept) {
+  const fs::path out = default_repacked_name(capture_.room(), kLossless);
+  const fs::path reference = repacked(capture_.room(), kLossless);
+  const std::string first = Room::open(reference).grid().lines[0].id;
+  EXPECT_THROW(repacked(capture_.room(), kLossless), Error);
+  // As if it had been stopped after the first line.
+  const fs::path partial = out.string() + ".partial";
+  fs::rename(reference, partial);
+  for (const Line& line : Room::open(capture_.room()).grid().lines) {
+    if (line.id != first) fs::remove(line_volume_path(partial, line.id));
+  }
+  EXPECT_THROW(repacked(capture_.room(), kLossless), Error) << "holds a room of unknown inputs";
+  fs::remove_all(partial);
+  EXPECT_NO_THROW(verify_room(Room::open(repacked(capture_.room(), kLossless))));
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf
