@@ -175,12 +175,9 @@ RoomInfo info_of(const Room& room) {
     info.masked_share += info.lines.back().masked_share * info.lines.back().stations;
     info.distance_maps += info.lines.back().distance_maps;
     info.bytes += info.lines.back().bytes;
-    const std::string form = name_of(info.lines.back().form);
-    if (info.compression.find(form) == std::string::npos) {
-      info.compression += (info.compression.empty() ? "" : " and ") + form;
-    }
   }
   info.masked_share /= info.stations;
+  info.compression = room.compression();
   info.distances = room.distances_origin();
   for (const auto& line : room.gains()) {
     info.stations_with_gains += static_cast<int>(std::ranges::count_if(line, std::not_fn(is_one)));

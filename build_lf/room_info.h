@@ -46,7 +46,7 @@ struct RoomInfo {
   std::string distances;      // where those in use come from: Room::distances_origin
   std::vector<DistancesInfo> distance_sets;
   std::vector<std::string> distance_faults;  // why recorded ones that are not in use cannot be used
-  std::string compression;                   // names of the lines' forms
+  std::string compression;                   // Room::compression
   int stations_with_gains = 0;               // whose gains are not 1
   std::uintmax_t bytes = 0;  // of the manifest, the volumes, the distances and gains in use
 };

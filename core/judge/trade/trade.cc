@@ -7,6 +7,7 @@
 #include <list>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
@@ -178,14 +179,15 @@ std::list<Room> open_others(const Room& room, const std::vector<fs::path>& direc
   return rooms;
 }
 
-// A room of the same width and depth as another is distinguished by its directory.
+// A room of the same width, depth and form as another is distinguished by its directory.
 void make_depths_unique(std::vector<TradeRoom>* rooms) {
-  std::set<std::pair<int, std::string>> known;
+  std::set<std::tuple<int, std::string, std::string>> known;
   for (TradeRoom& room : *rooms) {
     const int width_px = room.room->panorama().width;
-    if (known.emplace(width_px, room.depth).second) continue;
+    const std::string compression = room.room->compression();
+    if (known.emplace(width_px, room.depth, compression).second) continue;
     room.depth += ", " + room.room->directory().string();
-    known.emplace(width_px, room.depth);
+    known.emplace(width_px, room.depth, compression);
   }
 }
 
@@ -243,7 +245,8 @@ void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, T
                          .mode = preset.mode,
                          .threads = base.threads,
                          .stored_width_px = input->rooms.front().room->panorama().width,
-                         .depth = input->rooms.front().depth};
+                         .depth = input->rooms.front().depth,
+                         .compression = input->rooms.front().room->compression()};
     setting.mode.options.width = base.width_px;
     const auto alike = std::ranges::find_if(input->settings, [&](const TradeSetting& other) {
       return parameters_of(other) == parameters_of(setting);
@@ -282,7 +285,11 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
               .connect_viewpoints = input.connect_viewpoints};
   for (const TradeRoom& room : input.rooms) {
     trade.rooms.push_back(
-        {room.room->directory().string(), room.room->panorama().width, room.depth});
+        {.directory = room.room->directory().string(),
+         .stored_width_px = room.room->panorama().width,
+         .depth = room.depth,
+         .compression = room.room->compression(),
+         .rays_mb = 1e-6 * static_cast<double>(room.room->ray_file_bytes())});
   }
   for (const TradeView& view : main.views) trade.views.push_back(view.name);
   for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);

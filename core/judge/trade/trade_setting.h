@@ -17,6 +17,7 @@ struct TradeSetting {
   std::size_t room = 0;     // index into the rooms of the trade; 0 is the room under test
   int stored_width_px = 0;  // of that room's panoramas
   std::string depth{};      // of that room's distances: depth_name
+  std::string compression = "none";  // of that room: Room::compression
 };
 
 // Every parameter by name, in the order of the tables; numbers as JSON numbers: {"generation":
