@@ -41,10 +41,12 @@ struct Arguments {
 };
 
 CLI::Option* add_compress_option(CLI::App* app, std::string* name) {
-  return app->add_option("--compress", *name,
-                  "How panoramas are stored: none (mapped), lossless (about a third of the size), or "
-                  "jpeg:Q with a quality Q of 1 to 100 (an eighth and less; 95 is hard to tell from "
-                  "none)")
+  return app
+      ->add_option(
+          "--compress", *name,
+          "How panoramas are stored: none (mapped), lossless (about a third of the size), or "
+          "jpeg:Q with a quality Q of 1 to 100 (an eighth and less; 95 is hard to tell from "
+          "none)")
       ->type_name("none|lossless|jpeg:Q")
       ->capture_default_str();
 }
@@ -85,8 +87,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
 
 void add_repack(CLI::App* app, Arguments* arguments) {
   RepackOptions* options = &arguments->repack;
-  CLI::App* repack =
-      app->add_subcommand("repack", "Store the panoramas of a room in another form");
+  CLI::App* repack = app->add_subcommand("repack", "Store the panoramas of a room in another form");
   repack->add_option("room", options->room, "Room directory")->required();
   add_compress_option(repack, &arguments->compress)->required();
   repack->add_option("-o,--out", options->out,

@@ -207,8 +207,7 @@ std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
       masked ? kBytesPerRowRun * static_cast<std::uint64_t>(panorama.width) : 0;
   const std::uint64_t polar_part = 3 * static_cast<std::uint64_t>(PolarPart(panorama).columns()) *
                                    static_cast<std::uint64_t>(panorama.height);
-  return sources[line].size() *
-         (estimated_bytes(form, 3 * pixels(panorama) + polar_part) + rows);
+  return sources[line].size() * (estimated_bytes(form, 3 * pixels(panorama) + polar_part) + rows);
 }
 
 std::uint64_t PackPlan::bytes_of_maps(std::size_t line) const {

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <string>
 
 #include "build_lf/free_space.h"
 #include "build_lf/pack_room.h"
 #include "build_lf/partial_room.h"
+#include "build_lf/station_data.h"
 #include "build_lf/volume_writer.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
@@ -17,9 +19,9 @@
 #include "core/files/folder_size.h"
 #include "core/files/output_path.h"
 #include "core/files/sha256.h"
+#include "core/room/distance_record.h"
 #include "core/room/requirements.h"
 #include "core/room/room.h"
-#include "core/room/tile_cache.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -28,7 +30,7 @@ namespace fs = std::filesystem;
 
 // Written anew, or of views of the room as it was stored.
 bool is_left_out(const fs::path& name) {
-  constexpr std::array kLeftOut = {"lines",      "manifest.json",      "lock",
+  constexpr std::array kLeftOut = {"lines",      "distances",     "manifest.json",     "lock",
                                    "trade.json", "measured.json", "connect-error.json"};
   return name.string().front() == '.' || std::ranges::find(kLeftOut, name) != kLeftOut.end();
 }
@@ -42,8 +44,8 @@ void copy_the_rest(const fs::path& from, const fs::path& to) {
     std::error_code error;
     fs::copy(entry.path(), to / name, kHow, error);
     if (error) {
-      throw Error(fmt::format("{}: cannot be copied to {}: {}", entry.path().string(),
-                              to.string(), error.message()));
+      throw Error(fmt::format("{}: cannot be copied to {}: {}", entry.path().string(), to.string(),
+                              error.message()));
     }
   }
 }
@@ -53,29 +55,75 @@ void copy_volume(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::copy_file(from, output.temporary_path(), fs::copy_options::overwrite_existing, error);
   if (error) {
-    throw Error(fmt::format("{}: cannot be copied to {}: {}", from.string(), to.string(),
-                            error.message()));
+    throw Error(
+        fmt::format("{}: cannot be copied to {}: {}", from.string(), to.string(), error.message()));
   }
   output.commit();
-}
-
-StationRays stored_rays(const LineVolume& volume, int station) {
-  const TileReading reading;
-  const auto columns = volume.columns(station);
-  const auto valid_rows = volume.stored_valid_rows(station);
-  return {{columns.begin(), columns.end()}, {valid_rows.begin(), valid_rows.end()}};
 }
 
 void repack_line(const Room& room, int index, const RayForm& form, const fs::path& to,
                  Progress* progress) {
   const Line& line = room.grid().lines[static_cast<std::size_t>(index)];
   const LineVolume& volume = room.volume(index);
-  write_line_volume(to, line,
-                    {.panorama = room.panorama(),
-                     .masked = volume.masked(),
-                     .read = [&](std::size_t i) { return stored_rays(volume, static_cast<int>(i)); },
-                     .form = form},
-                    progress);
+  write_line_volume(
+      to, line,
+      {.panorama = room.panorama(),
+       .masked = volume.masked(),
+       .read = [&](std::size_t i) { return stored_rays(volume, static_cast<int>(i)); },
+       .form = form},
+      progress);
+}
+
+void repack_distances(const Room& room, int index, bool compressed, const fs::path& to,
+                      Progress* progress) {
+  const DistanceVolume& distances = room.distances(index);
+  write_distance_volume(
+      to, room.grid().lines[static_cast<std::size_t>(index)],
+      {.stations = {distances.stations().begin(), distances.stations().end()},
+       .size = distances.size(),
+       .origin = distances.origin(),
+       .read = [&](std::size_t i) { return stored_distances(distances, static_cast<int>(i)); },
+       .compressed = compressed,
+       .left_out = distances.left_out().stored_runs(distances.size())},
+      progress);
+}
+
+// One volume to be written.
+struct RepackJob {
+  fs::path from;
+  fs::path to;
+  bool is_copied = false;  // it has the form already
+  std::int64_t images = 0;
+};
+
+// Does it unless an earlier run has; `convert` writes the volume and advances `progress`.
+void run_repack(const RepackJob& job, Progress* progress, const std::function<void()>& convert) {
+  throw_if_interrupted();
+  const bool done = fs::exists(job.to);
+  if (!done && !job.is_copied) {
+    convert();
+    return;
+  }
+  if (!done) copy_volume(job.from, job.to);
+  for (std::int64_t i = 0; i < job.images; ++i) progress->advance();
+}
+
+// The manifest of the room at `out`, whose volumes are complete.
+RoomManifest repacked_manifest(const Room& room, const fs::path& out) {
+  RoomManifest manifest = room.manifest();
+  manifest.rays_sha256.clear();
+  for (const Line& line : room.grid().lines) {
+    manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(out, line.id)));
+  }
+  const auto used = set_of(
+      open_distance_volumes(distances_directory(room.directory()), room.grid()), room.grid());
+  auto written = set_of(open_distance_volumes(distances_directory(out), room.grid()), room.grid());
+  if (!manifest.distances || !used || !written) return manifest;
+  add_file_checksums(distances_directory(out), &*written);
+  const DistanceSet* recorded = recorded_as(*manifest.distances, *used);
+  if (recorded == nullptr) return manifest;
+  (*manifest.distances)[static_cast<std::size_t>(recorded - manifest.distances->data())] = *written;
+  return manifest;
 }
 
 // Over everything that determines the result.
@@ -91,8 +139,7 @@ void require_space_for(const Room& room, const RepackOptions& options, const fs:
     raw += static_cast<std::uint64_t>(room.volume(line).stations()) *
            room.volume(line).station_bytes();
   }
-  const std::uint64_t needed =
-      bytes_in(options.room) - rays + estimated_bytes(options.form, raw);
+  const std::uint64_t needed = bytes_in(options.room) - rays + estimated_bytes(options.form, raw);
   const std::uint64_t there = std::min<std::uint64_t>(bytes_in(partial), needed);
   require_space(partial, {.needed = needed - there, .there = there}, free_bytes(partial));
 }
@@ -116,24 +163,27 @@ void repack_room(const RepackOptions& options) {
   require_space_for(room, options, out);
   copy_the_rest(options.room, out);
   const std::vector<Line>& lines = room.grid().lines;
-  std::int64_t stations = 0;
-  for (const Line& line : lines) stations += std::ssize(line.stations);
-  Progress progress("repacking", stations, "panoramas");
+  std::int64_t images = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    images += std::ssize(lines[i].stations) + room.distances(static_cast<int>(i)).maps();
+  }
+  Progress progress("repacking", images, "images");
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const int index = static_cast<int>(i);
-    const fs::path to = line_volume_path(out, lines[i].id);
-    const bool done = fs::exists(to);
-    const bool same = room.volume(index).form() == options.form;
-    if (!done && same) copy_volume(line_volume_path(options.room, lines[i].id), to);
-    if (!done && !same) repack_line(room, index, options.form, to, &progress);
-    for (std::size_t j = 0; (done || same) && j < lines[i].stations.size(); ++j) progress.advance();
+    const RepackJob rays{line_volume_path(options.room, lines[i].id),
+                         line_volume_path(out, lines[i].id),
+                         room.volume(index).form() == options.form, std::ssize(lines[i].stations)};
+    run_repack(rays, &progress,
+               [&] { repack_line(room, index, options.form, rays.to, &progress); });
+    if (room.distances(index).maps() == 0) continue;
+    const bool compressed = options.form.compressed();
+    const RepackJob maps{
+        distance_volume_path(options.room, lines[i].id), distance_volume_path(out, lines[i].id),
+        room.distances(index).compressed() == compressed, room.distances(index).maps()};
+    run_repack(maps, &progress,
+               [&] { repack_distances(room, index, compressed, maps.to, &progress); });
   }
-  RoomManifest manifest = room.manifest();
-  manifest.rays_sha256.clear();
-  for (const Line& line : lines) {
-    manifest.rays_sha256.push_back(checksum_of_line(line_volume_path(out, line.id)));
-  }
-  write_file_atomically(manifest_path(out), manifest_to_json(manifest));
+  write_file_atomically(manifest_path(out), manifest_to_json(repacked_manifest(room, out)));
   Room::open(out);  // checks that the result can be opened
   partial.complete();
 }

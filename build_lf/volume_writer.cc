@@ -187,7 +187,8 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kDistanceVolumeFormat, kPlainVolumeVersion, line);
+  describe_file(&hdf5, kDistanceVolumeFormat,
+                maps.compressed ? kTiledVolumeVersion : kPlainVolumeVersion, line);
   hdf5.write_attribute("/", "origin", maps.origin);
   hdf5.write_int32("station", maps.stations);
   const std::array<std::size_t, 3> shape{maps.stations.size(),
@@ -195,8 +196,12 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                                          static_cast<std::size_t>(maps.size.height)};
   std::vector<std::string> sha256(maps.stations.size());
   {
-    const Hdf5Handle distance = hdf5.create_contiguous("distance_m", H5T_IEEE_F32LE, shape);
-    const Hdf5Handle confidence = hdf5.create_contiguous("confidence", H5T_STD_U8LE, shape);
+    const auto create = [&](const char* name, hid_t type) {
+      return maps.compressed ? hdf5.create_deflated(name, type, shape)
+                             : hdf5.create_contiguous(name, type, shape);
+    };
+    const Hdf5Handle distance = create("distance_m", H5T_IEEE_F32LE);
+    const Hdf5Handle confidence = create("confidence", H5T_STD_U8LE);
     convert_and_store(
         maps.stations.size(), maps.read, [&](std::size_t i, const StationDistances& station) {
           hdf5.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, station.distance_m.data());

@@ -13,7 +13,8 @@
 namespace raywalk {
 namespace {
 
-// Decodes a chunk into memory of its own; 0 where it cannot. `values` hold the chunk's decoded size.
+// Decodes a chunk into memory of its own; 0 where it cannot. `values` hold the chunk's decoded
+// size.
 std::size_t filter(unsigned flags, std::size_t value_count, const unsigned values[],
                    std::size_t bytes, std::size_t* buffer_bytes, void** buffer) {
   if ((flags & H5Z_FLAG_REVERSE) == 0 || value_count < 2) return 0;  // Raywalk encodes by itself
@@ -22,8 +23,8 @@ std::size_t filter(unsigned flags, std::size_t value_count, const unsigned value
   if (decoded == nullptr) return 0;
   bool intact = false;
   try {
-    intact = decode_chunk({static_cast<const std::uint8_t*>(*buffer), bytes},
-                          {decoded, decoded_bytes});
+    intact =
+        decode_chunk({static_cast<const std::uint8_t*>(*buffer), bytes}, {decoded, decoded_bytes});
   } catch (const std::exception&) {  // no memory; must not reach HDF5
   }
   if (!intact) {

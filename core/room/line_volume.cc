@@ -39,10 +39,10 @@ LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
   if (volume.tiles_) {
     volume.form_ = volume.tiles_->form();
   } else {
-    require_shape(volume.rays_->shape(),
-                  std::array{count, volume.stored_columns_, static_cast<size_t>(panorama.height),
-                             size_t{3}},
-                  "rays", file);
+    require_shape(
+        volume.rays_->shape(),
+        std::array{count, volume.stored_columns_, static_cast<size_t>(panorama.height), size_t{3}},
+        "rays", file);
   }
   if (masked) {
     volume.valid_rows_ = std::make_shared<MappedDataset>(

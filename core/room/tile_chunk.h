@@ -1,7 +1,8 @@
-// A chunk of dataset `rays` of a compressed line: all tiles of one station, as HDF5's filter decodes
-// them (hdf5_filter.cc). Little-endian uint32 numbers: kChunkMagic, the form (1: lossless, 2: JPEG),
-// the number of tiles, then for each its columns, rows and encoded bytes; then the encoded tiles.
-// Decoded, they follow each other, with zeros behind them up to the size of the chunk.
+// A chunk of dataset `rays` of a compressed line: all tiles of one station, as HDF5's filter
+// decodes them (hdf5_filter.cc). Little-endian uint32 numbers: kChunkMagic, the form (1: lossless,
+// 2: JPEG), the number of tiles, then for each its columns, rows and encoded bytes; then the
+// encoded tiles. Decoded, they follow each other, with zeros behind them up to the size of the
+// chunk.
 #pragma once
 
 #include <cstddef>

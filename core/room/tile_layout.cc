@@ -57,9 +57,9 @@ std::size_t TileLayout::begin_of(int tile) const {
 
 int TileLayout::tile_of_polar_byte(std::size_t byte) const {
   if (byte >= end_) return tiles_ - 1;
-  const auto part = std::ranges::find_if(parts_.rbegin(), parts_.rend(), [&](const Part& candidate) {
-    return byte >= candidate.begin;
-  });
+  const auto part =
+      std::ranges::find_if(parts_.rbegin(), parts_.rend(),
+                           [&](const Part& candidate) { return byte >= candidate.begin; });
   return part->first_tile + static_cast<int>((byte - part->begin) / part->tile.bytes());
 }
 

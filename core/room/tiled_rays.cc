@@ -71,10 +71,10 @@ std::shared_ptr<TiledRays> TiledRays::open(const Hdf5File& hdf5, int stations,
   rays->layout_ = TileLayout(panorama, tile_columns_of(hdf5, panorama));
   const auto count = static_cast<std::size_t>(stations);
   const auto height = static_cast<std::size_t>(panorama.height);
-  require_shape(hdf5.shape_of("rays"),
-                std::array{count, rays->layout_.station_bytes() / (3 * height), height,
-                           std::size_t{3}},
-                "rays", hdf5.path());
+  require_shape(
+      hdf5.shape_of("rays"),
+      std::array{count, rays->layout_.station_bytes() / (3 * height), height, std::size_t{3}},
+      "rays", hdf5.path());
   rays->table_ = MappedDataset::open(hdf5.path(), "tiles", ElementType::kUint64);
   require_shape(rays->table_.shape(),
                 std::array{count, static_cast<std::size_t>(rays->layout_.tiles()) + 1}, "tiles",
@@ -162,9 +162,9 @@ void TiledRays::decode(int station, int tile) {
 }
 
 TiledRays::FileBytes TiledRays::place_of(int station, int first_tile, int last_tile) const {
-  const auto* ends = static_cast<const std::uint64_t*>(table_.data()) +
-                     static_cast<std::size_t>(station) *
-                         (static_cast<std::size_t>(layout_.tiles()) + 1);
+  const auto* ends =
+      static_cast<const std::uint64_t*>(table_.data()) +
+      static_cast<std::size_t>(station) * (static_cast<std::size_t>(layout_.tiles()) + 1);
   return {ends[first_tile], ends[last_tile + 1]};
 }
 
@@ -178,8 +178,8 @@ std::span<const std::uint8_t> TiledRays::read(int station, int tile) const {
   }
   bytes.resize(static_cast<std::size_t>(end - begin));
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t count = ::pread(file_, bytes.data() + done, bytes.size() - done,
-                                  static_cast<off_t>(begin + done));
+    const ssize_t count =
+        ::pread(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(begin + done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) throw_damaged(station, tile, "cannot be read: " + reason_of(errno));
     if (count == 0) throw_damaged(station, tile, "is cut short");
@@ -209,8 +209,8 @@ bool TiledRays::evict(std::int64_t tile, std::uint64_t word) {
   };
   if (!take(tile, word)) return false;
   // Offsets from the mapping, which begins with a page.
-  const auto first = static_cast<std::size_t>(reinterpret_cast<const std::byte*>(rays(station)) -
-                                              space_);
+  const auto first =
+      static_cast<std::size_t>(reinterpret_cast<const std::byte*>(rays(station)) - space_);
   std::size_t begin = first + layout_.begin_of(of_station);
   std::size_t end = first + layout_.end_of(of_station);
   // A page shared with one neighbour goes too if that one is not decoded, nor being decoded.
@@ -223,8 +223,8 @@ bool TiledRays::evict(std::int64_t tile, std::uint64_t word) {
                           first + layout_.end_of(of_station + 1) >= last_page &&
                           take(tile + 1, TileCache::kAbsent);
   begin = with_left ? first_page : whole_pages(begin);
-  end = with_right || of_station + 1 == layout_.tiles() ? last_page
-                                                        : end / page_size() * page_size();
+  end =
+      with_right || of_station + 1 == layout_.tiles() ? last_page : end / page_size() * page_size();
   if (begin < end) ::madvise(space_ + begin, end - begin, MADV_DONTNEED);
   if (with_left) leave(tile - 1);
   if (with_right) leave(tile + 1);

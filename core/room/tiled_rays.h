@@ -30,8 +30,7 @@ class TiledRays : private TileStore {
  public:
   // Reads nothing but the header. Throws Error naming the file where datasets are missing or not of
   // the shapes that `stations` and `panorama` give, or the compression is unknown.
-  static std::shared_ptr<TiledRays> open(const Hdf5File& hdf5, int stations,
-                                         PanoramaSize panorama);
+  static std::shared_ptr<TiledRays> open(const Hdf5File& hdf5, int stations, PanoramaSize panorama);
   ~TiledRays() override;
   TiledRays(const TiledRays&) = delete;
   TiledRays& operator=(const TiledRays&) = delete;

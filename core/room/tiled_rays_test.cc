@@ -32,7 +32,8 @@ std::vector<std::uint8_t> station_rays(int station) {
   for (int u = 0; u < kSize.width; ++u) {
     for (int v = 0; v < kSize.height; ++v) {
       for (int c = 0; c < 3; ++c) {
-        rays.push_back(static_cast<std::uint8_t>(3 * u + 5 * v * (c + 1) + u * v / 7 + 40 * station));
+        rays.push_back(
+            static_cast<std::uint8_t>(3 * u + 5 * v * (c + 1) + u * v / 7 + 40 * station));
       }
     }
   }
@@ -175,8 +176,8 @@ TEST_F(TiledRaysTest, ThreadsShareACacheThatHoldsNextToNothing) {
       const int theta = (begin * 37 + i * 11) % kSize.width;
       const auto column = volume.column(station, theta);
       const std::vector<std::uint8_t> expected = station_rays(station);
-      EXPECT_TRUE(std::equal(column.begin(), column.end(),
-                             expected.begin() + theta * 3 * kSize.height));
+      EXPECT_TRUE(
+          std::equal(column.begin(), column.end(), expected.begin() + theta * 3 * kSize.height));
     }
   });
   set_thread_count(0);
@@ -197,7 +198,8 @@ TEST(RayFormTest, NamesAreReadAsTheyAreWritten) {
   for (const char* name : {"none", "lossless", "jpeg:1", "jpeg:100"}) {
     EXPECT_EQ(name_of(ray_form_from_name(name)), name);
   }
-  for (const char* name : {"", "jpeg", "jpeg:", "jpeg:0", "jpeg:101", "jpeg:9x", "zstd", "Lossless"}) {
+  for (const char* name :
+       {"", "jpeg", "jpeg:", "jpeg:0", "jpeg:101", "jpeg:9x", "zstd", "Lossless"}) {
     EXPECT_THROW(ray_form_from_name(name), UsageError) << name;
   }
 }

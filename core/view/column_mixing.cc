@@ -65,9 +65,8 @@ void ColumnMixing::mix_in_registers(const ColumnPoints& points, std::span<const 
     const RaySource& source = sources[i];
     const auto samples = [&](int next) {
       const int station = source.station + next;
-      const StationSamples found =
-          positions_.find(points, source.line, station, rows,
-                          samples_[i][static_cast<size_t>(next)].positions());
+      const StationSamples found = positions_.find(
+          points, source.line, station, rows, samples_[i][static_cast<size_t>(next)].positions());
       reader_.tiles().ask(source.line, station, found.positions, rows.end - rows.begin,
                           {.weight = shares.weights[i].data(),
                            .first_row = rows.begin,

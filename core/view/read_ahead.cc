@@ -167,8 +167,6 @@ size_t ReadAhead::lead_of(int line, int station) const {
   return reinterpret_cast<std::uintptr_t>(first) % kPageBytes;
 }
 
-size_t ReadAhead::station_bytes(int line) const {
-  return view_.room.volume(line).station_bytes();
-}
+size_t ReadAhead::station_bytes(int line) const { return view_.room.volume(line).station_bytes(); }
 
 }  // namespace raywalk

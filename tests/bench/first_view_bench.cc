@@ -95,10 +95,8 @@ void bench_first_view_warm(benchmark::State& state, Generation generation) {
 
 // The same of rooms whose panoramas are compressed (forms of bench_decoded_view), two-sided.
 const std::vector<RayForm>& forms() {
-  static const std::vector<RayForm> forms = {{},
-                                             {RayForm::Kind::kLossless, 0},
-                                             {RayForm::Kind::kJpeg, 95},
-                                             {RayForm::Kind::kJpeg, 90}};
+  static const std::vector<RayForm> forms = {
+      {}, {RayForm::Kind::kLossless, 0}, {RayForm::Kind::kJpeg, 95}, {RayForm::Kind::kJpeg, 90}};
   return forms;
 }
 
@@ -115,8 +113,8 @@ void bench_first_view_of_form(benchmark::State& state) {
 // compression, both in turn; `size_ratio` of the files with the panoramas.
 void bench_decoded_view(benchmark::State& state) {
   const fs::path directory = bench_room(form_of(state));
-  const ViewOptions options{.generation = Generation::kTwoSided, .k_deg = 76.0,
-                            .width = kBenchWidth};
+  const ViewOptions options{
+      .generation = Generation::kTwoSided, .k_deg = 76.0, .width = kBenchWidth};
   const Room raw = Room::open(bench_room());
   const Room room = Room::open(directory);
   Renderer raw_views(raw, options);

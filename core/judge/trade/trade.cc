@@ -284,12 +284,11 @@ Trade measure_trade(const TradeInput& input, const fs::path& partial) {
               .repetitions = input.repetitions,
               .connect_viewpoints = input.connect_viewpoints};
   for (const TradeRoom& room : input.rooms) {
-    trade.rooms.push_back(
-        {.directory = room.room->directory().string(),
-         .stored_width_px = room.room->panorama().width,
-         .depth = room.depth,
-         .compression = room.room->compression(),
-         .rays_mb = 1e-6 * static_cast<double>(room.room->ray_file_bytes())});
+    trade.rooms.push_back({.directory = room.room->directory().string(),
+                           .stored_width_px = room.room->panorama().width,
+                           .depth = room.depth,
+                           .compression = room.room->compression(),
+                           .rays_mb = 1e-6 * static_cast<double>(room.room->ray_file_bytes())});
   }
   for (const TradeView& view : main.views) trade.views.push_back(view.name);
   for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);

@@ -80,7 +80,8 @@ ordered_json json_of(const Trade& trade, const TradedPreset& preset) {
 std::size_t changed_parameter_count(const TradeSetting& setting, const TradeSetting& centre) {
   std::size_t parameters = setting.room == centre.room ? 0 : 1;
   for (const std::string& parameter : changed_parameters(setting, centre)) {
-    if (parameter != "stored_width_px" && parameter != "depth" && parameter != "compression") ++parameters;
+    if (parameter != "stored_width_px" && parameter != "depth" && parameter != "compression")
+      ++parameters;
   }
   return parameters;
 }

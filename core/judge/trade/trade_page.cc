@@ -174,7 +174,8 @@ void add_making(JsonPage page) {
           "Peak: growth of the resident set by one view of a newly opened room; mapped: the part "
           "of it that is pages of the room's files, which the system can reclaim. Touched: bytes "
           "of the volumes that one view reads. Times are of views whose panoramas are decoded "
-          "where the room is compressed; decoded panoramas count in peak, not in mapped. CPU time is that of all threads, which other "
+          "where the room is compressed; decoded panoramas count in peak, not in mapped. CPU time "
+          "is that of all threads, which other "
           "programs disturb less. A time counts as disturbed where a quarter of the remaps beside "
           "it took a quarter longer than the fastest (remap spread above 0.25), where they took a "
           "quarter longer than in the rest of the trade, or where other programs used more than a "
@@ -185,9 +186,10 @@ void add_making(JsonPage page) {
           "{connect_viewpoints} viewpoints of every cell, in squared 8-bit levels, over the "
           "corners that are readable at every k of the sweep; a dash where these are less than "
           "half of all.")
-      .paragraphs("rooms",
-                  "{directory}: stored {stored_width_px} pixels wide, distances: {depth}; panoramas: "
-                  "compression {compression}, {rays_mb:.1f} MB.");
+      .paragraphs(
+          "rooms",
+          "{directory}: stored {stored_width_px} pixels wide, distances: {depth}; panoramas: "
+          "compression {compression}, {rays_mb:.1f} MB.");
 }
 
 }  // namespace
