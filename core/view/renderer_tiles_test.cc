@@ -42,7 +42,7 @@ std::vector<ViewOptions> all_options(int width) {
   }
   all.push_back({.generation = Generation::kTwoSided, .width = 4 * width / 3});
   all.push_back({.generation = Generation::kTwoSided, .width = width, .skip_px = 0.5});
-  all.push_back({.generation = Generation::kHlfVd, .width = width, .layers = 4});
+  all.push_back({.generation = Generation::kHlfVd, .width = width});
   return all;
 }
 
@@ -73,7 +73,7 @@ TEST_P(TiledViewsTest, ShowLosslessRaysAsTheRawOnes) {
 
 INSTANTIATE_TEST_SUITE_P(Masked, TiledViewsTest, testing::Bool());
 
-TEST(TiledViewsTest, StayNearWhenRaysAreStoredAsJpeg) {
+TEST(TiledRoomTest, ViewsStayNearWhenRaysAreStoredAsJpeg) {
   const TestRoom raw(spec_of(RayForm::Kind::kRaw, false));
   const TestRoom tiled(spec_of(RayForm::Kind::kJpeg, false));
   const ViewOptions options{.generation = Generation::kTwoSided, .width = raw.spec().width};
@@ -83,13 +83,13 @@ TEST(TiledViewsTest, StayNearWhenRaysAreStoredAsJpeg) {
   EXPECT_LT(mean_difference(stored, decoded), 1.5);
 }
 
-TEST(TiledViewsTest, DecodeOnlyWhatTheyRead) {
+TEST(TiledRoomTest, ViewsDecodeOnlyWhatTheyRead) {
   const TestRoom tiled(spec_of(RayForm::Kind::kLossless, false));
   const TileCounts before = TileCache::of_process().counts();
   tiled.image({.generation = Generation::kInitial, .width = tiled.spec().width}, kPlaces[0]);
   const std::int64_t decoded = TileCache::of_process().counts().decoded - before.decoded;
   EXPECT_GT(decoded, 20);
-  EXPECT_LT(decoded, 150);  // of 4 lines of 13 stations of 12 tiles and the polar part
+  EXPECT_LT(decoded, 300);  // of 4 lines of 13 stations of 12 tiles and the polar part
 }
 
 }  // namespace
