@@ -11,6 +11,7 @@
 #include "build_lf/gains/make_gains.h"
 #include "build_lf/gains/stored_gains.h"
 #include "build_lf/pack_room.h"
+#include "build_lf/repack_room.h"
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
 #include "build_lf/room_verify.h"
@@ -25,6 +26,7 @@ namespace {
 struct Arguments {
   PackOptions pack;
   BlockArguments blocks{};
+  RepackOptions repack{};
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RequireOptions require{};
@@ -33,11 +35,23 @@ struct Arguments {
   LineToleranceArguments lines{};
   int threads = 0;
   std::string room;
+  std::string compress = "none";
   bool json = false;
   std::string use;
   bool record = false;
   bool remove = false;
 };
+
+CLI::Option* add_compress_option(CLI::App* app, std::string* name) {
+  return app
+      ->add_option(
+          "--compress", *name,
+          "How panoramas are stored: none (mapped), lossless (about a third of the size), or "
+          "jpeg:Q with a quality Q of 1 to 100 (an eighth and less; 95 is hard to tell from "
+          "none)")
+      ->type_name("none|lossless|jpeg:Q")
+      ->capture_default_str();
+}
 
 void add_pack(CLI::App* app, Arguments* arguments) {
   CLI::App* pack = app->add_subcommand("pack", "Pack captured panoramas into a room");
@@ -54,6 +68,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
       "Directory of distance maps: <frame's stem>.png, 16-bit millimetres, 0 = no surface");
   add_force_flag(pack, &arguments->pack.replace,
                  "Replace the room in --out once the new one is complete");
+  add_compress_option(pack, &arguments->compress);
   add_line_tolerance_options(pack, &arguments->lines);
   add_block_options(pack, &arguments->blocks, "lines");
   add_threads_option(pack, &arguments->threads);
@@ -65,6 +80,7 @@ void add_pack(CLI::App* app, Arguments* arguments) {
       "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 2/2\n"
       "  raywalk-build-lf pack --frames poses.csv --out room.lf --merge");
   pack->callback([arguments] {
+    arguments->pack.form = ray_form_from_name(arguments->compress);
     arguments->pack.tolerance = tolerance_of(arguments->lines);
     set_thread_count(arguments->threads);
     if (arguments->pack.out.empty()) {
@@ -77,6 +93,30 @@ void add_pack(CLI::App* app, Arguments* arguments) {
     }
     blocks.merge ? merge_packed(arguments->pack) : pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
+    fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
+  });
+}
+
+void add_repack(CLI::App* app, Arguments* arguments) {
+  RepackOptions* options = &arguments->repack;
+  CLI::App* repack = app->add_subcommand("repack", "Store the panoramas of a room in another form");
+  repack->add_option("room", options->room, "Room directory")->required();
+  add_compress_option(repack, &arguments->compress)->required();
+  repack->add_option("-o,--out", options->out,
+                     "Room directory to create (default: beside the room, <room>-<form>)");
+  add_force_flag(repack, &options->replace,
+                 "Replace the room in --out once the new one is complete");
+  add_threads_option(repack, &arguments->threads);
+  repack->footer(
+      "Example:\n  raywalk-build-lf repack room.lf --compress jpeg:95 --out small.lf\n"
+      "JPEG is made from what is stored: from JPEG it loses once more. What was measured of views\n"
+      "is left out. The same command resumes a stopped run.");
+  repack->callback([arguments, options] {
+    options->form = ray_form_from_name(arguments->compress);
+    set_thread_count(arguments->threads);
+    if (options->out.empty()) options->out = default_repacked_name(options->room, options->form);
+    repack_room(*options);
+    const std::string out = options->out.string();
     fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
 }
@@ -282,6 +322,7 @@ int main(int argc, char** argv) {
   app.footer("Example:\n  raywalk-build-lf pack --frames poses.csv --out room.lf");
   raywalk::build_lf::Arguments arguments;
   raywalk::build_lf::add_pack(&app, &arguments);
+  raywalk::build_lf::add_repack(&app, &arguments);
   raywalk::build_lf::add_depth(&app, &arguments);
   raywalk::build_lf::add_distances(&app, &arguments);
   raywalk::build_lf::add_gains(&app, &arguments);

@@ -188,6 +188,7 @@ std::string fingerprint_of(const PackOptions& options, const std::string& list,
   const GridTolerance& tolerance = options.tolerance;
   if (tolerance.off_line_m) text += fmt::format("tolerance {}\n", *tolerance.off_line_m);
   if (tolerance.same_station_m) text += fmt::format("same station {}\n", *tolerance.same_station_m);
+  if (options.form.compressed()) text += fmt::format("compress {}\n", name_of(options.form));
   text += list;
   std::vector<const StationSource*> sources;
   for (const std::vector<StationSource>& line : plan.sources) {
@@ -237,7 +238,7 @@ std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
       masked ? kBytesPerRowRun * static_cast<std::uint64_t>(panorama.width) : 0;
   const std::uint64_t polar_part = 3 * static_cast<std::uint64_t>(PolarPart(panorama).columns()) *
                                    static_cast<std::uint64_t>(panorama.height);
-  return sources[line].size() * (3 * pixels(panorama) + polar_part + rows);
+  return sources[line].size() * (estimated_bytes(form, 3 * pixels(panorama) + polar_part) + rows);
 }
 
 std::uint64_t PackPlan::bytes_of_maps(std::size_t line) const {
@@ -285,6 +286,7 @@ PackPlan plan_pack(const PackOptions& options) {
       sources.push_back(std::move(source));
     }
   }
+  plan.form = options.form;
   plan.fingerprint = fingerprint_of(options, list, plan);
   return plan;
 }

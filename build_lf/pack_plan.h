@@ -11,6 +11,7 @@
 
 #include "core/geometry/grid.h"
 #include "core/geometry/sphere.h"
+#include "core/room/ray_form.h"
 
 namespace raywalk::build_lf {
 
@@ -19,6 +20,7 @@ struct PackOptions {
   std::filesystem::path out;                       // the room directory to create
   std::optional<std::filesystem::path> distances;  // directory of distance maps
   GridTolerance tolerance{};                       // how lines are found
+  RayForm form{};                                  // how rays are stored
   // Free bytes of the disk that holds a directory, for tests; none: as the system says.
   std::function<std::optional<std::uint64_t>(const std::filesystem::path&)> free_bytes{};
   bool replace = false;  // a room at `out` is replaced
@@ -37,13 +39,15 @@ struct PackPlan {
   PanoramaSize panorama;
   PanoramaSize distance_map;  // 0 x 0 if there are no maps
   Grid grid;
+  RayForm form{};
   std::vector<std::vector<StationSource>> sources;  // [line][station]
   // SHA-256 over everything that determines the result: the list, the options, and name, size and
   // modification time of every file. A stopped run can only be resumed with the same fingerprint.
   std::string fingerprint;
 
   bool has_maps(std::size_t line) const;
-  // Bytes of a line's volumes and of all volumes, without headers.
+  // Bytes of a line's volumes and of all volumes, without headers. Of compressed rays an estimate:
+  // few scenes take more.
   std::uint64_t bytes_of_rays(std::size_t line) const;
   std::uint64_t bytes_of_maps(std::size_t line) const;
   std::uint64_t bytes() const;

@@ -83,10 +83,12 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
   const Line& line = plan.grid.lines[job.line];
   const std::vector<StationSource>& sources = plan.sources[job.line];
   if (job.distances) {
-    write_distance_volume(distance_volume_path(room, line.id), line,
-                          given_maps(sources, plan.distance_map), progress);
+    DistanceMaps maps = given_maps(sources, plan.distance_map);
+    maps.compressed = plan.form.compressed();
+    write_distance_volume(distance_volume_path(room, line.id), line, maps, progress);
   } else {
-    write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, progress);
+    write_line_volume(line_volume_path(room, line.id), line, sources, plan.panorama, plan.form,
+                      progress);
   }
 }
 

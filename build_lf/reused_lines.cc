@@ -36,9 +36,10 @@ std::string file_text(const fs::path& file) {
 }
 
 std::string rays_text(const Line& line, const std::vector<StationSource>& sources,
-                      PanoramaSize panorama) {
+                      PanoramaSize panorama, const RayForm& form) {
   std::string text = fmt::format("rays {} {} {} {} {}\n", kRoomFormatVersion, kPolarVolumeVersion,
                                  line.id, panorama.width, panorama.height);
+  if (form.compressed()) text += fmt::format("compress {}\n", name_of(form));
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     const auto& position_m = line.stations[i].position_m;
@@ -55,9 +56,10 @@ std::string rays_text(const Line& line, const std::vector<StationSource>& source
 }
 
 std::string distances_text(const Line& line, const std::vector<StationSource>& sources,
-                           PanoramaSize map) {
+                           PanoramaSize map, const RayForm& form) {
   std::string text =
       fmt::format("distances {} {} {} {}\n", kRoomFormatVersion, line.id, map.width, map.height);
+  if (form.compressed()) text += "compressed\n";
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     if (!source.distance_map) continue;
@@ -145,9 +147,10 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
   throw_if_interrupted();
   const Line& of_grid = plan.grid.lines[line];
   LineInputs inputs;
-  inputs.rays = sha256_hex(rays_text(of_grid, plan.sources[line], plan.panorama));
+  inputs.rays = sha256_hex(rays_text(of_grid, plan.sources[line], plan.panorama, plan.form));
   if (plan.has_maps(line)) {
-    inputs.distances = sha256_hex(distances_text(of_grid, plan.sources[line], plan.distance_map));
+    inputs.distances =
+        sha256_hex(distances_text(of_grid, plan.sources[line], plan.distance_map, plan.form));
   }
   return inputs;
 }

@@ -14,8 +14,8 @@
 namespace raywalk::build_lf {
 
 // What the volumes of a line are made from, as SHA-256 over everything that determines their bytes:
-// format, id and positions of the line, panorama size, attitudes, and name, size and modification
-// time of every file.
+// format, form of the rays, id and positions of the line, panorama size, attitudes, and name, size
+// and modification time of every file.
 struct LineInputs {
   std::string rays{};
   std::string distances{};  // empty: the line has no maps

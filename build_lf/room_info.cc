@@ -103,6 +103,7 @@ LineInfo line_info(const Room& room, int index, Progress* progress) {
   info.masked_share = masked_share_of(room.volume(index), progress);
   info.distance_maps = room.distances(index).maps();
   info.distance_size = room.distances(index).size();
+  info.form = room.volume(index).form();
   info.bytes = bytes_of(line_volume_path(room.directory(), line.id)) +
                bytes_of(distance_volume_path(room.directory(), line.id));
   return info;
@@ -164,6 +165,7 @@ Json json_of_line(const LineInfo& line) {
           {"distance_maps", line.distance_maps},
           {"distance_width", line.distance_size.width},
           {"distance_height", line.distance_size.height},
+          {"compression", name_of(line.form)},
           {"bytes", line.bytes}};
 }
 
@@ -189,6 +191,7 @@ RoomInfo info_of(const Room& room) {
     info.bytes += info.lines.back().bytes;
   }
   info.masked_share /= info.stations;
+  info.compression = room.compression();
   info.distances = room.distances_origin();
   for (const auto& line : room.gains()) {
     info.stations_with_gains += static_cast<int>(std::ranges::count_if(line, std::not_fn(is_one)));
@@ -202,12 +205,13 @@ std::string summary_of(const RoomInfo& info, const std::string& name) {
   const std::string masked =
       info.masked_share > 0.0 ? fmt::format(", {:.2f} % masked", 100.0 * info.masked_share) : "";
   const std::string origin = info.distance_maps > 0 ? " (" + info.distances + ")" : "";
-  return fmt::format("{}: {}, {}, {} of {} x {}{}, {}{}, {:.1f} MB", name,
+  const std::string form = info.compression == "none" ? "" : " (" + info.compression + ")";
+  return fmt::format("{}: {}, {}, {} of {} x {}{}, {}{}, {:.1f} MB{}", name,
                      counted(info.lines.size(), "line"), counted(info.cells.size(), "cell"),
                      counted(static_cast<std::size_t>(info.stations), "panorama"),
                      info.panorama.width, info.panorama.height, masked,
                      counted(static_cast<std::size_t>(info.distance_maps), "distance map"), origin,
-                     static_cast<double>(info.bytes) * 1e-6);
+                     static_cast<double>(info.bytes) * 1e-6, form);
 }
 
 std::string text_of(const RoomInfo& info, const std::string& name) {
@@ -271,6 +275,7 @@ std::string json_of(const RoomInfo& info) {
       {"distance_sets", std::move(sets)},
       {"distance_faults", info.distance_faults},
       {"stations_with_gains", info.stations_with_gains},
+      {"compression", info.compression},
       {"bytes", info.bytes},
       {"lines", std::move(lines)},
       {"cells", std::move(cells)}};

@@ -25,6 +25,7 @@ struct LineInfo {
   double masked_share = 0.0;  // of the solid angle over all stations
   int distance_maps = 0;
   PanoramaSize distance_size;  // 0 x 0 without maps
+  RayForm form{};              // how its panoramas are stored
   std::uintmax_t bytes = 0;    // of the volume and the distances
 };
 
@@ -45,6 +46,7 @@ struct RoomInfo {
   std::string distances;      // where those in use come from: Room::distances_origin
   std::vector<DistancesInfo> distance_sets;
   std::vector<std::string> distance_faults;  // why recorded ones that are not in use cannot be used
+  std::string compression;                   // Room::compression
   int stations_with_gains = 0;               // whose gains are not 1
   std::uintmax_t bytes = 0;  // of the manifest, the volumes, the distances and gains in use
 };

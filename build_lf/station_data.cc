@@ -73,6 +73,26 @@ std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask) {
   return valid_rows;
 }
 
+StationRays stored_rays(const LineVolume& volume, int station) {
+  const TileReading reading;
+  const auto columns = volume.columns(station);
+  const auto valid_rows = volume.stored_valid_rows(station);
+  return {{columns.begin(), columns.end()}, {valid_rows.begin(), valid_rows.end()}};
+}
+
+StationDistances stored_distances(const DistanceVolume& volume, int map) {
+  // The columns of a map are contiguous in memory.
+  const auto all = [&](auto first_column) {
+    return std::vector(
+        first_column.data(),
+        first_column.data() + first_column.size() * static_cast<std::size_t>(volume.size().width));
+  };
+  StationDistances distances{
+      all(volume.distance_column(map, 0)), all(volume.confidence_column(map, 0)), {}};
+  distances.sha256 = checksum_of_distances(distances.distance_m, distances.confidence);
+  return distances;
+}
+
 StationRays read_station_rays(const StationSource& source, PanoramaSize size) {
   cv::Mat panorama = read_checked(source.panorama, size, read_panorama);
   if (source.attitude) panorama = rotate_panorama(panorama, world_from_camera(*source.attitude));

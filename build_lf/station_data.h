@@ -9,6 +9,8 @@
 
 #include "build_lf/pack_plan.h"
 #include "core/base/error.h"
+#include "core/room/distance_volume.h"
+#include "core/room/line_volume.h"
 
 namespace raywalk::build_lf {
 
@@ -45,6 +47,10 @@ std::string checksum_of_rays(std::span<const std::uint8_t> rays,
 // valid_rows[theta][2] of a mask (CV_8UC1, 0 = invalid): the longest run of valid rows in each
 // column, the first of equally long ones; {0, 0} if there is none.
 std::vector<std::int32_t> valid_rows_of(const cv::Mat& mask);
+
+// As a room holds them.
+StationRays stored_rays(const LineVolume& volume, int station);
+StationDistances stored_distances(const DistanceVolume& volume, int map);
 
 // Read the station's files; throw InputError when one cannot be read or does not have `size`.
 StationRays read_station_rays(const StationSource& source, PanoramaSize size);

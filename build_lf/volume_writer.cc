@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
@@ -11,6 +13,7 @@
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
 #include "core/room/polar_part.h"
+#include "core/room/tiled_rays_writer.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -74,9 +77,42 @@ void complete_valid_rows(const LineRays& rays, StationRays* station) {
 
 // The oldest format that can hold the rays.
 int version_of(const LineRays& rays, const PolarPart& polar_part) {
+  if (rays.form.compressed()) return kTiledVolumeVersion;
   if (polar_part.columns() > 0) return kPolarVolumeVersion;
   return rays.masked ? kMaskedVolumeVersion : kPlainVolumeVersion;
 }
+
+// Dataset `rays` of a line, in the form that is asked for.
+class StoredRays {
+ public:
+  StoredRays(Hdf5File* hdf5, const LineRays& rays, const std::array<std::size_t, 4>& shape)
+      : hdf5_(hdf5), shape_(shape) {
+    if (rays.form.compressed()) {
+      tiles_.emplace(hdf5, rays.form, static_cast<int>(shape[0]), rays.panorama,
+                     usual_tile_columns(rays.panorama));
+    } else {
+      contiguous_ = hdf5->create_contiguous("rays", H5T_STD_U8LE, shape);
+    }
+  }
+
+  // A station's rays with their polar part, replaced by what is read later; from any thread.
+  TileChunk encode(std::span<std::uint8_t> rays) const {
+    return tiles_ ? tiles_->encode(rays) : TileChunk();
+  }
+  void write(std::size_t station, std::span<const std::uint8_t> rays, const TileChunk& chunk) {
+    if (tiles_) {
+      tiles_->write(static_cast<int>(station), chunk);
+    } else {
+      hdf5_->write_slab(contiguous_, station, H5T_NATIVE_UINT8, shape_, rays.data());
+    }
+  }
+
+ private:
+  Hdf5File* hdf5_;
+  std::array<std::size_t, 4> shape_;
+  Hdf5Handle contiguous_;
+  std::optional<TiledRaysWriter> tiles_;
+};
 
 void append(const PolarPart& polar_part, std::vector<std::uint8_t>* rays, std::size_t bytes) {
   const std::size_t end_of_columns = rays->size();
@@ -88,12 +124,12 @@ void append(const PolarPart& polar_part, std::vector<std::uint8_t>* rays, std::s
 
 void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
-                       Progress* progress) {
+                       const RayForm& form, Progress* progress) {
   const bool masked = std::any_of(sources.begin(), sources.end(), [](const StationSource& source) {
     return source.mask.has_value();
   });
   const auto read = [&](std::size_t i) { return read_station_rays(sources[i], panorama); };
-  write_line_volume(file, line, {panorama, masked, read}, progress);
+  write_line_volume(file, line, {panorama, masked, read, form}, progress);
 }
 
 void write_line_volume(const std::filesystem::path& file, const Line& line, const LineRays& rays,
@@ -111,19 +147,22 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
   const std::array<std::size_t, 3> rows_shape{count, width, 2};
   std::vector<std::string> sha256(count);
   {
-    const Hdf5Handle dataset = hdf5.create_contiguous("rays", H5T_STD_U8LE, rays_shape);
+    StoredRays stored(&hdf5, rays, rays_shape);
     const Hdf5Handle valid_rows =
         rays.masked ? hdf5.create_contiguous("valid_rows", H5T_STD_I32LE, rows_shape)
                     : Hdf5Handle();
     const auto read = [&](std::size_t i) {
       StationRays station = rays.read(i);
       complete_valid_rows(rays, &station);
-      sha256[i] = checksum_of_rays(station.rays, station.valid_rows);
+      const std::size_t columns = station.rays.size();
       append(polar_part, &station.rays, 3 * rays_shape[1] * height);
-      return station;
+      TileChunk chunk = stored.encode(station.rays);
+      sha256[i] = checksum_of_rays(std::span(station.rays).first(columns), station.valid_rows);
+      return std::pair(std::move(station), std::move(chunk));
     };
-    convert_and_store(count, read, [&](std::size_t i, const StationRays& station) {
-      hdf5.write_slab(dataset, i, H5T_NATIVE_UINT8, rays_shape, station.rays.data());
+    convert_and_store(count, read, [&](std::size_t i, const auto& converted) {
+      const auto& [station, chunk] = converted;
+      stored.write(i, station.rays, chunk);
       if (rays.masked) {
         hdf5.write_slab(valid_rows, i, H5T_NATIVE_INT32, rows_shape, station.valid_rows.data());
       }
@@ -148,7 +187,8 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kDistanceVolumeFormat, kPlainVolumeVersion, line);
+  describe_file(&hdf5, kDistanceVolumeFormat,
+                maps.compressed ? kTiledVolumeVersion : kPlainVolumeVersion, line);
   hdf5.write_attribute("/", "origin", maps.origin);
   hdf5.write_int32("station", maps.stations);
   const std::array<std::size_t, 3> shape{maps.stations.size(),
@@ -156,8 +196,12 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                                          static_cast<std::size_t>(maps.size.height)};
   std::vector<std::string> sha256(maps.stations.size());
   {
-    const Hdf5Handle distance = hdf5.create_contiguous("distance_m", H5T_IEEE_F32LE, shape);
-    const Hdf5Handle confidence = hdf5.create_contiguous("confidence", H5T_STD_U8LE, shape);
+    const auto create = [&](const char* name, hid_t type) {
+      return maps.compressed ? hdf5.create_deflated(name, type, shape)
+                             : hdf5.create_contiguous(name, type, shape);
+    };
+    const Hdf5Handle distance = create("distance_m", H5T_IEEE_F32LE);
+    const Hdf5Handle confidence = create("confidence", H5T_STD_U8LE);
     convert_and_store(
         maps.stations.size(), maps.read, [&](std::size_t i, const StationDistances& station) {
           hdf5.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, station.distance_m.data());

@@ -10,15 +10,17 @@
 #include "build_lf/pack_plan.h"
 #include "build_lf/station_data.h"
 #include "core/base/progress.h"
+#include "core/room/ray_form.h"
 
 namespace raywalk::build_lf {
 
 // lines/<id>.h5 as core/room/line_volume.h describes it, with `position_m` float64 [station][xyz]
-// and `sha256` [station] (checksum_of_rays) beside the rays. `progress` advances by one per
-// station. Throws InputError (unusable image), Error (cannot write) and Interrupted.
+// and `sha256` [station] (checksum_of_rays, of what the rays decode to) beside the rays. `progress`
+// advances by one per station. Throws InputError (unusable image), Error (cannot write) and
+// Interrupted.
 void write_line_volume(const std::filesystem::path& file, const Line& line,
                        const std::vector<StationSource>& sources, PanoramaSize panorama,
-                       Progress* progress);
+                       const RayForm& form, Progress* progress);
 
 // The rays of a line, read one station at a time.
 struct LineRays {
@@ -26,6 +28,7 @@ struct LineRays {
   // Whether some stations have valid_rows; if false, valid_rows returned by `read` are ignored.
   bool masked = false;
   std::function<StationRays(std::size_t station)> read;  // called once for each, in parallel
+  RayForm form{};
 };
 
 // The same for rays from any source.
@@ -38,6 +41,7 @@ struct DistanceMaps {
   PanoramaSize size;
   std::string origin;                                 // kGivenOrigin, or the method of estimation
   std::function<StationDistances(std::size_t)> read;  // the map of stations[i]; called in parallel
+  bool compressed = false;                            // losslessly, so that checksums are the same
   // LeftOutPixels of the line as runs: [run][station, theta, first row, one past the last row].
   std::vector<std::int32_t> left_out{};
 };

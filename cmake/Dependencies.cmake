@@ -17,6 +17,7 @@ find_package(embree REQUIRED)  # 3.13 or 4
 find_package(Ceres 2.1 REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(ZLIB 1.2.13 REQUIRED)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd>=1.5)
 find_package(OpenSSL 3.0 REQUIRED COMPONENTS Crypto)
 find_package(spdlog 1.10 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)

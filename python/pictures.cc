@@ -1,11 +1,14 @@
-// Picture files, and how many threads are used.
+// Picture files, and how many threads and how much memory are used.
+#include <fmt/format.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/image_file.h"
+#include "core/room/tile_cache.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/work.h"
@@ -32,6 +35,13 @@ void write_rgb(const std::filesystem::path& file, const py::object& picture) {
   });
 }
 
+void set_cache_mb(double megabytes) {
+  if (!(megabytes > 0.0 && megabytes <= 1e9)) {
+    throw UsageError(fmt::format("a cache of {} MB; give more than 0, at most 1e9", megabytes));
+  }
+  TileCache::of_process().set_limit_bytes(static_cast<std::uint64_t>(1e6 * megabytes));
+}
+
 }  // namespace
 
 void bind_pictures(py::module_& module) {
@@ -39,6 +49,7 @@ void bind_pictures(py::module_& module) {
   module.def("write_picture", &write_rgb);
   module.def("set_thread_count", &set_thread_count);
   module.def("thread_count", &thread_count);
+  module.def("set_cache_mb", &set_cache_mb);
 }
 
 }  // namespace raywalk::python

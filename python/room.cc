@@ -14,6 +14,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/files/nearest_word.h"
+#include "core/room/tile_cache.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/work.h"
@@ -63,7 +64,15 @@ py::array frame(const SharedRoom& room, const LineName& name, int station) {
   require_station(*room, line, station);
   const LineVolume& volume = room->volume(line);
   const PanoramaSize size = volume.panorama();
-  return picture_of_columns(volume.column(station, 0).data(), size.width, size.height, 3, room);
+  if (!volume.form().compressed()) {
+    return picture_of_columns(volume.rays(station), size.width, size.height, 3, room);
+  }
+  const auto decoded = without_lock([&] {
+    const TileReading reading;
+    const auto columns = volume.columns(station);
+    return std::make_shared<std::vector<std::uint8_t>>(columns.begin(), columns.end());
+  });
+  return picture_of_columns(decoded->data(), size.width, size.height, 3, decoded);
 }
 
 // The index of a station's map. Throws Error where it has none.

@@ -62,6 +62,7 @@ void write_volumes(const Room& room, DepthMethod method, const DepthPlan& plan,
       return stored_distances(map);
     };
     maps.left_out = left_out_of(contradictions, l);
+    maps.compressed = room.volume(l).form().compressed();
     const Line& line = room.grid().lines[static_cast<size_t>(l)];
     write_distance_volume(partial.volumes() / (line.id + ".h5"), line, maps, &progress);
   }

@@ -25,18 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxViews = 48;
 
-// All columns of a map, which are contiguous in memory.
-template <typename T>
-std::vector<T> all_columns(std::span<const T> first_column, int columns) {
-  return {first_column.data(), first_column.data() + first_column.size() * size_t(columns)};
-}
-
-StationRays rays_of(const LineVolume& volume, int station) {
-  const auto valid_rows = volume.stored_valid_rows(station);
-  const auto columns = volume.columns(station);
-  return {{columns.begin(), columns.end()}, {valid_rows.begin(), valid_rows.end()}};
-}
-
 // A map at another width: inverse distances interpolated as in OmegaMap, confidence of the nearest
 // pixel.
 StationDistances resized_distances(const DistanceVolume& volume, int map, int width) {
@@ -57,11 +45,8 @@ StationDistances resized_distances(const DistanceVolume& volume, int map, int wi
 
 StationDistances distances_of(const DistanceVolume& volume, int map, int width) {
   const int own_width = volume.size().width;
-  StationDistances distances =
-      width < own_width ? resized_distances(volume, map, width)
-                        : StationDistances{all_columns(volume.distance_column(map, 0), own_width),
-                                           all_columns(volume.confidence_column(map, 0), own_width),
-                                           {}};
+  if (width >= own_width) return stored_distances(volume, map);
+  StationDistances distances = resized_distances(volume, map, width);
   distances.sha256 = checksum_of_distances(distances.distance_m, distances.confidence);
   return distances;
 }
@@ -76,7 +61,8 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
     write_line_volume(rays_file, line,
                       {.panorama = part.panorama(),
                        .masked = rays.masked(),
-                       .read = [&](size_t i) { return rays_of(rays, static_cast<int>(i)); }},
+                       .read = [&](size_t i) { return stored_rays(rays, static_cast<int>(i)); },
+                       .form = rays.form()},
                       progress);
   }
   const DistanceVolume& distances = part.distances(index);
@@ -89,6 +75,7 @@ void write_line(const Room& part, int index, int distance_width, const fs::path&
        .size = {width, width / 2},
        .origin = distances.origin(),
        .read = [&](size_t i) { return distances_of(distances, static_cast<int>(i), width); },
+       .compressed = distances.compressed(),
        .left_out = distances.left_out().stored_runs({width, width / 2})},
       progress);
 }

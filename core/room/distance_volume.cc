@@ -49,21 +49,30 @@ DistanceVolume DistanceVolume::open(const std::filesystem::path& file, int stati
     volume.line_ = hdf5.text_attribute("line").value_or("");
     checksums = checksums_text(hdf5);
     if (hdf5.has_dataset("left_out")) left_out = hdf5.read_int32("left_out");
+    if (hdf5.is_chunked("distance_m")) volume.deflated_ = std::make_shared<DeflatedMaps>(hdf5);
   }
   volume.bytes_ = stamp_of(file).bytes;
   check_stations(volume.stations_, stations_of_line, file.string());
   volume.stored_.resize(volume.stations_.size());
   std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
-  const auto distance_m = std::make_shared<MappedDataset>(
-      MappedDataset::open(file, "distance_m", ElementType::kFloat32));
-  const auto confidence =
-      std::make_shared<MappedDataset>(MappedDataset::open(file, "confidence", ElementType::kUint8));
-  volume.distance_m_ = {distance_m, static_cast<const float*>(distance_m->data())};
-  volume.confidence_ = {confidence, static_cast<const std::uint8_t*>(confidence->data())};
-  const std::vector<std::size_t>& shape = distance_m->shape();
+  std::vector<std::size_t> shape;
+  bool alike = true;
+  if (volume.deflated_) {
+    shape = volume.deflated_->shape();
+    volume.distance_m_ = {volume.deflated_, volume.deflated_->distance_m()};
+    volume.confidence_ = {volume.deflated_, volume.deflated_->confidence()};
+  } else {
+    const auto distance_m = std::make_shared<MappedDataset>(
+        MappedDataset::open(file, "distance_m", ElementType::kFloat32));
+    const auto confidence = std::make_shared<MappedDataset>(
+        MappedDataset::open(file, "confidence", ElementType::kUint8));
+    volume.distance_m_ = {distance_m, static_cast<const float*>(distance_m->data())};
+    volume.confidence_ = {confidence, static_cast<const std::uint8_t*>(confidence->data())};
+    shape = distance_m->shape();
+    alike = confidence->shape() == shape;
+  }
   if (shape.size() != 3 || shape[0] != volume.stations_.size() || shape[1] != 2 * shape[2] ||
-      shape[1] > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
-      confidence->shape() != shape) {
+      shape[1] > static_cast<std::size_t>(std::numeric_limits<int>::max()) || !alike) {
     throw Error(
         fmt::format("{}: 'distance_m' and 'confidence' are not both [{} maps][theta][phi] with "
                     "twice as many theta as phi",
@@ -103,6 +112,7 @@ DistanceVolume DistanceVolume::with_maps(std::vector<int> stations, PanoramaSize
   std::iota(other.stored_.begin(), other.stored_.end(), 0);
   other.stations_ = std::move(stations);
   other.size_ = size;
+  other.deflated_.reset();
   const auto distances = std::make_shared<const std::vector<float>>(std::move(distance_m));
   const auto confidences = std::make_shared<const std::vector<std::uint8_t>>(std::move(confidence));
   other.distance_m_ = {distances, distances->data()};

@@ -5,7 +5,8 @@
 // `confidence` uint8 [maps][theta][phi] (0 = unknown, 255 = certain). Both are stored contiguously
 // in the layout of the rays; width and height may be smaller than the panorama's. Optional:
 // `left_out` int32 [runs][station, theta, first row, one past the last row], pixels of the line's
-// stations, with or without a map, in the maps' size (left_out.h). Older programs ignore it.
+// stations, with or without a map, in the maps' size (left_out.h). Older programs ignore it. In
+// format 4 the maps are compressed (deflated_maps.h).
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "core/geometry/sphere.h"
+#include "core/room/deflated_maps.h"
 #include "core/room/left_out.h"
 #include "core/room/mapped_dataset.h"
 
@@ -68,14 +70,23 @@ class DistanceVolume {
   // Pixels of the line's stations that views leave out.
   const LeftOutPixels& left_out() const { return left_out_; }
   // One column of a map, height values top to bottom; `map` in [0, maps), `theta` in [0, width).
+  // Of a compressed volume they decode the map, and throw Error where it is damaged.
   std::span<const float> distance_column(int map, int theta) const {
+    load(map);
     return {distance_m_.get() + offset(map, theta), rows()};
   }
   std::span<const std::uint8_t> confidence_column(int map, int theta) const {
+    load(map);
     return {confidence_.get() + offset(map, theta), rows()};
   }
 
+  // Whether the maps are compressed.
+  bool compressed() const { return deflated_ != nullptr; }
+
  private:
+  void load(int map) const {
+    if (deflated_) deflated_->load(static_cast<size_t>(stored_[static_cast<size_t>(map)]));
+  }
   size_t rows() const { return static_cast<size_t>(size_.height); }
   size_t offset(int map, int theta) const {
     return (static_cast<size_t>(stored_[static_cast<size_t>(map)]) *
@@ -92,6 +103,7 @@ class DistanceVolume {
   std::uint64_t bytes_ = 0;
   std::string header_sha256_;
   LeftOutPixels left_out_;
+  std::shared_ptr<DeflatedMaps> deflated_;  // null where the maps are not compressed
   // Shared with the dataset or the memory that holds them.
   std::shared_ptr<const float> distance_m_;
   std::shared_ptr<const std::uint8_t> confidence_;

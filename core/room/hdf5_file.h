@@ -16,13 +16,18 @@ namespace raywalk {
 // The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads; a file's own is its
 // root attribute `format_version`. A file is written in the oldest format that can hold its
 // content, so that older programs can read it.
-inline constexpr int kVolumeFormatVersion = 3;
+inline constexpr int kVolumeFormatVersion = 4;
 // Format 1 holds rays or distances; format 2 adds masks (`valid_rows` of a line), format 3 the
-// polar part of rays (polar_part.h). A program that does not support masks must not open a masked
-// line, as it would show masked pixels.
+// polar part of rays (polar_part.h), format 4 compressed rays (tiled_rays.h). A program that does
+// not support masks must not open a masked line, as it would show masked pixels.
 inline constexpr int kPlainVolumeVersion = 1;
 inline constexpr int kMaskedVolumeVersion = 2;
 inline constexpr int kPolarVolumeVersion = 3;
+inline constexpr int kTiledVolumeVersion = 4;
+
+// Throws Error unless a dataset's shape is the expected one.
+void require_shape(std::span<const std::size_t> found, std::span<const std::size_t> expected,
+                   const std::string& name, const std::filesystem::path& file);
 
 // Owns an HDF5 identifier and its close function.
 class Hdf5Handle {
@@ -87,6 +92,29 @@ class Hdf5File {
   // Writes the values at one index of the first dimension; `type` is their type in memory.
   void write_slab(const Hdf5Handle& dataset, std::size_t index, hid_t type,
                   std::span<const std::size_t> shape, const void* values);
+
+  // Creates a dataset in chunks of one index of the first dimension each, with a filter that this
+  // program need not have: chunks are written encoded.
+  Hdf5Handle create_filtered(const std::string& name, hid_t type,
+                             std::span<const std::size_t> shape, int filter);
+  // Writes the encoded chunk at one index of the first dimension; returns where it is in the file.
+  std::uint64_t write_chunk(const Hdf5Handle& dataset, std::size_t index,
+                            std::span<const std::uint8_t> encoded);
+
+  // Creates a dataset in chunks of one index of the first dimension each, compressed losslessly by
+  // HDF5's own filters as write_slab writes them.
+  Hdf5Handle create_deflated(const std::string& name, hid_t type,
+                             std::span<const std::size_t> shape);
+  // Whether a dataset is stored in chunks.
+  bool is_chunked(const std::string& name) const;
+  // Where the chunk at each index of the first dimension is. Throws Error unless the dataset has
+  // this type and is as create_deflated makes them.
+  struct ChunkPlace {
+    std::uint64_t begin = 0;
+    std::uint64_t bytes = 0;
+    bool deflated = true;  // false: only shuffled, as it would not become smaller
+  };
+  std::vector<ChunkPlace> deflated_chunks(const std::string& name, hid_t type) const;
 
   // Closes the file; throws Error if buffered data cannot be written (disk full).
   void close();

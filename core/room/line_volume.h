@@ -1,8 +1,10 @@
-// The rays of one line, mapped from `lines/<id>.h5`.
+// The rays of one line, mapped from `lines/<id>.h5` or, where they are compressed, decoded from it
+// as they are asked for.
 //
-// Dataset `rays`: uint8 [station][theta][phi][rgb], stored contiguously; theta index = u (pixel
+// Dataset `rays`: uint8 [station][theta][phi][rgb], stored contiguously, or compressed
+// (tiled_rays.h, format 4); theta index = u (pixel
 // column), phi index = v (pixel row, 0 at the top). One output column is one contiguous read. In
-// files of format 3 the polar part of a station (polar_part.h) follows its columns, as more
+// files from format 3 on the polar part of a station (polar_part.h) follows its columns, as more
 // columns.
 //
 // Dataset `valid_rows`, only in lines some of whose stations have a mask: int32
@@ -22,6 +24,8 @@
 #include "core/geometry/sphere.h"
 #include "core/room/mapped_dataset.h"
 #include "core/room/polar_part.h"
+#include "core/room/ray_form.h"
+#include "core/room/tiled_rays.h"
 
 namespace raywalk {
 
@@ -56,21 +60,43 @@ class LineVolume {
   int stations() const { return static_cast<int>(stored_.size()); }
   // A station's index in the file (differs in a subset), and the number of stations in the file.
   int index_in_file(int station) const { return stored_[static_cast<size_t>(station)]; }
-  int stations_in_file() const { return static_cast<int>(rays_->shape()[0]); }
+  int stations_in_file() const { return stations_in_file_; }
   PanoramaSize panorama() const { return panorama_; }
+  const RayForm& form() const { return form_; }
+  // Of a compressed line these may be called, and what they return be read, only while a
+  // TileReading is alive in the thread (tile_cache.h); std::logic_error without. They throw Error
+  // where what is stored cannot be decoded.
+  //
   // height * 3 bytes, RGB, top to bottom. `theta` in [0, width), `station` in [0, stations).
   std::span<const std::uint8_t> column(int station, int theta) const {
-    const size_t bytes = column_bytes();
-    const size_t index = stored(station) * stored_columns_ + static_cast<size_t>(theta);
-    return {static_cast<const std::uint8_t*>(rays_->data()) + index * bytes, bytes};
+    const size_t begin = column_bytes() * static_cast<size_t>(theta);
+    return required(station, begin, column_bytes());
   }
   // The same columns one after the other, and with the polar part that follows them.
   std::span<const std::uint8_t> columns(int station) const {
-    return {column(station, 0).data(), column_bytes() * static_cast<size_t>(panorama_.width)};
+    return required(station, 0, column_bytes() * static_cast<size_t>(panorama_.width));
   }
   std::span<const std::uint8_t> columns_and_polar_part(int station) const {
-    return {column(station, 0).data(), column_bytes() * stored_columns_};
+    return required(station, 0, station_bytes());
   }
+
+  // A station's first ray. Of a compressed line only bytes that were asked for may be read.
+  const std::uint8_t* rays(int station) const {
+    if (tiles_) return tiles_->rays(static_cast<int>(stored(station)));
+    return static_cast<const std::uint8_t*>(rays_->data()) + stored(station) * station_bytes();
+  }
+  // Asks for bytes [begin, end) of a station's rays, begin < end, and the few around them that
+  // vector loads reach, as TiledRays::require does; nothing to do where they are mapped.
+  void require(int station, size_t begin, size_t end) const {
+    if (tiles_) tiles_->require(static_cast<int>(stored(station)), begin, end);
+  }
+  // The bytes around a byte of a station that are decoded with it: those of its tile; all where
+  // they are mapped.
+  TileLayout::Bytes decoded_with(size_t byte) const {
+    return tiles_ ? tiles_->layout().bytes_around(byte) : TileLayout::Bytes{0, station_bytes()};
+  }
+  // Of the columns of a station with its polar part.
+  size_t station_bytes() const { return column_bytes() * stored_columns_; }
 
   bool has_polar_part() const { return stored_columns_ > static_cast<size_t>(panorama_.width); }
   const PolarPart& polar_part() const { return polar_part_; }
@@ -80,11 +106,18 @@ class LineVolume {
   // Starts reading bytes of a station's rays from disk, without waiting; `begin` is relative to the
   // station's first column.
   void fetch(int station, std::size_t begin, std::size_t bytes) const {
-    rays_->fetch(column(station, 0).data() + begin, bytes);
+    if (tiles_) {
+      tiles_->fetch(static_cast<int>(stored(station)), begin, begin + bytes);
+    } else {
+      rays_->fetch(rays(station) + begin, bytes);
+    }
   }
-  // Whether the middle row of a column is in memory (MappedDataset::in_memory).
+  // Whether the middle row of a column is in memory (MappedDataset::in_memory), or decoded.
   bool in_memory(int station, int theta) const {
-    return rays_->in_memory(column(station, theta).data() + 3 * (panorama_.height / 2));
+    const size_t byte =
+        column_bytes() * static_cast<size_t>(theta) + 3 * static_cast<size_t>(panorama_.height / 2);
+    if (tiles_) return tiles_->is_decoded(static_cast<int>(stored(station)), byte);
+    return rays_->in_memory(rays(station) + byte);
   }
 
   // Whether any station has a mask.
@@ -105,6 +138,10 @@ class LineVolume {
   size_t stored(int station) const {
     return static_cast<size_t>(stored_[static_cast<size_t>(station)]);
   }
+  std::span<const std::uint8_t> required(int station, size_t begin, size_t bytes) const {
+    require(station, begin, begin + bytes);
+    return {rays(station) + begin, bytes};
+  }
   size_t column_bytes() const { return 3 * static_cast<size_t>(panorama_.height); }
   const std::int32_t* valid_rows_at(int station, int theta) const {
     const size_t index =
@@ -112,9 +149,12 @@ class LineVolume {
     return static_cast<const std::int32_t*>(valid_rows_->data()) + 2 * index;
   }
 
-  std::shared_ptr<const MappedDataset> rays_;
+  std::shared_ptr<const MappedDataset> rays_;        // null where they are compressed
+  std::shared_ptr<TiledRays> tiles_;                 // null where they are not
   std::shared_ptr<const MappedDataset> valid_rows_;  // null without masks
   std::vector<int> stored_;                          // of each station, its index in the file
+  int stations_in_file_ = 0;
+  RayForm form_;
   PanoramaSize panorama_;
   size_t stored_columns_ = 0;  // of a station, with its polar part
   PolarPart polar_part_;

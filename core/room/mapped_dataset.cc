@@ -35,6 +35,8 @@ Element element_of(ElementType type) {
       return {H5T_IEEE_F32LE, 4, "float32"};
     case ElementType::kInt32:
       return {H5T_STD_I32LE, 4, "int32"};
+    case ElementType::kUint64:
+      return {H5T_STD_U64LE, 8, "uint64"};
   }
   throw Error("unknown element type");
 }

@@ -9,7 +9,7 @@
 
 namespace raywalk {
 
-enum class ElementType { kUint8, kFloat32, kInt32 };
+enum class ElementType { kUint8, kFloat32, kInt32, kUint64 };
 
 class MappedDataset {
  public:

@@ -63,6 +63,15 @@ void PolarPart::fill(std::span<const std::uint8_t> rays, std::span<std::uint8_t>
   std::fill(out, part.end(), std::uint8_t{0});
 }
 
+std::vector<PolarPart::Picture> PolarPart::pictures() const {
+  std::vector<Picture> pictures;
+  for (int doublings = 1; doublings <= PolarColumns::kMaxDoublings; ++doublings) {
+    const int rows = levels_[static_cast<std::size_t>(doublings)].rows;
+    if (rows > 0) pictures.push_back({size_.width >> doublings, 2 * rows});
+  }
+  return pictures;
+}
+
 RayPlace PolarPart::place_of(std::int32_t offset) const {
   if (offset < column_bytes() * size_.width) {
     return {offset / column_bytes(), offset % column_bytes() / 3};

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/geometry/sphere.h"
 #include "core/room/polar_columns.h"
@@ -41,6 +42,14 @@ class PolarPart {
   // `rays`: [theta][phi][rgb] of a station. `part`: columns() columns; bytes that are not used are
   // set to 0.
   void fill(std::span<const std::uint8_t> rays, std::span<std::uint8_t> part) const;
+
+  // The levels that have rows, in order: each is a picture [column][row][rgb] of the rows at the
+  // north pole above those at the south pole.
+  struct Picture {
+    int columns = 0;
+    int rows = 0;
+  };
+  std::vector<Picture> pictures() const;
 
   // The pixel at a byte offset from the first ray, in the columns or in the part.
   RayPlace place_of(std::int32_t offset) const;

@@ -71,6 +71,19 @@ inline SamplePositions rows_from(SamplePositions positions, int count) {
           positions.weight_right + count, positions.weight_lower + count};
 }
 
+// From the least to the most of some offsets; none where most < least.
+struct OffsetRange {
+  std::int32_t least = 0;
+  std::int32_t most = -1;
+};
+
+// Of the left and of the right pixels of kRowsPerExtent rows, or of fewer at a column's end.
+inline constexpr int kRowsPerExtent = 32;
+struct OffsetExtent {
+  OffsetRange left;
+  OffsetRange right;
+};
+
 // A station's rays and the positions of a column's samples in them. The two bytes before `rays`
 // must be readable (in a volume the file header precedes them).
 struct StationSamples {
@@ -302,6 +315,9 @@ struct ColumnKernels {
   void (*weigh_rows)(const std::uint8_t* const* visible, const float* shares, int count, int rows,
                      std::int16_t* const* weights, std::uint8_t* most, std::uint8_t* seeing,
                      float* scale);
+
+  // The extents of `rows` positions, block by block from the first on.
+  void (*find_extents)(SamplePositions at, int rows, OffsetExtent* extents);
 };
 
 // The fastest kernels this processor can run.

@@ -64,8 +64,14 @@ void ColumnMixing::mix_in_registers(const ColumnPoints& points, std::span<const 
   for (size_t i = 0; i < sources.size(); ++i) {
     const RaySource& source = sources[i];
     const auto samples = [&](int next) {
-      return positions_.find(points, source.line, source.station + next, rows,
-                             samples_[i][static_cast<size_t>(next)].positions());
+      const int station = source.station + next;
+      const StationSamples found = positions_.find(
+          points, source.line, station, rows, samples_[i][static_cast<size_t>(next)].positions());
+      reader_.tiles().ask(source.line, station, found.positions, rows.end - rows.begin,
+                          {.weight = shares.weights[i].data(),
+                           .first_row = rows.begin,
+                           .rows_per_weight = positions_.rows_per_distance()});
+      return found;
     };
     pairs[i] = {samples(0), samples(1), fixed_weight(source.fraction), shares.weights[i].data()};
     const std::int64_t read = rows_with_weight(shares.weights[i], rows);

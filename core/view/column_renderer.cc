@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/room/tile_cache.h"
+
 namespace raywalk {
 
 struct ColumnRenderer::Correction {
@@ -53,6 +55,7 @@ PixelCounts ColumnRenderer::counts() const {
 }
 
 void ColumnRenderer::render(int u, std::span<const RaySource> sources, std::uint8_t* rgb) {
+  const TileReading reading;
   counts_.all += view_.output.height;
   unknown_rows_.clear();
   if (sources.empty()) {
@@ -72,6 +75,7 @@ bool ColumnRenderer::render_sparsely(int u, std::span<const RaySource> sources, 
     render(u, sources, rgb);
     return false;
   }
+  const TileReading reading;
   counts_.all += view_.output.height;
   unknown_rows_.clear();
   render_corrected(

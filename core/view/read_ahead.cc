@@ -163,12 +163,10 @@ void ReadAhead::append_runs(int line, int station, const Pages& pages,
 }
 
 size_t ReadAhead::lead_of(int line, int station) const {
-  const void* first = view_.room.volume(line).column(station, 0).data();
+  const void* first = view_.room.volume(line).rays(station);
   return reinterpret_cast<std::uintptr_t>(first) % kPageBytes;
 }
 
-size_t ReadAhead::station_bytes(int line) const {
-  return view_.room.volume(line).columns_and_polar_part(0).size();
-}
+size_t ReadAhead::station_bytes(int line) const { return view_.room.volume(line).station_bytes(); }
 
 }  // namespace raywalk

@@ -73,6 +73,7 @@ SampleReader::SampleReader(const Room& room, Interpolation interpolation, Touche
       interpolation_(interpolation),
       readers_(readers_of(interpolation)),
       linear_(column_kernels().linear),
+      tiles_(room, interpolation),
       gains_(gains),
       touched_(touched) {}
 
@@ -101,7 +102,15 @@ void SampleReader::in_runs(const RowSamples& samples, Read read) {
   }
 }
 
+void SampleReader::ask_for_tiles(const RowSamples& samples) {
+  for (int i = 0; i < samples.count; ++i) {
+    const auto station = static_cast<size_t>(i);
+    tiles_.ask(samples.line, samples.station[station], samples.at[station].positions, samples.rows);
+  }
+}
+
 void SampleReader::mix(const RowSamples& samples, std::uint8_t* rgb) {
+  ask_for_tiles(samples);
   count(samples, nullptr);
   mix_levels(samples, rgb);
   gains_.apply(samples, rgb);
@@ -124,6 +133,7 @@ void SampleReader::mix_levels(const RowSamples& samples, std::uint8_t* rgb) {
 
 void SampleReader::accumulate(const RowSamples& samples, const std::int16_t* weight,
                               std::int16_t* sum) {
+  ask_for_tiles(samples);
   count(samples, weight);
   if (gains_.change(samples)) {
     levels_.resize(3 * static_cast<std::size_t>(samples.rows) + kSampleLookAhead);

@@ -8,6 +8,7 @@
 #include "core/room/room.h"
 #include "core/view/column_kernels.h"
 #include "core/view/gain_rows.h"
+#include "core/view/tile_requests.h"
 #include "core/view/touched_rays.h"
 #include "core/view/view_options.h"
 
@@ -41,6 +42,8 @@ class SampleReader {
   void mix(const RowSamples& samples, std::uint8_t* rgb);
   // Adds weight / 32768 of each row to sums as ColumnKernels::accumulate_pair has them.
   void accumulate(const RowSamples& samples, const std::int16_t* weight, std::int16_t* sum);
+  // What mix() and accumulate() ask for; whoever reads samples without them has to ask.
+  TileRequests& tiles() { return tiles_; }
   // Of the stations, which mix() and accumulate() apply; stored columns are left to the caller.
   GainRows& gains() { return gains_; }
   // Counts rows of a station's column, from `first_row` on, that are read uncorrected.
@@ -55,6 +58,7 @@ class SampleReader {
   std::int64_t stored() const { return stored_; }
 
  private:
+  void ask_for_tiles(const RowSamples& samples);
   // Calls read(kernels, begin, end) for runs of rows read with the same kernels: cubic samples
   // whose 4 x 4 pixels are not all valid are read linearly.
   template <typename Read>
@@ -69,6 +73,7 @@ class SampleReader {
   Interpolation interpolation_;
   const SampleReaders& readers_;
   const SampleReaders& linear_;
+  TileRequests tiles_;
   GainRows gains_;
   std::vector<std::uint8_t> levels_;  // rows mixed before they are multiplied by gains
   TouchedRays* touched_;

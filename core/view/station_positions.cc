@@ -76,9 +76,7 @@ StationSamples StationPositions::samples_at(int line, int station,
                                             SamplePositions positions) const {
   const LineVolume& volume = view_.room.volume(line);
   const std::int32_t column_bytes = 3 * volume.panorama().height;
-  return {volume.column(station, 0).data(),
-          positions,
-          {column_bytes, column_bytes * volume.panorama().width}};
+  return {volume.rays(station), positions, {column_bytes, column_bytes * volume.panorama().width}};
 }
 
 ColumnTarget StationPositions::target_of(double theta_rad) const {

@@ -14,9 +14,10 @@ std::uintptr_t line_of(const std::uint8_t* byte) {
 TouchedRays::TouchedRays(const Room& room) : lines_(room.grid().lines.size()) {
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     const LineVolume& volume = room.volume(static_cast<int>(i));
-    const auto last = volume.columns_and_polar_part(volume.stations() - 1);
-    lines_[i].first_line = line_of(volume.column(0, 0).data());
-    const std::uintptr_t count = line_of(&last.back()) - lines_[i].first_line + 1;
+    const std::uint8_t* const last_station = volume.rays(volume.stations() - 1);
+    lines_[i].first_line = line_of(volume.rays(0));
+    const std::uintptr_t count =
+        line_of(last_station + volume.station_bytes() - 1) - lines_[i].first_line + 1;
     lines_[i].bits = std::vector<std::atomic<std::uint64_t>>((count + 63) / 64);
   }
 }

@@ -66,8 +66,8 @@ void add_trade(CLI::App* app) {
              "(default: <room>-trade)");
   command->add_option(
       "--also", options->also,
-      "Another room of the same place, packed at another width or with other distances; may "
-      "be repeated");
+      "Another room of the same place, packed at another width, compressed or with other "
+      "distances; may be repeated");
   command->add_flag(
       "--full", options->full,
       "Also sweep combinations of settings that interact, with every true view: about five "

@@ -7,6 +7,7 @@
 
 #include "core/command_line/config_option.h"
 #include "core/files/number.h"
+#include "core/room/tile_cache.h"
 
 namespace raywalk::render {
 namespace {
@@ -60,6 +61,15 @@ void add_dials(CLI::App* command, DialGroup group, ViewFlags* flags) {
 
 void add_room(CLI::App* command, std::string* room) {
   command->add_option("room", *room, "Room directory, made by raywalk-build-lf pack")->required();
+  command
+      ->add_option_function<double>(
+          "--cache-mb",
+          [](const double& megabytes) {
+            TileCache::of_process().set_limit_bytes(static_cast<std::uint64_t>(1e6 * megabytes));
+          },
+          "Memory for the decoded panoramas of compressed rooms, MB (default: a quarter of the "
+          "machine's)")
+      ->check(CLI::Range(1.0, 1e9));
 }
 
 void add_connection_flags(CLI::App* command, ViewFlags* flags) {

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/panorama/gain_field.h"
+#include "core/room/tile_cache.h"
 #include "core/view/view_plan.h"
 
 namespace raywalk::render {
@@ -92,6 +93,7 @@ cv::Mat seen_from_station(const cv::Mat& view, const Eigen::Vector3d& offset_m,
 }  // namespace
 
 cv::Mat captured_picture_at(const Room& room, int line, int station, int width) {
+  const TileReading reading;
   const auto rays = room.volume(line).columns(station);
   cv::Mat columns = cv::Mat(room.panorama().width, room.panorama().height, CV_8UC3,
                             const_cast<std::uint8_t*>(rays.data()))  // not written to

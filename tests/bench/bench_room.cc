@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "build_lf/pack_room.h"
+#include "build_lf/repack_room.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
@@ -111,6 +112,16 @@ fs::path bench_room() {
     build_lf::PackOptions options = bench_capture();
     options.out = room;
     build_lf::pack_room(options);
+  }
+  return room;
+}
+
+fs::path bench_room(const RayForm& form) {
+  if (!form.compressed()) return bench_room();
+  const fs::path room = build_lf::default_repacked_name(bench_room(), form);
+  if (!can_be_opened(room)) {
+    fs::remove_all(room);
+    build_lf::repack_room({.room = bench_room(), .out = room, .form = form});
   }
   return room;
 }

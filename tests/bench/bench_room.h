@@ -7,6 +7,7 @@
 
 #include "build_lf/pack_plan.h"
 #include "core/geometry/grid.h"
+#include "core/room/ray_form.h"
 
 namespace raywalk::bench {
 
@@ -19,6 +20,8 @@ build_lf::PackOptions bench_capture();
 
 // The packed room of bench_capture(); packed on the first call.
 std::filesystem::path bench_room();
+// The same with its panoramas in another form; repacked on the first call.
+std::filesystem::path bench_room(const RayForm& form);
 
 // Viewpoints at the centre of a cell, in its quarters, near a line and near a corner.
 std::vector<PlanPoint> viewpoints_in(const Cell& cell);

@@ -59,8 +59,9 @@ void read_room_into_cache(const fs::path& room) {
 
 // Time to the first view of a room, with its files in the page cache or not. `open_ms` and
 // `view_ms` are the parts, `read_MB` the data read from the disk.
-void bench_first_view(benchmark::State& state, Generation generation, bool cold) {
-  const fs::path directory = bench_room();
+void bench_first_view(benchmark::State& state, Generation generation, bool cold,
+                      const RayForm& form = {}) {
+  const fs::path directory = bench_room(form);
   const ViewOptions options{.generation = generation, .k_deg = 76.0, .width = kBenchWidth};
   const auto places = viewpoints_in(Room::open(directory).grid().cells.front());
   if (!cold) read_room_into_cache(directory);
@@ -92,6 +93,61 @@ void bench_first_view_warm(benchmark::State& state, Generation generation) {
   bench_first_view(state, generation, false);
 }
 
+// The same of rooms whose panoramas are compressed (forms of bench_decoded_view), two-sided.
+const std::vector<RayForm>& forms() {
+  static const std::vector<RayForm> forms = {
+      {}, {RayForm::Kind::kLossless, 0}, {RayForm::Kind::kJpeg, 95}, {RayForm::Kind::kJpeg, 90}};
+  return forms;
+}
+
+const RayForm& form_of(const benchmark::State& state) {
+  return forms()[static_cast<std::size_t>(state.range(0))];
+}
+
+void bench_first_view_of_form(benchmark::State& state) {
+  bench_first_view(state, Generation::kTwoSided, state.range(1) != 0, form_of(state));
+  state.SetLabel(name_of(form_of(state)) + (state.range(1) != 0 ? ", cold" : ", warm"));
+}
+
+// A view again: compressed panoramas are decoded then. `ratio` to the same view of the room without
+// compression, both in turn; `size_ratio` of the files with the panoramas.
+void bench_decoded_view(benchmark::State& state) {
+  const fs::path directory = bench_room(form_of(state));
+  const ViewOptions options{
+      .generation = Generation::kTwoSided, .k_deg = 76.0, .width = kBenchWidth};
+  const Room raw = Room::open(bench_room());
+  const Room room = Room::open(directory);
+  Renderer raw_views(raw, options);
+  Renderer views(room, options);
+  const auto places = viewpoints_in(room.grid().cells.front());
+  std::vector<double> raw_s, view_s;
+  for (auto _ : state) {
+    for (const PlanPoint place : places) {
+      RenderedView view = views.render(place);
+      raw_views.render(place, view);
+      for (int repetition = 0; repetition < 3; ++repetition) {
+        raw_s.push_back(times_of([&] { raw_views.render(place, view); }).wall_s);
+        view_s.push_back(times_of([&] { views.render(place, view); }).wall_s);
+      }
+    }
+    state.SetIterationTime(median(view_s));
+  }
+  state.counters["ratio"] = median(view_s) / median(raw_s);
+  state.counters["size_ratio"] =
+      bytes_under(directory / "lines") / bytes_under(bench_room() / "lines");
+  state.SetLabel(name_of(form_of(state)));
+}
+
+BENCHMARK(bench_first_view_of_form)
+    ->ArgsProduct({{0, 1, 2, 3}, {0, 1}})
+    ->Iterations(kRounds)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(bench_decoded_view)
+    ->DenseRange(0, 3)
+    ->Iterations(2)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bench_first_view_cold, initial, Generation::kInitial)
     ->Iterations(kRounds)
     ->UseManualTime()

@@ -13,6 +13,7 @@
 #include "core/room/hdf5_file.h"
 #include "core/room/polar_part.h"
 #include "core/room/room.h"
+#include "core/room/tiled_rays_writer.h"
 
 namespace raywalk {
 namespace {
@@ -94,33 +95,43 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
       width + (spec.polar_part ? static_cast<std::size_t>(part.columns()) : 0);
   file.write_attribute("/", "format", kLineVolumeFormat);
   file.write_attribute("/", "format_version",
-                       stored_columns > width ? kPolarVolumeVersion
-                       : masked               ? kMaskedVolumeVersion
-                                              : kPlainVolumeVersion);
+                       spec.form.compressed()   ? kTiledVolumeVersion
+                       : stored_columns > width ? kPolarVolumeVersion
+                       : masked                 ? kMaskedVolumeVersion
+                                                : kPlainVolumeVersion);
   if (masked) {
     write_dataset(&file, "valid_rows", H5T_NATIVE_INT32, {line.stations.size(), width, 2},
                   [&](std::size_t station) { return valid_rows(spec, line, station); });
   }
-  write_dataset(
-      &file, "rays", H5T_NATIVE_UINT8, {line.stations.size(), stored_columns, width / 2, 3},
-      [&](std::size_t station) {
-        cv::Mat image = render_scene(spec.scene, line.stations[station].position_m, spec.width,
-                                     gain == spec.line_gain.end() ? 1.0 : gain->second);
-        if (spec.companion) paint_companion(spec, line, station, &image);
-        std::vector<std::uint8_t> rays;
-        for (int u = 0; u < image.cols; ++u) {
-          for (int v = 0; v < image.rows; ++v) {
-            const auto& bgr = image.at<cv::Vec3b>(v, u);
-            rays.insert(rays.end(), {bgr[2], bgr[1], bgr[0]});
-          }
-        }
-        const std::size_t end_of_columns = rays.size();
-        rays.resize(3 * stored_columns * width / 2);
-        if (stored_columns > width) {
-          part.fill(std::span(rays).first(end_of_columns), std::span(rays).subspan(end_of_columns));
-        }
-        return rays;
-      });
+  const auto rays_of = [&](std::size_t station) {
+    cv::Mat image = render_scene(spec.scene, line.stations[station].position_m, spec.width,
+                                 gain == spec.line_gain.end() ? 1.0 : gain->second);
+    if (spec.companion) paint_companion(spec, line, station, &image);
+    std::vector<std::uint8_t> rays;
+    for (int u = 0; u < image.cols; ++u) {
+      for (int v = 0; v < image.rows; ++v) {
+        const auto& bgr = image.at<cv::Vec3b>(v, u);
+        rays.insert(rays.end(), {bgr[2], bgr[1], bgr[0]});
+      }
+    }
+    const std::size_t end_of_columns = rays.size();
+    rays.resize(3 * stored_columns * width / 2);
+    if (stored_columns > width) {
+      part.fill(std::span(rays).first(end_of_columns), std::span(rays).subspan(end_of_columns));
+    }
+    return rays;
+  };
+  if (spec.form.compressed()) {
+    TiledRaysWriter writer(&file, spec.form, static_cast<int>(line.stations.size()),
+                           {spec.width, spec.width / 2}, spec.tile_columns);
+    for (std::size_t station = 0; station < line.stations.size(); ++station) {
+      std::vector<std::uint8_t> rays = rays_of(station);
+      writer.write(static_cast<int>(station), writer.encode(rays));
+    }
+  } else {
+    write_dataset(&file, "rays", H5T_NATIVE_UINT8,
+                  {line.stations.size(), stored_columns, width / 2, 3}, rays_of);
+  }
   file.close();
 }
 

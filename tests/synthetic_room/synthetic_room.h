@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/geometry/grid.h"
+#include "core/room/ray_form.h"
 #include "tests/synthetic_room/synthetic_scene.h"
 
 namespace raywalk {
@@ -55,6 +56,8 @@ struct SyntheticRoomSpec {
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
   std::optional<CameraCompanion> companion{};
   bool polar_part = true;  // whether volumes have one, as those of format 3
+  RayForm form{};          // how rays are stored; compressed ones have a polar part
+  int tile_columns = 16;   // of compressed ones
 };
 
 // The grid of such a room.

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "core/room/tile_cache.h"
+
 namespace raywalk {
 
 cv::Mat captured_columns(const LineVolume& volume, int station, const SampledPixels& pixels) {
   cv::Mat sampled(pixels.columns(), pixels.rows(), CV_8UC3);
   for (int i = 0; i < sampled.rows; ++i) {
+    const TileReading reading;
     const auto column = volume.column(station, pixels.at(i));
     auto* const out = sampled.ptr<std::uint8_t>(i);
     if (pixels.stride == 1) {

@@ -10,6 +10,7 @@
 #include "core/geometry/panorama_pixels.h"
 #include "core/judge/held_out/captured_station.h"
 #include "core/judge/metrics/psnr.h"
+#include "core/room/tile_cache.h"
 #include "core/view/column_renderer.h"
 #include "core/view/station_visibility.h"
 
@@ -156,6 +157,7 @@ double displacement_error(const LineVolume& volume, int station, const SampledPi
   cv::Mat along_row(captured.size(), CV_8UC3), along_column(captured.size(), CV_8UC3);
   parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
+      const TileReading reading;
       for (int j = 0; j < pixels.rows(); ++j) {
         const double u = pixels.at(i), v = pixels.at(j);
         const double narrowing = std::max(latitude_cosine(pixels.at(j), pixels.panorama),

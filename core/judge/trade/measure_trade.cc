@@ -160,8 +160,11 @@ Trade completed_trade(const TradeInput& input, std::vector<MeasuredSetting> sett
               .connect_viewpoints = input.connect_viewpoints,
               .settings = std::move(settings)};
   for (const TradeRoom& room : input.rooms) {
-    trade.rooms.push_back(
-        {room.room->directory().string(), room.room->panorama().width, room.depth});
+    trade.rooms.push_back({.directory = room.room->directory().string(),
+                           .stored_width_px = room.room->panorama().width,
+                           .depth = room.depth,
+                           .compression = room.room->compression(),
+                           .rays_mb = 1e-6 * static_cast<double>(room.room->ray_file_bytes())});
   }
   for (const TradeView& view : main.views) trade.views.push_back(view.name);
   for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);

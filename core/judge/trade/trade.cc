@@ -6,6 +6,7 @@
 #include <list>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
@@ -51,14 +52,15 @@ std::list<Room> open_others(const Room& room, const std::vector<fs::path>& direc
   return rooms;
 }
 
-// A room of the same width and depth as another is distinguished by its directory.
+// A room of the same width, depth and form as another is distinguished by its directory.
 void make_depths_unique(std::vector<TradeRoom>* rooms) {
-  std::set<std::pair<int, std::string>> known;
+  std::set<std::tuple<int, std::string, std::string>> known;
   for (TradeRoom& room : *rooms) {
     const int width_px = room.room->panorama().width;
-    if (known.emplace(width_px, room.depth).second) continue;
+    const std::string compression = room.room->compression();
+    if (known.emplace(width_px, room.depth, compression).second) continue;
     room.depth += ", " + room.room->directory().string();
-    known.emplace(width_px, room.depth);
+    known.emplace(width_px, room.depth, compression);
   }
 }
 
@@ -116,7 +118,8 @@ void add_presets(const std::vector<NamedMode>& presets, const SweepBase& base, T
                          .mode = preset.mode,
                          .threads = base.threads,
                          .stored_width_px = input->rooms.front().room->panorama().width,
-                         .depth = input->rooms.front().depth};
+                         .depth = input->rooms.front().depth,
+                         .compression = input->rooms.front().room->compression()};
     setting.mode.options.width = base.width_px;
     const auto alike = std::ranges::find_if(input->settings, [&](const TradeSetting& other) {
       return parameters_of(other) == parameters_of(setting);

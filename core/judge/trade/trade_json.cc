@@ -21,9 +21,10 @@ ordered_json json_of(const TradeFronts& fronts) {
           {"e_connect", fronts.e_connect}};
 }
 
-ordered_json json_of(const MeasuredSetting& setting) {
+ordered_json json_of(const Trade& trade, const MeasuredSetting& setting) {
   ordered_json json{{"name", setting.setting.name}};
   json.update(parameters_of(setting.setting));
+  json["rays_mb"] = trade.rooms[setting.setting.room].rays_mb;
   json.update(json_of(setting.measured));
   json["pareto"] = json_of(setting.pareto);
   return json;
@@ -39,7 +40,9 @@ ordered_json json_of(const RankAgreement& agreement) {
 ordered_json json_of(const TradedRoom& room) {
   return {{"directory", room.directory},
           {"stored_width_px", room.stored_width_px},
-          {"depth", room.depth}};
+          {"depth", room.depth},
+          {"compression", room.compression},
+          {"rays_mb", room.rays_mb}};
 }
 
 // Of the parameters that are dials.
@@ -73,11 +76,12 @@ ordered_json json_of(const Trade& trade, const TradedPreset& preset) {
   return json;
 }
 
-// Number of changed parameters; another room counts as one, though it changes two.
+// Number of changed parameters; another room counts as one, though it changes several.
 std::size_t changed_parameter_count(const TradeSetting& setting, const TradeSetting& centre) {
   std::size_t parameters = setting.room == centre.room ? 0 : 1;
   for (const std::string& parameter : changed_parameters(setting, centre)) {
-    if (parameter != "stored_width_px" && parameter != "depth") ++parameters;
+    if (parameter != "stored_width_px" && parameter != "depth" && parameter != "compression")
+      ++parameters;
   }
   return parameters;
 }
@@ -90,7 +94,8 @@ ordered_json change_json(const ordered_json& setting, const ordered_json& centre
   for (const char* key : {"ratio", "cpu_ratio"}) {
     change[key] = own.number(key) / central.number(key) - 1.0;
   }
-  for (const char* key : {"psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect", "peak_mb"}) {
+  for (const char* key :
+       {"psnr_db", "ws_psnr_db", "ssim", "fsim", "e_connect", "peak_mb", "rays_mb"}) {
     change[key] = own.number(key) - central.number(key);
   }
   return change;
@@ -235,7 +240,7 @@ ordered_json trade_document(const Trade& trade) {
   json["settings"] = ordered_json::array();
   for (const MeasuredSetting& setting : trade.settings) {
     ordered_json numbered{{"number", json["settings"].size() + 1}};
-    numbered.update(json_of(setting));
+    numbered.update(json_of(trade, setting));
     json["settings"].push_back(numbered);
   }
   json["front"] = ordered_json::array();
@@ -248,7 +253,7 @@ std::string trade_csv(const Trade& trade) {
   std::string text;
   for (const MeasuredSetting& setting : trade.settings) {
     std::string header, row;
-    const ordered_json fields = flattened(json_of(setting));
+    const ordered_json fields = flattened(json_of(trade, setting));
     for (const auto& [key, value] : fields.items()) {
       header += (header.empty() ? "" : ",") + key;
       row += (row.empty() ? "" : ",") + csv_field(value);

@@ -58,7 +58,8 @@ void add_front(const HtmlFigure& plot, JsonPage page) {
               {"SSIM", "{ssim:.4f}"},
               {"FSIM", "{fsim:.4f}"},
               {"E_connect", "{e_connect:.1f}"},
-              {"peak / MB", "{peak_mb:.1f}"}},
+              {"peak / MB", "{peak_mb:.1f}"},
+              {"panoramas on disk / MB", "{rays_mb:.1f}"}},
              "Settings on the front, the fastest first");
 }
 
@@ -106,7 +107,8 @@ void add_single_parameters(JsonPage page) {
                   {"SSIM", "{ssim:+.4f}"},
                   {"FSIM", "{fsim:+.4f}"},
                   {"E_connect", "{e_connect:+.1f}"},
-                  {"peak / MB", "{peak_mb:+.1f}"}},
+                  {"peak / MB", "{peak_mb:+.1f}"},
+                  {"panoramas on disk / MB", "{rays_mb:+.1f}"}},
                  "Against {generation}");
   }
 }
@@ -117,7 +119,7 @@ std::vector<HtmlFact> parameter_facts() {
     const char* format = dial.value.kind == DialKind::kNumber ? ":g" : "";
     if (dial.sweep) facts.push_back({dial.key, fmt::format("{{{}{}}}", dial.key, format)});
   }
-  for (const char* key : {"threads", "stored_width_px", "depth"}) {
+  for (const char* key : {"threads", "stored_width_px", "depth", "compression"}) {
     facts.push_back({key, fmt::format("{{{}}}", key)});
   }
   return facts;
@@ -154,6 +156,7 @@ void add_settings(const TradePictures& pictures, JsonPage page) {
                          {"FSIM", "{fsim:.4f}"},
                          {"E_connect", "{e_connect:.1f}"},
                          {"peak / MB", "{peak_mb:.1f}"},
+                         {"panoramas on disk / MB", "{rays_mb:.1f}"},
                          {"mapped / MB", "{mapped_mb:.1f}"},
                          {"touched / MB", "{touched_mb:.1f}"}}}},
              errors);
@@ -170,7 +173,9 @@ void add_making(JsonPage page) {
       .paragraph(
           "Peak: growth of the resident set by one view of a newly opened room; mapped: the part "
           "of it that is pages of the room's files, which the system can reclaim. Touched: bytes "
-          "of the volumes that one view reads. CPU time is that of all threads, which other "
+          "of the volumes that one view reads. Times are of views whose panoramas are decoded "
+          "where the room is compressed; decoded panoramas count in peak, not in mapped. CPU time "
+          "is that of all threads, which other "
           "programs disturb less. A time counts as disturbed where a quarter of the remaps beside "
           "it took a quarter longer than the fastest (remap spread above 0.25), where they took a "
           "quarter longer than in the rest of the trade, or where other programs used more than a "
@@ -181,8 +186,10 @@ void add_making(JsonPage page) {
           "{connect_viewpoints} viewpoints of every cell, in squared 8-bit levels, over the "
           "corners that are readable at every k of the sweep; a dash where these are less than "
           "half of all.")
-      .paragraphs("rooms",
-                  "{directory}: stored {stored_width_px} pixels wide, distances: {depth}.");
+      .paragraphs(
+          "rooms",
+          "{directory}: stored {stored_width_px} pixels wide, distances: {depth}; panoramas: "
+          "compression {compression}, {rays_mb:.1f} MB.");
 }
 
 }  // namespace

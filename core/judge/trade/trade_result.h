@@ -47,6 +47,8 @@ struct TradedRoom {
   std::string directory{};
   int stored_width_px = 0;
   std::string depth{};
+  std::string compression = "none";  // Room::compression
+  double rays_mb = 0.0;              // of the files that hold its panoramas, 1e6 bytes
 };
 
 // Agreement of held-out stations and true views on the order of the settings: Spearman's rank

@@ -19,8 +19,10 @@ std::string parameter_text(const ordered_json& value) {
 // A parameter's value as part of a setting's name.
 std::string phrase(const std::string& parameter, const ordered_json& value) {
   // Those that are no dials.
-  static const std::map<std::string, const char*> kPhrases{
-      {"threads", "threads {}"}, {"stored_width_px", "stored {} px wide"}, {"depth", "depth {}"}};
+  static const std::map<std::string, const char*> kPhrases{{"threads", "threads {}"},
+                                                           {"stored_width_px", "stored {} px wide"},
+                                                           {"depth", "depth {}"},
+                                                           {"compression", "compression {}"}};
   const auto found = kPhrases.find(parameter);
   return fmt::format(
       fmt::runtime(found == kPhrases.end() ? dial_of(parameter).phrase : found->second),
@@ -34,6 +36,7 @@ ordered_json parameters_of(const TradeSetting& setting) {
   parameters["threads"] = setting.threads;
   parameters["stored_width_px"] = setting.stored_width_px;
   parameters["depth"] = setting.depth;
+  parameters["compression"] = setting.compression;
   return parameters;
 }
 

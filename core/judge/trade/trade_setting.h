@@ -11,12 +11,13 @@
 namespace raywalk {
 
 struct TradeSetting {
-  std::string name{};       // name_of(), unique within a sweep
-  ViewMode mode{};          // options.width is the width of the rendered picture, pixels
-  int threads = 1;          // at least 1
-  std::size_t room = 0;     // index into the rooms of the trade; 0 is the room under test
-  int stored_width_px = 0;  // of that room's panoramas
-  std::string depth{};      // of that room's distances: depth_name
+  std::string name{};                // name_of(), unique within a sweep
+  ViewMode mode{};                   // options.width is the width of the rendered picture, pixels
+  int threads = 1;                   // at least 1
+  std::size_t room = 0;              // index into the rooms of the trade; 0 is the room under test
+  int stored_width_px = 0;           // of that room's panoramas
+  std::string depth{};               // of that room's distances: depth_name
+  std::string compression = "none";  // of that room: Room::compression
 };
 
 // Every parameter by name, in the order of the tables; numbers as JSON numbers: {"generation":

@@ -97,6 +97,7 @@ class Sweep {
     setting.room = room;
     setting.stored_width_px = other.room->panorama().width;
     setting.depth = other.depth;
+    setting.compression = other.room->compression();
     add(std::move(setting));
   }
 
@@ -107,7 +108,8 @@ class Sweep {
     TradeSetting setting{.mode = mode,
                          .threads = base_.threads,
                          .stored_width_px = base_.rooms.front().room->panorama().width,
-                         .depth = base_.rooms.front().depth};
+                         .depth = base_.rooms.front().depth,
+                         .compression = base_.rooms.front().room->compression()};
     setting.mode.options.width = base_.width_px;
     return setting;
   }

@@ -73,6 +73,8 @@ TEST_F(TradeTest, WritesTheDocumentedFiles) {
                                                    "threads",
                                                    "stored_width_px",
                                                    "depth",
+                                                   "compression",
+                                                   "rays_mb",
                                                    "ms",
                                                    "ratio",
                                                    "cpu_ratio",
@@ -310,15 +312,26 @@ TEST_F(TradeTest, NeverMixesInputs) {
 TEST_F(TradeTest, OtherRoomsAreSweptAsFurtherSettings) {
   write_synthetic_room({.overhang_m = 0.25, .width = 32}, directory_ / "small.lf");
   write_synthetic_room({.overhang_m = 0.25, .width = 64}, directory_ / "same.lf");
+  write_synthetic_room(
+      {.overhang_m = 0.25, .width = 64, .form = {RayForm::Kind::kJpeg, 90}, .tile_columns = 64},
+      directory_ / "tiled.lf");
   options_.centres = {mode(Generation::kInitial)};
-  options_.also = {directory_ / "small.lf", directory_ / "same.lf"};
+  options_.also = {directory_ / "small.lf", directory_ / "same.lf", directory_ / "tiled.lf"};
   trade(room_, options_);
   std::set<std::string> names;
   const json all = written();
   for (const json& setting : all["settings"]) names.insert(setting["name"]);
   EXPECT_THAT(names, Contains("initial, stored 32 px wide, depth given, 32 px"));
   EXPECT_THAT(names, Contains("initial, depth given, 64 px, " + (directory_ / "same.lf").string()));
-  EXPECT_EQ(all["rooms"].size(), 3U);
+  EXPECT_EQ(all["rooms"].size(), 4U);
+  // A compressed room differs in its size: one dial more.
+  EXPECT_THAT(names, Contains("initial, compression jpeg:90"));
+  EXPECT_EQ(all["rooms"][3]["compression"], "jpeg:90");
+  for (const json& setting : all["settings"]) {
+    const bool tiled = setting["compression"] == "jpeg:90";
+    EXPECT_EQ(setting["rays_mb"] == all["rooms"][3]["rays_mb"], tiled);
+  }
+  EXPECT_LT(all["rooms"][3]["rays_mb"], all["rooms"][0]["rays_mb"]);
 }
 
 TEST_F(TradeTest, ARoomWithoutDistancesIsSweptInitialWithANote) {

@@ -1,0 +1,220 @@
+#include "core/room/tiled_rays.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/files/test_directory.h"
+#include "core/room/line_volume.h"
+#include "core/room/tile_chunk.h"
+#include "core/room/tiled_rays_writer.h"
+
+namespace raywalk {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr PanoramaSize kTiledSize{96, 48};
+constexpr int kTiledStations = 3;
+constexpr int kTileColumns = 20;  // the last tile is narrower
+
+std::vector<std::uint8_t> tiled_station_rays(int station) {
+  const PolarPart polar_part(kTiledSize);
+  std::vector<std::uint8_t> rays;
+  for (int u = 0; u < kTiledSize.width; ++u) {
+    for (int v = 0; v < kTiledSize.height; ++v) {
+      for (int c = 0; c < 3; ++c) {
+        rays.push_back(
+            static_cast<std::uint8_t>(3 * u + 5 * v * (c + 1) + u * v / 7 + 40 * station));
+      }
+    }
+  }
+  const std::size_t columns = rays.size();
+  rays.resize(columns + 3 * static_cast<std::size_t>(polar_part.columns() * kTiledSize.height));
+  polar_part.fill(std::span(rays).first(columns), std::span(rays).subspan(columns));
+  return rays;
+}
+
+class TiledRaysTest : public testing::Test {
+ protected:
+  // Writes a line and returns what each station decodes to.
+  std::vector<std::vector<std::uint8_t>> write(const RayForm& form) {
+    std::vector<std::vector<std::uint8_t>> decoded;
+    Hdf5File hdf5 = Hdf5File::create(file_);
+    hdf5.write_attribute("/", "format", kLineVolumeFormat);
+    hdf5.write_attribute("/", "format_version", kTiledVolumeVersion);
+    {
+      TiledRaysWriter writer(&hdf5, form, kTiledStations, kTiledSize, kTileColumns);
+      for (const int station : {2, 0, 1}) {
+        std::vector<std::uint8_t> rays = tiled_station_rays(station);
+        const TileChunk chunk = writer.encode(rays);
+        writer.write(station, chunk);
+        chunks_.push_back(chunk.bytes);
+        decoded.push_back(rays);
+      }
+    }
+    hdf5.close();
+    std::rotate(decoded.begin(), decoded.begin() + 1, decoded.end());
+    return decoded;
+  }
+
+  // Overwrites a byte in the middle of the first encoded station, which is station 2.
+  void damage() const {
+    std::fstream file(file_, std::ios::binary | std::ios::in | std::ios::out);
+    std::string content(fs::file_size(file_), '\0');
+    file.read(content.data(), static_cast<std::streamsize>(content.size()));
+    const std::string chunk(chunks_[0].begin(), chunks_[0].end());
+    const auto at = content.find(chunk) + chunk.size() / 2;
+    file.seekp(static_cast<std::streamoff>(at));
+    file.put(static_cast<char>(content[at] ^ 0x55));
+  }
+
+  LineVolume open() const { return LineVolume::open(file_, kTiledStations, kTiledSize); }
+
+  TestDirectory directory_;
+  fs::path file_ = directory_ / "line.h5";
+  std::vector<std::vector<std::uint8_t>> chunks_;
+};
+
+class TiledFormsTest : public TiledRaysTest, public testing::WithParamInterface<RayForm> {};
+
+TEST_P(TiledFormsTest, DecodeToWhatWasWritten) {
+  const auto written = write(GetParam());
+  const LineVolume volume = open();
+  EXPECT_EQ(volume.form(), GetParam());
+  EXPECT_TRUE(volume.has_polar_part());
+  const std::vector<int> order{2, 0};
+  const LineVolume part = volume.subset(order);
+  for (int station = 0; station < kTiledStations; ++station) {
+    const TileReading reading;
+    EXPECT_TRUE(std::ranges::equal(volume.columns_and_polar_part(station),
+                                   written[static_cast<std::size_t>(station)]));
+    if (GetParam().kind == RayForm::Kind::kLossless) {
+      EXPECT_EQ(written[static_cast<std::size_t>(station)], tiled_station_rays(station));
+    }
+  }
+  const TileReading reading;
+  EXPECT_TRUE(std::ranges::equal(part.column(0, 95), volume.column(2, 95)));
+}
+
+TEST_P(TiledFormsTest, ReportDamage) {
+  write(GetParam());
+  damage();
+  const LineVolume volume = open();
+  const TileReading reading;
+  EXPECT_NO_THROW(volume.columns_and_polar_part(0));
+  try {
+    volume.columns_and_polar_part(2);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("line.h5: tile "));
+    EXPECT_THAT(error.what(), HasSubstr("of station 2 cannot be decoded; restore the file"));
+  }
+  // It can be asked for again, and its neighbours are there.
+  EXPECT_THROW(volume.columns_and_polar_part(2), Error);
+}
+
+TEST_P(TiledFormsTest, ChunksDecodeAsTheFilterDoes) {
+  const auto written = write(GetParam());
+  std::vector<std::uint8_t> rgb(written[2].size(), 99);
+  ASSERT_TRUE(decode_chunk(chunks_[0], rgb));
+  EXPECT_EQ(rgb, written[2]);
+  for (std::size_t bytes = 0; bytes < chunks_[0].size(); bytes += 1 + bytes / 8) {
+    EXPECT_FALSE(decode_chunk(std::span(chunks_[0]).first(bytes), rgb)) << bytes;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, TiledFormsTest,
+                         testing::Values(RayForm{RayForm::Kind::kLossless, 0},
+                                         RayForm{RayForm::Kind::kJpeg, 80}));
+
+TEST_F(TiledRaysTest, CannotBeReadWithoutATileReading) {
+  write({RayForm::Kind::kLossless, 0});
+  const LineVolume volume = open();
+  EXPECT_THROW(volume.column(0, 0), std::logic_error);
+}
+
+TEST_F(TiledRaysTest, TablesThatPointElsewhereAreRejected) {
+  write({RayForm::Kind::kLossless, 0});
+  const MappedDataset table = MappedDataset::open(file_, "tiles", ElementType::kUint64);
+  const auto* const places = static_cast<const std::uint64_t*>(table.data());
+  std::string content(fs::file_size(file_), '\0');
+  std::ifstream(file_, std::ios::binary).read(content.data(), std::ssize(content));
+  const std::string first(reinterpret_cast<const char*>(places), 16);
+  const auto at = static_cast<std::streamoff>(content.find(first));
+  for (const std::uint64_t place : {std::uint64_t{0}, std::uint64_t{1} << 60, places[1]}) {
+    std::fstream file(file_, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(at);
+    file.write(reinterpret_cast<const char*>(&place), sizeof(place));
+    file.close();
+    const LineVolume volume = open();
+    const TileReading reading;
+    EXPECT_THROW(volume.column(0, 0), Error) << place;
+    EXPECT_NO_THROW(volume.column(0, 95));
+  }
+}
+
+TEST_F(TiledRaysTest, ThreadsShareACacheThatHoldsNextToNothing) {
+  write({RayForm::Kind::kLossless, 0});
+  const LineVolume volume = open();
+  TileCache& cache = TileCache::of_process();
+  cache.set_limit_bytes(10'000);
+  const TileCounts before = cache.counts();
+  set_thread_count(4);
+  parallel_for(0, 400, 1, [&](int begin, int) {
+    const TileReading reading;
+    for (int i = 0; i < 5; ++i) {
+      const int station = (begin + i) % kTiledStations;
+      const int theta = (begin * 37 + i * 11) % kTiledSize.width;
+      const auto column = volume.column(station, theta);
+      const std::vector<std::uint8_t> expected = tiled_station_rays(station);
+      EXPECT_TRUE(std::equal(column.begin(), column.end(),
+                             expected.begin() + theta * 3 * kTiledSize.height));
+    }
+  });
+  set_thread_count(0);
+  const TileCounts after = cache.counts();
+  cache.set_limit_bytes(TileCache::default_limit_bytes());
+  EXPECT_GT(after.evicted, before.evicted + 50);
+  EXPECT_LE(after.bytes, 10'000U);
+  EXPECT_GE(after.most_bytes, after.bytes);
+}
+
+TEST(RayFormTest, NamesAreReadAsTheyAreWritten) {
+  for (const char* name : {"none", "lossless", "jpeg:1", "jpeg:100"}) {
+    EXPECT_EQ(name_of(ray_form_from_name(name)), name);
+  }
+  for (const char* name :
+       {"", "jpeg", "jpeg:", "jpeg:0", "jpeg:101", "jpeg:9x", "zstd", "Lossless"}) {
+    EXPECT_THROW(ray_form_from_name(name), UsageError) << name;
+  }
+}
+
+TEST(TileLayoutTest, TilesCoverAStation) {
+  for (const PanoramaSize size : {kTiledSize, PanoramaSize{4, 2}, PanoramaSize{100, 50}}) {
+    for (const int columns : {1, 7, size.width}) {
+      if (columns > size.width) continue;
+      const TileLayout layout(size, columns);
+      std::size_t end = 0;
+      for (int tile = 0; tile < layout.tiles(); ++tile) {
+        ASSERT_EQ(layout.begin_of(tile), end);
+        end = layout.end_of(tile);
+        EXPECT_EQ(layout.tile_of(layout.begin_of(tile)), tile);
+        EXPECT_EQ(layout.tile_of(end - 1), tile);
+      }
+      EXPECT_LE(end, layout.station_bytes());
+      EXPECT_EQ(layout.tile_of(layout.station_bytes() + 15), layout.tiles() - 1);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,96 @@
+// Views of rooms whose rays are compressed.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/room/tile_cache.h"
+#include "core/view/test_room.h"
+
+namespace raywalk {
+namespace {
+
+constexpr PlanPoint kPlaces[] = {{0.1, -0.05}, {-0.3, 0.35}};
+
+// A limit of the cache for the length of a test.
+class CacheLimit {
+ public:
+  explicit CacheLimit(std::uint64_t bytes) { TileCache::of_process().set_limit_bytes(bytes); }
+  ~CacheLimit() { TileCache::of_process().set_limit_bytes(TileCache::default_limit_bytes()); }
+};
+
+SyntheticRoomSpec spec_of(RayForm::Kind kind, bool masked) {
+  SyntheticRoomSpec spec = box_room();
+  spec.form = {kind, kind == RayForm::Kind::kJpeg ? 95 : 0};
+  spec.distance_width = spec.width / 2;
+  if (masked) {
+    spec.companion = CameraCompanion{
+        .hides = [](const std::string&, int, const Eigen::Vector3d& d) { return d.y() < -0.8; }};
+  }
+  return spec;
+}
+
+std::vector<ViewOptions> all_options(int width) {
+  std::vector<ViewOptions> all;
+  for (const Generation generation :
+       {Generation::kInitial, Generation::kHlfVd, Generation::kTwoSided}) {
+    for (const Interpolation interpolation :
+         {Interpolation::kNearest, Interpolation::kLinear, Interpolation::kCubic}) {
+      all.push_back({.generation = generation, .width = width, .interpolation = interpolation});
+    }
+  }
+  all.push_back({.generation = Generation::kTwoSided, .width = 4 * width / 3});
+  all.push_back({.generation = Generation::kTwoSided, .width = width, .skip_px = 0.5});
+  all.push_back({.generation = Generation::kHlfVd, .width = width});
+  return all;
+}
+
+class TiledViewsTest : public testing::TestWithParam<bool> {};
+
+TEST_P(TiledViewsTest, ShowLosslessRaysAsTheRawOnes) {
+  const TestRoom raw(spec_of(RayForm::Kind::kRaw, GetParam()));
+  const TestRoom tiled(spec_of(RayForm::Kind::kLossless, GetParam()));
+  for (const std::uint64_t limit : {std::uint64_t{1} << 32, std::uint64_t{1}}) {
+    const CacheLimit limited(limit);
+    const TileCounts before = TileCache::of_process().counts();
+    for (const ViewOptions& options : all_options(raw.spec().width)) {
+      for (const PlanPoint place : kPlaces) {
+        EXPECT_EQ(largest_difference(tiled.image(options, place), raw.image(options, place)), 0.0)
+            << limit << ' ' << generation_name(options.generation);
+      }
+    }
+    const TileCounts after = TileCache::of_process().counts();
+    if (limit == 1) {
+      EXPECT_GT(after.evicted, before.evicted + 1000);
+      EXPECT_LE(after.bytes, limit);
+    } else {
+      EXPECT_GT(after.hits, before.hits + 1000);
+      EXPECT_EQ(after.evicted, before.evicted);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Masked, TiledViewsTest, testing::Bool());
+
+TEST(TiledRoomTest, ViewsStayNearWhenRaysAreStoredAsJpeg) {
+  const TestRoom raw(spec_of(RayForm::Kind::kRaw, false));
+  const TestRoom tiled(spec_of(RayForm::Kind::kJpeg, false));
+  const ViewOptions options{.generation = Generation::kTwoSided, .width = raw.spec().width};
+  const cv::Mat stored = raw.image(options, kPlaces[0]);
+  const cv::Mat decoded = tiled.image(options, kPlaces[0]);
+  EXPECT_GT(largest_difference(stored, decoded), 0.0);
+  EXPECT_LT(mean_difference(stored, decoded), 1.5);
+}
+
+TEST(TiledRoomTest, ViewsDecodeOnlyWhatTheyRead) {
+  const TestRoom tiled(spec_of(RayForm::Kind::kLossless, false));
+  const TileCounts before = TileCache::of_process().counts();
+  tiled.image({.generation = Generation::kInitial, .width = tiled.spec().width}, kPlaces[0]);
+  const std::int64_t decoded = TileCache::of_process().counts().decoded - before.decoded;
+  EXPECT_GT(decoded, 20);
+  EXPECT_LT(decoded, 300);  // of 4 lines of 13 stations of 12 tiles and the polar part
+}
+
+}  // namespace
+}  // namespace raywalk
