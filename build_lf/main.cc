@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "build_lf/cluster/cluster_command.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "build_lf/distance_sets.h"
 #include "build_lf/export/export_room.h"
@@ -25,6 +26,7 @@ namespace {
 struct Arguments {
   PackOptions pack;
   RepackOptions repack{};
+  BlockArguments blocks{};
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RequireOptions require{};
@@ -67,10 +69,15 @@ void add_pack(CLI::App* app, Arguments* arguments) {
                  "Replace the room in --out once the new one is complete");
   add_compress_option(pack, &arguments->compress);
   add_line_tolerance_options(pack, &arguments->lines);
+  add_block_options(pack, &arguments->blocks, "lines");
   add_threads_option(pack, &arguments->threads);
   pack->footer(
       "Example:\n  raywalk-build-lf pack --frames poses.csv --distance dist --out room.lf\n"
-      "The same command resumes a stopped run.");
+      "The same command resumes a stopped run.\n"
+      "In blocks, each on any machine, and merged:\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 1/2\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --block 2/2\n"
+      "  raywalk-build-lf pack --frames poses.csv --out room.lf --merge");
   pack->callback([arguments] {
     arguments->pack.form = ray_form_from_name(arguments->compress);
     arguments->pack.tolerance = tolerance_of(arguments->lines);
@@ -78,7 +85,12 @@ void add_pack(CLI::App* app, Arguments* arguments) {
     if (arguments->pack.out.empty()) {
       arguments->pack.out = default_room_name(arguments->pack.frames);
     }
-    pack_room(arguments->pack);
+    const BlockArguments& blocks = arguments->blocks;
+    if (blocks.block) {
+      fmt::print("{}\n", escaped(pack_block(arguments->pack, *blocks.block)));
+      return;
+    }
+    blocks.merge ? merge_packed(arguments->pack) : pack_room(arguments->pack);
     const std::string out = arguments->pack.out.string();
     fmt::print("{}\n", summary_of(info_of(Room::open(out)), escaped(out)));
   });
@@ -317,5 +329,6 @@ int main(int argc, char** argv) {
   raywalk::build_lf::add_verify(&app, &arguments);
   raywalk::build_lf::add_require(&app, &arguments);
   raywalk::build_lf::add_export(&app, &arguments);
+  raywalk::build_lf::add_cluster_plan(&app);
   return raywalk::run_program(app, argc, argv);
 }

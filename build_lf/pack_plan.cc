@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/base/interrupt.h"
+#include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/fingerprint.h"
@@ -41,11 +41,22 @@ std::uint64_t pixels(PanoramaSize size) {
   return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
 }
 
+// Calls check(item) for each of `items`, in parallel, and shows progress. Opening many small files
+// mostly waits for the disk.
+template <typename Item, typename Check>
+void check_each(const std::vector<Item>& items, Progress* progress, const Check& check) {
+  check_in_parallel(static_cast<int>(items.size()), [&](int i) {
+    check(items[static_cast<std::size_t>(i)]);
+    progress->advance();
+  });
+}
+
 // Without opening them, which takes longer.
 void require_frames_and_masks(const std::vector<Frame>& frames) {
-  std::error_code error;
-  for (const Frame& frame : frames) {
-    throw_if_interrupted();
+  Progress progress("looking for", static_cast<std::int64_t>(frames.size()), "frames",
+                    Progress::Shown::kIfLong);
+  check_each(frames, &progress, [](const Frame& frame) {
+    std::error_code error;
     if (!fs::exists(frame.path, error)) {
       throw Error(fmt::format("{}: {}: no such file", frame.where, frame.path.string()));
     }
@@ -53,42 +64,51 @@ void require_frames_and_masks(const std::vector<Frame>& frames) {
       throw Error(fmt::format("{}: the mask {} does not exist; make it or leave the column empty",
                               frame.where, frame.mask->string()));
     }
-  }
+  });
+}
+
+// What each frame's header says.
+std::vector<PictureHeader> headers_of(const std::vector<Frame>& frames) {
+  std::vector<PictureHeader> headers(frames.size());
+  const PictureHeader first = panorama_header_of(frames.front().path);
+  Progress progress("checking", static_cast<std::int64_t>(frames.size()), "frames");
+  check_each(frames, &progress, [&](const Frame& frame) {
+    PictureHeader& header = headers[static_cast<std::size_t>(&frame - frames.data())];
+    header = panorama_header_of(frame.path);
+    if (header.size == first.size) return;
+    throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all frames must have one size",
+                            frame.path.string(), header.size.width, header.size.height,
+                            frames.front().path.string(), first.size.width, first.size.height));
+  });
+  return headers;
 }
 
 // The common size of all panoramas, from their headers.
 PanoramaSize common_panorama_size(const std::vector<Frame>& frames) {
-  PanoramaSize common;
+  const std::vector<PictureHeader> headers = headers_of(frames);
   TurnedPictures turned;
-  Progress progress("checking", static_cast<std::int64_t>(frames.size()), "frames");
-  for (const Frame& frame : frames) {
-    throw_if_interrupted();
-    const PictureHeader header = panorama_header_of(frame.path);
-    const PanoramaSize size = header.size;
-    if (common == PanoramaSize{}) common = size;
-    if (size != common) {
-      throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all frames must have one size",
-                              frame.path.string(), size.width, size.height,
-                              frames.front().path.string(), common.width, common.height));
-    }
-    turned.add(frame.path, header.orientation);
-    progress.advance();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    turned.add(frames[i].path, headers[i].orientation);
   }
   turned.warn();
-  return common;
+  return headers.front().size;
 }
 
 void check_masks(const std::vector<Frame>& frames, PanoramaSize panorama) {
-  std::set<fs::path> checked;  // many frames may share a mask
+  std::set<fs::path> known;  // many frames may share a mask
+  std::vector<const Frame*> with_mask;
   for (const Frame& frame : frames) {
-    throw_if_interrupted();
-    if (!frame.mask || !checked.insert(*frame.mask).second) continue;
-    try {
-      require_mask(*frame.mask, panorama);
-    } catch (const Error& unusable) {
-      throw Error(fmt::format("{}: {}", frame.where, unusable.what()));
-    }
+    if (frame.mask && known.insert(*frame.mask).second) with_mask.push_back(&frame);
   }
+  Progress progress("checking", static_cast<std::int64_t>(with_mask.size()), "masks",
+                    Progress::Shown::kIfLong);
+  check_each(with_mask, &progress, [&](const Frame* frame) {
+    try {
+      require_mask(*frame->mask, panorama);
+    } catch (const Error& unusable) {
+      throw Error(fmt::format("{}: {}", frame->where, unusable.what()));
+    }
+  });
 }
 
 // Size of a distance map from its header, without decoding it. A PNG's header is its first chunk.
@@ -137,18 +157,20 @@ std::map<std::string, fs::path> find_distance_maps(const std::vector<Frame>& fra
 }
 
 PanoramaSize common_map_size(const std::map<std::string, fs::path>& maps, PanoramaSize panorama) {
-  PanoramaSize common;
-  const fs::path& first = maps.begin()->second;
-  for (const auto& [frame, map] : maps) {
-    throw_if_interrupted();
+  std::vector<fs::path> files;
+  files.reserve(maps.size());
+  for (const auto& [frame, map] : maps) files.push_back(map);
+  const fs::path& first = files.front();
+  const PanoramaSize common = distance_map_size_of(first);
+  Progress progress("checking", static_cast<std::int64_t>(files.size()), "distance maps",
+                    Progress::Shown::kIfLong);
+  check_each(files, &progress, [&](const fs::path& map) {
     const PanoramaSize size = distance_map_size_of(map);
-    if (common == PanoramaSize{}) common = size;
-    if (size != common) {
-      throw Error(fmt::format(
-          "{} is {} x {} but {} is {} x {}; all distance maps must have one size", map.string(),
-          size.width, size.height, first.string(), common.width, common.height));
-    }
-  }
+    if (size == common) return;
+    throw Error(fmt::format("{} is {} x {} but {} is {} x {}; all distance maps must have one size",
+                            map.string(), size.width, size.height, first.string(), common.width,
+                            common.height));
+  });
   if (common.width > panorama.width) {
     throw Error(fmt::format("{} is {} x {}, larger than the frames' {} x {}", first.string(),
                             common.width, common.height, panorama.width, panorama.height));
@@ -168,13 +190,22 @@ std::string fingerprint_of(const PackOptions& options, const std::string& list,
   if (tolerance.same_station_m) text += fmt::format("same station {}\n", *tolerance.same_station_m);
   if (options.form.compressed()) text += fmt::format("compress {}\n", name_of(options.form));
   text += list;
+  std::vector<const StationSource*> sources;
   for (const std::vector<StationSource>& line : plan.sources) {
-    for (const StationSource& source : line) {
-      text += stamp_lines(source.panorama);
-      if (source.distance_map) text += stamp_lines(*source.distance_map);
-      if (source.mask) text += stamp_lines(*source.mask);
-    }
+    for (const StationSource& source : line) sources.push_back(&source);
   }
+  std::vector<std::string> stamps(sources.size());
+  Progress progress("comparing the times of", static_cast<std::int64_t>(sources.size()), "frames",
+                    Progress::Shown::kIfLong);
+  check_in_parallel(static_cast<int>(sources.size()), [&](int i) {
+    const StationSource& source = *sources[static_cast<std::size_t>(i)];
+    std::string& stamp = stamps[static_cast<std::size_t>(i)];
+    stamp = stamp_lines(source.panorama);
+    if (source.distance_map) stamp += stamp_lines(*source.distance_map);
+    if (source.mask) stamp += stamp_lines(*source.mask);
+    progress.advance();
+  });
+  for (const std::string& stamp : stamps) text += stamp;
   return sha256_hex(text);
 }
 

@@ -1,13 +1,18 @@
 #include "build_lf/pack_room.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "build_lf/free_space.h"
 #include "build_lf/partial_room.h"
+#include "build_lf/reused_lines.h"
 #include "build_lf/station_data.h"
 #include "build_lf/volume_writer.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/output_path.h"
@@ -27,10 +32,20 @@ struct Job {
   std::int64_t stations;
 };
 
-// The volumes not finished by an earlier run.
-std::vector<Job> open_jobs(const PackPlan& plan, const fs::path& room) {
-  std::vector<Job> jobs;
+// The lines of a block.
+std::vector<std::size_t> lines_of(const PackPlan& plan, Block block) {
+  std::vector<std::uint64_t> bytes;
   for (std::size_t i = 0; i < plan.grid.lines.size(); ++i) {
+    bytes.push_back(plan.bytes_of_rays(i) + plan.bytes_of_maps(i));
+  }
+  return block.share_of(bytes);
+}
+
+// The volumes of lines that no earlier run finished.
+std::vector<Job> open_jobs(const PackPlan& plan, const std::vector<std::size_t>& lines,
+                           const fs::path& room) {
+  std::vector<Job> jobs;
+  for (const std::size_t i : lines) {
     const std::string& id = plan.grid.lines[i].id;
     if (!fs::exists(line_volume_path(room, id))) {
       jobs.push_back({i, false, static_cast<std::int64_t>(plan.sources[i].size())});
@@ -77,6 +92,77 @@ void run_job(const Job& job, const PackPlan& plan, const fs::path& room, Progres
   }
 }
 
+// Takes unchanged volumes from the room that is being replaced, and says what of it is lost.
+void reuse_earlier(const fs::path& earlier, const PackPlan& plan,
+                   const std::vector<std::size_t>& lines, const fs::path& room) {
+  const ReusedVolumes reused = reuse_volumes(earlier, plan, lines, room);
+  if (reused.lines + reused.distances > 0) {
+    spdlog::info("{} of {} lines and the given distances of {} are unchanged: taken from {}",
+                 reused.lines, lines.size(), reused.distances, earlier.string());
+  }
+  const std::string lost = measurements_of(earlier);
+  if (!lost.empty()) {
+    spdlog::warn(
+        "{}: what was measured on it is not kept, as it was measured on all lines together: {}; "
+        "run raywalk-build-lf depth, and what else is needed, on the new room",
+        earlier.string(), lost);
+  }
+}
+
+// Packs those of the lines that are not packed; returns the number of volumes written.
+std::size_t pack_lines(const PackOptions& options, const PackPlan& plan,
+                       const std::vector<std::size_t>& lines, PartialRoom* partial) {
+  const fs::path& room = partial->directory();
+  if (options.replace) reuse_earlier(without_trailing_slash(options.out), plan, lines, room);
+  const std::vector<Job> jobs = open_jobs(plan, lines, room);
+  const std::uint64_t needed = bytes_of(jobs, plan);
+  std::uint64_t all = 0;
+  for (const std::size_t i : lines) all += plan.bytes_of_rays(i) + plan.bytes_of_maps(i);
+  require_space(room, {.needed = needed, .there = all - needed},
+                options.free_bytes ? options.free_bytes(room) : free_bytes(room));
+  std::int64_t stations = 0;
+  for (const Job& job : jobs) stations += job.stations;
+  try {
+    Progress progress("packing", stations, "images");
+    for (const Job& job : jobs) run_job(job, plan, room, &progress);
+  } catch (const InputError&) {
+    partial->discard();
+    throw;
+  }
+  return jobs.size();
+}
+
+// Throws Error naming the lines, and the blocks, that are missing.
+void require_all_packed(const PackPlan& plan, const PartialRoom& partial) {
+  constexpr std::size_t kMostNamed = 8;
+  const auto open = [&](Block block) {
+    return open_jobs(plan, lines_of(plan, block), partial.directory());
+  };
+  std::vector<std::string> missing;
+  for (const Job& job : open({})) {
+    const std::string& id = plan.grid.lines[job.line].id;
+    if (missing.empty() || missing.back() != id) missing.push_back(id);
+  }
+  if (missing.empty()) return;
+  const std::string blocks = partial.missing_blocks([&](Block b) { return !open(b).empty(); });
+  const std::size_t named = std::min(missing.size(), kMostNamed);
+  throw Error(fmt::format(
+      "{}: {} of {} lines are not packed: {}{}{}; pack them with --block and merge again",
+      partial.directory().string(), missing.size(), plan.grid.lines.size(),
+      fmt::join(missing.begin(), missing.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+      missing.size() > named ? ", ..." : "", blocks.empty() ? "" : "; " + blocks));
+}
+
+// Makes the room of its volumes.
+void complete_room(const PackPlan& plan, PartialRoom* partial) {
+  const fs::path& room = partial->directory();
+  write_line_inputs(room, plan);
+  write_file_atomically(manifest_path(room),
+                        manifest_to_json(manifest_of_volumes(room, plan.panorama, plan.grid)));
+  Room::open(room);  // checks that the result can be opened
+  partial->complete();
+}
+
 }  // namespace
 
 RoomManifest manifest_of_volumes(const fs::path& room, PanoramaSize panorama, const Grid& grid) {
@@ -102,24 +188,32 @@ void pack_room(const PackOptions& options) {
   require_free(without_trailing_slash(options.out), options.replace);
   const PackPlan plan = plan_pack(options);
   PartialRoom partial(options.out, plan.fingerprint, options.replace);
-  const fs::path& room = partial.directory();
-  const std::vector<Job> jobs = open_jobs(plan, room);
-  const std::uint64_t needed = bytes_of(jobs, plan);
-  require_space(room, {.needed = needed, .there = plan.bytes() - needed},
-                options.free_bytes ? options.free_bytes(room) : free_bytes(room));
-  std::int64_t stations = 0;
-  for (const Job& job : jobs) stations += job.stations;
-  try {
-    Progress progress("packing", stations, "images");
-    for (const Job& job : jobs) run_job(job, plan, room, &progress);
-  } catch (const InputError&) {
-    partial.discard();
-    throw;
+  pack_lines(options, plan, lines_of(plan, {}), &partial);
+  complete_room(plan, &partial);
+}
+
+std::string pack_block(const PackOptions& options, Block block) {
+  require_free(without_trailing_slash(options.out), options.replace);
+  const PackPlan plan = plan_pack(options);
+  const std::vector<std::size_t> lines = lines_of(plan, block);
+  const std::string name = fmt::format("{}: block {}", options.out.string(), block.text());
+  if (lines.empty()) {
+    return fmt::format("{} is empty: the room has {}", name,
+                       counted(plan.grid.lines.size(), "line"));
   }
-  write_file_atomically(manifest_path(room),
-                        manifest_to_json(manifest_of_volumes(room, plan.panorama, plan.grid)));
-  Room::open(room);  // checks that the result can be opened
-  partial.complete();
+  PartialRoom partial(options.out, plan.fingerprint, options.replace, FileLock::Use::kShared);
+  partial.note_blocks(block.count);
+  const std::size_t packed = pack_lines(options, plan, lines, &partial);
+  return fmt::format("{}: {}, {}", name, counted(lines.size(), "line"),
+                     packed == 0 ? "all packed before" : "packed");
+}
+
+void merge_packed(const PackOptions& options) {
+  require_free(without_trailing_slash(options.out), options.replace);
+  const PackPlan plan = plan_pack(options);
+  PartialRoom partial(options.out, plan.fingerprint, options.replace);
+  require_all_packed(plan, partial);
+  complete_room(plan, &partial);
 }
 
 }  // namespace raywalk::build_lf

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/block_counts.h"
 #include "core/files/output_path.h"
 
 namespace raywalk::build_lf {
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kLockFile = "lock";
 constexpr const char* kFingerprintFile = "inputs.sha256";
+constexpr const char* kBlocksDirectory = "blocks";
 constexpr std::array kVolumeDirectories = {"lines", "distances"};
 
 fs::path made_directory(const fs::path& directory) {
@@ -67,43 +69,63 @@ void require_free(const fs::path& out, bool replace) {
   }
 }
 
-PartialRoom::PartialRoom(bool replace, const fs::path& out)
+PartialRoom::PartialRoom(bool replace, const fs::path& out, FileLock::Use use)
     : out_(without_trailing_slash(out)),
       directory_((require_free(out_, replace), made_directory(partial_path(out_)))),
       replace_(replace),
       lock_(directory_ / kLockFile,
-            "another raywalk-build-lf is packing this room; wait for it to finish") {}
+            "another raywalk-build-lf is packing this room; wait for it to finish", use) {}
 
-PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint, bool replace)
-    : PartialRoom(replace, out) {
-  std::error_code error;
-  const fs::path inputs = directory_ / kFingerprintFile;
-  for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
-  remove_unfinished_volumes(directory_);
-  if (!has_finished_volume()) {
-    write_file_atomically(inputs, fingerprint);
-    return;
-  }
-  if (!fs::exists(inputs, error) || read_file(inputs) != fingerprint) {
-    if (replace_ && fs::exists(inputs, error)) {
-      remove_volumes();
-      write_file_atomically(inputs, fingerprint);
-      return;
-    }
-    throw Error(
-        fmt::format("{}: holds an unfinished room of other frames, distances or options; "
-                    "remove it, or start afresh with --force",
-                    directory_.string()));
-  }
+PartialRoom::PartialRoom(const fs::path& out, const std::string& fingerprint, bool replace,
+                         FileLock::Use use)
+    : PartialRoom(replace, out, use) {
+  if (lock_.alone()) prepare(fingerprint);
+  if (use == FileLock::Use::kShared) lock_.share();
+  if (!is_of(fingerprint)) throw_other_inputs();
 }
 
 PartialRoom::~PartialRoom() {
   if (!completed_ && !has_finished_volume()) discard();
 }
 
+void PartialRoom::prepare(const std::string& fingerprint) {
+  std::error_code error;
+  const fs::path inputs = directory_ / kFingerprintFile;
+  for (const char* name : kVolumeDirectories) made_directory(directory_ / name);
+  remove_unfinished_volumes(directory_);
+  if (is_of(fingerprint)) return;
+  if (has_finished_volume()) {
+    if (!replace_ || !fs::exists(inputs, error)) throw_other_inputs();
+    remove_volumes();
+  }
+  fs::remove_all(directory_ / kBlocksDirectory);
+  write_file_atomically(inputs, fingerprint);
+}
+
+bool PartialRoom::is_of(const std::string& fingerprint) const {
+  std::error_code error;
+  const fs::path inputs = directory_ / kFingerprintFile;
+  return fs::exists(inputs, error) && read_file(inputs) == fingerprint;
+}
+
+void PartialRoom::throw_other_inputs() const {
+  throw Error(
+      fmt::format("{}: holds an unfinished room of other frames, distances or options; "
+                  "remove it, or start afresh with --force",
+                  directory_.string()));
+}
+
+void PartialRoom::note_blocks(int count) const {
+  note_block_count(directory_ / kBlocksDirectory, count);
+}
+
+std::string PartialRoom::missing_blocks(const std::function<bool(Block)>& is_missing) const {
+  return raywalk::missing_blocks(directory_ / kBlocksDirectory, is_missing);
+}
+
 void PartialRoom::discard() {
   std::error_code ignored;
-  fs::remove_all(directory_, ignored);
+  if (lock_.try_alone()) fs::remove_all(directory_, ignored);
 }
 
 void PartialRoom::remove_volumes() {
@@ -116,7 +138,9 @@ void PartialRoom::remove_volumes() {
 
 void PartialRoom::complete() {
   require_free(out_, replace_);
-  for (const char* file : {kLockFile, kFingerprintFile}) fs::remove(directory_ / file);
+  for (const char* name : {kLockFile, kFingerprintFile, kBlocksDirectory}) {
+    fs::remove_all(directory_ / name);
+  }
   remove_unfinished_volumes(directory_);
   if (fs::is_empty(directory_ / "distances")) fs::remove(directory_ / "distances");
   move_into_place(directory_, out_);

@@ -1,10 +1,13 @@
 // The working directory `<out>.partial` of a pack run, renamed to `out` when complete. A stopped
-// run leaves its finished volumes there, to be resumed.
+// run leaves its finished volumes there, to be resumed. Runs that pack some of the lines each share
+// it.
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
+#include "core/base/block.h"
 #include "core/files/file_lock.h"
 
 namespace raywalk::build_lf {
@@ -24,16 +27,23 @@ class PartialRoom {
   // the lock, the directory holds volumes of other inputs (another fingerprint), or it cannot be
   // written. With `replace`, a room at `out` is replaced by complete() (Error if anything else is
   // there), and volumes of other inputs are removed.
+  // Shared, the directory is prepared and cleared of volumes of other inputs by whoever has it
+  // alone; only its owner's unfinished volumes, and those of processes that are certainly gone, are
+  // removed.
   PartialRoom(const std::filesystem::path& out, const std::string& fingerprint,
-              bool replace = false);
-  // Removes the directory unless it holds a finished volume or was completed.
+              bool replace = false, FileLock::Use use = FileLock::Use::kAlone);
+  // Removes the directory unless it holds a finished volume, was completed, or others share it.
   ~PartialRoom();
   PartialRoom(const PartialRoom&) = delete;
   PartialRoom& operator=(const PartialRoom&) = delete;
 
   const std::filesystem::path& directory() const { return directory_; }
-  // Removes everything, including finished volumes.
+  // Removes everything, including finished volumes, unless others share the directory.
   void discard();
+  // Notes that the lines are divided into this number of blocks.
+  void note_blocks(int count) const;
+  // The missing blocks of the numbers that were noted, as missing_blocks() does.
+  std::string missing_blocks(const std::function<bool(Block)>& is_missing) const;
   // Renames the directory to `out`, in place of what complete() may replace. Throws Error on
   // failure.
   void complete();
@@ -41,7 +51,12 @@ class PartialRoom {
  private:
   // Acquires the directory and the lock. A delegated constructor, so that the destructor releases
   // them if the rest of the construction throws.
-  PartialRoom(bool replace, const std::filesystem::path& out);
+  PartialRoom(bool replace, const std::filesystem::path& out, FileLock::Use use);
+  // By the one who has the directory alone: removes what is unfinished or, if it may, of other
+  // inputs.
+  void prepare(const std::string& fingerprint);
+  bool is_of(const std::string& fingerprint) const;
+  [[noreturn]] void throw_other_inputs() const;
   bool has_finished_volume() const;
   void remove_volumes();
 

@@ -30,8 +30,9 @@ namespace fs = std::filesystem;
 
 // Written anew, or of views of the room as it was stored.
 bool is_left_out(const fs::path& name) {
-  constexpr std::array kLeftOut = {"lines",      "distances",     "manifest.json",     "lock",
-                                   "trade.json", "measured.json", "connect-error.json"};
+  constexpr std::array kLeftOut = {
+      "lines",      "distances",     "manifest.json",      "lock",
+      "trade.json", "measured.json", "connect-error.json", "inputs.json"};
   return name.string().front() == '.' || std::ranges::find(kLeftOut, name) != kLeftOut.end();
 }
 

@@ -8,8 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "build_lf/reused_lines.h"
 #include "build_lf/room_distances.h"
 #include "core/base/counted.h"
+#include "core/base/interrupt.h"
+#include "core/base/progress.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -70,8 +73,11 @@ void set_spacing(const Line& line, LineInfo* info) {
 
 // Rows [begin, end) of a column cover the share (sin phi_begin - sin phi_end) / 2 of its solid
 // angle.
-double masked_share_of(const LineVolume& volume) {
-  if (!volume.masked()) return 0.0;
+double masked_share_of(const LineVolume& volume, Progress* progress) {
+  if (!volume.masked()) {
+    progress->advance(volume.stations());
+    return 0.0;
+  }
   const auto [width, height] = volume.panorama();
   double valid = 0.0;
   for (int station = 0; station < volume.stations(); ++station) {
@@ -80,11 +86,12 @@ double masked_share_of(const LineVolume& volume) {
       if (run.empty()) continue;
       valid += 0.5 * (std::cos(kPi * run.begin / height) - std::cos(kPi * run.end / height));
     }
+    progress->advance();
   }
   return 1.0 - valid / (static_cast<double>(volume.stations()) * width);
 }
 
-LineInfo line_info(const Room& room, int index) {
+LineInfo line_info(const Room& room, int index, Progress* progress) {
   const Line& line = room.grid().lines[static_cast<size_t>(index)];
   LineInfo info;
   info.id = line.id;
@@ -93,7 +100,7 @@ LineInfo line_info(const Room& room, int index) {
   set_extent(line, &info);
   set_spacing(line, &info);
   set_overhang(room.grid(), index, &info);
-  info.masked_share = masked_share_of(room.volume(index));
+  info.masked_share = masked_share_of(room.volume(index), progress);
   info.distance_maps = room.distances(index).maps();
   info.distance_size = room.distances(index).size();
   info.form = room.volume(index).form();
@@ -168,9 +175,16 @@ RoomInfo info_of(const Room& room) {
   RoomInfo info;
   info.panorama = room.panorama();
   info.cells = room.grid().cells;
-  info.bytes = bytes_of(manifest_path(room.directory()));
+  info.bytes =
+      bytes_of(manifest_path(room.directory())) + bytes_of(line_inputs_path(room.directory()));
+  std::int64_t stations = 0;
+  for (const Line& line : room.grid().lines) {
+    stations += static_cast<std::int64_t>(line.stations.size());
+  }
+  Progress progress("reading", stations, "stations", Progress::Shown::kIfLong);
   for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    info.lines.push_back(line_info(room, line));
+    throw_if_interrupted();
+    info.lines.push_back(line_info(room, line, &progress));
     info.stations += info.lines.back().stations;
     info.masked_share += info.lines.back().masked_share * info.lines.back().stations;
     info.distance_maps += info.lines.back().distance_maps;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -104,8 +105,8 @@ std::string actual_checksum(const Room& room, const Check& check) {
       all_columns(volume.confidence_column(check.map, 0), volume.size().width));
 }
 
-[[noreturn]] void throw_damaged(const Room& room, const Check& first, std::size_t damaged,
-                                std::size_t checked) {
+[[noreturn]] void throw_damaged(const Room& room, const Check& first, std::int64_t damaged,
+                                std::int64_t checked) {
   const Line& line = room.grid().lines[static_cast<size_t>(first.line)];
   throw Error(
       fmt::format("{}: line {} station {} ({}): the {} do not match their checksum; {} of {} "
@@ -165,34 +166,52 @@ std::string verify_record(const Room& room) {
   return kept;
 }
 
-}  // namespace
+// What does not match its checksum.
+struct Damage {
+  std::int64_t count = 0;
+  std::optional<Check> first;
+};
 
-VerifiedCounts verify_room(const Room& room) {
-  std::vector<Check> checks;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    check_identity(room, line);
-    const std::vector<Check> of_line = checks_of(room, line);
-    checks.insert(checks.end(), of_line.begin(), of_line.end());
-  }
+// Line by line, so that the checksums of a line are all that is kept in memory.
+void verify_line(const Room& room, int line, Progress* progress, Damage* damage) {
+  check_identity(room, line);
+  const std::vector<Check> checks = checks_of(room, line);
   std::mutex mutex;
   std::vector<int> damaged;
-  Progress progress("verifying", static_cast<std::int64_t>(checks.size()), "images");
   parallel_for(0, static_cast<int>(checks.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const Check& check = checks[static_cast<size_t>(i)];
       const bool matches = actual_checksum(room, check) == check.expected;
-      progress.advance();
+      progress->advance();
       const std::lock_guard lock(mutex);
       if (!matches) damaged.push_back(i);
     }
   });
-  if (!damaged.empty()) {
-    const int first = *std::min_element(damaged.begin(), damaged.end());
-    throw_damaged(room, checks[static_cast<size_t>(first)], damaged.size(), checks.size());
+  if (damaged.empty()) return;
+  damage->count += static_cast<std::int64_t>(damaged.size());
+  if (!damage->first) {
+    damage->first = checks[static_cast<size_t>(*std::ranges::min_element(damaged))];
   }
-  const auto maps =
-      std::count_if(checks.begin(), checks.end(), [](const Check& c) { return c.map >= 0; });
-  return {static_cast<std::int64_t>(checks.size()) - maps, maps, verify_record(room)};
+}
+
+}  // namespace
+
+VerifiedCounts verify_room(const Room& room) {
+  const int lines = static_cast<int>(room.grid().lines.size());
+  VerifiedCounts counts;
+  for (int line = 0; line < lines; ++line) {
+    counts.panoramas += room.volume(line).stations();
+    counts.distance_maps += room.distances(line).maps();
+  }
+  const std::int64_t all = counts.panoramas + counts.distance_maps;
+  Damage damage;
+  {
+    Progress progress("verifying", all, "images");
+    for (int line = 0; line < lines; ++line) verify_line(room, line, &progress, &damage);
+  }
+  if (damage.first) throw_damaged(room, *damage.first, damage.count, all);
+  counts.kept_distances = verify_record(room);
+  return counts;
 }
 
 std::string text_of(const VerifiedCounts& counts, const Room& room) {

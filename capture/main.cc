@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   raywalk::capture::add_verify(&app);
   raywalk::capture::add_import(&app);
   raywalk::capture::add_export(&app);
+  raywalk::capture::add_merge(&app);
   raywalk::capture::add_simulate(&app);
   raywalk::capture::add_virtual_room(&app);
   return raywalk::run_program(app, argc, argv);

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "render/film/test_film.h"
@@ -78,6 +79,24 @@ TEST_F(ViewFilmTest, FlatFilmsSayNothingOfASphere) {
   EXPECT_THAT(film(flat), HasSubstr("8 frames of 96x64, 0.8 s, H.264, crf 18, flat"));
   EXPECT_TRUE(side_data(film_stream(directory_ / "walk.mp4"), "Spherical Mapping").empty());
   compare_with_stills(flat, {96, 64});
+}
+
+TEST_F(ViewFilmTest, BlocksMakeTheFilmOfOneRun) {
+  film({});
+  const std::string whole = read_file(directory_ / "walk.mp4");
+  fs::remove(directory_ / "walk.mp4");
+  for (const int index : {2, 3}) {
+    request_.blocks = {.block = Block{index, 3}};
+    EXPECT_THAT(film({}), HasSubstr("/3 is done"));
+  }
+  request_.blocks = {.merge = true};
+  EXPECT_THAT(error_of([&] { film({}); }), HasSubstr("1 of 3 blocks is missing: 1"));
+  request_.blocks = {.block = Block{1, 3}};
+  film({});
+  request_.blocks = {.merge = true};
+  EXPECT_THAT(film({}), HasSubstr("walk.mp4: 8 frames of 128x64"));
+  EXPECT_EQ(read_file(directory_ / "walk.mp4"), whole);
+  EXPECT_EQ(directory_.entries(), 3U) << "the room, the table and the film";
 }
 
 TEST_F(ViewFilmTest, WhatCannotBeAFilmIsRefusedBeforeAnyWork) {

@@ -1,12 +1,12 @@
 #include "build_lf/depth/contradictions.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
 
 #include "build_lf/depth/contradicted_regions.h"
+#include "build_lf/depth/nearest_maps.h"
 #include "build_lf/depth/station_comparison.h"
 #include "build_lf/depth/station_evidence.h"
 #include "core/base/parallel.h"
@@ -32,27 +32,10 @@ PanoramaSize size_for(PanoramaSize maps) {
   return size;
 }
 
-// The maps of the plan to compare a station with: the nearest of its own line and of others.
-std::vector<int> neighbours_of(const DepthPlan& plan, StationIndex station,
-                               const Eigen::Vector3d& position_m) {
-  std::vector<std::pair<double, int>> by_distance;
-  for (int i = 0; i < static_cast<int>(plan.maps.size()); ++i) {
-    const SweepReference& map = plan.maps[static_cast<size_t>(i)];
-    if (!(map.station == station)) {
-      by_distance.emplace_back((map.position_m - position_m).norm(), i);
-    }
-  }
-  std::ranges::sort(by_distance);
-  std::vector<int> neighbours;
-  std::array<size_t, 2> left{kOfOtherLines, kOfOwnLine};
-  for (const auto& [distance_m, i] : by_distance) {
-    const bool same_line = plan.maps[static_cast<size_t>(i)].station.line == station.line;
-    size_t& open = left[same_line ? 1 : 0];
-    if (open == 0) continue;
-    --open;
-    neighbours.push_back(i);
-  }
-  return neighbours;
+NearestMaps places_of(const DepthPlan& plan) {
+  std::vector<MapPlace> places;
+  for (const SweepReference& map : plan.maps) places.push_back({map.station, map.position_m});
+  return NearestMaps(std::move(places));
 }
 
 // The regions as runs of pixels of the maps.
@@ -83,6 +66,7 @@ void add_regions(const cv::Mat& regions, const StationComparison& comparison, Pa
 struct Search {
   const Room& room;
   const DepthPlan& plan;
+  const NearestMaps& nearest;                        // of the plan
   const std::vector<std::vector<GainField>>& gains;  // [line][station]
   PanoramaSize size;
   float tolerance_per_m;
@@ -93,15 +77,19 @@ ContradictedStation examine(const Search& search, StationIndex station, Evidence
   const auto number = static_cast<size_t>(station.station);
   const auto& maps = search.plan.maps;
   std::vector<std::shared_ptr<const StationEvidence>> neighbours;
-  for (const int i : neighbours_of(search.plan, station,
-                                   search.room.grid().lines[line].stations[number].position_m)) {
+  const Eigen::Vector3d& position_m = search.room.grid().lines[line].stations[number].position_m;
+  for (const int i : search.nearest.around(station, position_m, kOfOwnLine, kOfOtherLines)) {
     neighbours.push_back(cache->get(i));
   }
-  const auto mapped = std::ranges::find(maps, station, &SweepReference::station);
+  // The maps are in the order of lines and stations.
+  const auto mapped =
+      std::lower_bound(maps.begin(), maps.end(), station,
+                       [](const SweepReference& map, StationIndex s) { return map.station < s; });
   const std::shared_ptr<const StationEvidence> own =
-      mapped != maps.end() ? cache->get(static_cast<int>(mapped - maps.begin()))
-                           : std::make_shared<StationEvidence>(evidence_without_map(
-                                 search.room, station, search.size, search.gains[line][number]));
+      mapped != maps.end() && mapped->station == station
+          ? cache->get(static_cast<int>(mapped - maps.begin()))
+          : std::make_shared<StationEvidence>(evidence_without_map(
+                search.room, station, search.size, search.gains[line][number]));
   const StationComparison comparison(*own, std::move(neighbours), search.size,
                                      search.tolerance_per_m);
   ContradictedStation found{station, 0.0, {}, {}};
@@ -117,8 +105,9 @@ Contradictions find_contradictions(const Room& room, const DepthPlan& plan,
                                    const FinalMap& final_map) {
   Contradictions result{size_for(plan.size), {}};
   EvidenceCache cache(room, plan, result.size, gains, final_map);
-  const Search search{room, plan, gains, result.size,
-                      static_cast<float>(kAgreePx / plan.pixels_per_omega_m())};
+  const NearestMaps nearest = places_of(plan);
+  const Search search{room,  plan,        nearest,
+                      gains, result.size, static_cast<float>(kAgreePx / plan.pixels_per_omega_m())};
   std::vector<ContradictedStation> found;
   for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
     const Line& line = room.grid().lines[static_cast<size_t>(l)];

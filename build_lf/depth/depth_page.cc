@@ -56,9 +56,16 @@ void add_maps(const MapPictures& pictures, JsonPage page) {
                       .x_label = "station",
                       .y_label = "mean confidence",
                       .y_range = AxisRange{0.0, 1.0}};
+  LinePlot of_lines = axes;
+  of_lines.title = "Confidence of the lines";
+  of_lines.x_label = "number of the line";
   page.section("Stations")
-      .figures({page.plot(axes, {{"maps", "{line}", "station", "mean_confidence"}},
-                          "Mean over the sphere of each map")});
+      .figures({page.when("shown.curve_per_line")
+                    .plot(axes, {{"maps", "{line}", "station", "mean_confidence"}},
+                          "Mean over the sphere of each map"),
+                page.when("!shown.curve_per_line")
+                    .plot(of_lines, {{"lines", "lines along {axis}", "number", "mean_confidence"}},
+                          "Mean over the maps of each line")});
 }
 
 void add_left_out(JsonPage page) {
@@ -67,10 +74,12 @@ void add_left_out(JsonPage page) {
           "People, cars and other things that moved: what these stations show and the stations "
           "around them contradict. Views read the place from other stations, and use these pixels "
           "only where no other station sees it. raywalk-build-lf depth --keep-moving keeps them.")
-      .table("left_out", {{"line", "{line}"},
-                          {"station", "{station}"},
-                          {"file", "{file}"},
-                          {"left out", "{share:.2%}"}});
+      .table("shown.left_out",
+             {{"line", "{line}"},
+              {"station", "{station}"},
+              {"file", "{file}"},
+              {"left out", "{share:.2%}"}},
+             "{shown.left_out:size} of {left_out:size}, those with the largest share if not all");
 }
 
 void add_truth(JsonPage truth) {
@@ -128,7 +137,7 @@ std::string depth_page(const nlohmann::ordered_json& document, const MapPictures
               {"gains differ by", "{gain_spread:.1%}"}});
   page.within("gains").section("Gains").paragraph(
       "By the surfaces that several stations see, {summary}.");
-  page.warnings("warnings");
+  page.warnings("shown.warnings");
   add_maps(pictures, page);
   add_left_out(page.when("left_out"));
   add_truth(page.within("truth"));

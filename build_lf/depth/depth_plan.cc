@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/files/nearest_word.h"
+#include "core/geometry/position_tolerance.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -61,7 +62,7 @@ PanoramaSize map_size(const Room& room, int width) {
                     "{} x {}",
                     captured, captured / 2, kNarrowestMap, kNarrowestMap / 2));
   }
-  if (width == 0) width = std::min(captured, kWidestMap) / kWidthStep * kWidthStep;
+  if (width == 0) return size_of_maps(room.panorama());
   if (width > captured || width % kWidthStep != 0 || width < kNarrowestMap) {
     throw UsageError(fmt::format("--width {}: give a multiple of {} from {} to {}, as captured",
                                  width, kWidthStep, kNarrowestMap, captured));
@@ -71,12 +72,12 @@ PanoramaSize map_size(const Room& room, int width) {
 
 // Station indices at least `gap_m` apart, from the first to the last.
 std::vector<int> spread_out(const Line& line, double gap_m) {
-  constexpr double kRounding = 1e-6;
+  const double rounding = rounding_m(line);
   std::vector<int> chosen{0};
   const int last = static_cast<int>(line.stations.size()) - 1;
   const auto along = [&](int i) { return line.stations[static_cast<size_t>(i)].along_m; };
   for (int i = 1; i <= last; ++i) {
-    if (along(i) - along(chosen.back()) >= gap_m * (1.0 - kRounding)) chosen.push_back(i);
+    if (along(i) - along(chosen.back()) >= gap_m - rounding) chosen.push_back(i);
   }
   // The end of the line needs a station as much as its beginning.
   if (along(last) - along(chosen.back()) > 0.5 * gap_m) chosen.push_back(last);
@@ -136,6 +137,18 @@ DepthPlan plan_depth(const Room& room, const DepthOptions& options, double surfa
     }
   }
   return plan;
+}
+
+PanoramaSize size_of_maps(PanoramaSize panorama) {
+  const int width = std::min(panorama.width, kWidestMap) / kWidthStep * kWidthStep;
+  return {width, width / 2};
+}
+
+int count_of_maps(const Grid& grid) {
+  const double gap_m = kMapGap * reach_of(grid, std::numeric_limits<double>::infinity());
+  std::size_t maps = 0;
+  for (const Line& line : grid.lines) maps += spread_out(line, gap_m).size();
+  return static_cast<int>(maps);
 }
 
 void exclude_stations(std::span<const StationIndex> stations, DepthPlan* plan) {

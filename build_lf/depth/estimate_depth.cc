@@ -25,6 +25,7 @@
 #include "build_lf/pack_room.h"
 #include "core/base/error.h"
 #include "core/base/interrupt.h"
+#include "core/base/pick_evenly.h"
 #include "core/base/progress.h"
 #include "core/files/atomic_output.h"
 #include "core/files/image_file.h"
@@ -129,17 +130,21 @@ MapSummary summary_of(const Room& room, const DepthPlan& plan, const InverseDist
   return summary;
 }
 
-// The map in the middle of each line.
-std::vector<InverseDistanceMap> maps_to_show(const Room& room, const DepthPlan& plan,
-                                             const PartialMaps& partial) {
+// The map in the middle of each line; of many lines, some all over the room.
+std::vector<InverseDistanceMap> maps_to_show(const DepthPlan& plan, const PartialMaps& partial) {
+  constexpr int kMostLines = 12;
+  std::vector<const SweepReference*> middles;
+  for (auto begin = plan.maps.begin(); begin != plan.maps.end();) {
+    const int line = begin->station.line;
+    const auto end = std::find_if(begin, plan.maps.end(), [&](const SweepReference& map) {
+      return map.station.line != line;
+    });
+    middles.push_back(&*(begin + (end - begin) / 2));
+    begin = end;
+  }
   std::vector<InverseDistanceMap> shown;
-  for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
-    std::vector<const SweepReference*> of_line;
-    for (const SweepReference& reference : plan.maps) {
-      if (reference.station.line == l) of_line.push_back(&reference);
-    }
-    if (of_line.empty()) continue;
-    shown.push_back(final_map(partial, plan, *of_line[of_line.size() / 2]));
+  for (const int i : pick_evenly(static_cast<int>(middles.size()), kMostLines)) {
+    shown.push_back(final_map(partial, plan, *middles[static_cast<size_t>(i)]));
   }
   return shown;
 }
@@ -347,7 +352,7 @@ DepthSummary estimate_depth(const DepthOptions& options) {
   }
   warn(parallax_warnings(summary.maps, plan.pixels_per_omega_m()), &summary);
   if (truth) summary.truth = compare_with_truth(*truth, plan, partial);
-  const std::vector<InverseDistanceMap> shown = maps_to_show(room, plan, partial);
+  const std::vector<InverseDistanceMap> shown = maps_to_show(plan, partial);
   const Contradictions moved = what_moved(room, options, plan, fields, partial, &summary);
   write_volumes(room, options.method, plan, partial, moved);
   install(options, &partial);

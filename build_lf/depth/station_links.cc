@@ -6,6 +6,7 @@
 
 #include "build_lf/depth/station_image.h"
 #include "core/base/parallel.h"
+#include "core/base/progress.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -52,11 +53,13 @@ class RecentImages {
 
 std::vector<StationLink> measure_links(const Room& room, std::span<const StationPair> pairs) {
   std::vector<StationLink> links(pairs.size());
+  Progress progress("comparing neighbours", static_cast<std::int64_t>(pairs.size()), "pairs");
   constexpr int kPairsPerTask = 16;
   parallel_for(0, static_cast<int>(pairs.size()), kPairsPerTask, [&](int begin, int end) {
     RecentImages images(room);
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
       links[i] = compare(pairs[i], images.get(pairs[i].from), images.get(pairs[i].to));
+      progress.advance();
     }
   });
   return links;

@@ -3,156 +3,32 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
-#include <map>
 #include <opencv2/core.hpp>
 
 #include "build_lf/gains/gain_significance.h"
 #include "build_lf/gains/gain_solver.h"
 #include "build_lf/gains/gain_spots.h"
-#include "build_lf/gains/patch_ratios.h"
-#include "core/base/median.h"
+#include "build_lf/gains/gain_windows.h"
+#include "build_lf/gains/station_ratios.h"
+#include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
-#include "core/base/robust_sigma.h"
 #include "core/panorama/gain_graph.h"
 
 namespace raywalk::build_lf {
 namespace {
 
-struct StationRatios {
-  int from = 0;  // index in the list of stations
-  int to = 0;
-  std::vector<PatchRatio> patches;
-};
-
-Eigen::Vector3d position_of(const Room& room, StationIndex station) {
-  const Line& line = room.grid().lines[static_cast<size_t>(station.line)];
+Eigen::Vector3d position_of(const Grid& grid, StationIndex station) {
+  const Line& line = grid.lines[static_cast<size_t>(station.line)];
   return line.stations[static_cast<size_t>(station.station)].position_m;
 }
 
-// The stations with maps that a station is compared with: the nearest on its own line, where the
-// views are most alike, and the nearest on others, which tie the lines together.
-std::vector<StationIndex> partners_of(const Room& room, StationIndex station,
-                                      const SurfaceMaps& maps) {
-  constexpr int kOwn = 4;
-  constexpr int kOthers = 6;
-  const Eigen::Vector3d here_m = position_of(room, station);
-  std::vector<StationIndex> order;
-  for (const StationIndex other : maps.stations) {
-    if (other != station) order.push_back(other);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](StationIndex a, StationIndex b) {
-    return (position_of(room, a) - here_m).squaredNorm() <
-           (position_of(room, b) - here_m).squaredNorm();
-  });
-  std::vector<StationIndex> partners;
-  int own = 0;
-  int others = 0;
-  for (const StationIndex other : order) {
-    const bool same_line = other.line == station.line;
-    int& count = same_line ? own : others;
-    if (count == (same_line ? kOwn : kOthers)) continue;
-    ++count;
-    partners.push_back(other);
-  }
-  return partners;
-}
-
-// Pictures and maps of the stations that a run of consecutive stations is compared with; these are
-// mostly the same.
-class Surfaces {
- public:
-  Surfaces(const Room& room, const SurfaceMaps& maps) : room_(room), maps_(maps) {}
-
-  const SurfacePicture& picture(StationIndex station) {
-    const auto found = pictures_.find(station);
-    if (found != pictures_.end()) return found->second;
-    return pictures_.emplace(station, surface_picture(room_, station, maps_.size, maps_.valid))
-        .first->second;
-  }
-
-  // Null if the station has none.
-  const InverseDistanceMap* map(StationIndex station) {
-    const auto found = read_.find(station);
-    if (found != read_.end()) return &found->second;
-    if (!std::binary_search(maps_.stations.begin(), maps_.stations.end(), station)) return nullptr;
-    return &read_.emplace(station, maps_.read(station)).first->second;
-  }
-
- private:
-  const Room& room_;
-  const SurfaceMaps& maps_;
-  std::map<StationIndex, SurfacePicture> pictures_;
-  std::map<StationIndex, InverseDistanceMap> read_;
-};
-
-// Compares all stations with their partners; ordered by station.
-std::vector<StationRatios> compare_all(const Room& room, std::span<const StationIndex> stations,
-                                       const SurfaceMaps& maps) {
-  std::map<StationIndex, int> number;
-  for (const StationIndex station : stations) {
-    number.emplace(station, static_cast<int>(number.size()));
-  }
-  std::vector<std::vector<StationRatios>> of_station(stations.size());
-  Progress progress("comparing surfaces", static_cast<std::int64_t>(stations.size()), "stations");
-  constexpr int kStationsPerTask = 8;
-  parallel_for(0, static_cast<int>(stations.size()), kStationsPerTask, [&](int begin, int end) {
-    Surfaces surfaces(room, maps);
-    for (int i = begin; i < end; ++i) {
-      const StationIndex to = stations[static_cast<size_t>(i)];
-      for (const StationIndex from : partners_of(room, to, maps)) {
-        const auto from_number = number.find(from);
-        if (from_number == number.end()) continue;
-        std::vector<PatchRatio> patches = compare_surfaces(
-            surfaces.picture(from), *surfaces.map(from), surfaces.picture(to), surfaces.map(to));
-        of_station[static_cast<size_t>(i)].push_back({from_number->second, i, std::move(patches)});
-      }
-      progress.advance();
-    }
-  });
-  std::vector<StationRatios> all;
-  for (std::vector<StationRatios>& ratios : of_station) {
-    std::move(ratios.begin(), ratios.end(), std::back_inserter(all));
-  }
-  return all;
-}
-
-// What a station's initial gains add to a log ratio is taken off, so that the rest is solved for.
-void take_off(const GainFields& initial, std::span<const StationIndex> stations,
-              std::vector<StationRatios>* all) {
-  const auto log_gains = [&](int number) {
-    const StationIndex station = stations[static_cast<size_t>(number)];
-    const ColourGain& whole =
-        initial[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)].whole;
-    return std::array<float, 3>{std::log(whole[0]), std::log(whole[1]), std::log(whole[2])};
-  };
-  for (StationRatios& ratios : *all) {
-    const auto from = log_gains(ratios.from);
-    const auto to = log_gains(ratios.to);
-    for (PatchRatio& patch : ratios.patches) {
-      for (size_t c = 0; c < 3; ++c) patch.log_ratio[c] -= from[c] - to[c];
-    }
-  }
-}
-
-// The log gains of whole pictures in one channel: two pictures differ by the median of their
-// patches.
-std::vector<double> whole_gains(const std::vector<StationRatios>& all, size_t channel,
+// The log gains of whole pictures in one channel.
+std::vector<double> whole_gains(const std::vector<WholeRatio>& ratios, size_t channel,
                                 int stations) {
-  constexpr double kModelError = 0.005;
   std::vector<GainEquation> equations;
-  for (const StationRatios& ratios : all) {
-    if (ratios.patches.empty()) continue;
-    std::vector<double> values;
-    for (const PatchRatio& patch : ratios.patches) {
-      values.push_back(static_cast<double>(patch.log_ratio[channel]));
-    }
-    const double middle = median(values);
-    const auto count = static_cast<double>(values.size());
-    for (double& value : values) value = std::fabs(value - middle);
-    const double error = robust_sigma(std::move(values)) / std::sqrt(count);
-    equations.push_back({ratios.from, ratios.to, middle, std::hypot(error, kModelError)});
+  for (const WholeRatio& ratio : ratios) {
+    if (ratio.known) equations.push_back(ratio.channels[channel]);
   }
   const Eigen::VectorXd solved = solve_gain_graph(equations, stations);
   return {solved.data(), solved.data() + solved.size()};
@@ -161,7 +37,8 @@ std::vector<double> whole_gains(const std::vector<StationRatios>& all, size_t ch
 // Log gains of whole pictures, [channel][station].
 using WholeGains = std::array<std::vector<double>, 3>;
 
-// The ratios less those of the whole pictures' gains.
+// The equations of a window's patches: the ratios less those of the whole pictures' gains, which
+// are those of the window's stations.
 std::vector<PatchEquation> equations_of(const std::vector<StationRatios>& all,
                                         const WholeGains& whole) {
   std::vector<PatchEquation> equations;
@@ -179,6 +56,31 @@ std::vector<PatchEquation> equations_of(const std::vector<StationRatios>& all,
     }
   }
   return equations;
+}
+
+// The ratios between stations of a window, which are numbered by their place in it.
+std::vector<StationRatios> ratios_within(const GainWindow& window, const RatioFile& file) {
+  std::vector<StationRatios> within;
+  for (size_t to = 0; to < window.stations.size(); ++to) {
+    for (StationRatios& ratios : file.get(window.stations[to])) {
+      const auto from = std::ranges::lower_bound(window.stations, ratios.from);
+      if (from == window.stations.end() || *from != ratios.from) continue;
+      ratios.from = static_cast<int>(from - window.stations.begin());
+      ratios.to = static_cast<int>(to);
+      within.push_back(std::move(ratios));
+    }
+  }
+  return within;
+}
+
+WholeGains whole_within(const GainWindow& window, const WholeGains& whole) {
+  WholeGains within;
+  for (size_t c = 0; c < 3; ++c) {
+    for (const int station : window.stations) {
+      within[c].push_back(whole[c][static_cast<size_t>(station)]);
+    }
+  }
+  return within;
 }
 
 // Log gains of all patches, [channel][station * kPatches + patch].
@@ -262,32 +164,53 @@ void multiply(const KeptGains& kept, GainField* field) {
   }
 }
 
-}  // namespace
-
-GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const SurfaceMaps& maps, const GainFields& initial) {
-  std::vector<StationRatios> all = compare_all(room, stations, maps);
-  take_off(initial, stations, &all);
-  WholeGains whole;
-  for (size_t c = 0; c < 3; ++c) whole[c] = whole_gains(all, c, static_cast<int>(stations.size()));
+// Solves for the gains of a window's stations and multiplies those of `fields` that it keeps.
+void solve_window(const GainWindow& window, std::span<const StationIndex> stations,
+                  const RatioFile& file, const WholeGains& of_all, GainFields* fields) {
+  std::vector<StationRatios> all = ratios_within(window, file);
+  const WholeGains whole = whole_within(window, of_all);
   const std::vector<PatchEquation> equations = equations_of(all, whole);
-  const auto measured = measured_patches(all, stations.size());
+  const auto measured = measured_patches(all, window.stations.size());
   all = {};  // frees the memory
   const RoomPatches solved =
       solve_parts(equations, std::array{Part::kAll}, whole, RoomPatches{}).front();
   const RoomPatches patches = finished(solved, whole);
-  if (!could_be_significant(patches, measured)) return initial;
+  if (!could_be_significant(patches, measured)) return;
   const std::vector<RoomPatches> halves =
       solve_parts(equations, std::array{Part::kBlack, Part::kWhite}, whole, solved);
   const RoomPatches black = finished(halves[0], whole);
   const RoomPatches white = finished(halves[1], whole);
-  GainFields fields = initial;
-  for (size_t i = 0; i < stations.size(); ++i) {
+  for (size_t i = 0; i < window.stations.size(); ++i) {
+    if (!window.kept[i]) continue;
+    const StationIndex station = stations[static_cast<size_t>(window.stations[i])];
     const KeptGains kept = keep_significant(
         station_of(patches, i), {station_of(black, i), station_of(white, i)}, measured[i]);
-    multiply(
-        kept,
-        &fields[static_cast<size_t>(stations[i].line)][static_cast<size_t>(stations[i].station)]);
+    multiply(kept,
+             &(*fields)[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)]);
+  }
+}
+
+}  // namespace
+
+GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
+                            const SurfaceMaps& maps, const GainFields& initial, int most_at_once) {
+  RatioFile file(room.directory(), stations.size());
+  const std::vector<WholeRatio> ratios = compare_stations(room, stations, maps, initial, &file);
+  WholeGains whole;
+  for (size_t c = 0; c < 3; ++c) {
+    whole[c] = whole_gains(ratios, c, static_cast<int>(stations.size()));
+  }
+  std::vector<Eigen::Vector3d> positions_m;
+  for (const StationIndex station : stations) {
+    positions_m.push_back(position_of(room.grid(), station));
+  }
+  GainFields fields = initial;
+  const std::vector<GainWindow> windows = gain_windows(positions_m, ratios, most_at_once);
+  Progress progress("solving for gains", static_cast<std::int64_t>(windows.size()), "windows");
+  for (const GainWindow& window : windows) {
+    throw_if_interrupted();
+    solve_window(window, stations, file, whole, &fields);
+    progress.advance();
   }
   return fields;
 }

@@ -280,6 +280,25 @@ TEST(RoomGainsTest, RefineInitialGains) {
   }
 }
 
+// Solved for in several windows, gains are nearly those of all stations at once.
+TEST(RoomGainsTest, WindowsAgreeWithTheWholeRoom) {
+  const SyntheticRoomSpec spec = small_room();
+  const DepthTestRoom room(spec, exposed(by_quarter()));
+  const SurfaceMaps maps = exact_maps(spec.scene, room.room());
+  const std::vector<StationIndex> stations = stations_of(room.grid());
+  const GainFields whole = gains_of(room, maps);
+  const GainFields parts =
+      solve_room_gains(room.room(), stations, maps, unit_gain_fields(room.grid()),
+                       static_cast<int>(stations.size()) / 4);
+  for (const StationIndex s : stations) {
+    for (int theta = 0; theta < kPatchesTheta; ++theta) {
+      const cv::Vec3d expected = gain_at(field_of(whole, s), theta, kPatchesPhi / 2);
+      const cv::Vec3d gain = gain_at(field_of(parts, s), theta, kPatchesPhi / 2);
+      EXPECT_NEAR(gain[1] / expected[1], 1.0, 0.02) << s.line << "/" << s.station;
+    }
+  }
+}
+
 TEST(RoomGainsTest, DoNotDependOnTheNumberOfThreads) {
   const SyntheticRoomSpec spec = small_room();
   const DepthTestRoom room(spec, exposed(by_quarter()));

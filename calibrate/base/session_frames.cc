@@ -36,15 +36,35 @@ FrameLayout layout_of(const SessionContents& session, const CaptureInput& input)
                                              "; it must be panorama or dual-fisheye");
 }
 
-std::vector<CaptureLine> lines_of(const SessionContents& session) {
-  std::vector<CaptureLine> lines;
-  for (const SessionLine& line : session.lines) {
-    lines.push_back({.id = line.id,
-                     .axis = line.axis,
-                     .across_m = line.across_m,
-                     .validation = line.validation});
+// The placements of the rail: a line that is longer than the rail has several, each with errors of
+// its own.
+struct Placements {
+  std::vector<CaptureLine> rails{};
+  std::vector<int> of_station{};  // index into rails, for every station of the session
+};
+
+// A new placement begins where the planned position on the rail does not increase along the line.
+// The first has the id of the line, "x0", further ones "x0-2", "x0-3", ...
+Placements placements_of(const SessionContents& session) {
+  Placements placements;
+  int line_before = -1, number = 0;
+  double before_mm = 0.0;
+  for (const SessionStation& station : session.stations) {
+    const bool is_new_line = station.line != line_before;
+    if (is_new_line || station.planned_mm <= before_mm) {
+      const SessionLine& line = session.line_of(station);
+      number = is_new_line ? 1 : number + 1;
+      placements.rails.push_back(
+          {.id = number == 1 ? line.id : fmt::format("{}-{}", line.id, number),
+           .axis = line.axis,
+           .across_m = line.across_m,
+           .validation = line.validation});
+    }
+    placements.of_station.push_back(static_cast<int>(placements.rails.size()) - 1);
+    line_before = station.line;
+    before_mm = station.planned_mm;
   }
-  return lines;
+  return placements;
 }
 
 void require_file(const SessionContents& session, const SessionFrame& frame) {
@@ -59,11 +79,11 @@ struct StationPictures {
   const SessionFrame* back = nullptr;
 };
 
-CaptureFrame frame_of(const SessionContents& session, const StationPictures& pictures) {
+CaptureFrame frame_of(const SessionContents& session, const StationPictures& pictures, int rail) {
   const SessionFrame& first = *pictures.first;
   const SessionStation& station = session.station_of(first);
   CaptureFrame frame{.name = station.name,
-                     .line = station.line,
+                     .line = rail,
                      .file = session.directory / first.file,
                      .nominal_m = {first.position_m.x_m, 0.0, first.position_m.z_m},
                      .sha256 = first.sha256};
@@ -74,8 +94,9 @@ CaptureFrame frame_of(const SessionContents& session, const StationPictures& pic
   return frame;
 }
 
-// One frame per captured station, along each line by the feedback.
-std::vector<CaptureFrame> frames_of(const SessionContents& session, int exposure) {
+// One frame per captured station, along each placement by the feedback.
+std::vector<CaptureFrame> frames_of(const SessionContents& session, const Placements& placements,
+                                    int exposure) {
   std::map<int, StationPictures> stations;
   for (const SessionFrame& frame : session.frames) {
     if (frame.exposure != exposure) continue;
@@ -91,10 +112,11 @@ std::vector<CaptureFrame> frames_of(const SessionContents& session, int exposure
           "or remove the station",
           session.directory.string(), session.stations[static_cast<std::size_t>(station)].name));
     }
-    frames.push_back(frame_of(session, pictures));
+    frames.push_back(
+        frame_of(session, pictures, placements.of_station[static_cast<std::size_t>(station)]));
   }
   const auto along_m = [&](const CaptureFrame& frame) {
-    const LineAxis axis = session.lines[static_cast<std::size_t>(frame.line)].axis;
+    const LineAxis axis = placements.rails[static_cast<std::size_t>(frame.line)].axis;
     return axis == LineAxis::kX ? frame.nominal_m.x() : frame.nominal_m.z();
   };
   std::stable_sort(frames.begin(), frames.end(), [&](const CaptureFrame& a, const CaptureFrame& b) {
@@ -176,8 +198,9 @@ CaptureSet read_session_frames(const CaptureInput& input) {
   CaptureSet set;
   set.source = input.directory;
   set.layout = layout_of(session, input);
-  set.lines = lines_of(session);
-  set.frames = frames_of(session, input.exposure);
+  Placements placements = placements_of(session);
+  set.frames = frames_of(session, placements, input.exposure);
+  set.lines = std::move(placements.rails);
   require_every_station(session, input, set);
   require_distinct_places(set);
   require_both_halves(set);

@@ -70,6 +70,22 @@ TEST_F(SessionFramesTest, StationsAreInOrderOfTheFeedback) {
   EXPECT_EQ(set.rail_m(3), 0.3);
 }
 
+TEST_F(SessionFramesTest, EveryPlacementOfTheRailIsALineOfItsOwn) {
+  session_.emplace(&folder_);
+  session_->add_line("x0", "x", 0.5);
+  for (int i = 0; i < 4; ++i) {  // two placements of two stations, 0.1 m apart
+    session_->add_station(fmt::format("x0_{:03}", i), 0.1 * i, i < 2 ? 0.0 : 0.2);
+  }
+  session_->plan("panorama");
+  for (int i = 0; i < 4; ++i) session_->add_frame(fmt::format("x0_{:03}", i), i % 2 * 100.0);
+  const CaptureSet set = folder_.read();
+  ASSERT_EQ(set.lines.size(), 2U);
+  EXPECT_EQ(set.lines[0].id, "x0");
+  EXPECT_EQ(set.lines[1].id, "x0-2");
+  EXPECT_THAT(set.lines[1].frames, ElementsAre(2, 3));
+  EXPECT_NEAR(set.frames[3].nominal_m.x(), 0.3, 1e-12);
+}
+
 TEST_F(SessionFramesTest, TwoFilesOfAStationAreOneFrame) {
   write_session({"back", "front"});
   const CaptureSet set = folder_.read();

@@ -81,18 +81,20 @@ class TestSession {
                       {"validation", validation},
                       {"stations", nlohmann::json::array()}});
   }
-  // On the last line, at `along_m` on its axis, which is also its position on the rail.
-  void add_station(const std::string& name, double along_m) {
+  // On the last line, at `along_m` on its axis, which is also its position on the rail, less
+  // `rail_begins_m`.
+  void add_station(const std::string& name, double along_m, double rail_begins_m = 0.0) {
+    const double rail_mm = 1000.0 * (along_m - rail_begins_m);
     nlohmann::json& line = lines_.back();
     const double across_m = line["across_m"];
     const PlanPoint at =
         line["axis"] == "x" ? PlanPoint{along_m, across_m} : PlanPoint{across_m, along_m};
-    execute(fmt::format(
-        "INSERT INTO station (line_id, number, name, x_m, z_m, planned_mm) VALUES "
-        "({}, {}, '{}', {}, {}, {})",
-        lines_.size(), line["stations"].size(), name, at.x_m, at.z_m, 1000.0 * along_m));
+    execute(
+        fmt::format("INSERT INTO station (line_id, number, name, x_m, z_m, planned_mm) VALUES "
+                    "({}, {}, '{}', {}, {}, {})",
+                    lines_.size(), line["stations"].size(), name, at.x_m, at.z_m, rail_mm));
     line["stations"].push_back(
-        {{"name", name}, {"x_m", at.x_m}, {"z_m", at.z_m}, {"rail_mm", 1000.0 * along_m}});
+        {{"name", name}, {"x_m", at.x_m}, {"z_m", at.z_m}, {"rail_mm", rail_mm}});
   }
   // Describes the session with the stations added so far as its plan.
   void plan(const std::string& frames, int exposures = 1) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calibrate/rectify/rectify_blocks.h"
 #include "core/base/error.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
@@ -72,7 +73,10 @@ std::string mask_options_text(const MaskOptions& mask) {
 }
 
 std::string poses_options_text(const PosesOptions& poses) {
-  return fmt::format("{} {}\n", poses.keyframes_mm, poses.face_px);
+  std::string text = fmt::format("{} {}\n", poses.keyframes_mm, poses.face_px);
+  // Results of before there were parts stay valid.
+  if (poses.part_stations != kPartStations) text += fmt::format("{}\n", poses.part_stations);
+  return text;
 }
 
 std::string rectify_options_text(const CalibrationOptions& options) {
@@ -124,10 +128,10 @@ std::string step_name(CalibrationStep step) {
   return {};
 }
 
-Calibration::Calibration(CalibrationOptions options)
+Calibration::Calibration(CalibrationOptions options, CalibrationAccess access)
     : options_(with_directories(std::move(options))),
       captured_(read_capture_set(options_.input)),
-      lock_(locked(options_.out)),
+      lock_(access == CalibrationAccess::kAlone ? locked(options_.out) : nullptr),
       records_(options_.out) {}
 
 bool Calibration::has(CalibrationStep step) const {
@@ -152,11 +156,65 @@ double Calibration::seconds(CalibrationStep step) const {
   return record ? record->seconds : 0.0;
 }
 
-void Calibration::run(CalibrationStep step) {
+template <typename Work>
+void Calibration::record(CalibrationStep step, const Work& work) {
   const std::string inputs = fingerprint(step);
   records_.forget(step_name(step));
-  const double seconds = times_of([&] { do_step(step); }).wall_s;
+  const double seconds = times_of(work).wall_s;
   records_.note(step_name(step), inputs, seconds, outputs_of(step));
+}
+
+void Calibration::run(CalibrationStep step) {
+  record(step, [&] { do_step(step); });
+}
+
+void Calibration::merge(CalibrationStep step) {
+  record(step, [&] { merge_step(step); });
+}
+
+std::string Calibration::run_block(CalibrationStep step, Block block) const {
+  if (step == CalibrationStep::kStitch) {
+    const std::size_t made = stitch_block(captured_, camera(), options_.stitch, block);
+    return fmt::format("stitch: block {} is done, {} panoramas made now", block.text(), made);
+  }
+  const CaptureSet set = panoramas();
+  if (step == CalibrationStep::kRectify) {
+    const std::size_t frames =
+        calibrate::rectify_block(set, final_poses(), rectify_options(), block);
+    return fmt::format("rectify: block {} is done, {} frames", block.text(), frames);
+  }
+  const PoseBlock done = solve_pose_block(set, poses_options(), block);
+  if (done.share.size() == 0) {
+    return fmt::format("poses: nothing to do for block {}, as the grid has {} part{}", block.text(),
+                       done.parts, done.parts == 1 ? "" : "s");
+  }
+  return fmt::format("poses: block {} is done, {} of its {} parts of {} solved now", block.text(),
+                     done.made, done.share.size(), done.parts);
+}
+
+std::string Calibration::run_light_block(Block block) const {
+  const std::size_t pairs =
+      compare_light_block(panoramas(), final_poses(), rectify_options(), block);
+  return fmt::format("rectify: block {} of the light is done, {} pairs of frames", block.text(),
+                     pairs);
+}
+
+void Calibration::merge_light() const {
+  calibrate::merge_light(panoramas(), final_poses(), rectify_options());
+}
+
+void Calibration::merge_step(CalibrationStep step) {
+  if (step == CalibrationStep::kStitch) {
+    merge_stitched(captured_, camera(), options_.stitch);
+    return;
+  }
+  const CaptureSet set = panoramas();
+  if (step == CalibrationStep::kRectify) {
+    const std::optional<GridResult> estimated = grid_of_poses();
+    merge_rectified(set, final_poses(), estimated ? &*estimated : nullptr, rectify_options());
+    return;
+  }
+  merge_poses(set, poses_options());
 }
 
 void Calibration::do_step(CalibrationStep step) {
@@ -212,21 +270,23 @@ void Calibration::run_grid() {
   estimate_grid(set, solved, grid_options());
 }
 
-void Calibration::run_rectify() {
-  const CaptureSet set = panoramas();
-  const FramePoses poses = final_poses();
+RectifyOptions Calibration::rectify_options() const {
   RectifyOptions rectify = options_.rectify;
   rectify.mask = mask();
   rectify.tolerance = options_.input.tolerance;
   if (has(CalibrationStep::kStitch)) {
     rectify.fisheye = read_fisheye_source(captured_, camera(), options_.out);
   }
-  if (options_.pose_table) {
-    rectify_set(set, poses, nullptr, rectify);
-    return;
-  }
-  const GridResult estimated = grid();
-  rectify_set(set, poses, &estimated, rectify);
+  return rectify;
+}
+
+std::optional<GridResult> Calibration::grid_of_poses() const {
+  return options_.pose_table ? std::nullopt : std::optional(grid());
+}
+
+void Calibration::run_rectify() {
+  const std::optional<GridResult> estimated = grid_of_poses();
+  rectify_set(panoramas(), final_poses(), estimated ? &*estimated : nullptr, rectify_options());
 }
 
 void Calibration::require_file(const std::string& file, CalibrationStep made_by) const {

@@ -33,6 +33,7 @@ SolvedTrial solve(const Calibration& calibration, double spacing_mm) {
   PosesOptions poses = calibration.poses_options();
   poses.keyframes_mm = spacing_mm;
   poses.out = directory;
+  poses.work.clear();
   GridOptions grid = calibration.grid_options();
   grid.out = directory;
   PosesResult solved;

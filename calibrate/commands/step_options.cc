@@ -131,6 +131,15 @@ void add_poses_options(CLI::App* command, StepArguments* arguments) {
                    "Side of the flat faces that features are found in (default: by the "
                    "panoramas' resolution)")
       ->check(CLI::Range(64, 8192));
+  command
+      ->add_option("--part-stations", poses->part_stations,
+                   "Stations that are solved together at most, about; a larger grid is solved in "
+                   "parts, which are then joined and adjusted together")
+      ->check(CLI::Range(30, 1000000))
+      ->capture_default_str();
+  command->add_option(
+      "--work", arguments->work,
+      "Directory to keep COLMAP's files in, best on a local disk (default: OUT/colmap)");
 }
 
 void add_method_option(CLI::App* command, StepArguments* arguments) {
@@ -166,6 +175,7 @@ CalibrationOptions options_of(const StepArguments& arguments) {
       arguments.blend == "feather" ? BlendMethod::kFeather : BlendMethod::kMultiBand;
   options.stitch.balance = !arguments.no_balance;
   if (!arguments.mask_picture.empty()) options.mask.picture = arguments.mask_picture;
+  options.poses.work = arguments.work;
   options.method = arguments.method == "rotation" ? GridMethod::kRotation : GridMethod::kPoses;
   if (!arguments.pose_table.empty()) options.pose_table = arguments.pose_table;
   options.rectify.equalise_gain = !arguments.no_gain;

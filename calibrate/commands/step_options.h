@@ -27,6 +27,9 @@ struct StepArguments {
   std::string pose_table{};
   bool no_balance = false;
   bool no_gain = false;
+  std::string work{};  // COLMAP's directory
+  BlockArguments blocks{};
+  bool light = false;  // of rectify: only the comparison of light
   LineToleranceArguments lines{};
   int threads = 0;
 };

@@ -270,6 +270,7 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
   const bool done = same && count_rows(database_, "two_view_geometries") >= std::ssize(list);
   // COLMAP 3.10 aborts where no picture has a feature.
   if (!done && !list.empty()) {
+    clear_unset_descriptors(database_);
     write_file_atomically(file, text);
     match_in_batches(list);
   }
@@ -304,27 +305,28 @@ Eigen::Vector3d ColmapWorkspace::bearing(const FaceImage& image, FacePixel pixel
 }
 
 void ColmapWorkspace::read_matches() {
-  std::map<FramePair, std::vector<BearingMatch>> by_frames;
-  matched_face_pairs_ = 0;
+  std::map<FramePair, FrameMatches> by_frames;
   usable_.clear();
   for (const VerifiedPair& pair : read_verified_pairs(database_)) {
     const auto first = images_.find(pair.first);
     const auto second = images_.find(pair.second);
     if (first == images_.end() || second == images_.end()) continue;
-    ++matched_face_pairs_;
     if (pair.in_first.size() >= kLeastPairMatches) usable_.insert({pair.first, pair.second});
     const bool swapped = first->second.frame > second->second.frame;
     const FramePair frames{std::min(first->second.frame, second->second.frame),
                            std::max(first->second.frame, second->second.frame)};
+    FrameMatches& of_frames = by_frames[frames];
+    of_frames.frames = frames;
+    ++of_frames.face_pairs;
     for (std::size_t i = 0; i < pair.in_first.size(); ++i) {
       BearingMatch match{bearing(first->second, pair.in_first[i]),
                          bearing(second->second, pair.in_second[i])};
       if (swapped) std::swap(match.in_first, match.in_second);
-      by_frames[frames].push_back(match);
+      of_frames.matches.push_back(match);
     }
   }
   matches_.clear();
-  for (auto& [frames, matches] : by_frames) matches_.push_back({frames, std::move(matches)});
+  for (auto& [frames, matches] : by_frames) matches_.push_back(std::move(matches));
 }
 
 ColmapModel ColmapWorkspace::model_of(const FramePoses& poses) const {

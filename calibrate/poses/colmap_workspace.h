@@ -38,6 +38,7 @@ struct WorkspaceOptions {
 // Two frames and the matches of all their faces.
 struct FrameMatches {
   FramePair frames{};
+  int face_pairs = 0;  // with matches
   std::vector<BearingMatch> matches{};
 };
 
@@ -66,7 +67,6 @@ class ColmapWorkspace {
   std::map<int, int> feature_counts() const;
   // Verified matches, at most one entry per pair of frames, in ascending order.
   const std::vector<FrameMatches>& matches() const { return matches_; }
-  int matched_face_pairs() const { return matched_face_pairs_; }
 
   // Scene points triangulated from the matches at these poses by COLMAP's point_triangulator.
   SeenPoints triangulate(const FramePoses& poses, const TriangulationRound& round);
@@ -102,7 +102,6 @@ class ColmapWorkspace {
   std::map<std::uint32_t, FaceImage> images_{};  // by id in the database
   std::set<std::uint32_t> usable_{};             // images with enough matches to triangulate
   std::vector<FrameMatches> matches_{};
-  int matched_face_pairs_ = 0;
 };
 
 }  // namespace raywalk::calibrate

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
 #include <utility>
+
+#include "calibrate/poses/disjoint_sets.h"
 
 namespace raywalk::calibrate {
 namespace {
@@ -17,23 +18,6 @@ std::vector<std::set<int>> frames_by_point(const SeenPoints& points) {
   return frames;
 }
 
-// Union-find over frames, with path halving.
-class FrameSets {
- public:
-  explicit FrameSets(int frames) : parent_(static_cast<std::size_t>(frames)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int root(int frame) {
-    while (at(frame) != frame) frame = at(frame) = at(at(frame));
-    return frame;
-  }
-  void join(int a, int b) { at(root(a)) = root(b); }
-
- private:
-  int& at(int frame) { return parent_[static_cast<std::size_t>(frame)]; }
-  std::vector<int> parent_;
-};
-
 }  // namespace
 
 std::vector<int> linked_groups(int frames, const SeenPoints& points, int least_points) {
@@ -43,7 +27,7 @@ std::vector<int> linked_groups(int frames, const SeenPoints& points, int least_p
       for (auto b = std::next(a); b != seen_by.end(); ++b) ++shared[{*a, *b}];
     }
   }
-  FrameSets sets(frames);
+  DisjointSets sets(frames);
   std::vector<bool> linked(static_cast<std::size_t>(frames), false);
   for (const auto& [pair, count] : shared) {
     if (count < least_points) continue;

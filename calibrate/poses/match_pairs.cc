@@ -15,6 +15,7 @@ namespace {
 constexpr double kReachAlong = 0.25;  // of the cell's side
 constexpr double kReachAcross = 0.2;  // to each side of a crossing
 constexpr int kAcross = 5;            // keyframes of each line at a crossing
+constexpr std::size_t kAtJoint = 4;   // keyframes of each of two placements of the rail on a line
 
 // Rail position of a crossing on one of its lines.
 double rail_position_m(const CaptureLine& line, PlanPoint crossing) {
@@ -100,6 +101,23 @@ void add_along(const CaptureSet& set, const std::vector<int>& frames, double rea
     for (const std::size_t step : steps_along(set, frames, i, reach_m)) {
       if (i + step < frames.size()) add_pair(frames[i], frames[i + step], pairs);
     }
+  }
+}
+
+// Two placements of the rail, one behind the other on one line, see the same surroundings at their
+// joint: their stations there are neighbours as those of one placement are.
+void add_joints(const CaptureSet& set, const std::vector<std::vector<int>>& by_line, double reach_m,
+                std::set<FramePair>* pairs) {
+  for (std::size_t i = 1; i < set.lines.size(); ++i) {
+    const CaptureLine &before = set.lines[i - 1], &behind = set.lines[i];
+    if (before.axis != behind.axis || before.across_m != behind.across_m) continue;
+    std::vector<int> frames(by_line[i - 1].end() - static_cast<std::ptrdiff_t>(
+                                                       std::min(by_line[i - 1].size(), kAtJoint)),
+                            by_line[i - 1].end());
+    frames.insert(
+        frames.end(), by_line[i].begin(),
+        by_line[i].begin() + static_cast<std::ptrdiff_t>(std::min(by_line[i].size(), kAtJoint)));
+    add_along(set, frames, reach_m, pairs);
   }
 }
 
@@ -207,6 +225,7 @@ std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineC
   for (const std::vector<int>& frames : by_line) {
     add_along(set, frames, kReachAlong * side_m, &pairs);
   }
+  add_joints(set, by_line, kReachAlong * side_m, &pairs);
   for (const LineCrossing& crossing : crossings) {
     const auto near = [&](int line) {
       const auto index = static_cast<std::size_t>(line);

@@ -36,9 +36,10 @@ struct FramePair {
 
 // Along a line: each keyframe with the next and the 4th, 16th, … after it within a quarter of the
 // cell's side (near pairs make long tracks, far ones limit drift); where the 4th is further, with
-// the two next. Across: at every crossing, five keyframes of each line, spread over a fifth of the
-// cell's side on both sides of it, all pairs. Held-out frames: each with keyframes of the two lines
-// nearest to it, the two around it and five spread likewise. Sorted, without duplicates.
+// the two next; so also from one placement of the rail to the next on its line. Across: at every
+// crossing, five keyframes of each line, spread over a fifth of the cell's side on both sides of
+// it, all pairs. Held-out frames: each with keyframes of the two lines nearest to it, the two
+// around it and five spread likewise. Sorted, without duplicates.
 std::vector<FramePair> choose_pairs(const CaptureSet& set, std::span<const LineCrossing> crossings,
                                     std::span<const int> keyframes);
 

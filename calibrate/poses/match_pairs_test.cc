@@ -132,6 +132,22 @@ TEST(Pairs, CrossBetweenLinesOnlyWhereTheyCross) {
   EXPECT_THAT(across, ElementsAre(25, 25, 25, 25));
 }
 
+TEST(Pairs, JoinThePlacementsOfALine) {
+  CaptureSet set = test_line(8);
+  CaptureLine behind = set.lines[0];
+  behind.id += "-2";
+  behind.frames.assign(set.lines[0].frames.begin() + 5, set.lines[0].frames.end());
+  set.lines[0].frames.resize(5);
+  for (const int frame : behind.frames) set.frames[static_cast<std::size_t>(frame)].line = 1;
+  set.lines.push_back(behind);
+  EXPECT_EQ(choose_pairs(set, {}, all_frames(set)),
+            choose_pairs(test_line(8), {}, all_frames(test_line(8))));
+  set.lines[1].across_m += 1.0;  // another line
+  for (const FramePair& pair : choose_pairs(set, {}, all_frames(set))) {
+    EXPECT_EQ(pair.first < 5, pair.second < 5);
+  }
+}
+
 TEST(Pairs, AreOfKeyframesOnly) {
   const CaptureSet set = test_line(5);
   const std::vector<int> keyframes{0, 3, 4};

@@ -3,73 +3,55 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <utility>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/poses/colmap_program.h"
-#include "calibrate/poses/colmap_workspace.h"
 #include "calibrate/poses/frame_links.h"
-#include "calibrate/poses/match_pairs.h"
-#include "calibrate/poses/pose_covariance.h"
+#include "calibrate/poses/join_parts.h"
+#include "calibrate/poses/matching_faces.h"
+#include "calibrate/poses/part_solution.h"
+#include "calibrate/poses/part_solver.h"
 #include "calibrate/poses/poses_figures.h"
 #include "calibrate/poses/poses_report.h"
 #include "calibrate/poses/rail_motion.h"
 #include "calibrate/poses/refine_poses.h"
+#include "calibrate/poses/settled_poses.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
-#include "core/base/parallel.h"
 #include "core/base/timing.h"
 #include "core/files/atomic_output.h"
+#include "core/files/block_results.h"
+#include "core/files/fingerprint.h"
+#include "core/files/sha256.h"
 
 namespace raywalk::calibrate {
 namespace {
 
-// From wide, as the nominal poses are degrees off, to the accuracy of the features.
-constexpr std::array kRounds{TriangulationRound{6.0, 25.0}, TriangulationRound{2.0, 6.0},
-                             TriangulationRound{1.0, 1.5}};
-// Scene points per panorama in the adjustments before the last one, and in the last one.
-constexpr int kPointsOnTheWay = 300;
-constexpr int kPointsAtLast = 1500;
-constexpr int kLeastFrames = 3;  // of a point; with two frames, one direction is not checked
-// Sigmas of the prior at a round's initial poses, in cells and radians: far beyond the errors of
-// placing a rail, and thousands of times the uncertainty by the pictures.
-constexpr double kAnchorCells = 0.1;
-constexpr double kAnchor_rad = 0.1;
 constexpr int kLeastFaceOption_px = 64;
 constexpr int kMostFaceOption_px = 4096;
 
-class PoseSolver {
+// Makes the result of the poses of all parts.
+class PoseMerger {
  public:
-  PoseSolver(const CaptureSet& set, const PosesOptions& options)
-      : set_(set),
-        options_(options),
-        start_(nominal_poses(set)),
-        nominal_(nominal_poses(stations_only(set))),
-        crossings_(crossings_of(set)),
-        threads_(options.threads > 0 ? options.threads : thread_count()),
-        anchor_{kAnchorCells * cell_side_m(set, crossings_), kAnchor_rad} {
-    for (std::size_t i = 0; i < options.start.size(); ++i) {
-      if (options.start[i]) start_[i] = options.start[i];
-    }
-    result_.poses.resize(set.frames.size());
-    result_.keyframes = choose_keyframes(set, crossings_, options.keyframes_mm);
+  explicit PoseMerger(const PoseProblem& problem)
+      : problem_(problem), set_(problem.set), out_(problem.options.out) {
+    result_.poses.resize(set_.frames.size());
+    result_.keyframes = problem.keyframes;
     result_.faces = kFaceCount;
-    result_.face_px = options.face_px > 0 ? options.face_px : default_face_px(set.frame.width);
+    result_.face_px = problem.face_px;
   }
 
-  PosesResult solve() {
-    require_enough_keyframes();
-    const ColmapProgram colmap = ColmapProgram::find();
-    ColmapWorkspace workspace(set_, result_.keyframes, colmap,
-                              {.directory = options_.out / "colmap",
-                               .face_px = result_.face_px,
-                               .threads = threads_,
-                               .mask = options_.mask,
-                               .lenses = options_.lenses});
-    match(&workspace);
+  // Of all parts, in order.
+  PosesResult merge(std::vector<PartSolution> solutions) {
+    summarise(solutions);
     std::string fault = common_fault(set_, summary_.motions);
     if (fault.empty()) {
-      refine_in_rounds(&workspace);
+      if (solutions.size() == 1) {
+        refined_ = std::move(solutions.front().refined);
+      } else {
+        join(std::move(solutions));
+      }
+      if (!refined_.points.observations.empty()) place_in_world();
       if (!solved_) fault = unsolved_reason();
     }
     write_reports(fault);
@@ -78,129 +60,54 @@ class PoseSolver {
   }
 
  private:
-  void require_enough_keyframes() const {
-    if (result_.keyframes.size() >= static_cast<std::size_t>(kLeastFrames)) return;
-    throw Error(fmt::format(
-        "{}: {} of its {} stations are to be solved, but a scene point has to be seen from {}; "
-        "capture more stations, or give a smaller --keyframes-mm",
-        set_.source.string(), result_.keyframes.size(), set_.frames.size(), kLeastFrames));
-  }
-
-  template <typename Step>
-  void timed(const std::string& name, const Step& step) {
-    bool reused = false;
-    const double seconds = times_of([&] { reused = step(); }).wall_s;
-    result_.times.push_back({name, seconds, reused});
-    spdlog::info("{}: {:.1f} s{}", name, seconds, reused ? " (done before)" : "");
-  }
-
-  void match(ColmapWorkspace* workspace) {
-    const std::vector<FramePair> pairs = choose_pairs(set_, crossings_, result_.keyframes);
-    timed("faces", [&] { return workspace->cut_faces(); });
-    timed("features", [&] { return workspace->find_features(); });
-    timed("matches", [&] { return workspace->match(pairs, start_); });
-    result_.matched_pairs = workspace->matched_face_pairs();
-    summary_.features = workspace->feature_counts();
+  void summarise(const std::vector<PartSolution>& solutions) {
     std::vector<std::vector<double>> evidence(set_.lines.size());
-    for (const FrameMatches& pair : workspace->matches()) {
-      const auto [first, second] = pair.frames;
-      summary_.matches[first] += static_cast<int>(pair.matches.size());
-      summary_.matches[second] += static_cast<int>(pair.matches.size());
-      const auto line = line_of(first);
-      if (!line || line != line_of(second)) continue;
-      evidence[*line].push_back(motion_evidence(*start_[static_cast<std::size_t>(first)],
-                                                *start_[static_cast<std::size_t>(second)],
-                                                pair.matches));
+    for (std::size_t part = 0; part < solutions.size(); ++part) {
+      const PartSolution& solution = solutions[part];
+      summary_.features.insert(solution.features.begin(), solution.features.end());
+      summary_.matches.insert(solution.matches.begin(), solution.matches.end());
+      result_.matched_pairs += solution.matched_pairs;
+      for (std::size_t line = 0; line < evidence.size(); ++line) {
+        const std::vector<double>& of_part = solution.evidence[line];
+        evidence[line].insert(evidence[line].end(), of_part.begin(), of_part.end());
+      }
+      add_times(part, solution.times, solutions.size() > 1);
     }
     for (const std::vector<double>& of_line : evidence) {
       summary_.motions.push_back(rail_motion(of_line));
     }
   }
 
-  // nullopt for a held-out frame.
-  std::optional<std::size_t> line_of(int frame) const {
-    const CaptureFrame& of = set_.frames[static_cast<std::size_t>(frame)];
-    if (of.held_out()) return std::nullopt;
-    return static_cast<std::size_t>(of.line);
+  void add_times(std::size_t part, const std::vector<StepTime>& times, bool several) {
+    if (!several) {
+      result_.times = times;
+      return;
+    }
+    StepTime all{.step = part_name(problem_, part)};
+    for (const StepTime& time : times) all.seconds += time.seconds;
+    result_.times.push_back(all);
   }
 
-  // Initial poses of the first round: the held-out frames, and the keyframes of lines that do not
-  // run against the slider.
-  FramePoses first_poses() const {
-    FramePoses poses(set_.frames.size());
-    for (const int frame : result_.keyframes) {
-      const auto line = line_of(frame);
-      const auto index = static_cast<std::size_t>(frame);
-      if (line && summary_.motions[*line] == RailMotion::kReversed) continue;
-      poses[index] = start_[index];
-    }
-    return poses;
+  void join(std::vector<PartSolution> solutions) {
+    const double seconds = times_of([&] {
+                             JoinedParts joined = join_parts(problem_, solutions);
+                             solutions.clear();
+                             if (joined.points.observations.empty()) return;
+                             refined_ = refine_poses(set_, joined.poses, joined.points,
+                                                     problem_.anchor, problem_.threads);
+                             settle(&refined_, problem_.anchor);
+                           }).wall_s;
+    result_.times.push_back({"adjustment of all parts", seconds, false});
+    spdlog::info("adjustment of all parts: {:.1f} s", seconds);
   }
 
-  void refine_in_rounds(ColmapWorkspace* workspace) {
-    FramePoses poses = first_poses();
-    for (std::size_t round = 0; round < kRounds.size(); ++round) {
-      SeenPoints seen;
-      timed(fmt::format("triangulation {}", round + 1), [&] {
-        const bool last = round + 1 == kRounds.size();
-        seen = strongest(widely_seen(workspace->triangulate(poses, kRounds[round]), kLeastFrames),
-                         last ? kPointsAtLast : kPointsOnTheWay);
-        return false;
-      });
-      if (seen.observations.empty()) return;
-      timed(fmt::format("adjustment {}", round + 1), [&] {
-        refined_ = refine_poses(set_, poses, seen, anchor_, threads_);
-        // Initial poses of the next round, including frames that found no points in this one.
-        const PoseAlignment alignment = align_poses(set_, refined_.poses, nominal_);
-        const FramePoses moved = aligned(refined_.poses, alignment);
-        for (std::size_t i = 0; i < poses.size(); ++i) {
-          if (moved[i]) poses[i] = moved[i];
-        }
-        return false;
-      });
-    }
-    timed("accuracy", [&] {
-      finish();
-      return false;
-    });
-  }
-
-  // Keeps the largest connected group of frames, with sigmas, in the world frame.
-  void finish() {
-    const SeenPoints inliers = widely_seen(inliers_of(refined_), 2);
-    const std::vector<int> groups =
-        linked_groups(static_cast<int>(set_.frames.size()), inliers, kLeastSharedPoints);
-    const int main = largest_group(groups);
-    for (std::size_t i = 0; i < groups.size(); ++i) {
-      std::optional<FramePose>& pose = refined_.poses[i];
-      if (pose && (main < 0 || groups[i] != main || pose->observations < kLeastObservations)) {
-        pose.reset();
-      }
-    }
-    keep_posed_observations();
-    if (refined_.points.observations.empty()) return;
-    set_sigmas(&refined_, anchor_);
-    result_.alignment = align_poses(set_, refined_.poses, nominal_);
+  void place_in_world() {
+    result_.alignment = align_poses(set_, refined_.poses, problem_.nominal);
     result_.poses = aligned(refined_.poses, result_.alignment);
     result_.points = static_cast<int>(refined_.points.points_m.size());
     result_.observations = static_cast<int>(refined_.points.observations.size());
     result_.residual_px = refined_.noise_px;
     solved_ = true;
-  }
-
-  void keep_posed_observations() {
-    SeenPoints kept;
-    kept.points_m = refined_.points.points_m;
-    std::vector<double> errors_px;
-    for (std::size_t i = 0; i < refined_.points.observations.size(); ++i) {
-      const PointObservation& observation = refined_.points.observations[i];
-      if (!refined_.poses[static_cast<std::size_t>(observation.frame)]) continue;
-      if (refined_.errors_px[i] > refined_.inlier_px) continue;
-      kept.observations.push_back(observation);
-      errors_px.push_back(refined_.errors_px[i]);
-    }
-    refined_.points = std::move(kept);
-    refined_.errors_px = std::move(errors_px);
   }
 
   std::string unsolved_reason() const {
@@ -219,8 +126,8 @@ class PoseSolver {
 
   // Fills in the figures and writes the files, poses.json only if there are poses.
   void write_reports(const std::string& fault) {
-    result_.lines = line_figures(set_, result_, start_);
-    result_.crossings = crossing_figures(set_, crossings_, inliers_of(refined_));
+    result_.lines = line_figures(set_, result_, problem_.start);
+    result_.crossings = crossing_figures(set_, problem_.crossings, inliers_of(refined_));
     std::vector<double> position_mm;
     std::vector<double> rotation_deg;
     for (const int frame : result_.keyframes) {
@@ -237,20 +144,16 @@ class PoseSolver {
       result_.position_sigma_mm = median(position_mm);
       result_.rotation_sigma_deg = median(rotation_deg);
     }
-    result_.warnings = fault.empty() ? pose_warnings(set_, crossings_, summary_, result_)
+    result_.warnings = fault.empty() ? pose_warnings(set_, problem_.crossings, summary_, result_)
                                      : std::vector<std::string>{fault};
     for (const std::string& warning : result_.warnings) spdlog::warn("{}", warning);
-    if (solved_) write_frame_poses(options_.out / "poses.json", set_, result_.poses);
-    write_poses_report(options_.out, set_, start_, result_);
+    if (solved_) write_frame_poses(out_ / "poses.json", set_, result_.poses);
+    write_poses_report(out_, set_, problem_.start, result_);
   }
 
+  const PoseProblem& problem_;
   const CaptureSet& set_;
-  const PosesOptions& options_;
-  FramePoses start_;
-  FramePoses nominal_;  // of the stations
-  std::vector<LineCrossing> crossings_;
-  int threads_;
-  PoseAnchor anchor_;
+  const std::filesystem::path& out_;
   MatchSummary summary_{};
   RefinedPoses refined_{};
   bool solved_ = false;
@@ -274,6 +177,10 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
                     "more",
                     options.keyframes_mm));
   }
+  if (options.part_stations < kLeastFrames) {
+    throw UsageError(fmt::format("parts of {} stations cannot be solved; give at least {}",
+                                 options.part_stations, kLeastFrames));
+  }
   if (options.face_px != 0 &&
       (options.face_px < kLeastFaceOption_px || options.face_px > kMostFaceOption_px)) {
     throw UsageError(fmt::format("a face's side is {} px; give 0 for the default, or {} to {}",
@@ -290,12 +197,113 @@ void require_valid(const CaptureSet& panoramas, const PosesOptions& options) {
   }
 }
 
+void require_enough_keyframes(const PoseProblem& problem) {
+  if (problem.keyframes.size() >= static_cast<std::size_t>(kLeastFrames)) return;
+  throw Error(fmt::format(
+      "{}: {} of its {} stations are to be solved, but a scene point has to be seen from {}; "
+      "capture more stations, or give a smaller --keyframes-mm",
+      problem.set.source.string(), problem.keyframes.size(), problem.set.frames.size(),
+      kLeastFrames));
+}
+
+PoseProblem valid_problem(const CaptureSet& panoramas, const PosesOptions& options) {
+  require_valid(panoramas, options);
+  make_directories(options.out);
+  PoseProblem problem = problem_of(panoramas, options);
+  require_enough_keyframes(problem);
+  return problem;
+}
+
+// Hash of all that the parts depend on; COLMAP's release is compared when they are merged.
+std::string fingerprint_of(const PoseProblem& problem) {
+  std::string text = fmt::format("poses 1 {} {} {}\n", problem.face_px, problem.parts.size(),
+                                 problem.options.part_stations);
+  const auto append = [&text](const auto& numbers) {
+    for (const double number : numbers.reshaped()) text += fmt::format(" {:.17g}", number);
+  };
+  if (problem.options.mask) text += "mask " + sha256_of_pixels(*problem.options.mask) + "\n";
+  if (problem.options.lenses) {
+    append(problem.options.lenses->front_position_m);
+    append(problem.options.lenses->back_position_m);
+  }
+  for (const int frame : problem.keyframes) {
+    const CaptureFrame& of = problem.set.frames[static_cast<std::size_t>(frame)];
+    const FramePose& start = *problem.start[static_cast<std::size_t>(frame)];
+    text +=
+        fmt::format("\n{} {} {} {}", of.name, of.line, of.file.string(), stamp_of(of.file).text());
+    if (of.mask) text += " mask " + of.mask->string() + " " + stamp_of(*of.mask).text();
+    append(of.nominal_m);
+    append(start.position_m);
+    append(start.world_from_camera);
+  }
+  return sha256_hex(text);
+}
+
+BlockResults results_of(const PoseProblem& problem) {
+  return {problem.options.out / "blocks", "poses", fingerprint_of(problem)};
+}
+
+// Returns whether the part was solved now.
+bool make_part(const PoseProblem& problem, const BlockResults& results, std::size_t part) {
+  const Block as_block{static_cast<int>(part + 1), static_cast<int>(problem.parts.size())};
+  return results.make(as_block, [&] {
+    spdlog::info("{}: {} frames, {} with those around them", part_name(problem, part),
+                 problem.parts[part].home.size(), problem.parts[part].frames.size());
+    return bytes_of(solve_part(problem, part));
+  });
+}
+
+std::vector<PartSolution> read_parts(const PoseProblem& problem, const BlockResults& results) {
+  std::vector<PartSolution> solutions;
+  for (const std::string& bytes : results.merged()) {
+    solutions.push_back(read_part_solution(bytes, problem.set.frames.size(),
+                                           problem.set.lines.size(),
+                                           part_name(problem, solutions.size())));
+    if (solutions.back().colmap == solutions.front().colmap) continue;
+    throw Error(fmt::format(
+        "{} was solved with COLMAP {}, but part 1 with {}; use one release on all machines, remove "
+        "{} and make the blocks again",
+        part_name(problem, solutions.size() - 1), solutions.back().colmap, solutions.front().colmap,
+        (problem.options.out / "blocks" / "poses").string()));
+  }
+  return solutions;
+}
+
+PosesResult merge_parts(const PoseProblem& problem, const BlockResults& results) {
+  PosesResult result = PoseMerger(problem).merge(read_parts(problem, results));
+  results.remove();
+  return result;
+}
+
 }  // namespace
 
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options) {
-  require_valid(panoramas, options);
-  make_directories(options.out);
-  return PoseSolver(panoramas, options).solve();
+  const PoseProblem problem = valid_problem(panoramas, options);
+  if (problem.parts.size() == 1) {
+    std::vector<PartSolution> solutions;
+    solutions.push_back(solve_part(problem, 0));
+    return PoseMerger(problem).merge(std::move(solutions));
+  }
+  const BlockResults results = results_of(problem);
+  for (std::size_t part = 0; part < problem.parts.size(); ++part) {
+    make_part(problem, results, part);
+  }
+  return merge_parts(problem, results);
+}
+
+PoseBlock solve_pose_block(const CaptureSet& panoramas, const PosesOptions& options, Block block) {
+  const PoseProblem problem = valid_problem(panoramas, options);
+  const BlockResults results = results_of(problem);
+  PoseBlock done{.parts = problem.parts.size(), .share = block.share_of(problem.parts.size())};
+  for (std::size_t part = done.share.begin; part < done.share.end; ++part) {
+    if (make_part(problem, results, part)) ++done.made;
+  }
+  return done;
+}
+
+PosesResult merge_poses(const CaptureSet& panoramas, const PosesOptions& options) {
+  const PoseProblem problem = valid_problem(panoramas, options);
+  return merge_parts(problem, results_of(problem));
 }
 
 }  // namespace raywalk::calibrate

@@ -2,6 +2,11 @@
 // panoramas, then rounds of triangulation (COLMAP) and bundle adjustment (refine_poses.h) refine
 // the nominal poses. Held-out frames are matched with the stations near them and adjusted with all
 // others; the world frame and the scale are those of the stations alone.
+//
+// A large grid is solved in parts (pose_parts.h), which are then joined and adjusted together
+// (join_parts.h). The parts depend on the capture and the options alone; blocks of the work are
+// shares of the parts, so that they give what one run gives: the same bytes where COLMAP gives the
+// same for the same, which it does with one thread.
 #pragma once
 
 #include <filesystem>
@@ -13,9 +18,13 @@
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/poses/align_poses.h"
+#include "core/base/block.h"
 #include "core/geometry/fisheye_lens.h"
 
 namespace raywalk::calibrate {
+
+// Of COLMAP's time and memory for so many panoramas: with two cores half an hour, 6 GB.
+inline constexpr int kPartStations = 2000;
 
 struct PosesOptions {
   double keyframes_mm = 0;  // largest distance between the stations solved; 0: every station
@@ -27,6 +36,10 @@ struct PosesOptions {
   FramePoses start{};                         // initial poses; empty: nominal
   std::filesystem::path out{};                // the calibration's directory, created if missing
   int threads = 0;                            // of COLMAP and the adjustment; 0: thread_count()
+  int part_stations = kPartStations;          // solved together at most, about; at least 3
+  // The folder in which COLMAP has its own, empty: `out`/colmap. Of a grid of several parts each
+  // has a folder there.
+  std::filesystem::path work{};
 };
 
 struct LinePoses {
@@ -80,10 +93,28 @@ struct PosesResult {
 };
 
 // Writes poses.json, poses-report.json and poses.html. Works in the directory colmap/, from which
-// an interrupted run is resumed and which may be deleted afterwards. Throws Error if there is no
+// an interrupted run is resumed and which may be deleted afterwards; parts that are done are kept
+// in blocks/ until all are. Throws Error if there is no
 // supported COLMAP, COLMAP fails (quoting its log), nothing can be solved (naming the reason: too
 // few matches, a mirrored camera, …; poses-report.json and poses.html are still written), or the
 // mask has another size; UsageError for options out of range; Interrupted.
 PosesResult solve_poses(const CaptureSet& panoramas, const PosesOptions& options);
+
+// What a block did.
+struct PoseBlock {
+  std::size_t parts = 0;  // of the whole grid
+  IndexRange share{};     // the block's parts
+  std::size_t made = 0;   // the number of those that were not done before
+};
+
+// Solves the block's share of the parts and keeps them in `out`/blocks until they are merged.
+// Throws as solve_poses, and Error if another process works at one of these parts in the same
+// directory.
+PoseBlock solve_pose_block(const CaptureSet& panoramas, const PosesOptions& options, Block block);
+
+// Does what solve_poses does after the parts are solved, without COLMAP, and removes what the
+// blocks kept. Throws Error naming the parts that are missing, as blocks of as many as there are
+// parts, and if parts were solved by different releases of COLMAP.
+PosesResult merge_poses(const CaptureSet& panoramas, const PosesOptions& options);
 
 }  // namespace raywalk::calibrate

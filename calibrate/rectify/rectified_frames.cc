@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calibrate/base/frame_masks.h"
-#include "calibrate/rectify/held_out_light.h"
+#include "calibrate/rectify/compared_light.h"
 #include "calibrate/stitch/frame_pictures.h"
 #include "calibrate/stitch/frames_at_once.h"
 #include "calibrate/stitch/stitcher.h"
@@ -26,14 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDirectory = "rectified";
-
-std::vector<int> posed_frames(const FramePoses& poses) {
-  std::vector<int> frames;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (poses[i]) frames.push_back(static_cast<int>(i));
-  }
-  return frames;
-}
 
 // What all frames are made from.
 struct RectifyInputs {
@@ -166,74 +158,26 @@ void move_into_place(const fs::path& partial, const fs::path& directory, bool ma
   fs::remove_all(old);
 }
 
-// By frame; those without a pose stay empty.
-std::vector<ComparedPanorama> compared_panoramas(const CaptureSet& panoramas,
-                                                 const FramePoses& poses, const cv::Mat& mask) {
-  const std::vector<int> frames = posed_frames(poses);
-  std::vector<ComparedPanorama> pictures(poses.size());
-  Progress progress("Reading panoramas", static_cast<std::int64_t>(frames.size()), "frames");
-  parallel_for(0, static_cast<int>(frames.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const auto frame = static_cast<std::size_t>(frames[static_cast<std::size_t>(i)]);
-      const CaptureFrame& of = panoramas.frames[frame];
-      pictures[frame] = ComparedPanorama(read_panorama(of.file),
-                                         joint_mask(panoramas, static_cast<int>(frame), mask),
-                                         of.mask.has_value(), *poses[frame]);
-      progress.advance();
-    }
+bool any_masked(const RectifyInputs& inputs, const std::vector<int>& frames) {
+  return std::any_of(frames.begin(), frames.end(), [&](int frame) { return inputs.masks(frame); });
+}
+
+// Writes those of the frames that are not in the directory.
+void write_missing(const RectifyInputs& inputs, const FramePoses& poses,
+                   const std::vector<LightGain>& gains, const std::vector<int>& frames,
+                   const fs::path& directory) {
+  Progress progress("Rectifying", static_cast<std::int64_t>(frames.size()), "frames");
+  for_each_frame(static_cast<int>(frames.size()), at_once(inputs), [&](int i) {
+    const int index = frames[static_cast<std::size_t>(i)];
+    const auto frame = static_cast<std::size_t>(index);
+    const FrameFiles files = files_of(inputs, index, directory);
+    const auto write = inputs.fisheye ? &write_from_fisheye : &write_from_panorama;
+    if (!are_there(files)) write(inputs, index, *poses[frame], gains[frame], files);
+    progress.advance();
   });
-  return pictures;
-}
-
-std::vector<PictureLine> posed_lines(const CaptureSet& set, const FramePoses& poses) {
-  std::vector<PictureLine> lines;
-  for (const CaptureLine& line : set.lines) {
-    PictureLine posed;
-    for (const int frame : line.frames) {
-      if (!poses[static_cast<std::size_t>(frame)]) continue;
-      posed.pictures.push_back(frame);
-      posed.along_m.push_back(set.rail_m(frame));
-    }
-    lines.push_back(std::move(posed));
-  }
-  return lines;
-}
-
-Eigen::Vector3d middle_m(const FramePoses& poses) {
-  Eigen::Vector3d sum(0.0, 0.0, 0.0);
-  const std::vector<int> frames = posed_frames(poses);
-  for (const int frame : frames) sum += poses[static_cast<std::size_t>(frame)]->position_m;
-  return sum / static_cast<double>(std::max<std::size_t>(1, frames.size()));
 }
 
 }  // namespace
-
-ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& poses,
-                                 const cv::Mat& mask) {
-  const auto count = static_cast<int>(panoramas.frames.size());
-  const auto stations = static_cast<int>(panoramas.stations());
-  const std::vector<ComparedPanorama> pictures = compared_panoramas(panoramas, poses, mask);
-  std::vector<LinkPatches> links;
-  for (const FrameLink link : links_of(panoramas, poses)) links.push_back({.link = link});
-  const std::size_t of_stations = links.size();
-  for (const FrameLink link : held_out_links(panoramas, poses)) links.push_back({.link = link});
-  Progress progress("Comparing exposures", static_cast<std::int64_t>(links.size()), "pairs");
-  parallel_for(0, static_cast<int>(links.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      auto& [link, patches] = links[static_cast<std::size_t>(i)];
-      patches = match_patches(pictures[static_cast<std::size_t>(link.from)],
-                              pictures[static_cast<std::size_t>(link.to)]);
-      progress.advance();
-    }
-  });
-  const std::vector<PictureLine> lines = posed_lines(panoramas, poses);
-  const Eigen::Vector3d centre_m =
-      middle_m({poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(stations)});
-  ExposureResult result =
-      measure_exposures(std::span(links).first(of_stations), stations, lines, centre_m);
-  if (count > stations) add_held_out_light(links, count, lines, centre_m, &result);
-  return result;
-}
 
 fs::path rectified_file(const CaptureFrame& frame) {
   return fs::path(kDirectory) / (frame.name + ".png");
@@ -252,18 +196,45 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
   partial += ".partial";
   prepare(partial, fingerprint_of(inputs, poses, gains));
   const std::vector<int> frames = posed_frames(poses);
-  Progress progress("Rectifying", static_cast<std::int64_t>(frames.size()), "frames");
-  for_each_frame(static_cast<int>(frames.size()), at_once(inputs), [&](int i) {
-    const int index = frames[static_cast<std::size_t>(i)];
-    const auto frame = static_cast<std::size_t>(index);
-    const FrameFiles files = files_of(inputs, index, partial);
-    const auto write = fisheye ? &write_from_fisheye : &write_from_panorama;
-    if (!are_there(files)) write(inputs, index, *poses[frame], gains[frame], files);
-    progress.advance();
-  });
-  const bool masked =
-      std::any_of(frames.begin(), frames.end(), [&](int frame) { return inputs.masks(frame); });
-  move_into_place(partial, directory, masked);
+  write_missing(inputs, poses, gains, frames, partial);
+  move_into_place(partial, directory, any_masked(inputs, frames));
+}
+
+std::string rectified_fingerprint(const CaptureSet& panoramas, const FramePoses& poses,
+                                  const std::vector<LightGain>& gains, const cv::Mat& mask,
+                                  const std::optional<FisheyeSource>& fisheye) {
+  return fingerprint_of({panoramas, mask, fisheye}, poses, gains);
+}
+
+void write_rectified_block(const CaptureSet& panoramas, const FramePoses& poses,
+                           const std::vector<LightGain>& gains, const cv::Mat& mask,
+                           const std::optional<FisheyeSource>& fisheye, Block block,
+                           const fs::path& folder) {
+  const std::vector<int> posed = posed_frames(poses);
+  const IndexRange share = block.share_of(posed.size());
+  const std::vector<int> frames(posed.begin() + static_cast<std::ptrdiff_t>(share.begin),
+                                posed.begin() + static_cast<std::ptrdiff_t>(share.end));
+  make_directories(folder / "masks");
+  write_missing({panoramas, mask, fisheye}, poses, gains, frames, folder);
+}
+
+void install_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
+                              const cv::Mat& mask, const std::optional<FisheyeSource>& fisheye,
+                              const fs::path& folder, const fs::path& out) {
+  const RectifyInputs inputs{panoramas, mask, fisheye};
+  const fs::path directory = out / kDirectory;
+  const std::vector<int> frames = posed_frames(poses);
+  // An interrupted merge may have moved them.
+  const fs::path& made = fs::exists(folder) ? folder : directory;
+  for (const int frame : frames) {
+    const FrameFiles files = files_of(inputs, frame, made);
+    if (are_there(files)) continue;
+    throw Error(
+        fmt::format("{} is missing, though its block is done; remove {} and make the blocks "
+                    "again",
+                    files.picture.string(), folder.parent_path().string()));
+  }
+  if (fs::exists(folder)) move_into_place(folder, directory, any_masked(inputs, frames));
 }
 
 }  // namespace raywalk::calibrate

@@ -5,19 +5,16 @@
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calibrate/base/capture_set.h"
 #include "calibrate/base/frame_poses.h"
 #include "calibrate/rectify/exposure_gains.h"
 #include "calibrate/stitch/fisheye_source.h"
+#include "core/base/block.h"
 
 namespace raywalk::calibrate {
-
-// Compares the light of all frames with a pose (exposure_gains.h); that of held-out frames with the
-// stations', which they have no part in (held_out_light.h). `mask` is that of all frames, or empty.
-ExposureResult compare_exposures(const CaptureSet& panoramas, const FramePoses& poses,
-                                 const cv::Mat& mask);
 
 // "OUT/rectified/NAME.png" and "OUT/rectified/masks/NAME.png", relative to OUT.
 std::filesystem::path rectified_file(const CaptureFrame& frame);
@@ -35,5 +32,21 @@ void write_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses
                             const std::vector<LightGain>& gains, const cv::Mat& mask,
                             const std::filesystem::path& out,
                             const std::optional<FisheyeSource>& fisheye = std::nullopt);
+
+// The same in blocks of the frames with a pose, whose files are collected in a folder that is of
+// these inputs alone: the hash of all that they depend on; one block, which keeps the files that
+// are there already; and, when all blocks are done, the replacement of OUT/rectified by the folder.
+// Throw as write_rectified_frames; the last one also for a frame that is missing.
+std::string rectified_fingerprint(const CaptureSet& panoramas, const FramePoses& poses,
+                                  const std::vector<LightGain>& gains, const cv::Mat& mask,
+                                  const std::optional<FisheyeSource>& fisheye);
+void write_rectified_block(const CaptureSet& panoramas, const FramePoses& poses,
+                           const std::vector<LightGain>& gains, const cv::Mat& mask,
+                           const std::optional<FisheyeSource>& fisheye, Block block,
+                           const std::filesystem::path& folder);
+void install_rectified_frames(const CaptureSet& panoramas, const FramePoses& poses,
+                              const cv::Mat& mask, const std::optional<FisheyeSource>& fisheye,
+                              const std::filesystem::path& folder,
+                              const std::filesystem::path& out);
 
 }  // namespace raywalk::calibrate

@@ -4,8 +4,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "calibrate/rectify/before_list.h"
+#include "calibrate/rectify/compared_light.h"
 #include "calibrate/rectify/crossing_overlay.h"
 #include "calibrate/rectify/exposure_report.h"
 #include "calibrate/rectify/frame_tables.h"
@@ -141,15 +143,29 @@ RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
   require_pose(panoramas, poses);
   make_directories(options.out);
   const cv::Mat mask = options.mask.value_or(cv::Mat());
+  std::optional<ExposureResult> exposure;
+  if (options.equalise_gain) {
+    const LightComparison light(panoramas, poses, mask);
+    exposure = light.exposures(light.compare({0, light.pairs()}));
+  }
+  write_rectified_frames(panoramas, poses, gains_of(exposure, panoramas.frames.size()), mask,
+                         options.out, options.fisheye);
+  return finish_rectified(panoramas, poses, grid, options, std::move(exposure));
+}
+
+std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames) {
+  return exposure ? exposure->gains : std::vector<LightGain>(frames, LightGain{1.0, 1.0, 1.0});
+}
+
+RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& poses,
+                               const GridResult* grid, const RectifyOptions& options,
+                               std::optional<ExposureResult> exposure) {
+  const cv::Mat mask = options.mask.value_or(cv::Mat());
   const FramePoses start = options.start.empty() ? nominal_poses(panoramas) : options.start;
   RectifyResult result;
-  result.gains.assign(panoramas.frames.size(), LightGain{1.0, 1.0, 1.0});
-  if (options.equalise_gain) {
-    result.exposure = compare_exposures(panoramas, poses, mask);
-    result.gains = result.exposure->gains;
-    spdlog::info("{}", exposure_summary(*result.exposure));
-  }
-  write_rectified_frames(panoramas, poses, result.gains, mask, options.out, options.fisheye);
+  result.gains = gains_of(exposure, panoramas.frames.size());
+  result.exposure = std::move(exposure);
+  if (result.exposure) spdlog::info("{}", exposure_summary(*result.exposure));
   const auto rows = rectified_rows(panoramas, poses, !mask.empty(), false);
   const auto truth = rectified_rows(panoramas, poses, !mask.empty(), true);
   result.frames = static_cast<int>(rows.size());

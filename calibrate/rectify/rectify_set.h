@@ -64,6 +64,14 @@ struct RectifyResult {
 RectifyResult rectify_set(const CaptureSet& panoramas, const FramePoses& poses,
                           const GridResult* grid, const RectifyOptions& options);
 
+// What rectify_set does after the frames are written. `exposure`: nullopt if it was not measured.
+RectifyResult finish_rectified(const CaptureSet& panoramas, const FramePoses& poses,
+                               const GridResult* grid, const RectifyOptions& options,
+                               std::optional<ExposureResult> exposure);
+
+// By frame; 1 if the exposures were not measured.
+std::vector<LightGain> gains_of(const std::optional<ExposureResult>& exposure, std::size_t frames);
+
 // Reads rectify.json. Throws Error naming the file if it is missing, damaged or of a newer format
 // version.
 RectifyResult read_rectify_result(const std::filesystem::path& file, const CaptureSet& set);

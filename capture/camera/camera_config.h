@@ -75,6 +75,10 @@ struct CameraConfig {
   FrameKind frames = FrameKind::kPanorama;
   int width_px = 0;  // of a frame; 0: the size of the first frame holds for the rest
   int height_px = 0;
+  // For the estimates of the plan; 0: unknown.
+  double card_gb = 0.0;      // size of a storage card, 10^9 bytes
+  int battery_pictures = 0;  // that a charge lasts for
+  double battery_min = 0.0;  // that a charge lasts for
   ExposureSettings exposure{};
   OscConfig osc{};
   V4l2Config v4l2{};

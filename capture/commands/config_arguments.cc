@@ -27,6 +27,15 @@ std::filesystem::path capture_config_file(const std::string& config) {
   return named_config(config, ConfigKind::kCapture, "config");
 }
 
+void add_lines(CLI::App* command, std::vector<std::string>* lines) {
+  command
+      ->add_option(
+          "--lines", *lines,
+          "Only these lines of the plan, as a session of their own: x0,x3-x5 (default: all)")
+      ->type_name("LINES")
+      ->delimiter(',');
+}
+
 CaptureConfig config_of(const ConfigArguments& arguments) {
   CaptureConfig config = read_capture_config(capture_config_file(arguments.config));
   if (!arguments.rig.empty()) use_rig_addresses(&config, arguments.rig);

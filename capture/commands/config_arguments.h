@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "capture/config/capture_config.h"
 
@@ -25,6 +26,9 @@ std::filesystem::path capture_config_file(const std::string& config);
 
 // Adds the arguments to a command; `arguments` must outlive it.
 void add_config(CLI::App* command, ConfigArguments* arguments);
+
+// Adds --lines, the words of select_lines (line_selection.h); `lines` must outlive the command.
+void add_lines(CLI::App* command, std::vector<std::string>* lines);
 
 // Throws UsageError as read_capture_config and use_rig_addresses do.
 CaptureConfig config_of(const ConfigArguments& arguments);

@@ -5,9 +5,12 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "capture/commands/commands.h"
 #include "capture/commands/config_arguments.h"
+#include "capture/plan/line_selection.h"
 #include "capture/plan/plan_picture.h"
 #include "capture/plan/plan_report.h"
 #include "capture/run/check_devices.h"
@@ -21,17 +24,19 @@ namespace {
 struct PlanArguments {
   std::string config{};
   std::string picture{};
+  std::vector<std::string> lines{};
   bool json = false;
 };
 
 struct CheckArguments {
   ConfigArguments config{};
   std::string disk = ".";
+  std::vector<std::string> lines{};
 };
 
 void plan(const PlanArguments& arguments) {
   const CaptureConfig config = read_capture_config(capture_config_file(arguments.config));
-  const CapturePlan plan = plan_capture(config);
+  const CapturePlan plan = select_lines(plan_capture(config), config.camera, arguments.lines);
   const PlanReport report = report_of(plan, config);
   const std::string picture =
       arguments.picture.empty()
@@ -47,7 +52,7 @@ void plan(const PlanArguments& arguments) {
 }
 
 void check(const CheckArguments& arguments) {
-  const auto checks = check_devices(config_of(arguments.config), arguments.disk);
+  const auto checks = check_devices(config_of(arguments.config), arguments.disk, arguments.lines);
   fmt::print("{}", text_of(checks));
   if (!all_usable(checks)) throw Error("a run cannot start; see the lines marked FAILS");
 }
@@ -56,11 +61,12 @@ void check(const CheckArguments& arguments) {
 
 void add_plan(CLI::App* app) {
   CLI::App* command = app->add_subcommand(
-      "plan", "Report the planned session: stations, time, storage, resolution");
+      "plan", "Report the planned session: stations, days, storage, batteries, resolution");
   auto arguments = std::make_shared<PlanArguments>();
   add_capture_config(command, &arguments->config);
   command->add_option("-o,--picture,--out", arguments->picture,
                       "SVG file to draw the plan to (default: <config>-plan.svg)");
+  add_lines(command, &arguments->lines);
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer("Example:\n  raywalk-capture plan capture.yaml");
   command->callback([arguments] { plan(*arguments); });
@@ -73,6 +79,7 @@ void add_check(CLI::App* app) {
   add_config(command, &arguments->config);
   command->add_option("--disk", arguments->disk,
                       "Directory for sessions, whose disk is checked (default: .)");
+  add_lines(command, &arguments->lines);
   command->footer("Example:\n  raywalk-capture check capture.yaml");
   command->callback([arguments] { check(*arguments); });
 }

@@ -34,9 +34,11 @@ void add_run(CLI::App* app) {
   CLI::Option* dry_run = command->add_flag("--dry-run", options->dry_run,
                                            "Move to every station without taking pictures");
   dry_run->excludes(session);
+  add_lines(command, &options->lines);
   command->add_flag("--yes", options->yes, "Do not wait for an operator to place the rail");
   command->footer(
       "Example:\n  raywalk-capture run capture.yaml --session hall\n"
+      "  raywalk-capture run capture.yaml --session monday --lines x0-x3\n"
       "Ctrl-C stops the slider and keeps what is captured; the same command resumes.\n"
       "Exit code 3: paused; fix the reported problem, then resume.");
   command->callback([arguments] {

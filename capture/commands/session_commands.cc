@@ -11,6 +11,7 @@
 #include "capture/commands/commands.h"
 #include "capture/import/import_film.h"
 #include "capture/import/import_pictures.h"
+#include "capture/session/merge_sessions.h"
 #include "capture/session/session_export.h"
 #include "capture/session/session_status.h"
 #include "capture/session/session_verify.h"
@@ -142,6 +143,27 @@ void add_export(CLI::App* app) {
   command->callback([arguments] {
     SessionReader session(arguments->directory);
     fmt::print("{}\n", escaped(export_session(&session, arguments->exported)));
+  });
+}
+
+void add_merge(CLI::App* app) {
+  CLI::App* command = app->add_subcommand(
+      "merge", "Make one session of several that captured lines of the same plan");
+  auto options = std::make_shared<MergeOptions>();
+  command->add_option("sessions", options->sessions, "Session directories")->required();
+  command->add_option("-o,--out", options->out, "Session directory to create")->required();
+  command->add_flag("--replace", options->replace,
+                    "Of a line in several sessions, take the one captured last");
+  command->add_flag("--partial", options->partial,
+                    "Accept lines that no session has, and unfinished ones");
+  command->footer(
+      "Example:\n  raywalk-capture merge monday tuesday --out hall\n"
+      "  raywalk-capture merge hall x3-again --replace --out hall-2\n"
+      "The given sessions are not modified; frames are linked where the disk allows it. The same "
+      "command resumes an interrupted merge.");
+  command->callback([options] {
+    SystemClock clock;
+    fmt::print("{}\n", merge_sessions(*options, &clock));
   });
 }
 

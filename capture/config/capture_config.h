@@ -63,13 +63,15 @@ constexpr std::string_view name_of(CaptureMode mode) {
 struct RunConfig {
   CaptureMode mode = CaptureMode::kStations;
   double video_speed_mm_s = 20.0;
-  int shots = 3;                 // tries per station before the session pauses
-  double approach_mm = 5.0;      // distance below its first station at which a line starts
-  double least_free_mb = 500.0;  // required on the session's disk, before and during a run
-  double picture_mb = 0.0;       // expected size of one picture; 0: from width and height
-  double picture_s = 0.0;        // from trigger to disk, for the estimate; 0: estimated
-  double placing_s = 300.0;      // time to place the rail, for the estimate
-  std::string place_url;         // rigs that place their own rail get each line by HTTP POST
+  int shots = 3;                  // tries per station before the session pauses
+  double approach_mm = 5.0;       // distance below its first station at which a line starts
+  double least_free_mb = 500.0;   // required on the session's disk, before and during a run
+  double picture_mb = 0.0;        // expected size of one picture; 0: from width and height
+  double picture_s = 0.0;         // from trigger to disk, for the estimate; 0: estimated
+  double placing_s = 300.0;       // time to place the rail, for the estimate
+  double work_h_per_day = 0.0;    // hours of capture on a day, for the estimate; 0: unknown
+  double battery_change_s = 0.0;  // time to change the camera's battery, for the estimate
+  std::string place_url;          // rigs that place their own rail get each line by HTTP POST
   double place_timeout_ms = 60000.0;
 };
 

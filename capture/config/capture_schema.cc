@@ -9,13 +9,15 @@ namespace {
 constexpr double kMaxLength_m = 1000.0;  // of anything in the plan
 constexpr double kMaxLength_mm = 1e6;
 constexpr double kMaxTime_ms = 3.6e6;
+constexpr int kMaxCells = 1000;  // along a side
+constexpr int kMaxPlacements = 1000;
 constexpr std::size_t kMaxValidationLines = 100;
 constexpr std::size_t kMaxExposures = 9;
 
 void bind_grid(SettingsSchema* schema, CaptureGrid* grid) {
   schema->number("grid.cell_side_m", &grid->cell_side_m, 0.01, 100.0)
-      .integer("grid.cells_x", &grid->cells_x, 1, 16)
-      .integer("grid.cells_z", &grid->cells_z, 1, 16)
+      .integer("grid.cells_x", &grid->cells_x, 1, kMaxCells)
+      .integer("grid.cells_z", &grid->cells_z, 1, kMaxCells)
       .number("grid.spacing_mm", &grid->spacing_mm, 0.1, 1e5)
       .number("grid.k_deg", &grid->k_deg, 45.0, 90.0)
       .number("grid.blend_deg", &grid->blend_deg, 0.0, 45.0)
@@ -66,7 +68,8 @@ void bind_slider(SettingsSchema* schema, SliderConfig* slider) {
       .path("slider.register_map", &slider->register_map)
       .number("slider.low_limit_mm", &slider->low_limit_mm, -kMaxLength_mm, kMaxLength_mm)
       .number("slider.high_limit_mm", &slider->high_limit_mm, -kMaxLength_mm, kMaxLength_mm)
-      .number("slider.first_station_mm", &slider->first_station_mm, -kMaxLength_mm, kMaxLength_mm);
+      .number("slider.first_station_mm", &slider->first_station_mm, -kMaxLength_mm, kMaxLength_mm)
+      .integer("slider.placements_per_line", &slider->placements_per_line, 1, kMaxPlacements);
   bind_motion(schema, &slider->motion);
 }
 
@@ -81,6 +84,9 @@ void bind_camera(SettingsSchema* schema, CameraConfig* camera) {
       .integer("camera.exposure.white_balance_k", &camera->exposure.white_balance_k, 0, 100000)
       .numbers("camera.exposure.bracket_ev", &camera->exposure.bracket_ev, -10.0, 10.0,
                kMaxExposures)
+      .number("camera.card_gb", &camera->card_gb, 0.0, 1e6)
+      .integer("camera.battery_pictures", &camera->battery_pictures, 0, 1000000)
+      .number("camera.battery_min", &camera->battery_min, 0.0, 1e5)
       .text("camera.osc.url", &camera->osc.url)
       .number("camera.osc.connect_timeout_ms", &camera->osc.connect_timeout_ms, 1.0, kMaxTime_ms)
       .number("camera.osc.picture_timeout_ms", &camera->osc.picture_timeout_ms, 1.0, kMaxTime_ms)
@@ -116,6 +122,8 @@ void bind_run(SettingsSchema* schema, RunConfig* run) {
       .number("run.picture_mb", &run->picture_mb, 0.0, 1e5)
       .number("run.picture_s", &run->picture_s, 0.0, 3600.0)
       .number("run.placing_s", &run->placing_s, 0.0, 86400.0)
+      .number("run.work_h_per_day", &run->work_h_per_day, 0.0, 24.0)
+      .number("run.battery_change_s", &run->battery_change_s, 0.0, 86400.0)
       .text("run.place_url", &run->place_url)
       .number("run.place_timeout_ms", &run->place_timeout_ms, 1.0, kMaxTime_ms);
 }

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/base/units.h"
 
@@ -149,15 +151,51 @@ void add_validation_lines(const CaptureConfig& config, std::vector<LinePlace>* l
   }
 }
 
-CaptureLine line_with_stations(const LinePlace& place, double first_station_mm) {
+// The number of placements of the rail that a line is captured in; 1 if even the slider's limits
+// leave no room for two stations, which require_within_limits reports.
+int placements_needed(const CaptureConfig& config, const LinePlace& place) {
+  const SliderConfig& slider = config.slider;
+  const double step_mm = place.run.step_m * kMillimetresPerMetre;
+  const double room_mm = slider.high_limit_mm - slider.first_station_mm;
+  const int held = static_cast<int>(std::floor(room_mm / step_mm + kWholeStep)) + 1;
+  if (slider.placements_per_line == 1 || held < 2) return 1;
+  const int stations = place.run.steps + 1;
+  const int needed = (stations + held - 1) / held;
+  if (needed > slider.placements_per_line) {
+    refuse_setting(config, "slider.placements_per_line",
+                   fmt::format("is {}, but line {} of {:.6g} m needs {} placements of the rail",
+                               slider.placements_per_line, place.id,
+                               place.run.last_m() - place.run.first_m, needed));
+  }
+  if (needed > 1 && config.run.mode == CaptureMode::kVideo) {
+    refuse_setting(config, "run.mode",
+                   fmt::format("is video, but line {} of {:.6g} m needs {} placements of the rail; "
+                               "only a line of one placement can be filmed",
+                               place.id, place.run.last_m() - place.run.first_m, needed));
+  }
+  return needed;
+}
+
+// The placements have the same number of stations, or the first ones one more.
+CaptureLine line_with_stations(const LinePlace& place, double first_station_mm, int placements) {
   CaptureLine line{place.id, place.axis, place.across_m, place.validation, {}};
   const std::size_t digits = std::max<std::size_t>(3, fmt::formatted_size("{}", place.run.steps));
-  for (int i = 0; i <= place.run.steps; ++i) {
+  const int stations = place.run.steps + 1;
+  const int each = stations / placements, longer = stations % placements;
+  int left = 0;   // stations of this placement still to be added
+  int first = 0;  // station of this placement
+  int placement = 0;
+  for (int i = 0; i < stations; ++i, --left) {
+    if (left == 0) {
+      first = i;
+      left = each + (placement++ < longer ? 1 : 0);
+    }
     const double along_m = place.run.at(i);
-    line.stations.push_back({fmt::format("{}_{:0{}}", place.id, i, digits),
-                             place.axis == LineAxis::kX ? PlanPoint{along_m, place.across_m}
-                                                        : PlanPoint{place.across_m, along_m},
-                             first_station_mm + i * place.run.step_m * kMillimetresPerMetre});
+    line.stations.push_back(
+        {fmt::format("{}_{:0{}}", place.id, i, digits),
+         place.axis == LineAxis::kX ? PlanPoint{along_m, place.across_m}
+                                    : PlanPoint{place.across_m, along_m},
+         first_station_mm + (i - first) * place.run.step_m * kMillimetresPerMetre});
   }
   return line;
 }
@@ -165,7 +203,8 @@ CaptureLine line_with_stations(const LinePlace& place, double first_station_mm) 
 void require_within_limits(const CaptureConfig& config, const CaptureLine& line) {
   const SliderConfig& slider = config.slider;
   const CaptureStation& first = line.stations.front();
-  const CaptureStation& last = line.stations.back();
+  const CaptureStation& last =
+      *std::ranges::max_element(line.stations, {}, &CaptureStation::rail_mm);
   if (first.rail_mm < slider.low_limit_mm) {
     refuse_setting(config, "slider.low_limit_mm",
                    fmt::format("is {}, which excludes station {} at {:.3f} mm on the rail",
@@ -174,7 +213,8 @@ void require_within_limits(const CaptureConfig& config, const CaptureLine& line)
   if (last.rail_mm > slider.high_limit_mm) {
     refuse_setting(config, "slider.high_limit_mm",
                    fmt::format("is {}, which excludes station {} at {:.3f} mm on the rail; shorten "
-                               "the line or use a longer rail",
+                               "the line, use a longer rail, or let the line have several "
+                               "placements of the rail with slider.placements_per_line",
                                slider.high_limit_mm, last.name, last.rail_mm));
   }
 }
@@ -210,6 +250,33 @@ std::size_t CapturePlan::stations() const {
       [](std::size_t sum, const CaptureLine& line) { return sum + line.stations.size(); });
 }
 
+std::vector<CaptureLine> placements_of(const CaptureLine& line) {
+  std::vector<CaptureLine> placements;
+  double before_mm = std::numeric_limits<double>::infinity();
+  for (const CaptureStation& station : line.stations) {
+    if (station.rail_mm <= before_mm) {
+      const int number = static_cast<int>(placements.size()) + 1;
+      placements.push_back({line.id, line.axis, line.across_m, line.validation, {}, number});
+    }
+    placements.back().stations.push_back(station);
+    before_mm = station.rail_mm;
+  }
+  return placements;
+}
+
+std::string placement_id(const CaptureLine& placement) {
+  if (placement.placement == 1) return placement.id;
+  return fmt::format("{}-{}", placement.id, placement.placement);
+}
+
+std::vector<CaptureLine> placements_of(const CapturePlan& plan) {
+  std::vector<CaptureLine> all;
+  for (const CaptureLine& line : plan.lines) {
+    for (CaptureLine& placement : placements_of(line)) all.push_back(std::move(placement));
+  }
+  return all;
+}
+
 // A viewpoint in a cell has the distance b to one side and a to an adjacent side. It sees their
 // corner at the angle c = atan2(a, b) from the normal of the first side. The hybrid connection
 // switches between the lines of the two sides at the cut clamp(c, 90 - k, k). A ray at the angle g
@@ -233,7 +300,8 @@ CapturePlan plan_capture(const CaptureConfig& config) {
   std::vector<LinePlace> places = grid_lines(config, &plan.overhang_m);
   add_validation_lines(config, &places);
   for (const LinePlace& place : places) {
-    plan.lines.push_back(line_with_stations(place, config.slider.first_station_mm));
+    plan.lines.push_back(line_with_stations(place, config.slider.first_station_mm,
+                                            placements_needed(config, place)));
     require_within_limits(config, plan.lines.back());
   }
   return plan;
@@ -242,10 +310,13 @@ CapturePlan plan_capture(const CaptureConfig& config) {
 std::string plan_json(const CapturePlan& plan, const CameraConfig& camera) {
   nlohmann::json lines = nlohmann::json::array();
   for (const CaptureLine& line : plan.lines) lines.push_back(json_of(line));
-  return nlohmann::json{{"frames", name_of(camera.frames)},
-                        {"bracket_ev", camera.exposure.bracket_ev},
-                        {"lines", lines}}
-      .dump();
+  nlohmann::json json{{"frames", name_of(camera.frames)},
+                      {"bracket_ev", camera.exposure.bracket_ev},
+                      {"lines", lines}};
+  if (plan.part_of) {
+    json["part_of"] = {{"lines", plan.part_of->lines}, {"sha256", plan.part_of->sha256}};
+  }
+  return json.dump();
 }
 
 }  // namespace raywalk::capture

@@ -211,6 +211,33 @@ TEST(CapturePlan, SoftLimitsThatExcludeAStationAreRefused) {
   EXPECT_THAT(error_of(config), HasSubstr("excludes station v0_008"));
 }
 
+TEST(CapturePlan, ALineLongerThanTheRailHasSeveralPlacements) {
+  CaptureConfig config = one_cell_config();
+  config.grid.cells_x = 3;
+  config.grid.overhang_mm = 0.0;
+  config.slider.first_station_mm = 500.0;  // 31 stations per placement, up to 2000 mm
+  config.slider.placements_per_line = 2;
+  const CapturePlan plan = plan_capture(config);  // lines along x of 61 stations
+  const std::vector<CaptureLine> parts = placements_of(plan.lines[0]);
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_EQ(parts[0].id, "x0");
+  EXPECT_EQ(parts[0].stations.size(), 31u);
+  EXPECT_EQ(parts[1].stations.size(), 30u);
+  EXPECT_EQ(parts[1].stations.front().name, "x0_031");
+  EXPECT_EQ(parts[1].stations.front().rail_mm, 500.0);
+  EXPECT_NEAR(parts[1].stations.front().position_m.x_m, -1.5 + 31 * 0.05, 1e-12);
+  EXPECT_EQ(placements_of(plan).size(), 2u * 2u + 4u);
+
+  config.slider.first_station_mm = 600.0;  // 29: three placements
+  EXPECT_THAT(error_of(config),
+              HasSubstr("'slider.placements_per_line' is 2, but line x0 of 3 m needs 3"));
+  config.slider.placements_per_line = 1;
+  EXPECT_THAT(error_of(config), HasSubstr("slider.placements_per_line"));
+  config.slider.placements_per_line = 3;
+  config.run.mode = CaptureMode::kVideo;
+  EXPECT_THAT(error_of(config), HasSubstr("only a line of one placement can be filmed"));
+}
+
 TEST(CapturePlan, TooManyStationsAreRefused) {
   CaptureConfig config = one_cell_config();
   config.slider.high_limit_mm = 1e6;

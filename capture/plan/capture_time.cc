@@ -77,14 +77,20 @@ double picture_s(const CaptureConfig& config) {
   return (at_one_press ? 1.0 : exposures) * one_exposure_s(camera);
 }
 
+double homing_s(const CaptureConfig& config) {
+  const SliderConfig& slider = config.slider;
+  return move_s(slider.high_limit_mm - slider.low_limit_mm, slider.motion.profile);
+}
+
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) {
   const SliderConfig& slider = config.slider;
   const MotionRules& motion = slider.motion;
   const bool film = config.run.mode == CaptureMode::kVideo;
   CaptureTime time;
-  time.motion_s = move_s(slider.high_limit_mm - slider.low_limit_mm, motion.profile);
+  time.motion_s = homing_s(config);
   double at_mm = slider.low_limit_mm;
-  for (const CaptureLine& line : plan.lines) {
+  const std::vector<CaptureLine> placements = placements_of(plan);
+  for (const CaptureLine& line : placements) {
     time.motion_s += move_s(std::abs(at_mm - approach_mm(line, config)), motion.profile);
     time.motion_s += film ? film_s(line, config) : station_moves_s(line, config);
     const double stops = film ? 2.0 : static_cast<double>(line.stations.size()) + 1.0;
@@ -92,7 +98,7 @@ CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config) 
     at_mm = line.stations.back().rail_mm;
   }
   if (!film) time.pictures_s = static_cast<double>(plan.stations()) * picture_s(config);
-  time.placing_s = static_cast<double>(plan.lines.size()) * config.run.placing_s;
+  time.placing_s = static_cast<double>(placements.size()) * config.run.placing_s;
   return time;
 }
 

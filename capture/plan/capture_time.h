@@ -8,13 +8,13 @@ namespace raywalk::capture {
 // Duration in seconds of a move of `distance_mm` >= 0 from rest to rest.
 double move_s(double distance_mm, const MotionProfile& profile);
 
-// Seconds. Motion includes the moves between stations and to the start of the next line, and
-// homing, taken as one move along the whole rail.
+// Seconds. Motion includes the moves between stations and to the start of the next placement of the
+// rail, and homing once.
 struct CaptureTime {
   double motion_s = 0.0;
   double settling_s = 0.0;
   double pictures_s = 0.0;
-  double placing_s = 0.0;  // of the rail, once per line
+  double placing_s = 0.0;  // of the rail, once per placement
   double total_s() const { return motion_s + settling_s + pictures_s + placing_s; }
 };
 
@@ -22,6 +22,9 @@ struct CaptureTime {
 // run.picture_s if set, else an estimate from the waiting times in the camera's configuration and
 // the usual times of its kind of camera.
 double picture_s(const CaptureConfig& config);
+
+// Seconds that homing takes, taken as one move along the whole rail.
+double homing_s(const CaptureConfig& config);
 
 CaptureTime estimate_time(const CapturePlan& plan, const CaptureConfig& config);
 

@@ -43,12 +43,27 @@ std::optional<SpacingReport> spacing_report(const CaptureScene& scene, int width
   return report;
 }
 
+void add_to_group(const CaptureLine& line, std::vector<LineGroup>* groups) {
+  if (groups->empty() || groups->back().axis != line.axis) {
+    const PlanPoint& from = line.stations.front().position_m;
+    const PlanPoint& to = line.stations.back().position_m;
+    groups->push_back({line.axis, 0, line.id, "", line.stations.size(),
+                       std::hypot(to.x_m - from.x_m, to.z_m - from.z_m),
+                       placements_of(line).size()});
+  }
+  groups->back().lines += 1;
+  groups->back().last = line.id;
+}
+
 void add_lines(const CapturePlan& plan, PlanReport* report) {
   report->first_mm = plan.lines.front().stations.front().rail_mm;
   for (const CaptureLine& line : plan.lines) {
     (line.validation ? report->validation_lines : report->lines) += 1;
     (line.validation ? report->validation_stations : report->stations) += line.stations.size();
-    report->last_mm = std::max(report->last_mm, line.stations.back().rail_mm);
+    for (const CaptureStation& station : line.stations) {
+      report->last_mm = std::max(report->last_mm, station.rail_mm);
+    }
+    if (!line.validation) add_to_group(line, &report->groups);
   }
 }
 
@@ -70,6 +85,12 @@ std::string lines_text(const PlanReport& report) {
   std::string text = fmt::format(
       "lines:     {}, {}, {} mm apart\n", counted(static_cast<std::size_t>(report.lines), "line"),
       counted(report.stations, "station"), plain_number(report.spacing_mm, 3));
+  for (const LineGroup& group : report.groups) {
+    text += fmt::format("           {} along {} ({} to {}): {}, {} m and {} of the rail each\n",
+                        group.lines, name_of(group.axis), group.first, group.last,
+                        counted(group.stations, "station"), plain_number(group.length_m, 3),
+                        counted(group.placements, "placement"));
+  }
   if (report.validation_lines > 0) {
     text += fmt::format("           {} for validation, {}\n",
                         counted(static_cast<std::size_t>(report.validation_lines), "line"),
@@ -158,6 +179,20 @@ nlohmann::json number_or_null(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
+nlohmann::json groups_json(const std::vector<LineGroup>& groups) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const LineGroup& group : groups) {
+    json.push_back({{"axis", name_of(group.axis)},
+                    {"lines", group.lines},
+                    {"first", group.first},
+                    {"last", group.last},
+                    {"stations_per_line", group.stations},
+                    {"length_m", group.length_m},
+                    {"placements_per_line", group.placements}});
+  }
+  return json;
+}
+
 nlohmann::json spacing_json(const std::optional<SpacingReport>& spacing) {
   if (!spacing) return {};
   return {{"panorama_width_px", spacing->panorama_width_px},
@@ -187,6 +222,7 @@ PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
   report.picture_s = picture_s(config);
   report.time = estimate_time(plan, config);
   report.picture_mb = megabytes_of_picture(config);
+  report.work = field_work(plan, config, report.time, report.pictures(), report.picture_mb);
   report.spacing = spacing_report(config.scene, config.camera.width_px, report.spacing_mm);
   report.quality = quality_report(report.spacing_mm, config.scene.nearest_m, measured_rooms());
   return report;
@@ -194,12 +230,15 @@ PlanReport report_of(const CapturePlan& plan, const CaptureConfig& config) {
 
 std::string plan_report_text(const PlanReport& report) {
   return lines_text(report) + rail_text(report) + overhang_text(report) + time_text(report) +
-         storage_text(report) + spacing_text(report) + quality_text(report.quality) +
-         warnings_text(report);
+         storage_text(report) + field_work_text(report.work) + spacing_text(report) +
+         quality_text(report.quality) + warnings_text(report);
 }
 
 nlohmann::json plan_report_json(const PlanReport& report) {
-  return {{"grid", {{"lines", report.lines}, {"stations", report.stations}}},
+  return {{"grid",
+           {{"lines", report.lines},
+            {"stations", report.stations},
+            {"groups", groups_json(report.groups)}}},
           {"validation",
            {{"lines", report.validation_lines}, {"stations", report.validation_stations}}},
           {"rail",
@@ -223,6 +262,7 @@ nlohmann::json plan_report_json(const PlanReport& report) {
            {{"pictures", report.pictures()},
             {"exposures_per_station", report.exposures},
             {"picture_mb", number_or_null(report.picture_mb)}}},
+          {"work", field_work_json(report.work)},
           {"spacing_mm", report.spacing_mm},
           {"spacing", spacing_json(report.spacing)},
           {"quality", quality_json(report.quality)},

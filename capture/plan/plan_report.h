@@ -5,9 +5,11 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "capture/plan/capture_plan.h"
 #include "capture/plan/capture_time.h"
+#include "capture/plan/field_work.h"
 #include "capture/plan/quality_report.h"
 
 namespace raywalk::capture {
@@ -27,8 +29,20 @@ struct SpacingReport {
   bool too_coarse() const { return ghost_px && *ghost_px > tolerance_px; }
 };
 
+// The lines of the grid along one axis, which are equal but for their place.
+struct LineGroup {
+  LineAxis axis = LineAxis::kX;
+  int lines = 0;
+  std::string first{};         // their ids: "x0"
+  std::string last{};          // "x6"
+  std::size_t stations = 0;    // of each
+  double length_m = 0.0;       // of each, first to last station
+  std::size_t placements = 0;  // of the rail, for each
+};
+
 struct PlanReport {
-  int lines = 0;  // of the grid
+  int lines = 0;                    // of the grid
+  std::vector<LineGroup> groups{};  // of the grid's lines
   std::size_t stations = 0;
   int validation_lines = 0;
   std::size_t validation_stations = 0;
@@ -49,7 +63,8 @@ struct PlanReport {
 
   double picture_s = 0.0;  // per station
   CaptureTime time{};
-  std::optional<double> picture_mb{};      // of one exposure; none if it cannot be estimated
+  std::optional<double> picture_mb{};  // of one exposure; none if it cannot be estimated
+  FieldWork work{};
   std::optional<SpacingReport> spacing{};  // none if camera.width_px is unknown
   std::optional<QualityReport> quality{};  // none if scene.nearest_m is unknown
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -41,6 +43,34 @@ TEST(PlanReport, CountsValidationLinesAndStationsApart) {
   EXPECT_THAT(plan_report_text(report), AllOf(HasSubstr("4 lines, 132 stations, 50 mm apart\n"),
                                               HasSubstr("1 line for validation, 5 stations\n")));
   EXPECT_THAT(text_on(one_cell_config()), Not(HasSubstr("validation")));
+}
+
+// 50 stations per side, as many as the 36,700 panoramas of 336 cells have.
+CaptureConfig config_of_336_cells() {
+  CaptureConfig config = config_4096();
+  config.grid = {.cell_side_m = 1.0, .cells_x = 56, .cells_z = 6, .spacing_mm = 20.0};
+  config.slider.first_station_mm = 50.0;
+  config.slider.placements_per_line = 100;
+  return config;
+}
+
+TEST(PlanReport, APlanOf336CellsIsSummedUpInAFewLines) {
+  const auto begin = std::chrono::steady_clock::now();
+  const CaptureConfig config = config_of_336_cells();
+  const std::string text = text_on(config);
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin;
+  EXPECT_LT(passed.count(), 1.0);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("64 lines, 38684 stations, 20 mm apart\n"),
+                    HasSubstr("7 along x (x0 to x6): 2831 stations, 56.6 m and 29 placements "
+                              "of the rail each\n"),
+                    HasSubstr("57 along z (z0 to z56): 331 stations, 6.6 m and 4 placements "
+                              "of the rail each\n"),
+                    HasSubstr("days:      431 placements of the rail; set run.work_h_per_day"),
+                    HasSubstr("cards:     not known; set camera.card_gb"),
+                    HasSubstr("batteries: not known; set camera.battery_pictures")));
+  EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 25);
+  EXPECT_EQ(plan_report_json(report_on(config))["grid"]["groups"][1]["placements_per_line"], 4);
 }
 
 TEST(PlanReport, TheRailIsThatOfTheLongestLine) {

@@ -45,9 +45,10 @@ void CaptureSequence::run(const CapturePlan& plan) {
 void CaptureSequence::capture_lines(const CapturePlan& plan) {
   Progress progress("capture", static_cast<std::int64_t>(count_missing(plan, *parts_.session)),
                     "stations");
-  const int count = static_cast<int>(plan.lines.size());
+  const std::vector<CaptureLine> placements = placements_of(plan);
+  const int count = static_cast<int>(placements.size());
   for (int i = 0; i < count; ++i) {
-    const CaptureLine& line = plan.lines[i];
+    const CaptureLine& line = placements[i];
     const auto missing = missing_stations(line, *parts_.session);
     if (missing.empty()) continue;
     state_.place = "line " + line.id;

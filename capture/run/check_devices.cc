@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "capture/plan/line_selection.h"
 #include "capture/plan/plan_report.h"
 #include "capture/run/open_devices.h"
 #include "core/base/error.h"
@@ -89,9 +90,10 @@ DeviceCheck check(const std::string& device, const std::function<std::string()>&
 }  // namespace
 
 std::vector<DeviceCheck> check_devices(const CaptureConfig& config,
-                                       const std::filesystem::path& disk) {
+                                       const std::filesystem::path& disk,
+                                       const std::vector<std::string>& lines) {
   SystemClock clock;
-  const CapturePlan plan = plan_capture(config);
+  const CapturePlan plan = select_lines(plan_capture(config), config.camera, lines);
   const std::size_t pictures = plan.stations() * config.camera.exposure.bracket_ev.size();
   return {check("slider", [&] { return check_slider(config, &clock); }),
           check("camera", [&] { return check_camera(config, pictures, &clock); }),

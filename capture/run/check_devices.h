@@ -17,9 +17,11 @@ struct DeviceCheck {
   std::string text;  // identity and state, or the error and what to do
 };
 
-// Checks all devices even if one fails. `disk` is the directory where sessions will be written.
+// Checks all devices even if one fails. `disk` is the directory where sessions will be written,
+// `lines` as for select_lines (line_selection.h).
 std::vector<DeviceCheck> check_devices(const CaptureConfig& config,
-                                       const std::filesystem::path& disk);
+                                       const std::filesystem::path& disk,
+                                       const std::vector<std::string>& lines);
 
 // Checks before a run whether its pictures will fit. Throw Error if the camera reports room for
 // fewer pictures, or if the disk of the directory has less free space than the pictures (as far as

@@ -83,8 +83,10 @@ class UrlPlacer final : public RailPlacer {
     client.set_read_timeout(timeout);
     const PlanPoint start = line.stations.front().position_m;
     const PlanPoint end = line.stations.back().position_m;
-    const nlohmann::json request = {
-        {"line", line.id}, {"start_m", {start.x_m, start.z_m}}, {"end_m", {end.x_m, end.z_m}}};
+    const nlohmann::json request = {{"line", line.id},
+                                    {"placement", line.placement},
+                                    {"start_m", {start.x_m, start.z_m}},
+                                    {"end_m", {end.x_m, end.z_m}}};
     const httplib::Result reply = client.Post(url.path, request.dump(), "application/json");
     if (!reply) {
       throw Error(
@@ -109,10 +111,11 @@ std::string placement_text(const CaptureLine& line, int number, int count) {
   const CaptureStation& first = line.stations.front();
   const CaptureStation& last = line.stations.back();
   return fmt::format(
-      "Line {} ({} of {}): place the rail along {}. Its position {:.1f} mm belongs at {}; it runs "
+      "Line {} ({} of {}), stations {} to {}: place the rail along {}. Its position {:.1f} mm "
+      "belongs at {}; it runs "
       "towards +{} to {} at {:.1f} mm.",
-      line.id, number, count, name_of(line.axis), first.rail_mm, point_text(first.position_m),
-      name_of(line.axis), point_text(last.position_m), last.rail_mm);
+      line.id, number, count, first.name, last.name, name_of(line.axis), first.rail_mm,
+      point_text(first.position_m), name_of(line.axis), point_text(last.position_m), last.rail_mm);
 }
 
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes) {

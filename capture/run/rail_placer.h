@@ -1,5 +1,5 @@
 // Placing the rail at the next line: the slider has one axis, so each line of a grid needs its own
-// placement.
+// placement, or several if it is longer than the rail.
 #pragma once
 
 #include <memory>
@@ -10,20 +10,23 @@
 
 namespace raywalk::capture {
 
-// One line of text that says where to place the rail for a line. `number` of `count` lines, from 1.
+// One line of text that says where to place the rail for a placement (placements_of of
+// capture_plan.h). `number` of `count` placements, from 1.
 std::string placement_text(const CaptureLine& line, int number, int count);
 
 class RailPlacer {
  public:
   virtual ~RailPlacer() = default;
 
-  // Returns when the rail is at the line. Throws Error if it cannot be placed, and Interrupted.
+  // Returns when the rail is at the stations of `line`, one placement. Throws Error if it cannot be
+  // placed, and Interrupted.
   virtual void place(const CaptureLine& line, int number, int count) = 0;
 };
 
 // If `config.place_url` is set, the rig places the rail itself on an HTTP POST of {"line": ...,
-// "start_m": [x, z], "end_m": [x, z]} (metres, world frame). Otherwise, with `yes`, the rail is
-// taken to be in place; without it, the operator is told where to place it and presses Enter.
+// "placement": number on the line from 1, "start_m": [x, z], "end_m": [x, z]} (metres, world
+// frame). Otherwise, with `yes`, the rail is taken to be in place; without it, the operator is told
+// where to place it and presses Enter.
 std::unique_ptr<RailPlacer> make_rail_placer(const RunConfig& config, bool yes);
 
 }  // namespace raywalk::capture

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "capture/plan/line_selection.h"
 #include "capture/run/capture_sequence.h"
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
@@ -24,10 +25,11 @@ std::string dry_run(const CapturePlan& plan, const CaptureConfig& config, RailPl
   Carriage carriage(slider.get(), &clock, limits_of(config.slider), config.slider.motion);
   carriage.home();
   Progress progress("dry run", static_cast<std::int64_t>(plan.stations()), "stations");
-  const int count = static_cast<int>(plan.lines.size());
+  const std::vector<CaptureLine> placements = placements_of(plan);
+  const int count = static_cast<int>(placements.size());
   for (int i = 0; i < count; ++i) {
-    placer->place(plan.lines[i], i + 1, count);
-    for (const CaptureStation& station : plan.lines[i].stations) {
+    placer->place(placements[i], i + 1, count);
+    for (const CaptureStation& station : placements[i].stations) {
       carriage.move_to(carriage.limits().require(station.rail_mm, "station " + station.name));
       progress.advance();
     }
@@ -91,7 +93,7 @@ std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
 
 std::string run_session(const CaptureConfig& config, const RunOptions& options) {
   const DeferStopSignals protection;
-  const CapturePlan plan = plan_capture(config);
+  const CapturePlan plan = select_lines(plan_capture(config), config.camera, options.lines);
   const auto placer = make_rail_placer(config.run, options.yes);
   if (options.dry_run) return dry_run(plan, config, placer.get());
 

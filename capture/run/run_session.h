@@ -3,15 +3,17 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "capture/config/capture_config.h"
 
 namespace raywalk::capture {
 
 struct RunOptions {
-  std::filesystem::path session;  // directory, created or resumed; not touched by a dry run
-  bool dry_run = false;           // moves to every station without taking pictures
-  bool yes = false;               // as for make_rail_placer
+  std::filesystem::path session;     // directory, created or resumed; not touched by a dry run
+  bool dry_run = false;              // moves to every station without taking pictures
+  bool yes = false;                  // as for make_rail_placer
+  std::vector<std::string> lines{};  // as for select_lines; empty: all
 };
 
 // Homes the slider, then captures the stations that the session lacks; `config` was read from a

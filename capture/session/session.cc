@@ -148,10 +148,10 @@ void Session::require_plan(const CapturePlan& plan, const CaptureConfig& config)
   std::string difference = plan_difference(planned, plan);
   if (difference.empty()) difference = json_difference(there, here);
   if (difference.empty()) return;
-  throw Error(
-      fmt::format("{}: holds another plan: {}; use the configuration it was started with, or "
-                  "another directory",
-                  directory_.string(), difference));
+  throw Error(fmt::format(
+      "{}: holds another plan: {}; use the configuration and the --lines it was started "
+      "with, or another directory",
+      directory_.string(), difference));
 }
 
 void Session::require_frames_directory() {

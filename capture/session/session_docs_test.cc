@@ -25,6 +25,7 @@ class SessionDocsTest : public testing::Test {
   SessionDocsTest() {
     const std::unique_ptr<Session> session = capture_.open();
     session->record_event("run-started", "a slider, a camera");
+    session->record_event("merged", "x0: 3 stations of monday");
     session->fail_attempt(session->begin_attempt("x0_000", 50.0), "stall", "it stood still");
     capture_.capture_missing(session.get());
     const JournalSample samples[] = {{capture_.clock.wall_now(), 50.0},
@@ -67,7 +68,7 @@ class SessionDocsTest : public testing::Test {
 
 TEST_F(SessionDocsTest, EveryExampleReturnsRows) {
   SqliteConnection connection = open_session_to_read(capture_.directory);
-  ASSERT_THAT(queries(), SizeIs(8));
+  ASSERT_THAT(queries(), SizeIs(9));
   for (const std::string& query : queries()) {
     SqliteStatement statement(&connection, query);
     EXPECT_TRUE(statement.step()) << query;

@@ -53,8 +53,7 @@ Vector2d free_place(int number, HashRandom* random) {
 
 Eigen::Vector3d in_world(const RoomPlan& plan, int cell, const Vector2d& in_cell) {
   const int column = cell % plan.cells_x, row = cell / plan.cells_x;
-  const Vector2d centre(column + 0.5 - 0.5 * plan.cells_x, row + 0.5 - 0.5 * plan.cells_z);
-  const Vector2d at_m = plan.unit_m * plan.cell_side * (centre + in_cell);
+  const Vector2d at_m = plan.unit_m * plan.cell_side * (plan.cell_centre(column, row) + in_cell);
   return {at_m.x(), 0.0, at_m.y()};
 }
 
@@ -84,11 +83,11 @@ std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count) {
   if (plan.lines.size() == 1) return between_stations(plan, count, &random);
   const auto& along = plan.lines.front().along;
   const std::vector<InCell> hard = hard_cases((along[1] - along[0]) / plan.cell_side, &random);
-  const int cells = plan.cells_x * plan.cells_z;
+  const int cells = static_cast<int>(plan.truth_cells.size());
   const int first_cell = random.below(cells);
   std::vector<TruthViewpoint> viewpoints;
   for (int i = 0; i < count; ++i) {
-    const int cell = (first_cell + i) % cells;
+    const int cell = plan.truth_cells[static_cast<std::size_t>((first_cell + i) % cells)];
     const int number = i - static_cast<int>(hard.size());
     if (number < 0) {
       const InCell& place = hard[static_cast<std::size_t>(i)];

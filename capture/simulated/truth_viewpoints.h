@@ -15,7 +15,7 @@ struct TruthViewpoint {
   Eigen::Vector3d position_m{0, 0, 0};  // world frame
 };
 
-// `count` viewpoints at the height of the lines, distributed over the cells by the seed. The first
+// `count` viewpoints at the height of the lines, distributed over plan.truth_cells by the seed. The first
 // ten are the hard cases: the centre, four quarter points, near a corner, near two edges, on a line
 // between two stations and on a station. The others are stratified random positions in a cell. A
 // plan of a single line has viewpoints between its stations, half of them a little beside the line.

@@ -58,6 +58,7 @@ struct SliderConfig {
   double low_limit_mm = 0.0;  // soft limits
   double high_limit_mm = 0.0;
   double first_station_mm = 0.0;  // position of the first station of every line on the rail
+  int placements_per_line = 1;    // of the rail, at most: lines longer than the rail need several
   MotionRules motion{};
 };
 

@@ -5,6 +5,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
@@ -86,6 +88,26 @@ void parallel_for(int begin, int end, int grain, const std::function<void(int, i
         body(range.begin(), range.end());
       },
       tbb::simple_partitioner());
+}
+
+void check_in_parallel(int count, const std::function<void(int)>& check) {
+  constexpr int kGrain = 8;
+  std::atomic<int> least = count;
+  std::exception_ptr failure;
+  std::mutex mutex;
+  parallel_for(0, count, kGrain, [&](int begin, int end) {
+    for (int i = begin; i < std::min(end, least.load()); ++i) {
+      try {
+        check(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (i >= least) continue;
+        least = i;
+        failure = std::current_exception();
+      }
+    }
+  });
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace raywalk

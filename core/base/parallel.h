@@ -20,4 +20,9 @@ int thread_count();
 // started finish, the others are skipped, and the exception is rethrown here.
 void parallel_for(int begin, int end, int grain, const std::function<void(int, int)>& body);
 
+// Calls check(i) for every i in [0, count), in parallel. Of the exceptions that checks throw the
+// one of the least i is rethrown, so that the message does not depend on timing; checks of larger i
+// may be skipped then.
+void check_in_parallel(int count, const std::function<void(int)>& check);
+
 }  // namespace raywalk

@@ -33,10 +33,11 @@ bool complete(std::int64_t done, std::int64_t total) { return total > 0 && done 
 
 }  // namespace
 
-Progress::Progress(std::string what, std::int64_t total, std::string unit)
+Progress::Progress(std::string what, std::int64_t total, std::string unit, Shown shown)
     : what_(std::move(what)),
       unit_(std::move(unit)),
       total_(total),
+      shown_(shown),
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(steady_clock::now()),
       last_print_(start_) {}
@@ -51,6 +52,9 @@ void Progress::advance(std::int64_t units) {
   const std::lock_guard lock(mutex_);
   const bool was_complete = complete(done_, total_);
   done_ += units;
+  if (shown_ == Shown::kIfLong && printed_ < 0 && steady_clock::now() - start_ < kLogInterval) {
+    return;
+  }
   if (complete(done_, total_)) {
     if (!was_complete) print(true);
     return;
@@ -61,9 +65,8 @@ void Progress::advance(std::int64_t units) {
     return;
   }
   const std::int64_t step = std::max<std::int64_t>(total_ / kLogLines, 1);
-  if (done_ / step > std::max<std::int64_t>(printed_, 0) / step && since_print >= kLogInterval) {
-    print(false);
-  }
+  const bool is_due = printed_ < 0 || done_ / step > printed_ / step;
+  if (is_due && since_print >= kLogInterval) print(false);
 }
 
 void Progress::print(bool final) {

@@ -9,11 +9,14 @@
 namespace raywalk {
 
 // Counts finished units of a task; thread-safe. Prints to stderr: on a terminal one line, rewritten
-// at most ten times a second; elsewhere one line per tenth of the work, at most one a second. The
-// destructor ends the live line. Prints nothing under --quiet (quiet.h).
+// at most ten times a second; elsewhere one line after a second, then one per tenth of the work, at
+// most one a second. The destructor ends the live line. Prints nothing under --quiet (quiet.h).
 class Progress {
  public:
-  Progress(std::string what, std::int64_t total, std::string unit);
+  // Steps that are short for most rooms are only worth a line where they take longer than a second.
+  enum class Shown { kAlways, kIfLong };
+
+  Progress(std::string what, std::int64_t total, std::string unit, Shown shown = Shown::kAlways);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -27,6 +30,7 @@ class Progress {
   std::string what_;
   std::string unit_;
   std::int64_t total_;
+  Shown shown_;
   std::int64_t done_ = 0;
   std::int64_t printed_ = -1;
   bool terminal_ = false;

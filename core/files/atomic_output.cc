@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kReadBlockBytes = std::size_t{1} << 20;
+constexpr std::size_t kEndBytes = std::size_t{4} << 10;  // asked for where the end is expected
 constexpr const char* kStandardInput = "-";
 
 // The message of an errno value.
@@ -113,7 +114,7 @@ std::string read_up_to(const Descriptor& descriptor, const std::string& name,
     if (count < 0 && error == EINTR) continue;
     if (count < 0) throw Error("cannot read " + name + ": " + reason(error));
     if (count == 0) break;
-    block = kReadBlockBytes;
+    block = sized && bytes.size() == expected ? kEndBytes : kReadBlockBytes;
   }
   return bytes;
 }

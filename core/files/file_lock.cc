@@ -7,9 +7,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <system_error>
+#include <thread>
 
 #include "core/base/error.h"
+#include "core/base/interrupt.h"
 #include "core/files/atomic_output.h"
 
 namespace raywalk {
@@ -29,20 +32,58 @@ bool is_file_of_name(int fd, const std::filesystem::path& file) {
          held.st_dev == named.st_dev && held.st_ino == named.st_ino;
 }
 
+constexpr auto kRetryEvery = std::chrono::milliseconds(20);
+constexpr auto kWaitAtMost = std::chrono::seconds(10);
+
 }  // namespace
 
-FileLock::FileLock(const std::filesystem::path& file, const std::string& busy)
-    : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+FileLock::FileLock(const std::filesystem::path& file, const std::string& busy, Use use)
+    : file_(file),
+      busy_(directory_of(file).string() + ": " + busy),
+      fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
   if (fd_ < 0) throw_system_error("write", directory_of(file), errno);
-  const int error_number = ::flock(fd_, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
-  if (error_number == 0 && is_file_of_name(fd_, file)) return;
-  ::close(fd_);
-  if (error_number != 0 && error_number != EWOULDBLOCK) {
-    throw_system_error("lock", file, error_number);
+  try {
+    if (use == Use::kShared) {
+      wait_to_share(true);
+    } else if (!try_alone()) {
+      throw Error(busy_);
+    }
+  } catch (...) {
+    ::close(fd_);
+    throw;
   }
-  throw Error(directory_of(file).string() + ": " + busy);
 }
 
 FileLock::~FileLock() { ::close(fd_); }
+
+bool FileLock::lock(int how) {
+  const int error_number = ::flock(fd_, how | LOCK_NB) == 0 ? 0 : errno;
+  if (error_number != 0 && error_number != EWOULDBLOCK) {
+    throw_system_error("lock", file_, error_number);
+  }
+  return error_number == 0 && is_file_of_name(fd_, file_);
+}
+
+bool FileLock::try_alone() {
+  if (!alone_) alone_ = lock(LOCK_EX);
+  return alone_;
+}
+
+void FileLock::wait_to_share(bool may_be_alone) {
+  const auto give_up = std::chrono::steady_clock::now() + kWaitAtMost;
+  while (true) {
+    throw_if_interrupted();
+    if (may_be_alone && try_alone()) return;
+    if (lock(LOCK_SH)) return;
+    if (std::chrono::steady_clock::now() > give_up) throw Error(busy_);
+    std::this_thread::sleep_for(kRetryEvery);
+  }
+}
+
+void FileLock::share() {
+  if (!alone_) return;
+  alone_ = false;
+  wait_to_share(false);
+}
 
 }  // namespace raywalk

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <fstream>
+#include <memory>
+#include <thread>
 
 #include "core/base/error.h"
 #include "core/files/test_directory.h"
@@ -25,6 +29,30 @@ TEST(FileLockTest, IsHeldByOneAtATime) {
     EXPECT_NO_THROW(FileLock(directory / "other", "busy"));
   }
   EXPECT_NO_THROW(take()) << "released with the object";
+}
+
+TEST(FileLockTest, IsSharedOnceTheFirstHasPreparedTheFolder) {
+  const TestDirectory directory;
+  const auto shared = [&] {
+    return std::make_unique<FileLock>(directory / "lock", "busy", FileLock::Use::kShared);
+  };
+  const auto first = shared();
+  EXPECT_TRUE(first->alone());
+  std::atomic<bool> prepared = false;
+  std::thread second([&] {
+    const auto lock = shared();
+    EXPECT_TRUE(prepared) << "shared while it was held alone";
+    EXPECT_FALSE(lock->alone());
+    EXPECT_FALSE(lock->try_alone());
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  prepared = true;
+  first->share();
+  second.join();
+  EXPECT_FALSE(first->alone());
+  EXPECT_FALSE(shared()->alone());
+  EXPECT_THROW(FileLock(directory / "lock", "busy"), Error) << "alone while others share it";
+  EXPECT_TRUE(first->try_alone()) << "the others have gone";
 }
 
 TEST(FileLockTest, KeepsTheContentOfTheFile) {

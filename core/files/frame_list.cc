@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
+#include <unordered_map>
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
@@ -101,7 +101,7 @@ std::vector<Frame> parse_frame_list(const std::string& text, const std::filesyst
       CsvTable::parse(text, source, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask"});
   if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
-  std::map<std::string, std::string> listed;  // file -> where
+  std::unordered_map<std::string, std::string> listed;  // file -> where
   for (std::size_t row = 0; row < table.rows(); ++row) {
     Frame frame;
     frame.where = table.where(row);

@@ -22,8 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Enough for the EXIF block and previews that cameras put before the size; longer headers are rare.
-constexpr std::size_t kHeaderPrefixBytes = std::size_t{256} << 10;
+// Of most files, and of those with an EXIF block and previews before the size; longer headers are
+// rare.
+constexpr std::size_t kHeaderPrefixBytes[] = {std::size_t{4} << 10, std::size_t{256} << 10};
 
 constexpr int kUsualQuality = 95;  // OpenCV's of JPEG
 
@@ -165,8 +166,10 @@ cv::Mat decode_colours(EncodedImage& image, const fs::path& file) {
 }
 
 ImageHeader read_header(const fs::path& file) {
-  auto header = header_of(read_file_prefix(file, kHeaderPrefixBytes), file);
-  if (!header) header = header_of(read_file(file), file);
+  for (const std::size_t bytes : kHeaderPrefixBytes) {
+    if (const auto header = header_of(read_file_prefix(file, bytes), file)) return *header;
+  }
+  const auto header = header_of(read_file(file), file);
   if (!header) throw_truncated(file);
   return *header;
 }

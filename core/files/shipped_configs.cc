@@ -31,7 +31,7 @@ KindPlace place_of(ConfigKind kind) {
     case ConfigKind::kRig:
       return {"", "rig"};
     case ConfigKind::kVirtualRoom:
-      return {"", "virtual-room"};
+      return {"", "virtual-"};
     case ConfigKind::kView:
       return {"", "view"};
     case ConfigKind::kLens:

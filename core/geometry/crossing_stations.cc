@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/geometry/length_text.h"
 #include "core/geometry/line_gaps.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/unplaced_stations.h"
 
 namespace raywalk {
@@ -91,7 +92,7 @@ class CrossingAssignment {
   // The stations within tolerance of a line, whatever line they are of: those between its ends, and
   // as far beyond them as a line may have lost stations.
   std::vector<int> stations_on(int index) const {
-    constexpr double kReachInSpacings = 4.0;
+    constexpr double kReachInSpacings = 4.0 + kOffPlaceShare;
     std::vector<double> along_m;
     for (const int station : groups_[static_cast<size_t>(index)].stations) {
       along_m.push_back(along(index, station));
@@ -260,8 +261,9 @@ class CrossingAssignment {
   struct Hole {
     bool is_end;
     double spacings;
+    // By more than stations may be off their places: equal holes do not depend on rounding.
     bool worse_than(const Hole& other) const {
-      return std::pair(is_end, spacings) > std::pair(other.is_end, other.spacings);
+      return std::pair(is_end, spacings) > std::pair(other.is_end, other.spacings + kOffPlaceShare);
     }
   };
   Hole hole_without(int line_index, int station) {

@@ -15,6 +15,7 @@
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/line_heights.h"
 #include "core/geometry/line_search.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/station_spacing.h"
 #include "core/geometry/unplaced_stations.h"
 
@@ -32,17 +33,28 @@ void check_finite(std::span<const StationPose> stations) {
   }
 }
 
+double rounding_of(std::span<const StationPose> stations) {
+  double largest_m = 0.0;
+  for (const StationPose& station : stations) {
+    largest_m = std::max(largest_m, station.position_m.cwiseAbs().maxCoeff());
+  }
+  return rounding_m(largest_m);
+}
+
 // The limits for stations that are typically `spacing_m` apart.
 LineLimits limits_for(std::span<const StationPose> stations, const GridTolerance& tolerance,
                       double spacing_m) {
-  constexpr double kOffLineShare = 0.1, kSameStationShare = 0.002, kLeastShare = 1e-9;
+  constexpr double kSameStationShare = 0.002, kLeastShare = 1e-9;
   Eigen::AlignedBox3d extent;
   for (const StationPose& station : stations) extent.extend(station.position_m);
-  const double least_m = kLeastShare * extent.diagonal().norm();
+  const double rounding = rounding_of(stations);
+  const double least_m = kLeastShare * extent.diagonal().norm() + 2.0 * rounding;
   LineLimits limits;
-  limits.off_line_m = tolerance.off_line_m.value_or(std::max(kOffLineShare * spacing_m, least_m));
-  limits.same_station_m = tolerance.same_station_m.value_or(
-      std::min(std::max(kSameStationShare * spacing_m, least_m), 0.5 * limits.off_line_m));
+  limits.off_line_m =
+      tolerance.off_line_m.value_or(std::max(kOffPlaceShare * spacing_m, least_m)) + rounding;
+  limits.same_station_m =
+      rounding + tolerance.same_station_m.value_or(std::min(
+                     std::max(kSameStationShare * spacing_m, least_m), 0.5 * limits.off_line_m));
   if (limits.same_station_m > limits.off_line_m) {
     throw Error(fmt::format(
         "stations within {} count as one, but a station may be only {} off its line; give a "
@@ -50,7 +62,7 @@ LineLimits limits_for(std::span<const StationPose> stations, const GridTolerance
         mm_text(limits.same_station_m), mm_text(limits.off_line_m)));
   }
   limits.twin_m =
-      std::max(limits.same_station_m, std::min(limits.off_line_m, kOffLineShare * spacing_m));
+      std::max(limits.same_station_m, std::min(limits.off_line_m, kOffPlaceShare * spacing_m));
   return limits;
 }
 
@@ -108,26 +120,33 @@ void sort_and_name(std::vector<Line>* lines) {
 }
 
 // Whether a line's stations cover a segment without a missing section. A line may end up to one
-// spacing before a corner.
+// spacing before a corner: the station there may be of the line that crosses.
 class Coverage {
  public:
   explicit Coverage(const Line& line)
-      : line_(line), spacing_m_(covering_spacing(line)), missing_(missing_sections(line)) {}
+      : line_(line), reach_m_(reach_of(line)), missing_(missing_sections(line)) {}
 
   const Line& line() const { return line_; }
   bool begins_at(PlanPoint from) const {
-    return line_.first_m() <= along_line(line_, from) + spacing_m_;
+    return line_.first_m() <= along_line(line_, from) + reach_m_;
   }
   bool covers(PlanPoint from, PlanPoint to) const {
-    const double begin = along_line(line_, from), end = along_line(line_, to);
-    if (line_.first_m() > begin + spacing_m_ || line_.last_m() < end - spacing_m_) return false;
-    return std::none_of(missing_.begin(), missing_.end(),
-                        [&](const LineGap& gap) { return gap.to_m > begin && gap.from_m < end; });
+    const double begin_m = along_line(line_, from) + reach_m_;
+    const double end_m = along_line(line_, to) - reach_m_;
+    if (line_.first_m() > begin_m || line_.last_m() < end_m) return false;
+    return std::none_of(missing_.begin(), missing_.end(), [&](const LineGap& gap) {
+      return gap.to_m > begin_m && gap.from_m < end_m;
+    });
   }
 
  private:
+  static double reach_of(const Line& line) {
+    const double spacing_m = covering_spacing(line);
+    return spacing_m + place_tolerance_m(line, spacing_m);
+  }
+
   const Line& line_;
-  double spacing_m_;
+  double reach_m_;
   std::vector<LineGap> missing_;
 };
 
@@ -240,14 +259,15 @@ Grid find_grid(std::span<const StationPose> stations, const GridTolerance& toler
   if (stations.empty()) throw Error("there are no stations");
   check_finite(stations);
   const double spacing_m = typical_spacing(stations);
-  const double nearest_m = median_nearest_distance(stations);
   try {
     return grid_within(stations, limits_for(stations, tolerance, spacing_m));
   } catch (const UsageError&) {
     throw;
   } catch (const Error&) {
     // Lines of a few stations each are closer together than their stations suggest.
-    if (tolerance.off_line_m || nearest_m >= spacing_m) throw;
+    if (tolerance.off_line_m) throw;
+    const double nearest_m = median_nearest_distance(stations);
+    if (nearest_m >= spacing_m - rounding_of(stations)) throw;
     try {
       return grid_within(stations, limits_for(stations, tolerance, nearest_m));
     } catch (const Error&) {
@@ -256,13 +276,15 @@ Grid find_grid(std::span<const StationPose> stations, const GridTolerance& toler
   }
 }
 
+bool contains(const Cell& cell, PlanPoint viewpoint) {
+  const double rounding = rounding_m(largest_coordinate_m(viewpoint));
+  return viewpoint.x_m >= cell.x_min_m - rounding && viewpoint.x_m <= cell.x_max_m + rounding &&
+         viewpoint.z_m >= cell.z_min_m - rounding && viewpoint.z_m <= cell.z_max_m + rounding;
+}
+
 std::optional<int> find_cell(const Grid& grid, PlanPoint viewpoint) {
   for (size_t i = 0; i < grid.cells.size(); ++i) {
-    const Cell& cell = grid.cells[i];
-    if (viewpoint.x_m >= cell.x_min_m && viewpoint.x_m <= cell.x_max_m &&
-        viewpoint.z_m >= cell.z_min_m && viewpoint.z_m <= cell.z_max_m) {
-      return static_cast<int>(i);
-    }
+    if (contains(grid.cells[i], viewpoint)) return static_cast<int>(i);
   }
   return std::nullopt;
 }

@@ -94,8 +94,12 @@ double median_spacing_m(const Line& line);
 // finite.
 Grid find_grid(std::span<const StationPose> stations, const GridTolerance& tolerance);
 
-// Index of the cell that contains the viewpoint, borders included; the first in Grid::cells if
-// several do, none if no cell does.
+// Whether a cell contains a viewpoint, borders included, which lie where the lines were fitted:
+// what that loses in floating point counts as inside (position_tolerance.h).
+bool contains(const Cell& cell, PlanPoint viewpoint);
+
+// Index of the cell that contains the viewpoint; the first in Grid::cells if several do, none if no
+// cell does.
 std::optional<int> find_cell(const Grid& grid, PlanPoint viewpoint);
 
 }  // namespace raywalk

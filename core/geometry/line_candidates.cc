@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/plan_line.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/sphere.h"
 
 namespace raywalk {
@@ -11,7 +12,7 @@ namespace raywalk {
 std::vector<int> most_near_lines(const Eigen::Vector2d& seed,
                                  const std::vector<Eigen::Vector2d>& points, LineAxis axis,
                                  double limit_m) {
-  constexpr double kRounding = 1e-12, kAngleRounding = 1e-9;
+  constexpr double kAngleRounding = 1e-9;
   const int u_index = along_index(axis);
   std::vector<double> angles, begins, ends;
   int everywhere = 0;
@@ -20,7 +21,7 @@ std::vector<int> most_near_lines(const Eigen::Vector2d& seed,
     const double u = from_seed[u_index], v = from_seed[1 - u_index];
     const double angle = std::atan2(std::copysign(1.0, u) * v, std::abs(u));
     angles.push_back(angle);
-    const double reach_m = limit_m + kRounding * (point.norm() + seed.norm());
+    const double reach_m = limit_m + rounding_m(point.norm() + seed.norm());
     if (reach_m >= from_seed.norm()) {
       ++everywhere;
       continue;

@@ -11,6 +11,7 @@
 
 #include "core/base/median.h"
 #include "core/geometry/length_text.h"
+#include "core/geometry/position_tolerance.h"
 
 namespace raywalk {
 namespace {
@@ -64,7 +65,8 @@ double covering_spacing(std::vector<double> gaps_m) {
 double covering_spacing(const Line& line) { return covering_spacing(gaps_of(line)); }
 
 std::vector<LineGap> missing_sections(const Line& line) {
-  const double longest_m = kLargestGapInSpacings * covering_spacing(line);
+  const double spacing_m = covering_spacing(line);
+  const double longest_m = kLargestGapInSpacings * spacing_m + place_tolerance_m(line, spacing_m);
   std::vector<LineGap> missing;
   for (std::size_t i = 1; i < line.stations.size(); ++i) {
     const double from_m = line.stations[i - 1].along_m, to_m = line.stations[i].along_m;

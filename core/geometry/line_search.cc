@@ -7,8 +7,10 @@
 #include <tuple>
 #include <utility>
 
-#include "core/base/interrupt.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
 #include "core/geometry/line_candidates.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/straight_fit.h"
 
 namespace raywalk {
@@ -20,7 +22,7 @@ constexpr int kMaxRefits = 20;
 // along the other axis.
 constexpr double kShortestInTolerances = 4.0;
 // As far beyond its last station a line may have lost some.
-constexpr double kReachInSpacings = 4.0;
+constexpr double kReachInSpacings = 4.0 + kOffPlaceShare;
 
 double tangent_of(double degrees) { return std::tan(radians_from_degrees(degrees)); }
 
@@ -99,13 +101,18 @@ class LineSearch {
 
   // Stations with near neighbours first: these are the likeliest to be of one line.
   std::vector<int> seeds_by_nearness() const {
-    std::vector<std::pair<double, int>> seeds;
-    seeds.reserve(static_cast<size_t>(tree_.size()));
-    for (int seed = 0; seed < tree_.size(); ++seed) {
-      seeds.emplace_back(
-          std::min(nearest_in_wedge(seed, LineAxis::kX), nearest_in_wedge(seed, LineAxis::kZ)),
-          seed);
-    }
+    constexpr int kGrain = 256;
+    std::vector<std::pair<double, int>> seeds(static_cast<size_t>(tree_.size()));
+    Progress progress("finding the neighbours of", tree_.size(), "stations",
+                      Progress::Shown::kIfLong);
+    parallel_for(0, tree_.size(), kGrain, [&](int begin, int end) {
+      for (int seed = begin; seed < end; ++seed) {
+        seeds[static_cast<size_t>(seed)] = {
+            std::min(nearest_in_wedge(seed, LineAxis::kX), nearest_in_wedge(seed, LineAxis::kZ)),
+            seed};
+      }
+      progress.advance(end - begin);
+    });
     std::sort(seeds.begin(), seeds.end());
     std::vector<int> order;
     order.reserve(seeds.size());
@@ -117,19 +124,30 @@ class LineSearch {
   // may not be on it (a stray station beside a line first finds that line, then remains alone), but
   // every line claims at least two stations.
   bool claim_line_from(int seed) {
-    throw_if_interrupted();
     StationGroup best;
-    for (const LineAxis axis : {LineAxis::kX, LineAxis::kZ}) {
-      if (!is_free(seed, axis)) continue;
-      StationGroup group = line_near(seed, axis);
+    for (StationGroup& group : lines_near(seed)) {
       if (group.stations.size() < 2) continue;
       if (best.stations.empty() || likelihood(group) > likelihood(best)) best = std::move(group);
     }
     if (best.stations.empty()) return false;
     for (const int station : best.stations) group_of(station) = static_cast<int>(groups_.size());
+    progress_.advance(static_cast<std::int64_t>(best.stations.size()));
     mark_stations_on(best);
     groups_.push_back(std::move(best));
     return true;
+  }
+
+  // The lines along x and z near the seed; without stations where there is none or the seed cannot
+  // be of one.
+  std::array<StationGroup, 2> lines_near(int seed) const {
+    std::array<StationGroup, 2> groups;
+    parallel_for(0, 2, 1, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        const LineAxis axis = i == 0 ? LineAxis::kX : LineAxis::kZ;
+        if (is_free(seed, axis)) groups[static_cast<size_t>(i)] = line_near(seed, axis);
+      }
+    });
+    return groups;
   }
 
   void mark_stations_on(const StationGroup& group) {
@@ -395,6 +413,7 @@ class LineSearch {
   std::vector<int> group_of_;                 // index into groups_; kNone: not claimed
   std::array<std::vector<bool>, 2> on_line_;  // along x and z
   std::vector<StationGroup> groups_;
+  Progress progress_{"finding the lines of", tree_.size(), "stations", Progress::Shown::kIfLong};
 };
 
 // The stations' indices by position, so that the order of the list does not matter.

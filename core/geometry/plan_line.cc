@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/straight_fit.h"
 
 namespace raywalk {
@@ -15,12 +16,11 @@ double PlanLine::distance_to(const Eigen::Vector2d& point) const {
 // The signed distance is linear, so within a box it differs from that of the centre by no more than
 // at a corner.
 bool PlanLine::may_come_near(const PlanBox& box, double limit_m) const {
-  constexpr double kRounding = 1e-12;
   const Eigen::Vector2d half = 0.5 * (box.high - box.low);
   const Eigen::Vector2d centre = box.low + half;
   const double spread = std::abs(direction.x()) * half.y() + std::abs(direction.y()) * half.x();
-  const double rounding = kRounding * ((centre - origin).norm() + half.norm());
-  return distance_to(centre) <= limit_m + spread + rounding;
+  return distance_to(centre) <=
+         limit_m + spread + rounding_m(centre.norm() + origin.norm() + half.norm());
 }
 
 double PlanLine::obliqueness() const {

@@ -5,6 +5,9 @@
 #include <vector>
 
 #include "core/base/median.h"
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/geometry/station_plan.h"
 
 namespace raywalk {
@@ -13,12 +16,17 @@ namespace {
 // Median over the stations of `distance(tree, station)`, where it is finite.
 template <typename Distance>
 double median_distance(std::span<const StationPose> stations, const Distance& distance) {
+  constexpr int kGrain = 256;
   const StationTree tree = tree_of(stations);
-  std::vector<double> distances_m;
-  for (int station = 0; station < tree.size(); ++station) {
-    const double distance_m = distance(tree, station);
-    if (std::isfinite(distance_m)) distances_m.push_back(distance_m);
-  }
+  std::vector<double> distances_m(stations.size());
+  Progress progress("measuring the spacing of", tree.size(), "stations", Progress::Shown::kIfLong);
+  parallel_for(0, tree.size(), kGrain, [&](int begin, int end) {
+    for (int station = begin; station < end; ++station) {
+      distances_m[static_cast<std::size_t>(station)] = distance(tree, station);
+    }
+    progress.advance(end - begin);
+  });
+  std::erase_if(distances_m, [](double distance_m) { return !std::isfinite(distance_m); });
   return distances_m.empty() ? 0.0 : median(std::move(distances_m));
 }
 
@@ -30,8 +38,9 @@ double nearest_beyond(const StationTree& tree, int station, double beyond_m) {
       [&](int other) { return (tree.point(other) - point).norm() > beyond_m; });
 }
 
+// To the nearest station at another position.
 double nearest_distance(const StationTree& tree, int station) {
-  return nearest_beyond(tree, station, 0.0);
+  return nearest_beyond(tree, station, rounding_m(2.0 * tree.point(station).cwiseAbs().maxCoeff()));
 }
 
 // Whether one of the stations farther than `beyond_m` and up to `within_m` away lies in another

@@ -1,5 +1,5 @@
-// A k-d tree of plan points, to find those in a region without visiting all. Internal to find_grid
-// (grid.h).
+// A k-d tree of plan points, to find those in a region without visiting all. Used by find_grid
+// (grid.h) and where neighbours of stations are looked for.
 //
 // J. L. Bentley, "Multidimensional binary search trees used for associative searching", 1975.
 #pragma once

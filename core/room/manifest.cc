@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/files/checked_json.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -25,7 +26,7 @@ constexpr int kMaxWidth = 1 << 17;  // pixels; far beyond any camera
 constexpr double kMaxMetres = 1e6;  // far beyond any room; keeps products finite
 // Written values have full double precision; the tolerances allow for text edited by hand.
 constexpr double kUnitTolerance = 1e-6;
-constexpr double kAlongTolerance = 1e-6;     // of the coordinates' size
+constexpr double kAlongTolerance = 1e-6;     // metres, and of the distance along the line
 constexpr double kCellSideTolerance = 0.01;  // of the cell's size; sides may be oblique
 
 Json json_of(const Line& line, const std::string& sha256) {
@@ -127,9 +128,10 @@ Station read_station(const CheckedJson& json, const Line& line) {
   station.position_m = {metres(position[0]), metres(position[1]), metres(position[2])};
   station.along_m = metres(json.at("along_m"));
   const PlanPoint plan{station.position_m.x(), station.position_m.z()};
-  const double size = 1.0 + std::abs(plan.x_m) + std::abs(plan.z_m) + std::abs(line.origin.x_m) +
-                      std::abs(line.origin.z_m);
-  if (std::abs(along_line(line, plan) - station.along_m) > kAlongTolerance * size) {
+  const double tolerance_m =
+      kAlongTolerance * (1.0 + std::abs(station.along_m)) +
+      rounding_m(largest_coordinate_m(plan) + largest_coordinate_m(line.origin));
+  if (std::abs(along_line(line, plan) - station.along_m) > tolerance_m) {
     json.fail("along_m contradicts position_m");
   }
   if (!line.stations.empty() && station.along_m <= line.stations.back().along_m) {

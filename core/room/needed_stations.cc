@@ -1,24 +1,21 @@
 #include "core/room/needed_stations.h"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <set>
+
+#include "core/geometry/position_tolerance.h"
 
 namespace raywalk {
 namespace {
 
-// Positions are sums of steps, so equal spacings differ by rounding.
-constexpr double kRounding = 1e-9;
-
 int nearest_station(const Line& line, double along_m) {
-  int nearest = 0;
-  for (int i = 1; i < static_cast<int>(line.stations.size()); ++i) {
-    const auto off = [&](int j) {
-      return std::abs(line.stations[static_cast<size_t>(j)].along_m - along_m);
-    };
-    if (off(i) < off(nearest)) nearest = i;
-  }
-  return nearest;
+  const auto after = std::ranges::lower_bound(line.stations, along_m, {}, &Station::along_m);
+  if (after == line.stations.begin()) return 0;
+  const auto before = std::prev(after);
+  const bool is_before =
+      after == line.stations.end() || along_m - before->along_m <= after->along_m - along_m;
+  return static_cast<int>((is_before ? before : after) - line.stations.begin());
 }
 
 std::set<int> fixed_stations(const Grid& grid, const Line& line) {
@@ -39,6 +36,7 @@ std::vector<int> needed_stations(const Grid& grid, int index, double spacing_m,
   const std::set<int> fixed = fixed_stations(grid, line);
   const int last = static_cast<int>(line.stations.size()) - 1;
   const auto along_m = [&](int i) { return line.stations[static_cast<size_t>(i)].along_m; };
+  const double rounding = rounding_m(line);
   std::vector<int> needed{0};
   while (needed.back() != last) {
     const int here = needed.back();
@@ -46,7 +44,7 @@ std::vector<int> needed_stations(const Grid& grid, int index, double spacing_m,
     int farthest = here + 1;  // even if the gap to it is already too wide
     int farthest_preferred = -1;
     for (int i = here + 1; i <= stop; ++i) {
-      if (i > here + 1 && along_m(i) - along_m(here) > spacing_m * (1.0 + kRounding)) break;
+      if (i > here + 1 && along_m(i) - along_m(here) > spacing_m + rounding) break;
       farthest = i;
       if (std::ranges::binary_search(preferred, i)) farthest_preferred = i;
     }

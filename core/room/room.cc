@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A manifest has about 150 bytes per station, so this allows 400,000 stations.
-constexpr std::size_t kMaxManifestBytes = std::size_t{64} << 20;
+// A manifest has about 150 bytes per station, so this allows 3,000,000 stations.
+constexpr std::size_t kMaxManifestBytes = std::size_t{512} << 20;
 
 void warn_of_unrecorded_distances(const fs::path& room) {
   spdlog::warn(

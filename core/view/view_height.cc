@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
+#include <ranges>
 #include <vector>
 
 #include "core/geometry/line_gaps.h"
@@ -15,9 +17,11 @@ constexpr double kReachInSpacings = 4.0;
 
 // The stations that count, at least one: farther ones inside a long gap.
 double reach_at(const Line& line, double along_m) {
+  const auto after = std::ranges::lower_bound(line.stations, along_m, {}, &Station::along_m);
   double nearest_m = std::numeric_limits<double>::infinity();
-  for (const Station& station : line.stations) {
-    nearest_m = std::min(nearest_m, std::abs(station.along_m - along_m));
+  if (after != line.stations.end()) nearest_m = after->along_m - along_m;
+  if (after != line.stations.begin()) {
+    nearest_m = std::min(nearest_m, along_m - std::prev(after)->along_m);
   }
   return std::max(kReachInSpacings * covering_spacing(line), 2.0 * nearest_m);
 }
@@ -30,7 +34,10 @@ double height_along(const Line& line, double along_m) {
   const double at_m = std::clamp(along_m, line.first_m(), line.last_m());
   const double reach_m = reach_at(line, at_m);
   double sum = 0.0, sum_x = 0.0, sum_y = 0.0, sum_xx = 0.0, sum_xy = 0.0;
-  for (const Station& station : line.stations) {
+  const auto within = std::ranges::subrange(
+      std::ranges::lower_bound(line.stations, at_m - reach_m, {}, &Station::along_m),
+      std::ranges::upper_bound(line.stations, at_m + reach_m, {}, &Station::along_m));
+  for (const Station& station : within) {
     const double x = (station.along_m - at_m) / reach_m;
     if (std::abs(x) >= 1.0) continue;
     const double y = station.position_m.y() - line.height_m;

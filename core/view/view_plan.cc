@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/view/view_height.h"
 
 namespace raywalk {
@@ -81,7 +82,10 @@ std::optional<LineCrossing> cross_line(const Line& line, PlanPoint viewpoint, do
   // d_p.
   const double numerator = cross(to_origin, line.direction);
   const double denominator = cross(ray, line.direction);
-  if (numerator == 0.0) return LineCrossing{0.0, along_line(line, viewpoint)};
+  // The viewpoint is on the line: rays along it have no other crossing.
+  const double rounding =
+      rounding_m(largest_coordinate_m(viewpoint) + largest_coordinate_m(line.origin));
+  if (std::abs(numerator) <= rounding) return LineCrossing{0.0, along_line(line, viewpoint)};
   const double d_p = numerator / denominator;
   if (!std::isfinite(d_p)) return std::nullopt;
   const double along = along_line(line, viewpoint) + d_p * dot(ray, line.direction);
@@ -179,7 +183,7 @@ void ViewPlan::plan_open_grid() {
 }
 
 const Cell& ViewPlan::cell_of(PlanPoint place) const {
-  if (eye_.radius_m == 0.0) return *cell_;
+  if (eye_.radius_m == 0.0 || contains(*cell_, place)) return *cell_;
   const auto cell = find_cell(grid_, place);
   return cell ? grid_.cells[static_cast<size_t>(*cell)] : *cell_;
 }
@@ -221,7 +225,7 @@ int ViewPlan::open_sources(PlanPoint from, double theta_rad, Sources& sources) c
     const Line& geometry = grid_.lines[static_cast<size_t>(line)];
     const auto crossing = cross_line(geometry, from, theta_rad);
     if (!crossing || crossing->d_p_m < 0.0) continue;
-    if (crossing->along_m < geometry.first_m() || crossing->along_m > geometry.last_m()) continue;
+    if (!is_captured_at(geometry, crossing->along_m)) continue;
     if (count == 1 && crossing->d_p_m >= sources[0].d_p_m) continue;
     sources[0] = source_at(geometry, line, *crossing);
     count = 1;

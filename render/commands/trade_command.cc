@@ -76,9 +76,12 @@ void add_trade(CLI::App* app) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
+  add_block_options(command, &options->blocks, "settings");
   command->footer(
       "Examples:\n  raywalk-render trade room.lf --truth gt.csv --report trade\n"
       "  raywalk-render trade room.lf --held-out 8 --report trade\n"
+      "  raywalk-render trade room.lf --truth gt.csv --full --threads 16 --block 3/16\n"
+      "  raywalk-render trade room.lf --truth gt.csv --full --threads 16 --merge\n"
       "The result is stored in the room for view --budget-ms and --min-psnr-db.\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });

@@ -21,6 +21,7 @@ struct ValidateArguments {
   ViewFlags flags{};
   std::vector<std::string> generations{};
   ValidateOptions options{};
+  int viewpoints = 0;  // per side of a cell; 0: as the number of cells allows
   int threads = 0;
 };
 
@@ -30,6 +31,8 @@ void run(const ValidateArguments& arguments) {
   const Room room = Room::open(arguments.room);
   const ViewSettings settings = chosen_settings(arguments.flags, {}, room).settings;
   ValidateOptions options = arguments.options;
+  options.connect.viewpoints =
+      arguments.viewpoints > 0 ? arguments.viewpoints : viewpoints_for(room.grid().cells.size());
   options.connect.overlap_deg = settings.options.overlap_deg;
   options.report = report_of(options.report, arguments.room, "validate");
   options.modes = view_modes(settings, arguments.generations, room);
@@ -59,14 +62,18 @@ void add_validate(CLI::App* app) {
       ->check(CLI::IsMember(
           std::vector<std::string>(kGenerationNames.begin(), kGenerationNames.end())));
   command
-      ->add_option("--viewpoints", arguments->options.connect.viewpoints,
-                   "Viewpoints per side of a cell for the connection error")
-      ->check(CLI::Range(1, 250))
+      ->add_option("--viewpoints", arguments->viewpoints,
+                   "Viewpoints per side of a cell for the connection error; 0 = 49, fewer in rooms "
+                   "of more than 24 cells")
+      ->check(CLI::Range(0, 250))
       ->capture_default_str();
   add_threads_option(command, &arguments->threads);
   add_connection_flags(command, &arguments->flags);
+  add_block_options(command, &arguments->options.blocks, "views and viewpoints");
   command->footer(
-      "Example:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
+      "Examples:\n  raywalk-render validate room.lf --truth gt.csv --report report\n"
+      "  raywalk-render validate room.lf --truth gt.csv --report report --block 3/16\n"
+      "  raywalk-render validate room.lf --truth gt.csv --report report --merge\n"
       "  raywalk-render validate room.lf --before uncalibrated.lf --truth gt.csv\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run(*arguments); });

@@ -12,11 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 
 cv::Size even(cv::Size size) {
-  if (size.width % 2 == 0 && size.height % 2 == 0) return size;
-  throw UsageError(
-      fmt::format("a film of {}x{} pixels is not possible: give --size with two even "
-                  "numbers",
-                  size.width, size.height));
+  require_film_size(size);
+  return size;
 }
 
 bool is_film_of_raywalk(const fs::path& file) {
@@ -36,6 +33,14 @@ void require_writable_film(const fs::path& file, bool replace) {
     throw Error(file.string() + " is not a film of Raywalk's, so --force does not replace it");
   }
   const AtomicFile probe(file);
+}
+
+void require_film_size(cv::Size size) {
+  if (size.width % 2 == 0 && size.height % 2 == 0) return;
+  throw UsageError(
+      fmt::format("a film of {}x{} pixels is not possible: give --size with two even "
+                  "numbers",
+                  size.width, size.height));
 }
 
 FilmWriter::FilmWriter(const FilmSettings& settings, cv::Size size,

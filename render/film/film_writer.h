@@ -15,6 +15,9 @@ namespace raywalk::render {
 // not allow it, or it is not a film of Raywalk's; the folder is not writable.
 void require_writable_film(const std::filesystem::path& file, bool replace);
 
+// Throws UsageError for frames of an odd width or height.
+void require_film_size(cv::Size size);
+
 class FilmWriter {
  public:
   // `stereo`: the film is a panorama of the whole sphere and says so; without it, it is flat.

@@ -112,6 +112,46 @@ class CaptureCommandTest : public ::testing::Test {
   std::string url_;
 };
 
+// A rail half as long as the lines, placed twice for each; two sessions, one line in both.
+TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
+  files_.spacing_mm = 250.0;
+  files_.high_limit_mm = 600.0;
+  files_.placements_per_line = 2;
+  files_.more_rig = "rail:\n  placing_spread_mm: 2\n";
+  start_rig();
+  const std::string first = (directory_ / "first").string();
+  const std::string second = (directory_ / "second").string();
+  const CommandResult some = capture("run " + with_rig() + " --lines x0,z0 --session " + first);
+  ASSERT_EQ(some.exit_code, 0) << some.errors;
+  EXPECT_THAT(some.output, HasSubstr("all 10 stations of 2 lines are captured"));
+  ASSERT_EQ(capture("run " + with_rig() + " --lines z0-z1,x1 --session " + second).exit_code, 0);
+  const CommandResult twice = capture("merge " + first + " " + second + " --out " + session());
+  EXPECT_EQ(twice.exit_code, 1);
+  EXPECT_THAT(twice.errors, HasSubstr("line z0 is captured in"));
+  const CommandResult merged =
+      capture("merge " + first + " " + second + " --replace --out " + session());
+  ASSERT_EQ(merged.exit_code, 0) << merged.errors;
+  EXPECT_EQ(capture("verify " + session()).exit_code, 0);
+  EXPECT_THAT(run().output, HasSubstr("all 20 stations of 4 lines are captured"));
+  ASSERT_EQ(capture("export " + session()).exit_code, 0);
+  // Every frame is at its place, with the errors of its own placement.
+  const CsvTable poses =
+      CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
+  ASSERT_EQ(poses.rows(), 20u);
+  const CsvTable truth =
+      CsvTable::read(rig_->directory() / "truth" / "true_poses.csv",
+                     {"file", "line", "x", "y", "z", "yaw", "pitch", "roll"}, {});
+  std::set<std::string> placements;
+  for (std::size_t row = 0; row < truth.rows(); ++row) placements.insert(truth.text(row, "line"));
+  EXPECT_THAT(placements, ::testing::IsSupersetOf({"x0", "x0-2", "x1-2", "z1-2"}));
+  ASSERT_GE(truth.rows(), 25u);
+  for (std::size_t i = 0; i < 5; ++i) {  // x0, the first that was captured
+    const std::size_t row = truth.rows() - 25 + i;
+    EXPECT_NEAR(poses.number(i, "x"), truth.number(row, "x"), 0.02);
+    EXPECT_NEAR(poses.number(i, "z"), truth.number(row, "z"), 0.02);
+  }
+}
+
 TEST_F(CaptureCommandTest, ASessionFromTheFirstMoveToTheFrameList) {
   files_.more_rig = "rail:\n  placing_spread_mm: 2\n";
   start_rig();

@@ -1,19 +1,11 @@
-// End-to-end test of raywalk-render. RAYWALK_RENDER is the program.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-
-#include <chrono>
+// End-to-end test of raywalk-render.
 #include <fstream>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <thread>
+#include <string>
 #include <vector>
 
 #include "core/files/image_file.h"
-#include "tests/end_to_end/run_command.h"
-#include "tests/synthetic_room/synthetic_room.h"
+#include "tests/end_to_end/render_command.h"
 
 namespace raywalk {
 namespace {
@@ -22,73 +14,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
-
-class RenderTest : public ::testing::Test {
- protected:
-  static CommandResult render(const std::string& arguments) {
-    return run_command(std::string(RAYWALK_RENDER) + " " + arguments);
-  }
-  std::string room() const { return (directory_ / "room.lf").string(); }
-  std::string file(const std::string& name) const { return (directory_ / name).string(); }
-  void make_room(const SyntheticRoomSpec& spec = {.overhang_m = 0.25, .width = 64}) const {
-    write_synthetic_room(spec, room());
-  }
-  std::string view(const std::string& rest) const { return "view " + room() + " " + rest; }
-  std::string view_to_png(const std::string& rest) const {
-    return view(rest + " --out " + file("view.png"));
-  }
-
-  // Expects failure with this exit code, exactly one error line, and only `left` entries in the
-  // directory.
-  void expect_error(const CommandResult& result, int exit_code, const std::string& text,
-                    size_t left = 1) const {
-    EXPECT_EQ(result.exit_code, exit_code);
-    EXPECT_THAT(result.errors, HasSubstr(text));
-    EXPECT_THAT(result.errors, ::testing::StartsWith("raywalk-render: error: "));
-    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
-    EXPECT_EQ(directory_.entries(), left);
-  }
-
-  static std::string joined(const std::vector<std::string>& arguments) {
-    std::string text;
-    for (const std::string& argument : arguments) text += argument + " ";
-    return text;
-  }
-  // Runs a program, sends a signal as soon as something is there, and returns the wait status.
-  static void stop_once(std::vector<std::string> arguments, const std::function<bool()>& there,
-                        int signal, int* status) {
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    pid_t child = 0;
-    ASSERT_EQ(posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ), 0);
-    while (!there()) {
-      ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before it could be interrupted";
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    kill(child, signal);
-    ASSERT_EQ(waitpid(child, status, 0), child);
-  }
-  // Runs a program and sends SIGINT as soon as a file exists.
-  static void interrupt_once_there(const std::vector<std::string>& arguments,
-                                   const fs::path& awaited) {
-    int status = 0;
-    stop_once(
-        arguments, [&] { return fs::exists(awaited); }, SIGINT, &status);
-    ASSERT_TRUE(WIFEXITED(status));
-    EXPECT_EQ(WEXITSTATUS(status), 130);
-  }
-
-  // Marks all times of the room's trade as disturbed or not.
-  void mark_times(bool disturbed) const {
-    const fs::path stored = room() + "/measured.json";
-    auto trade = nlohmann::json::parse(std::ifstream(stored));
-    for (auto& setting : trade["settings"]) setting["disturbed"] = disturbed;
-    std::ofstream(stored) << trade;
-  }
-
-  TestDirectory directory_;
-};
 
 TEST_F(RenderTest, RendersAViewAndReportsItsSettings) {
   make_room();
@@ -318,7 +243,7 @@ TEST_F(RenderTest, ValidationsAreStoppedAnyhowAndResumed) {
   const CommandResult resumed = run_command(joined(command));
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_THAT(resumed.errors,
-              HasSubstr(std::to_string(before) + " of 24 views are kept from an interrupted run"));
+              HasSubstr(std::to_string(before) + " of 24 views are kept from earlier runs"));
   EXPECT_FALSE(fs::exists(partial));
   const auto resumed_json = nlohmann::json::parse(std::ifstream(file("report/metrics.json")));
   EXPECT_EQ(run_command(joined(command)).exit_code, 0);
@@ -380,82 +305,6 @@ TEST_F(RenderTest, TradeRefusesInvalidTruthBeforeAnyWork) {
   const std::string command =
       "trade " + room() + " --truth " + file("gt.csv") + " --report " + file("trade");
   expect_error(render(command), 1, "gt.csv");
-}
-
-// A path with enough views to be interrupted midway.
-class RenderPathTest : public RenderTest {
- protected:
-  static constexpr int kViews = 60;
-  RenderPathTest() {
-    make_room();
-    std::ofstream list(file("path.csv"));
-    list << "name,x,z\n";
-    for (int i = 0; i < kViews; ++i) list << "view" << i << "," << 0.4 - 0.01 * i << ",0.1\n";
-  }
-  std::vector<std::string> arguments() const {
-    return {RAYWALK_RENDER, "path",    room(), file("path.csv"), "--generation",
-            "initial",      "--width", "1024", "--out",          file("views")};
-  }
-  std::string command() const { return joined(arguments()); }
-  // The number of complete pictures; any other file except the record is a failure.
-  size_t pictures() const {
-    size_t count = 0;
-    for (const auto& entry : fs::directory_iterator(file("views"))) {
-      if (entry.path().filename() == "views.json") continue;
-      EXPECT_EQ(read_panorama(entry.path()).cols, 1024);
-      ++count;
-    }
-    return count;
-  }
-};
-
-TEST_F(RenderPathTest, CtrlCStopsCleanlyAndTheSameCommandResumes) {
-  interrupt_once_there(arguments(), file("views/view1.png"));
-  const size_t before = pictures();
-  EXPECT_GE(before, 2U);
-  EXPECT_LT(before, static_cast<size_t>(kViews));
-
-  const CommandResult resumed = run_command(command());
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_THAT(resumed.output, HasSubstr(std::to_string(kViews - before) + " of them rendered now"));
-  EXPECT_EQ(pictures(), static_cast<size_t>(kViews));
-}
-
-TEST_F(RenderPathTest, OtherSettingsAreRefused) {
-  std::ofstream(file("path.csv")) << "name,x,z\na,0,0\n";
-  ASSERT_EQ(run_command(command()).exit_code, 0);
-  expect_error(run_command(command() + "--overlap-deg 9"), 1, "overlap_deg", 3);
-}
-
-TEST_F(RenderPathTest, AFilmIsWholeOrNothing) {
-  const std::string film = file("walk.mp4");
-  const std::string usual = "path " + room() + " " + file("path.csv") + " --generation initial ";
-  const CommandResult made = render(usual + "--width 64 --video " + film);
-  EXPECT_EQ(made.exit_code, 0) << made.errors;
-  EXPECT_THAT(made.output, HasSubstr("walk.mp4: 60 frames of 64x32, 2 s, H.264"));
-  EXPECT_THAT(run_command("ffprobe -v error -show_streams " + film).output,
-              AllOf(HasSubstr("nb_frames=60"), HasSubstr("projection=equirectangular")));
-  expect_error(render(usual + "--video " + film), 1, "--video", 3);
-  const auto again = render(usual + "--width 64 --fps 60 -f -q --video " + film);
-  EXPECT_EQ(again.exit_code, 0) << again.errors;
-  fs::remove(film);
-
-  std::vector<std::string> arguments = this->arguments();
-  arguments[arguments.size() - 2] = "--video";
-  arguments.back() = film;
-  int status = 0;
-  stop_once(
-      arguments, [&] { return directory_.entries() > 2; }, SIGINT, &status);
-  EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_EQ(directory_.entries(), 2U) << "only the room and the table";
-
-  expect_error(run_command("ulimit -f 8; " + joined(arguments) + "-q"), 1, "walk.mp4: ffmpeg", 2);
-  expect_error(run_command("PATH=/nowhere " + joined(arguments)), 1, "apt install ffmpeg", 2);
-  for (const char* wrong : {"--video walk.mp4 --quality 90", "--seconds 3", "--crf 20", "--fps 24",
-                            "--quality 90", "--format jpg --bits 16", "--video walk.mkv",
-                            "--smooth eased --seconds 2 --speed-m-per-s 1"}) {
-    expect_error(render(usual + wrong), 2, "--", 2);
-  }
 }
 
 }  // namespace

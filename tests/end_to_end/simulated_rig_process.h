@@ -24,6 +24,8 @@ struct RehearsalFiles {
   double spacing_mm = 500.0;
   double settle_ms = 20.0;
   double speed_mm_s = 4000.0;
+  double high_limit_mm = 2100.0;
+  int placements_per_line = 1;
   std::string more_capture{};  // YAML appended to capture.yaml
   std::string more_rig{};      // YAML appended to rig.yaml
 
@@ -35,14 +37,15 @@ struct RehearsalFiles {
         "grid:\n  spacing_mm: {}\n  overhang_mm: 0\n"
         "slider:\n  device: none\n  register_map: {}/sliders/{}\n"
         "  response_timeout_ms: 200\n  byte_timeout_ms: 50\n"
-        "  high_limit_mm: 2100\n  first_station_mm: 20\n"
+        "  high_limit_mm: {}\n  first_station_mm: 20\n  placements_per_line: {}\n"
         "  motion:\n    speed_mm_s: {}\n    acceleration_mm_s2: 40000\n    settle_ms: {}\n"
         "    poll_ms: 5\n    settle_timeout_ms: 2000\n"
         "camera:\n  width_px: 64\n  height_px: 32\n"
         "  osc:\n    url: http://127.0.0.1\n    poll_ms: 5\n    picture_timeout_ms: 3000\n"
         "    connect_timeout_ms: 2000\n"
         "run:\n  least_free_mb: 1\n{}",
-        spacing_mm, RAYWALK_CONFIGS, register_map, speed_mm_s, settle_ms, more_capture);
+        spacing_mm, RAYWALK_CONFIGS, register_map, high_limit_mm, placements_per_line, speed_mm_s,
+        settle_ms, more_capture);
     std::ofstream(rig()) << fmt::format(
         "capture_config: capture.yaml\n"
         "slider:\n  max_speed_mm_s: 5000\n  max_acceleration_mm_s2: 50000\n"

@@ -34,13 +34,15 @@ Rail::Rail(const RailSettings& settings, const CapturePlan& plan, const RailSpan
     throw Error(fmt::format("the simulated rail from {} to {} mm has no length", span.low_mm,
                             span.high_mm));
   }
-  for (const CaptureLine& line : plan.lines) placings_[line.id] = placed(line);
+  for (const CaptureLine& placement : placements_of(plan)) {
+    placings_[placement_id(placement)] = placed(placement);
+  }
 }
 
 Rail::Placing Rail::placed(const CaptureLine& line) const {
   const CaptureStation& first = line.stations.front();
   const CaptureStation& last = line.stations.back();
-  const std::uint64_t key = key_of(settings_.seed, line.id);
+  const std::uint64_t key = key_of(settings_.seed, placement_id(line));
   HashRandom random(key);
   const auto deviate_mm = [&] { return settings_.placing_spread_mm * random.normal(); };
   const auto deviate_rad = [&](double spread_deg) {

@@ -15,8 +15,8 @@
 namespace raywalk::capture {
 
 // Spreads and jitters are standard deviations. Errors of a placing depend only on the seed and the
-// line's id, jitter also on the station's number on the line, so repeated placings and pictures are
-// identical.
+// id of the line's placement, jitter also on the station's number on the line, so repeated placings
+// and pictures are identical.
 struct RailSettings {
   int seed = 1;
   double placing_spread_mm = 2.0;     // across the line, along it and in height, each
@@ -45,6 +45,7 @@ class Rail {
   // Throws Error for a span that is not positive.
   Rail(const RailSettings& settings, const CapturePlan& plan, const RailSpan& span);
 
+  // By placement_id of capture_plan.h, as all ids of lines here.
   bool has_line(const std::string& line_id) const { return placings_.contains(line_id); }
 
   // The camera's pose with the rail placed at a line and the carriage at a rail position

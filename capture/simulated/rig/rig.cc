@@ -151,7 +151,10 @@ Rig::~Rig() {
 void Rig::answer_http() {
   osc_.on_get("/rig/state", [this](const std::string&) { return state().dump(); });
   osc_.on_post("/rig/place", [this](const std::string& body) {
-    place(word_in(parsed_request(body), "line"));
+    const json request = parsed_request(body);
+    place(placement_id({.id = word_in(request, "line"),
+                        .stations = {},
+                        .placement = static_cast<int>(number_in(request, "placement", 1.0))}));
     return state().dump();
   });
   osc_.on_post("/rig/fault", [this](const std::string& body) {

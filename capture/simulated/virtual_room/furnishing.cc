@@ -207,7 +207,7 @@ class Furnisher {
     const Vector3d top = centre + half_height * Vector3d::UnitY();
     add_rod({}, {top, {centre.x(), ceiling, centre.z()}, 0.004, 0.004},
             room_.facets.add_surface(random_lacquer(random)), &room_.facets);
-    room_.lights.lamp = LampLight{centre, radius};
+    room_.lights.lamps.push_back({.centre = centre, .radius = radius});
   }
 
   const RoomPlan& plan_;

@@ -84,6 +84,7 @@ Color window_light(const WindowLight& window, const GridPoint& at, const EmbreeS
 Color lamp_light(const LampLight& lamp, const GridPoint& at, const EmbreeScene& scene) {
   const Vector3d towards = lamp.centre - at.position;
   const double distance = towards.norm();
+  if (distance > lamp.reach) return Color::Zero();
   const Vector3d direction = towards / distance;
   const double cosine = at.normal.dot(direction);
   const double free = distance - 1.05 * lamp.radius;
@@ -146,7 +147,7 @@ void LightMap::light_directly(const Facets& facets) {
         Color& light = light_[grid.first + static_cast<std::size_t>(point)];
         light = kAmbient;
         if (lights_.window) light += window_light(*lights_.window, at, scene_);
-        if (lights_.lamp) light += lamp_light(*lights_.lamp, at, scene_);
+        for (const LampLight& lamp : lights_.lamps) light += lamp_light(lamp, at, scene_);
         if (lights_.open_sky) {
           const std::uint64_t index = grid.first + static_cast<std::size_t>(point);
           light += open_sky_light(at, uniform_from_bits(hash_bits(index)), scene_);

@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <vector>
 
 namespace raywalk::capture {
 
@@ -20,12 +22,13 @@ struct WindowLight {
 struct LampLight {
   Eigen::Vector3d centre{0, 0, 0};
   double radius = 0.15;
+  double reach = std::numeric_limits<double>::infinity();  // gives no light farther away
 };
 
 // Room units.
 struct LightSources {
   std::optional<WindowLight> window{};
-  std::optional<LampLight> lamp{};
+  std::vector<LampLight> lamps{};
   std::uint32_t sky_seed = 0;
   // Outdoors: light from the sky wherever it is open, and the sun in this direction.
   bool open_sky = false;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "capture/simulated/virtual_room/hash_random.h"
 #include "core/base/error.h"
@@ -25,16 +26,23 @@ int steps_per_cell(const GridSettings& grid) {
     throw UsageError(fmt::format("grid.spacing_mm is {}: more than {} stations on a line",
                                  grid.spacing_mm, kMostStationsPerLine));
   }
+  if (grid.shared_crossings && steps < 3.0) {
+    throw UsageError(fmt::format(
+        "grid.spacing_mm is {}: lines that share their crossings need at least three steps a cell",
+        grid.spacing_mm));
+  }
   return std::max(static_cast<int>(steps), 1);
 }
 
 PlannedLine planned_line(LineAxis axis, int number, int cells_along, int cells_across,
-                         double cell_side, int steps, int overhang_steps) {
+                         double cell_side, int steps, int overhang_steps, bool with_crossings) {
   PlannedLine line;
   line.id = fmt::format("{}{}", axis == LineAxis::kX ? 'x' : 'z', number);
   line.axis = axis;
   line.across = (number - 0.5 * cells_across) * cell_side;
   for (int i = -overhang_steps; i <= cells_along * steps + overhang_steps; ++i) {
+    const bool on_grid = i >= 0 && i <= cells_along * steps;
+    if (!with_crossings && on_grid && i % steps == 0) continue;
     line.along.push_back((static_cast<double>(i) / steps - 0.5 * cells_along) * cell_side);
   }
   return line;
@@ -47,11 +55,11 @@ void plan_lines(const GridSettings& grid, RoomPlan* plan) {
   plan->overhang = plan->cell_side * overhang_steps / steps;
   for (int i = 0; i <= grid.cells_z; ++i) {
     plan->lines.push_back(planned_line(LineAxis::kX, i, grid.cells_x, grid.cells_z, plan->cell_side,
-                                       steps, overhang_steps));
+                                       steps, overhang_steps, true));
   }
   for (int i = 0; i <= grid.cells_x; ++i) {
     plan->lines.push_back(planned_line(LineAxis::kZ, i, grid.cells_z, grid.cells_x, plan->cell_side,
-                                       steps, overhang_steps));
+                                       steps, overhang_steps, !grid.shared_crossings));
   }
 }
 
@@ -61,10 +69,11 @@ struct Span {
 };
 
 // Positions of two opposite walls. `reach` is the extent of the lines from the grid's middle,
-// `given` the distance of the walls in room units, or 0 if the seed chooses it.
-Span place_walls(const char* key, double given, double reach, const RoomPlan& plan,
+// `given` the distance of the walls in room units, or 0 if the seed chooses it; `size` multiplies
+// what it chooses.
+Span place_walls(const char* key, double given, double reach, const RoomPlan& plan, double size,
                  HashRandom random) {
-  const double behind = random.uniform(0.75, 2.1), ahead = random.uniform(0.75, 2.1);
+  const double behind = size * random.uniform(0.75, 2.1), ahead = size * random.uniform(0.75, 2.1);
   if (given == 0.0) {
     return {-reach - plan.clearance - behind, reach + plan.clearance + ahead};
   }
@@ -79,8 +88,8 @@ Span place_walls(const char* key, double given, double reach, const RoomPlan& pl
   return {min, min + given};
 }
 
-void plan_heights(const RoomSettings& room, HashRandom random, RoomPlan* plan) {
-  double camera = random.uniform(1.25, 1.5), above = random.uniform(1.0, 1.5);
+void plan_heights(const RoomSettings& room, double size, HashRandom random, RoomPlan* plan) {
+  double camera = random.uniform(1.25, 1.5), above = size * random.uniform(1.0, 1.5);
   if (room.camera_height_m > 0.0) camera = room.camera_height_m / plan->unit_m;
   if (room.height_m > 0.0) {
     const double height = room.height_m / plan->unit_m;
@@ -96,6 +105,14 @@ void plan_heights(const RoomSettings& room, HashRandom random, RoomPlan* plan) {
   }
   plan->walls.y_min = -camera;
   plan->walls.y_max = above;
+}
+
+// How much farther than in a small room walls are from the grid: a hall grows with its shorter
+// side.
+double hall_size(const VirtualRoomSettings& settings) {
+  constexpr double kPerCell = 0.2;
+  if (settings.place != "hall") return 1.0;
+  return 1.0 + kPerCell * (std::min(settings.grid.cells_x, settings.grid.cells_z) - 1);
 }
 
 // Metres per room unit.
@@ -123,15 +140,19 @@ RoomPlan plan_room(const VirtualRoomSettings& settings) {
   plan.clearance = kClearanceShare * plan.cell_side;
   plan.headroom = std::min(plan.clearance, kLeastHeadroom);
   plan_lines(grid, &plan);
+  const double size = hall_size(settings);
   const Span x = place_walls("room.width_m", settings.room.width_m / plan.unit_m,
-                             plan.grid_half_x() + plan.overhang, plan, random.branch(1));
+                             plan.grid_half_x() + plan.overhang, plan, size, random.branch(1));
   const Span z = place_walls("room.depth_m", settings.room.depth_m / plan.unit_m,
-                             plan.grid_half_z() + plan.overhang, plan, random.branch(2));
+                             plan.grid_half_z() + plan.overhang, plan, size, random.branch(2));
   plan.walls.x_min = x.min;
   plan.walls.x_max = x.max;
   plan.walls.z_min = z.min;
   plan.walls.z_max = z.max;
-  plan_heights(settings.room, random.branch(3), &plan);
+  plan_heights(settings.room, 0.5 * (1.0 + size), random.branch(3), &plan);
+  plan.truth_cells.resize(static_cast<std::size_t>(grid.cells_x) *
+                          static_cast<std::size_t>(grid.cells_z));
+  std::iota(plan.truth_cells.begin(), plan.truth_cells.end(), 0);
   return plan;
 }
 

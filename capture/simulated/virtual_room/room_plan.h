@@ -46,6 +46,14 @@ struct RoomPlan {
   double clearance = 0.25;         // free horizontal distance around the lines
   double headroom = 0.25;          // free vertical distance above and below them
 
+  // The cells that true views are in, in the order in which they are taken; cell = row (along z) *
+  // cells_x + column (along x).
+  std::vector<int> truth_cells;
+
+  // (x, z) of the middle of a cell, in units of a cell's side.
+  Eigen::Vector2d cell_centre(int column, int row) const {
+    return {column + 0.5 - 0.5 * cells_x, row + 0.5 - 0.5 * cells_z};
+  }
   double grid_half_x() const { return 0.5 * cells_x * cell_side; }
   double grid_half_z() const { return 0.5 * cells_z * cell_side; }
   double overhang = 0.0;  // captured beyond the outer corners

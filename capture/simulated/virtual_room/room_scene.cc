@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/simulated/virtual_room/hall.h"
 #include "capture/simulated/virtual_room/picture_patterns.h"
 #include "capture/simulated/virtual_room/street_canyon.h"
 #include "capture/simulated/virtual_room/surface_light.h"
@@ -14,6 +15,12 @@ using Eigen::Vector3d;
 
 constexpr double kOffMirror = 1e-4;  // offset of a reflected ray's origin, room units
 constexpr float kMirrorReflectance = 0.92F;
+
+FurnishedRoom furnished(const RoomPlan& plan, const VirtualRoomSettings& settings) {
+  if (settings.place == "canyon") return build_canyon(plan, settings);
+  if (settings.place == "hall") return build_hall(plan, settings);
+  return furnish(plan, settings.contents);
+}
 
 // Whether a hit hides another along the same ray.
 bool is_before(const Hit& hit, const Hit& other) {
@@ -44,8 +51,7 @@ float pane_reflectance(double cosine) {
 }  // namespace
 
 RoomScene::RoomScene(const RoomPlan& plan, const VirtualRoomSettings& settings)
-    : room_(settings.place == "canyon" ? build_canyon(plan, settings)
-                                       : furnish(plan, settings.contents)),
+    : room_(furnished(plan, settings)),
       scene_(room_.facets.facets),
       source_gain_(static_cast<float>(settings.light.source_gain)),
       light_map_(room_.facets, scene_, room_.lights) {

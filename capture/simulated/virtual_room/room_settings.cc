@@ -13,10 +13,11 @@ constexpr double kLargestRoom_m = 1000.0;
 
 void bind_grid(SettingsSchema* schema, GridSettings* grid, const std::string& prefix) {
   schema->number(prefix + "cell_side_m", &grid->cell_side_m, 0.01, 100.0)
-      .integer(prefix + "cells_x", &grid->cells_x, 1, 16)
-      .integer(prefix + "cells_z", &grid->cells_z, 1, 16)
+      .integer(prefix + "cells_x", &grid->cells_x, 1, kMostCells)
+      .integer(prefix + "cells_z", &grid->cells_z, 1, kMostCells)
       .number(prefix + "spacing_mm", &grid->spacing_mm, 0.0, 1e5)
-      .number(prefix + "overhang_share", &grid->overhang_share, 0.0, 2.0);
+      .number(prefix + "overhang_share", &grid->overhang_share, 0.0, 2.0)
+      .boolean(prefix + "shared_crossings", &grid->shared_crossings);
 }
 
 void bind_room(SettingsSchema* schema, RoomSettings* room, const std::string& prefix) {
@@ -87,7 +88,9 @@ void bind_virtual_room(SettingsSchema* schema, VirtualRoomSettings* settings,
                        const std::string& prefix) {
   bind_virtual_scene(schema, settings, prefix);
   bind_grid(schema, &settings->grid, prefix + "grid.");
-  schema->choice(prefix + "place", &settings->place, {"room", "canyon"});
+  schema->choice(prefix + "place", &settings->place, {"room", "hall", "canyon"});
+  schema->integer(prefix + "hall.row_every", &settings->hall.row_every, 2, kMostCells + 1)
+      .integer(prefix + "hall.gap_every", &settings->hall.gap_every, 2, kMostCells + 1);
   bind_canyon(schema, &settings->canyon, prefix + "canyon.");
   bind_ring(schema, &settings->ring, prefix + "ring.");
   schema->integer(prefix + "people.count", &settings->people.count, 0, 20)

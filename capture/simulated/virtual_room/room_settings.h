@@ -48,8 +48,9 @@ struct GridSettings {
   double cell_side_m = 1.0;
   int cells_x = 1;
   int cells_z = 1;
-  double spacing_mm = 0.0;       // between stations; 0 = a 40th of the cell's side
-  double overhang_share = 0.25;  // captured beyond the outer corners, relative to the cell's side
+  double spacing_mm = 0.0;        // between stations; 0 = a 40th of the cell's side
+  double overhang_share = 0.25;   // captured beyond the outer corners, relative to the cell's side
+  bool shared_crossings = false;  // a crossing's station is of the line along x only
 
   bool operator==(const GridSettings&) const = default;
 };
@@ -63,6 +64,14 @@ struct CanyonSettings {
   int cars = 6;  // parked
 
   bool operator==(const CanyonSettings&) const = default;
+};
+
+// A room with rows of stands along z, between aisles.
+struct HallSettings {
+  int row_every = 3;  // cells along x from one row to the next
+  int gap_every = 6;  // cells along z from one gap in the rows to the next
+
+  bool operator==(const HallSettings&) const = default;
 };
 
 struct SensorSettings {
@@ -119,6 +128,7 @@ struct OutputSettings {
   bool operator==(const OutputSettings&) const = default;
 };
 
+inline constexpr int kMostCells = 1000;  // along one axis
 inline constexpr int kLeastWidth_px = 32;
 inline constexpr int kLargestWidth_px = 16384;
 inline constexpr double kLeastFurnitureScale_m = 0.01;
@@ -126,10 +136,11 @@ inline constexpr double kLargestFurnitureScale_m = 100.0;
 
 struct VirtualRoomSettings {
   int seed = 1;
-  std::string place = "room";  // or "canyon"
+  std::string place = "room";  // or "hall", "canyon"
   GridSettings grid{};
   RoomSettings room{};
   ContentSettings contents{};
+  HallSettings hall{};
   CanyonSettings canyon{};
   LightSettings light{};
   PeopleSettings people{};

@@ -6,12 +6,19 @@
 
 #include "capture/simulated/virtual_room/camera_clearance.h"
 #include "capture/simulated/virtual_room/eye_rays.h"
+#include "capture/simulated/virtual_room/hall.h"
 #include "capture/simulated/virtual_room/street_canyon.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
 namespace raywalk::capture {
 namespace {
+
+RoomPlan plan_of(const VirtualRoomSettings& settings) {
+  if (settings.place == "canyon") return plan_canyon(settings);
+  if (settings.place == "hall") return plan_hall(settings);
+  return plan_room(settings);
+}
 
 void require_panorama(PanoramaSize size) {
   if (size.height < 1 || size.width != 2 * size.height) {
@@ -56,7 +63,7 @@ class CentreRays {
 
 VirtualRoom::VirtualRoom(const VirtualRoomSettings& settings)
     : settings_(settings),
-      plan_(settings.place == "canyon" ? plan_canyon(settings) : plan_room(settings)),
+      plan_(plan_of(settings)),
       film_{static_cast<float>(settings.light.exposure),
             settings.light.clip ? Highlights::kClipped : Highlights::kSoft},
       scene_(std::make_unique<const RoomScene>(plan_, settings)) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <list>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -11,23 +10,17 @@
 
 #include "core/base/error.h"
 #include "core/base/escaped.h"
-#include "core/base/median.h"
 #include "core/base/parallel.h"
-#include "core/base/progress.h"
 #include "core/files/atomic_output.h"
-#include "core/files/fingerprint.h"
 #include "core/files/json_text.h"
-#include "core/files/sha256.h"
 #include "core/judge/trade/captured_views.h"
 #include "core/judge/trade/held_out_views.h"
-#include "core/judge/trade/measure_setting.h"
+#include "core/judge/trade/measure_trade.h"
+#include "core/judge/trade/trade_blocks.h"
 #include "core/judge/trade/trade_json.h"
 #include "core/judge/trade/trade_page.h"
-#include "core/judge/trade/trade_partial.h"
 #include "core/judge/trade/trade_sweep.h"
-#include "core/judge/validation/validate.h"
 #include "core/room/requirements.h"
-#include "core/room/room_fingerprint.h"
 
 namespace raywalk {
 namespace {
@@ -38,126 +31,6 @@ constexpr std::size_t kQuickViews = 6;
 constexpr std::size_t kFullHeldOutViews = 12;
 constexpr int kQuickConnectViewpoints = 5;
 constexpr int kFullConnectViewpoints = 13;
-
-std::string cpu_name() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
-}
-
-// A key of everything that measurements depend on, except the settings.
-std::string fingerprint_of(const TradeInput& input) {
-  std::string text = fmt::format("{} {} {} {} {}\n", input.sweep, input.truth, input.repetitions,
-                                 thread_count(), cpu_name());
-  for (const TradeRoom& room : input.rooms) text += room_fingerprint(*room.room) + "\n";
-  std::vector<TradeView> views = input.rooms.front().views;
-  views.insert(views.end(), input.held_out.begin(), input.held_out.end());
-  for (const TradeView& view : views) {
-    text += fmt::format("{} {} {} {} {}\n", view.name, view.viewpoint.x_m, view.viewpoint.z_m,
-                        sha256_of_pixels(view.truth), sha256_of_pixels(view.mask));
-  }
-  return sha256_hex(text);
-}
-
-// Measures again what other programs disturbed, and marks what stays disturbed.
-void settle_disturbed(const TradeInput& input, const ViewTimer& timer, TradePartial* partial,
-                      std::vector<MeasuredSetting>* settings) {
-  std::vector<ViewTime> times;
-  for (const MeasuredSetting& setting : *settings) times.push_back(setting.measured.time);
-  std::optional<Progress> progress;
-  const auto begin_round = [&](std::ptrdiff_t count) {
-    progress.emplace("disturbed, timed again", count, "settings");
-  };
-  const auto measure = [&](std::size_t i) {
-    const TradeSetting& setting = (*settings)[i].setting;
-    const ViewTime time = measure_time(setting, input.rooms[setting.room].views, timer);
-    progress->advance();
-    return time;
-  };
-  repeat_disturbed(&times, begin_round, measure, [&](std::size_t i) {
-    (*settings)[i].measured.time = times[i];
-    partial->add((*settings)[i].setting, (*settings)[i].measured);
-  });
-  const std::vector<bool> marked = disturbed(times);
-  for (std::size_t i = 0; i < times.size(); ++i) (*settings)[i].measured.disturbed = marked[i];
-}
-
-std::vector<MeasuredSetting> measure_settings(const TradeInput& input, const fs::path& file) {
-  TradePartial partial(file, fingerprint_of(input));
-  std::vector<MeasuredSetting> settings;
-  for (const TradeSetting& setting : input.settings) settings.push_back({.setting = setting});
-  const auto left = std::ranges::count_if(
-      input.settings, [&](const TradeSetting& setting) { return !partial.find(setting); });
-  PitchRemap yardstick(input.rooms.front().views.front().truth.cols);
-  const ViewTimer timer{input.repetitions, &yardstick, input.time_source};
-  {
-    Progress progress("trade", left, "settings");
-    for (MeasuredSetting& measured : settings) {
-      const TradeSetting& setting = measured.setting;
-      if (const auto found = partial.find(setting)) {
-        measured.measured = *found;
-        continue;
-      }
-      measured.measured = measure_setting(setting, input.rooms[setting.room].views, timer);
-      if (!input.held_out.empty()) {
-        measured.measured.held_out = score_setting(setting, input.held_out);
-      }
-      partial.add(setting, measured.measured);
-      progress.advance();
-    }
-  }
-  settle_disturbed(input, timer, &partial, &settings);
-  return settings;
-}
-
-// The generations (one mode of each) and the limit angles of a room's settings.
-struct ConnectionsOfRoom {
-  std::vector<ViewMode> modes{};
-  std::set<double> k_list_deg{};
-};
-
-ConnectionsOfRoom connections_of(std::span<const MeasuredSetting> settings, std::size_t room) {
-  ConnectionsOfRoom found;
-  for (const MeasuredSetting& measured : settings) {
-    if (measured.setting.room != room) continue;
-    const ViewMode& mode = measured.setting.mode;
-    found.k_list_deg.insert(mode.options.k_deg);
-    const bool known = std::ranges::any_of(found.modes, [&](const ViewMode& other) {
-      return other.options.generation == mode.options.generation;
-    });
-    if (!known) found.modes.push_back(mode);
-  }
-  return found;
-}
-
-void give_connection_error(const ConnectErrorRow& row, std::size_t room,
-                           std::vector<MeasuredSetting>* settings) {
-  for (MeasuredSetting& measured : *settings) {
-    const ViewOptions& options = measured.setting.mode.options;
-    if (measured.setting.room != room || options.k_deg != row.k_deg) continue;
-    if (options.generation == row.generation) measured.measured.e_connect = row.e_connect_common;
-  }
-}
-
-// The connection error of every room at each generation and k of its settings; the other parameters
-// hardly change it.
-void measure_connections(const TradeInput& input, std::vector<MeasuredSetting>* settings) {
-  for (std::size_t room = 0; room < input.rooms.size(); ++room) {
-    const ConnectionsOfRoom wanted = connections_of(*settings, room);
-    if (wanted.modes.empty()) continue;
-    const ConnectErrorOptions options{
-        .viewpoints = input.connect_viewpoints,
-        .k_list_deg = {wanted.k_list_deg.begin(), wanted.k_list_deg.end()}};
-    for (const ConnectError& error :
-         connection_errors(*input.rooms[room].room, wanted.modes, options)) {
-      // Settings of unlike k are only comparable over the corners that all of these k can read.
-      if (!(error.common_share >= kLeastCommonShare)) continue;
-      for (const ConnectErrorRow& row : error.rows) give_connection_error(row, room, settings);
-    }
-  }
-}
 
 fs::path partial_file(const fs::path& report) { return report / "trade.partial.json"; }
 
@@ -273,44 +146,16 @@ MeasuredSettings measured_settings(const Trade& trade) {
   return measured;
 }
 
-Trade measure_trade(const TradeInput& input, const fs::path& partial) {
-  const TradeRoom& main = input.rooms.front();
-  Trade trade{.truth = input.truth,
-              .sweep = input.sweep,
-              .distances_sha256 = distances_sha256(*main.room),
-              .width_px = main.views.front().truth.cols,
-              .threads = thread_count(),
-              .cpu = cpu_name(),
-              .repetitions = input.repetitions,
-              .connect_viewpoints = input.connect_viewpoints};
-  for (const TradeRoom& room : input.rooms) {
-    trade.rooms.push_back({.directory = room.room->directory().string(),
-                           .stored_width_px = room.room->panorama().width,
-                           .depth = room.depth,
-                           .compression = room.room->compression(),
-                           .rays_mb = 1e-6 * static_cast<double>(room.room->ray_file_bytes())});
-  }
-  for (const TradeView& view : main.views) trade.views.push_back(view.name);
-  for (const TradeView& view : input.held_out) trade.held_out_views.push_back(view.name);
-  trade.presets = input.presets;
+std::string write_trade(const TradeInput& input, const fs::path& report,
+                        const BlockArguments& blocks) {
+  prepare_report(report, input.rooms.front().room->directory());
+  Trade trade;
   try {
-    trade.settings = measure_settings(input, partial);
-    measure_connections(input, &trade.settings);
+    if (blocks.block) return measure_trade_block(input, report, *blocks.block);
+    trade = blocks.merge ? merged_trade(input, report) : measure_trade(input, partial_file(report));
   } catch (const Interrupted&) {
     throw Interrupted("interrupted; the same command resumes with the remaining settings");
   }
-  std::vector<double> remap_ms;
-  for (const MeasuredSetting& setting : trade.settings) {
-    remap_ms.push_back(setting.measured.time.remap_ms);
-  }
-  trade.remap_ms = median(remap_ms);
-  find_fronts(&trade.settings);
-  return trade;
-}
-
-std::string write_trade(const TradeInput& input, const fs::path& report) {
-  prepare_report(report, input.rooms.front().room->directory());
-  const Trade trade = measure_trade(input, partial_file(report));
   const TradePictures pictures = trade_pictures(trade, input.rooms);
   const nlohmann::ordered_json document = trade_document(trade);
   write_file_atomically(report / "trade.json", json_text(document));
@@ -318,6 +163,7 @@ std::string write_trade(const TradeInput& input, const fs::path& report) {
   write_file_atomically(report / "trade.csv", trade_csv(trade));
   write_file_atomically(report / "index.html", trade_page(document, pictures));
   fs::remove(partial_file(report));
+  if (blocks.merge) remove_trade_blocks(report);
   return summary_of(trade, report);
 }
 
@@ -337,7 +183,10 @@ std::string trade(const Room& room, const TradeOptions& options) {
   }
   prepare_report(options.report, room.directory());  // before minutes of waiting and estimating
   // Estimating distances without the held-out stations would disturb others as well.
-  const TimingLock lock(options.timing_lock, "raywalk-render trade " + room.directory().string());
+  std::optional<TimingLock> lock;
+  if (!options.blocks.merge) {
+    lock.emplace(options.timing_lock, "raywalk-render trade " + room.directory().string());
+  }
   HeldOutViews held_out;
   if (options.held_out > 0) {
     held_out =
@@ -363,7 +212,7 @@ std::string trade(const Room& room, const TradeOptions& options) {
                        .threads = thread_count()};
   input.settings = options.full ? full_sweep(base) : quick_sweep(base);
   add_presets(options.presets, base, &input);
-  return write_trade(input, options.report);
+  return write_trade(input, options.report, options.blocks);
 }
 
 }  // namespace raywalk

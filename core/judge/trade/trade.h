@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/block.h"
 #include "core/judge/trade/timing_lock.h"
+#include "core/judge/trade/trade_input.h"
 #include "core/judge/trade/trade_result.h"
-#include "core/judge/trade/trade_setting.h"
-#include "core/judge/trade/trade_view.h"
 #include "core/room/room.h"
 #include "core/view/measured_settings.h"
 #include "core/view/view_mode.h"
@@ -36,38 +36,22 @@ struct TradeOptions {
   // The central setting of every generation that the room can be rendered in.
   std::vector<ViewMode> centres{};
   std::vector<NamedMode> presets{};
+  BlockArguments blocks{};
 };
-
-// What is measured, for captured and held-out truths alike.
-struct TradeInput {
-  std::vector<TradeRoom> rooms{};  // the room under test first; at least one view each
-  std::string truth{};             // the source of the truths, for the report
-  std::string sweep = "quick";     // "quick" or "full"
-  std::vector<TradeSetting> settings{};
-  std::vector<TradeView> held_out{};    // scored in addition to the rooms' views; may be empty
-  std::vector<TradedPreset> presets{};  // among the settings
-  int repetitions = 3;
-  int connect_viewpoints = 5;  // per side of a cell, for e_connect
-  TimeSource time_source{};
-};
-
-// Measures every setting; those that other programs disturb again (view_time.h), and marks them
-// where that does not help. Finished settings are stored in the
-// file `partial`; those already there for the same input are not measured again. The file is not
-// removed (write_trade's caller does that). Prints progress. Throws Error where `partial` is
-// damaged or belongs to another input; Interrupted.
-Trade measure_trade(const TradeInput& input, const std::filesystem::path& partial);
 
 // What settings are chosen by: those of the room itself, on all threads.
 MeasuredSettings measured_settings(const Trade& trade);
 
 // Measures, and writes `report`/trade.json, trade.csv and index.html (each atomically) and the
-// measured settings of the first room. Returns a summary for the user.
-std::string write_trade(const TradeInput& input, const std::filesystem::path& report);
+// measured settings of the first room. A block is measured alone and kept for the run that merges
+// (trade_blocks.h). Returns a summary for the user.
+std::string write_trade(const TradeInput& input, const std::filesystem::path& report,
+                        const BlockArguments& blocks = {});
 
 // Reads the truths, opens the rooms, checks that the report can be written, waits for the timing
-// lock (timing_lock.h), then measures and writes as above. Returns a summary for the user. Throws
-// Error before any rendering where the input is wrong or the report cannot be written.
+// lock (timing_lock.h) unless it only merges, then measures and writes as above. Returns a summary
+// for the user. Throws Error before any rendering where the input is wrong or the report cannot be
+// written.
 std::string trade(const Room& room, const TradeOptions& options);
 
 }  // namespace raywalk

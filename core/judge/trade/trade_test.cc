@@ -10,11 +10,13 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv_records.h"
 #include "core/files/image_file.h"
 #include "core/files/test_directory.h"
 #include "core/judge/trade/captured_views.h"
+#include "core/judge/trade/measure_trade.h"
 #include "core/judge/trade/trade_test_room.h"
 #include "core/judge/validation/connect_error.h"
 #include "core/report/markup_check.h"
@@ -250,6 +252,32 @@ TEST_F(TradeTest, ResumesAnInterruptedRun) {
   }
   for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
   EXPECT_FALSE(fs::exists(partial()));
+}
+
+TEST_F(TradeTest, BlocksMakeTheScoresOfOneRun) {
+  const TradeInput all = few();
+  write_trade(all, options_.report);
+  const json whole = timeless(written());
+  fs::remove_all(options_.report);
+  fs::remove(measured_settings_path(room_.directory()));
+  const auto run = [&](const BlockArguments& blocks) {
+    return write_trade(all, options_.report, blocks);
+  };
+  for (const int index : {3, 1}) run({.block = Block{index, 3}});
+  EXPECT_THAT(run({.block = Block{3, 3}}), HasSubstr("block 3/3 was already done"));
+  EXPECT_THAT(error_of([&] { run({.merge = true}); }), HasSubstr("1 of 3 blocks is missing: 2"));
+  EXPECT_FALSE(fs::exists(options_.report / "trade.json"));
+  EXPECT_THAT(run({.block = Block{2, 3}}), HasSubstr("block 2/3 is done"));
+  EXPECT_THAT(run({.block = Block{7, 7}}), HasSubstr("block 7/7 is done"));
+  EXPECT_THAT(run({.block = Block{1, 7}}), HasSubstr("block 1/7 is done")) << "without a setting";
+  TradeInput other = all;
+  other.repetitions = 2;
+  EXPECT_THAT(error_of([&] { write_trade(other, options_.report, {.merge = true}); }),
+              HasSubstr("no block of trade"));
+  EXPECT_THAT(run({.merge = true}), HasSubstr("index.html"));
+  EXPECT_EQ(timeless(written()), whole);
+  EXPECT_TRUE(fs::exists(measured_settings_path(room_.directory())));
+  EXPECT_FALSE(fs::exists(options_.report / "trade.blocks"));
 }
 
 TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {

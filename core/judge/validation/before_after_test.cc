@@ -164,7 +164,7 @@ TEST_F(BeforeAfterTest, AnInterruptedRunIsResumedForBothRooms) {
   run();
   const std::string said =
       testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout();
-  EXPECT_THAT(said, HasSubstr("2 of 2 views are kept from an interrupted run"));
+  EXPECT_THAT(said, HasSubstr("2 of 2 views are kept from earlier runs"));
   EXPECT_EQ(compared()["means"].size(), 2U);
   EXPECT_FALSE(fs::exists(options_.report / "validation.partial"));
 }

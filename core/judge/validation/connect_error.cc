@@ -6,12 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <mutex>
 #include <optional>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/geometry/position_tolerance.h"
 #include "core/view/column_renderer.h"
 #include "core/view/connection.h"
 #include "core/view/view_plan.h"
@@ -29,23 +30,7 @@ struct OverlapColumn {
   int u = 0;
   double angle_rad = 0.0;  // from the normal of the corner's first side
   std::array<std::vector<RaySource>, 2> sources{};
-  double squared_difference = 0.0;  // mean over the column's samples
-};
-
-// Sums over the columns of one or more overlaps.
-struct OverlapSum {
-  double squared_difference = 0.0;
-  std::int64_t columns = 0;
-
-  void add(const OverlapSum& other) {
-    squared_difference += other.squared_difference;
-    columns += other.columns;
-  }
-  // NaN where there was no column.
-  double mean() const {
-    return columns > 0 ? squared_difference / static_cast<double>(columns)
-                       : std::numeric_limits<double>::quiet_NaN();
-  }
+  std::uint64_t squared_difference = 0;  // sum over the column's samples
 };
 
 // Measures one cell, viewpoint by viewpoint.
@@ -105,8 +90,7 @@ class CellMeasurement {
         OverlapSum& sum = sums.emplace_back();
         for (const OverlapColumn& column : columns) {
           if (column.corner != corner || !in_overlap(column.angle_rad, cut_rad)) continue;
-          sum.squared_difference += column.squared_difference;
-          ++sum.columns;
+          sum.add_column(column.squared_difference);
         }
       }
     }
@@ -135,8 +119,7 @@ class CellMeasurement {
     const int index = cell_.line[static_cast<size_t>(side % kCorners)];
     const Line& line = room_.grid().lines[static_cast<size_t>(index)];
     const auto crossing = cross_line(line, viewpoint, theta_rad);
-    const bool held = crossing && crossing->d_p_m >= 0.0 && crossing->along_m >= line.first_m() &&
-                      crossing->along_m <= line.last_m();
+    const bool held = crossing && crossing->d_p_m >= 0.0 && is_captured_at(line, crossing->along_m);
     return held ? std::optional(source_at(line, index, *crossing)) : std::nullopt;
   }
 
@@ -165,13 +148,13 @@ class CellMeasurement {
   const PanoramaSize output_;
 };
 
-double mean_squared_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
-  std::int64_t sum = 0;
+std::uint64_t squared_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
+  std::uint64_t sum = 0;
   for (size_t i = 0; i < a.size(); ++i) {
     const int difference = int{a[i]} - int{b[i]};
-    sum += std::int64_t{difference} * difference;
+    sum += static_cast<std::uint64_t>(difference * difference);
   }
-  return static_cast<double>(sum) / static_cast<double>(a.size());
+  return sum;
 }
 
 // Renders each column from each line and compares the two.
@@ -184,35 +167,41 @@ void compare_lines(const ViewInputs& inputs, std::span<OverlapColumn> columns) {
     for (size_t which = 0; which < 2; ++which) {
       renderer.render(column.u, column.sources[which], pixels[which].data());
     }
-    column.squared_difference = mean_squared_difference(std::span(pixels[0]).first(bytes),
-                                                        std::span(pixels[1]).first(bytes));
+    column.squared_difference =
+        squared_difference(std::span(pixels[0]).first(bytes), std::span(pixels[1]).first(bytes));
   }
 }
 
-// The sums of a cell: pair (viewpoint, corner) at k is at [(4 viewpoint + corner) * k_count + k].
-// Added up only at the end, so that the order of additions does not depend on threads.
-class SumTable {
+// Collects the sums of viewpoints, which may be measured in parallel.
+class Collection {
  public:
-  SumTable(int viewpoints, size_t k_count)
-      : k_count_(k_count), sums_(static_cast<size_t>(viewpoints) * kCorners * k_count) {}
+  Collection(size_t k_count, std::int64_t viewpoints, const std::string& what)
+      : k_count_(k_count), sums_(k_count), progress_(what, viewpoints, "viewpoints") {}
 
-  void set(int viewpoint, std::span<const OverlapSum> sums) {
-    std::ranges::copy(sums, sums_.begin() + viewpoint * std::ssize(sums));
+  // The sums of each corner (outer) and k (inner) of one viewpoint.
+  void add(std::span<const OverlapSum> viewpoint) {
+    {
+      const std::scoped_lock lock(mutex_);
+      for (size_t corner = 0; corner < kCorners; ++corner) {
+        sums_.add_pair(viewpoint.subspan(corner * k_count_, k_count_));
+      }
+    }
+    progress_.advance();
   }
-  size_t pairs() const { return sums_.size() / k_count_; }
-  std::span<const OverlapSum> pair(size_t index) const {
-    return std::span(sums_).subspan(index * k_count_, k_count_);
-  }
+  const ConnectErrorSums& sums() const { return sums_; }
 
  private:
   size_t k_count_;
-  std::vector<OverlapSum> sums_;
+  ConnectErrorSums sums_;
+  Progress progress_;
+  std::mutex mutex_;
 };
 
 // An initial view needs no preparation: viewpoints are parallel.
-void measure_initial(const Room& room, const CellMeasurement& cell, int count, Progress* progress,
-                     SumTable* table) {
-  parallel_for(0, count, 1, [&](int begin, int end) {
+void measure_initial(const Room& room, const CellMeasurement& cell, IndexRange viewpoints,
+                     Collection* collection) {
+  const int first = static_cast<int>(viewpoints.begin), last = static_cast<int>(viewpoints.end);
+  parallel_for(first, last, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const PlanPoint viewpoint = cell.viewpoint(i);
       const ViewPlan plan(room.grid(), viewpoint, {.k_rad = kHalfPi});
@@ -225,18 +214,17 @@ void measure_initial(const Room& room, const CellMeasurement& cell, int count, P
                               .layers = std::nullopt,
                               .fill_maps = {}};
       compare_lines(inputs, columns);
-      table->set(i, cell.overlap_sums(viewpoint, columns));
-      progress->advance();
+      collection->add(cell.overlap_sums(viewpoint, columns));
     }
   });
 }
 
 // Gathering the distances of a viewpoint is parallel itself: columns are parallel, viewpoints are
 // not.
-void measure_corrected(const CellMeasurement& cell, int count, Renderer* renderer,
-                       Progress* progress, SumTable* table) {
-  for (int i = 0; i < count; ++i) {
-    const PlanPoint viewpoint = cell.viewpoint(i);
+void measure_corrected(const CellMeasurement& cell, IndexRange viewpoints, Renderer* renderer,
+                       Collection* collection) {
+  for (size_t i = viewpoints.begin; i < viewpoints.end; ++i) {
+    const PlanPoint viewpoint = cell.viewpoint(static_cast<int>(i));
     const PreparedView& prepared = renderer->prepare(viewpoint);
     std::vector<OverlapColumn> columns = cell.overlap_columns(prepared.plan());
     parallel_for(0, static_cast<int>(columns.size()), kColumnsPerTask, [&](int begin, int end) {
@@ -244,51 +232,9 @@ void measure_corrected(const CellMeasurement& cell, int count, Renderer* rendere
           prepared.inputs(),
           std::span(columns).subspan(static_cast<size_t>(begin), static_cast<size_t>(end - begin)));
     });
-    table->set(i, cell.overlap_sums(viewpoint, columns));
-    progress->advance();
+    collection->add(cell.overlap_sums(viewpoint, columns));
   }
 }
-
-// Accumulates pairs one by one.
-class PairTotals {
- public:
-  explicit PairTotals(size_t k_count) : totals_(k_count) {}
-
-  // The sums of one pair at each k.
-  void add(std::span<const OverlapSum> pair) {
-    ++pairs_;
-    const bool common =
-        std::ranges::all_of(pair, [](const OverlapSum& sum) { return sum.columns > 0; });
-    if (common) ++common_pairs_;
-    for (size_t k = 0; k < pair.size(); ++k) {
-      totals_[k].all.add(pair[k]);
-      if (common) totals_[k].common.add(pair[k]);
-      if (pair[k].columns > 0) ++totals_[k].pairs;
-    }
-  }
-
-  double common_share() const { return static_cast<double>(common_pairs_) / pairs_; }
-
-  ConnectErrorRow row(size_t k, double k_deg, Generation generation) const {
-    const Total& total = totals_[k];
-    return {.connection = connection_name(k_deg),
-            .k_deg = k_deg,
-            .generation = generation,
-            .e_connect = total.all.mean(),
-            .e_connect_common = total.common.mean(),
-            .coverage = static_cast<double>(total.pairs) / pairs_};
-  }
-
- private:
-  struct Total {
-    OverlapSum all;
-    OverlapSum common;
-    int pairs = 0;
-  };
-  std::vector<Total> totals_;
-  int pairs_ = 0;
-  int common_pairs_ = 0;
-};
 
 std::string cell_text(double error) {
   return std::isnan(error) ? "-" : fmt::format("{:.1f}", error);
@@ -301,6 +247,12 @@ std::vector<double> default_k_list_deg() {
   for (int k_deg = 45; k_deg < 70; k_deg += 5) list.push_back(k_deg);
   for (int k_deg = 70; k_deg <= 90; k_deg += 2) list.push_back(k_deg);
   return list;
+}
+
+int viewpoints_for(std::size_t cells) {
+  constexpr double kMostCells = 24.0, kPerSide = 49.0, kLeast = 2.0;
+  const double more = std::max(static_cast<double>(cells) / kMostCells, 1.0);
+  return static_cast<int>(std::max(std::round(kPerSide / std::sqrt(more)), kLeast));
 }
 
 void require_connect_error_options(const ConnectErrorOptions& options) {
@@ -321,35 +273,57 @@ void require_connect_error_options(const ConnectErrorOptions& options) {
   }
 }
 
-ConnectError measure_connect_error(const Room& room, Generation generation,
-                                   const ConnectErrorOptions& options) {
+ConnectErrorSums measure_connect_error_sums(const Room& room, Generation generation,
+                                            const ConnectErrorOptions& options, Block block) {
   require_connect_error_options(options);
   if (room.grid().cells.empty()) {
     throw Error(room.directory().string() +
                 ": no four lines of the room close a cell, so there is no connection to measure");
   }
   Renderer renderer(room, {.generation = generation, .overlap_deg = options.overlap_deg});
-  const int viewpoints = options.viewpoints * options.viewpoints;
-  const size_t k_count = options.k_list_deg.size();
-  Progress progress("connect-error " + generation_name(generation),
-                    static_cast<std::int64_t>(room.grid().cells.size()) * viewpoints, "viewpoints");
-  PairTotals totals(k_count);
-  for (const Cell& cell : room.grid().cells) {
-    const CellMeasurement measurement(room, cell, generation, options);
-    SumTable table(viewpoints, k_count);
+  const size_t per_cell =
+      static_cast<size_t>(options.viewpoints) * static_cast<size_t>(options.viewpoints);
+  const IndexRange share = block.share_of(room.grid().cells.size() * per_cell);
+  Collection collection(options.k_list_deg.size(), static_cast<std::int64_t>(share.size()),
+                        "connect-error " + generation_name(generation));
+  for (size_t index = share.begin; index < share.end;) {
+    const size_t cell = index / per_cell;
+    const size_t end = std::min(share.end, (cell + 1) * per_cell);
+    const IndexRange viewpoints{index - cell * per_cell, end - cell * per_cell};
+    const CellMeasurement measurement(room, room.grid().cells[cell], generation, options);
     if (generation == Generation::kInitial) {
-      measure_initial(room, measurement, viewpoints, &progress, &table);
+      measure_initial(room, measurement, viewpoints, &collection);
     } else {
-      measure_corrected(measurement, viewpoints, &renderer, &progress, &table);
+      measure_corrected(measurement, viewpoints, &renderer, &collection);
     }
-    for (size_t pair = 0; pair < table.pairs(); ++pair) totals.add(table.pair(pair));
+    index = end;
   }
-  ConnectError result{
-      .generation = generation, .options = options, .common_share = totals.common_share()};
-  for (size_t k = 0; k < k_count; ++k) {
-    result.rows.push_back(totals.row(k, options.k_list_deg[k], generation));
+  return collection.sums();
+}
+
+ConnectError connect_error_of(const ConnectErrorSums& sums, const Room& room, Generation generation,
+                              const ConnectErrorOptions& options) {
+  const int samples = 3 * size_as_captured(room).height;
+  const auto pairs = static_cast<double>(sums.pairs);
+  ConnectError result{.generation = generation,
+                      .options = options,
+                      .common_share = static_cast<double>(sums.common_pairs) / pairs};
+  for (size_t k = 0; k < options.k_list_deg.size(); ++k) {
+    const ConnectErrorSums::AtK& at_k = sums.at_k[k];
+    result.rows.push_back({.connection = connection_name(options.k_list_deg[k]),
+                           .k_deg = options.k_list_deg[k],
+                           .generation = generation,
+                           .e_connect = at_k.all.mean(samples),
+                           .e_connect_common = at_k.common.mean(samples),
+                           .coverage = static_cast<double>(at_k.pairs) / pairs});
   }
   return result;
+}
+
+ConnectError measure_connect_error(const Room& room, Generation generation,
+                                   const ConnectErrorOptions& options) {
+  return connect_error_of(measure_connect_error_sums(room, generation, options), room, generation,
+                          options);
 }
 
 std::string connect_error_table(std::span<const ConnectError> measurements) {

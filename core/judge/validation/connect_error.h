@@ -26,6 +26,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/block.h"
+#include "core/judge/validation/connect_error_sums.h"
 #include "core/room/connection_errors.h"
 #include "core/room/room.h"
 #include "core/view/renderer.h"
@@ -40,6 +42,10 @@ struct ConnectErrorOptions {
   double overlap_deg = 5.0;  // the whole width, above 0 and up to 45
   std::vector<double> k_list_deg = default_k_list_deg();  // each in 45..90
 };
+
+// Viewpoints per side of a cell that suffice for a room: 49, and where there are more than 24 cells
+// so many fewer, but at least 2, that all of them together have about as many.
+int viewpoints_for(std::size_t cells);
 
 // Errors are in squared 8-bit levels, NaN where there was no column.
 struct ConnectErrorRow {
@@ -63,9 +69,18 @@ struct ConnectError {
 // Throws UsageError for an option out of range.
 void require_connect_error_options(const ConnectErrorOptions& options);
 
-// Measures all cells of a room at the size of its panoramas; prints progress. The result does not
-// depend on the number of threads. Throws UsageError for an option out of range; Error if the room
-// has no cell or lacks the distances that the generation needs; Interrupted.
+// Measures a block of the viewpoints of all cells, cell by cell, at the size of the room's
+// panoramas; prints progress. The sums of all blocks, added up, are those of one, and do not depend
+// on the number of threads. Throws UsageError for an option out of range; Error if the room has no
+// cell or lacks the distances that the generation needs; Interrupted.
+ConnectErrorSums measure_connect_error_sums(const Room& room, Generation generation,
+                                            const ConnectErrorOptions& options, Block block = {});
+
+// What the sums over all viewpoints say.
+ConnectError connect_error_of(const ConnectErrorSums& sums, const Room& room, Generation generation,
+                              const ConnectErrorOptions& options);
+
+// Both for all viewpoints. Throws as measure_connect_error_sums() does.
 ConnectError measure_connect_error(const Room& room, Generation generation,
                                    const ConnectErrorOptions& options);
 

@@ -222,6 +222,16 @@ TEST_F(ConnectErrorTest, ThreadsDoNotChangeTheResult) {
   }
 }
 
+TEST(ConnectErrorSumsTest, SumsBeyond64BitsAreExact) {
+  constexpr std::uint64_t kMost = ~std::uint64_t{0};
+  WideSum twice;
+  twice.add(kMost);
+  twice.add(kMost);
+  twice.add(2);
+  EXPECT_EQ(twice, (WideSum{std::uint64_t{1} << 33, 0}));
+  EXPECT_EQ(twice.value(), std::ldexp(1.0, 65));
+}
+
 TEST_F(ConnectErrorTest, RowsNameTheirConnection) {
   const ConnectErrorOptions options{.viewpoints = 2, .k_list_deg = {90.0, 62.5, 45.0}};
   const ConnectError result = measure({.overhang_m = 0.5}, Generation::kHlfVd, options);

@@ -28,12 +28,13 @@ struct MeasuredView {
 
 class ValidationPartial {
  public:
-  // Creates or reuses the directory and locks it. Throws Error if another run holds the lock or the
-  // directory cannot be written.
-  ValidationPartial(const std::filesystem::path& report, const Room& room);
+  // Creates or reuses the directory and locks it. Throws Error if another run holds the lock, one
+  // that does not share it as this one does, or the directory cannot be written.
+  ValidationPartial(const std::filesystem::path& report, const Room& room,
+                    FileLock::Use use = FileLock::Use::kAlone);
   // For another room of the same report: shares the directory and its lock.
   ValidationPartial(const ValidationPartial& partial, const Room& room);
-  // Removes the directory if nothing is kept in it.
+  // Removes the directory if nothing is kept in it and nobody shares it.
   ~ValidationPartial();
   ValidationPartial(const ValidationPartial&) = delete;
   ValidationPartial& operator=(const ValidationPartial&) = delete;
@@ -54,6 +55,8 @@ class ValidationPartial {
   // (connect_error_file.h).
   const std::filesystem::path& connection_errors() const { return connection_errors_; }
 
+  const std::filesystem::path& directory() const { return directory_; }
+
   // Removes the directory and everything in it.
   void complete();
 
@@ -62,6 +65,7 @@ class ValidationPartial {
   bool is_empty() const;
 
   std::filesystem::path directory_;
+  FileLock::Use use_;
   std::shared_ptr<FileLock> lock_;
   std::string room_fingerprint_;
   std::filesystem::path connection_errors_;

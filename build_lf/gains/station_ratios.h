@@ -1,0 +1,73 @@
+// The ratios measured between the stations of a room, and where they are kept.
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "build_lf/gains/patch_ratios.h"
+#include "build_lf/gains/surface_maps.h"
+#include "core/panorama/gain_graph.h"
+#include "core/room/gain_fields.h"
+#include "core/room/room.h"
+
+namespace raywalk::build_lf {
+
+// How much brighter station `to` is than `from`, by patches.
+struct StationRatios {
+  int from = 0;  // index in the list of stations
+  int to = 0;
+  std::vector<PatchRatio> patches;
+};
+
+// The ratios of all stations, some 200 kB each, in a file without a name: it is gone when the
+// program ends. Can be used by several threads at once.
+class RatioFile {
+ public:
+  // In this directory, for so many stations. Throws Error if it cannot be written.
+  RatioFile(const std::filesystem::path& directory, std::size_t stations);
+  ~RatioFile();
+  RatioFile(const RatioFile&) = delete;
+  RatioFile& operator=(const RatioFile&) = delete;
+
+  // Keeps the ratios of one station `to`. Throws Error if the disk is full.
+  void put(int to, const std::vector<StationRatios>& ratios);
+  // Those of a station; none if nothing was put. Throws Error if they cannot be read.
+  std::vector<StationRatios> get(int to) const;
+
+ private:
+  // Of one pair of stations in the file.
+  struct Place {
+    int from = 0;
+    std::size_t patches = 0;
+  };
+  struct Station {
+    std::vector<Place> pairs;
+    std::size_t offset = 0;  // bytes
+  };
+
+  std::filesystem::path directory_;
+  int file_ = -1;
+  std::mutex mutex_;
+  std::size_t size_ = 0;  // bytes given away
+  std::vector<Station> stations_;
+};
+
+// Two whole pictures differ by the median of their patches' ratios.
+struct WholeRatio {
+  int from = 0;
+  int to = 0;
+  std::array<GainEquation, 3> channels{};
+  bool known = false;  // whether any patch was compared
+};
+
+// Compares each station with the nearest stations that have a map, on its own line, where the views
+// are most alike, and on others, which tie the lines together. What the stations' `initial` gains
+// add to the ratios is taken off. Puts the ratios into `file`; returns those of whole pictures, by
+// increasing `to`. Shows progress; throws Error as RatioFile does, Interrupted.
+std::vector<WholeRatio> compare_stations(const Room& room, std::span<const StationIndex> stations,
+                                         const SurfaceMaps& maps, const GainFields& initial,
+                                         RatioFile* file);
+
+}  // namespace raywalk::build_lf

@@ -1,0 +1,88 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "build_lf/pack_room.h"
+#include "build_lf/partial_room.h"
+#include "build_lf/test_capture.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/files/test_contents.h"
+#include "core/room/room.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class PackBlocksTest : public ::testing::Test {
+ protected:
+  PackBlocksTest() {
+    for (const int frame : {0, 3, 20}) capture_.write_distance_map(frame, {32, 16});
+    options_.frames = capture_.list();
+    options_.distances = capture_.distances();
+    options_.out = capture_.room();
+  }
+
+  TestCapture capture_;
+  PackOptions options_;
+};
+
+TEST_F(PackBlocksTest, MakeTheSameRoomAsOneRun) {
+  PackOptions plain = options_;
+  plain.out = capture_.root() / "plain.lf";
+  pack_room(plain);
+
+  pack_block(options_, {3, 3});
+  pack_block(options_, {1, 3});
+  EXPECT_THAT(pack_block(options_, {1, 3}), HasSubstr("packed before"));
+  EXPECT_THAT(error_of([&] { merge_packed(options_); }),
+              AllOf(HasSubstr("1 of 4 lines are not packed: z0"),
+                    HasSubstr("1 of 3 blocks is missing: 2")));
+  EXPECT_FALSE(fs::exists(options_.out));
+  pack_block(options_, {2, 3});
+  EXPECT_THAT(pack_block(options_, {5, 5}), HasSubstr("is empty: the room has 4 lines"));
+  merge_packed(options_);
+  EXPECT_EQ(checksums_of_files(options_.out), checksums_of_files(plain.out));
+  EXPECT_FALSE(fs::exists(capture_.partial()));
+}
+
+TEST_F(PackBlocksTest, ArePutTogetherByAPlainRunToo) {
+  pack_block(options_, {2, 3});
+  fs::path packed;
+  for (const auto& entry : fs::directory_iterator(capture_.partial() / "lines")) {
+    packed = entry.path().filename();
+  }
+  const fs::file_time_type written = fs::last_write_time(capture_.partial() / "lines" / packed);
+  pack_room(options_);
+  EXPECT_EQ(fs::last_write_time(options_.out / "lines" / packed), written);
+}
+
+TEST_F(PackBlocksTest, OfOtherFramesAreRefusedUnlessForced) {
+  pack_block(options_, {1, 3});
+  capture_.write_list("# changed\n");
+  EXPECT_THAT(error_of([&] { pack_block(options_, {2, 3}); }), HasSubstr("of other frames"));
+  EXPECT_THAT(error_of([&] { merge_packed(options_); }), HasSubstr("of other frames"));
+  options_.replace = true;
+  pack_block(options_, {2, 3});
+  EXPECT_THAT(error_of([&] { merge_packed(options_); }),
+              HasSubstr("2 of 3 blocks are missing: 1 and 3"));
+}
+
+// What another machine is writing is left alone, as is what a living process writes here.
+TEST_F(PackBlocksTest, UnfinishedVolumesOfLivingBlocksStay) {
+  const PartialRoom other(options_.out, plan_pack(options_).fingerprint, false,
+                          FileLock::Use::kShared);
+  const fs::path elsewhere = capture_.partial() / "lines" / ".x0.0123abcd-77.0.partial.h5";
+  std::ofstream(elsewhere) << "half";
+  for (const int index : {1, 2, 3}) pack_block(options_, {index, 3});
+  EXPECT_TRUE(fs::exists(elsewhere));
+  EXPECT_THAT(error_of([&] { pack_room(options_); }), HasSubstr("another raywalk-build-lf"));
+  EXPECT_TRUE(fs::exists(elsewhere));
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf
