@@ -25,8 +25,8 @@ namespace {
 
 struct Arguments {
   PackOptions pack;
-  BlockArguments blocks{};
   RepackOptions repack{};
+  BlockArguments blocks{};
   DepthOptions depth{};
   std::string depth_method = "sweep";
   RequireOptions require{};
@@ -47,8 +47,7 @@ CLI::Option* add_compress_option(CLI::App* app, std::string* name) {
       ->add_option(
           "--compress", *name,
           "How panoramas are stored: none (mapped), lossless (about a third of the size), or "
-          "jpeg:Q with a quality Q of 1 to 100 (an eighth and less; 95 is hard to tell from "
-          "none)")
+          "jpeg:Q with a quality Q of 1 to 100 (94: about an eighth, hard to tell from none)")
       ->type_name("none|lossless|jpeg:Q")
       ->capture_default_str();
 }

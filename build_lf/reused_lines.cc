@@ -35,11 +35,15 @@ std::string file_text(const fs::path& file) {
   return fmt::format("{}\n{}\n", file.filename().string(), stamp_of(file).text());
 }
 
+// Volumes without compression are named as before there was any.
+std::string form_text(const RayForm& form) {
+  return form.compressed() ? "compress " + name_of(form) + "\n" : "";
+}
+
 std::string rays_text(const Line& line, const std::vector<StationSource>& sources,
-                      PanoramaSize panorama, const RayForm& form) {
+                      PanoramaSize panorama) {
   std::string text = fmt::format("rays {} {} {} {} {}\n", kRoomFormatVersion, kPolarVolumeVersion,
                                  line.id, panorama.width, panorama.height);
-  if (form.compressed()) text += fmt::format("compress {}\n", name_of(form));
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     const auto& position_m = line.stations[i].position_m;
@@ -56,10 +60,9 @@ std::string rays_text(const Line& line, const std::vector<StationSource>& source
 }
 
 std::string distances_text(const Line& line, const std::vector<StationSource>& sources,
-                           PanoramaSize map, const RayForm& form) {
+                           PanoramaSize map) {
   std::string text =
       fmt::format("distances {} {} {} {}\n", kRoomFormatVersion, line.id, map.width, map.height);
-  if (form.compressed()) text += "compressed\n";
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];
     if (!source.distance_map) continue;
@@ -147,10 +150,12 @@ LineInputs line_inputs(const PackPlan& plan, std::size_t line) {
   throw_if_interrupted();
   const Line& of_grid = plan.grid.lines[line];
   LineInputs inputs;
-  inputs.rays = sha256_hex(rays_text(of_grid, plan.sources[line], plan.panorama, plan.form));
+  const std::string form = form_text(plan.form);
+  inputs.rays = sha256_hex(form + rays_text(of_grid, plan.sources[line], plan.panorama));
   if (plan.has_maps(line)) {
+    const std::string lossless = form.empty() ? "" : "compressed\n";
     inputs.distances =
-        sha256_hex(distances_text(of_grid, plan.sources[line], plan.distance_map, plan.form));
+        sha256_hex(lossless + distances_text(of_grid, plan.sources[line], plan.distance_map));
   }
   return inputs;
 }
