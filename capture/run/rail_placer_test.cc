@@ -61,6 +61,7 @@ TEST(RailPlacer, SendsTheLineToARigThatPlacesItself) {
   make_rail_placer(rig.config(), false)->place(kLine, 1, 1);
   const auto request = nlohmann::json::parse(rig.request());
   EXPECT_EQ(request["line"], "z1");
+  EXPECT_EQ(request["placement"], 1);
   EXPECT_EQ(request["start_m"], nlohmann::json({0.5, -0.75}));
   EXPECT_EQ(request["end_m"], nlohmann::json({0.5, 0.75}));
 }

@@ -144,11 +144,13 @@ TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
   std::set<std::string> placements;
   for (std::size_t row = 0; row < truth.rows(); ++row) placements.insert(truth.text(row, "line"));
   EXPECT_THAT(placements, ::testing::IsSupersetOf({"x0", "x0-2", "x1-2", "z1-2"}));
-  ASSERT_GE(truth.rows(), 25u);
-  for (std::size_t i = 0; i < 5; ++i) {  // x0, the first that was captured
-    const std::size_t row = truth.rows() - 25 + i;
-    EXPECT_NEAR(poses.number(i, "x"), truth.number(row, "x"), 0.02);
-    EXPECT_NEAR(poses.number(i, "z"), truth.number(row, "z"), 0.02);
+  for (std::size_t i = 0; i < poses.rows(); ++i) {
+    bool found = false;
+    for (std::size_t row = 0; row < truth.rows() && !found; ++row) {
+      found = std::hypot(poses.number(i, "x") - truth.number(row, "x"),
+                         poses.number(i, "z") - truth.number(row, "z")) < 0.02;
+    }
+    EXPECT_TRUE(found) << poses.text(i, "file");
   }
 }
 

@@ -17,6 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+// Of one line; as many as a configuration may have.
+constexpr double kMaxPlacements = 1000.0;
+
 fs::path made(const fs::path& directory) {
   make_directories(directory);
   return directory;
@@ -152,9 +155,9 @@ void Rig::answer_http() {
   osc_.on_get("/rig/state", [this](const std::string&) { return state().dump(); });
   osc_.on_post("/rig/place", [this](const std::string& body) {
     const json request = parsed_request(body);
-    place(placement_id({.id = word_in(request, "line"),
-                        .stations = {},
-                        .placement = static_cast<int>(number_in(request, "placement", 1.0))}));
+    const double number = std::clamp(number_in(request, "placement", 1.0), 1.0, kMaxPlacements);
+    place(placement_id(
+        {.id = word_in(request, "line"), .stations = {}, .placement = static_cast<int>(number)}));
     return state().dump();
   });
   osc_.on_post("/rig/fault", [this](const std::string& body) {
