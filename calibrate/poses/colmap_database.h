@@ -21,9 +21,9 @@ struct DatabaseImage {
 std::map<std::string, DatabaseImage> read_database_images(const std::filesystem::path& database);
 
 // Sets the descriptors to zero, which match nothing, that are not of unit length as all others are.
-// COLMAP gives features at the lower edge of a picture none and stores whatever is in its memory, so
-// that the same pictures would give other matches in every run. Throws Error naming the file if it
-// cannot be written, or is damaged.
+// COLMAP gives features at the lower edge of a picture none and stores whatever is in its memory,
+// so that the same pictures would give other matches in every run. Throws Error naming the file if
+// it cannot be written, or is damaged.
 void clear_unset_descriptors(const std::filesystem::path& database);
 
 // Two images and the pixels of their geometrically verified matches.
