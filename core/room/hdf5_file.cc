@@ -125,8 +125,13 @@ Hdf5File Hdf5File::create(const fs::path& file) {
   // Datasets are memory-mapped, so their numbers must be aligned in the file.
   constexpr hsize_t kAlignment = 8;
   H5Pset_alignment(access.get(), 1, kAlignment);
-  created.file_ = created.checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()),
-                                  H5Fclose, "cannot create the file");
+  const Hdf5Handle creation =
+      created.checked(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "cannot create the file");
+  // Without times, files of the same content have the same bytes.
+  H5Pset_obj_track_times(creation.get(), false);
+  created.file_ =
+      created.checked(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
+                      H5Fclose, "cannot create the file");
   return created;
 }
 
@@ -303,6 +308,7 @@ Hdf5Handle Hdf5File::create_contiguous(const std::string& name, hid_t type,
       H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose, what);
   const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
   H5Pset_layout(properties.get(), H5D_CONTIGUOUS);
+  H5Pset_obj_track_times(properties.get(), false);
   H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(properties.get(), H5D_FILL_TIME_NEVER);
   return checked(H5Dcreate2(file_.get(), name.c_str(), type, space.get(), H5P_DEFAULT,
