@@ -15,16 +15,11 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
+#include "core/files/packed_values.h"
 #include "core/panorama/gain_graph.h"
 
 namespace raywalk::build_lf {
 namespace {
-
-struct StationRatios {
-  int from = 0;  // index in the list of stations
-  int to = 0;
-  std::vector<PatchRatio> patches;
-};
 
 Eigen::Vector3d position_of(const Room& room, StationIndex station) {
   const Line& line = room.grid().lines[static_cast<size_t>(station.line)];
@@ -86,37 +81,6 @@ class Surfaces {
   std::map<StationIndex, SurfacePicture> pictures_;
   std::map<StationIndex, InverseDistanceMap> read_;
 };
-
-// Compares all stations with their partners; ordered by station.
-std::vector<StationRatios> compare_all(const Room& room, std::span<const StationIndex> stations,
-                                       const SurfaceMaps& maps) {
-  std::map<StationIndex, int> number;
-  for (const StationIndex station : stations) {
-    number.emplace(station, static_cast<int>(number.size()));
-  }
-  std::vector<std::vector<StationRatios>> of_station(stations.size());
-  Progress progress("comparing surfaces", static_cast<std::int64_t>(stations.size()), "stations");
-  constexpr int kStationsPerTask = 8;
-  parallel_for(0, static_cast<int>(stations.size()), kStationsPerTask, [&](int begin, int end) {
-    Surfaces surfaces(room, maps);
-    for (int i = begin; i < end; ++i) {
-      const StationIndex to = stations[static_cast<size_t>(i)];
-      for (const StationIndex from : partners_of(room, to, maps)) {
-        const auto from_number = number.find(from);
-        if (from_number == number.end()) continue;
-        std::vector<PatchRatio> patches = compare_surfaces(
-            surfaces.picture(from), *surfaces.map(from), surfaces.picture(to), surfaces.map(to));
-        of_station[static_cast<size_t>(i)].push_back({from_number->second, i, std::move(patches)});
-      }
-      progress.advance();
-    }
-  });
-  std::vector<StationRatios> all;
-  for (std::vector<StationRatios>& ratios : of_station) {
-    std::move(ratios.begin(), ratios.end(), std::back_inserter(all));
-  }
-  return all;
-}
 
 // What a station's initial gains add to a log ratio is taken off, so that the rest is solved for.
 void take_off(const GainFields& initial, std::span<const StationIndex> stations,
@@ -264,15 +228,76 @@ void multiply(const KeptGains& kept, GainField* field) {
 
 }  // namespace
 
+std::vector<StationRatios> compare_stations(const Room& room,
+                                            std::span<const StationIndex> stations,
+                                            const SurfaceMaps& maps, IndexRange share) {
+  std::map<StationIndex, int> number;
+  for (const StationIndex station : stations) {
+    number.emplace(station, static_cast<int>(number.size()));
+  }
+  std::vector<std::vector<StationRatios>> of_station(share.size());
+  Progress progress("comparing surfaces", static_cast<std::int64_t>(share.size()), "stations");
+  constexpr int kStationsPerTask = 8;
+  parallel_for(0, static_cast<int>(share.size()), kStationsPerTask, [&](int begin, int end) {
+    Surfaces surfaces(room, maps);
+    for (int i = begin; i < end; ++i) {
+      const std::size_t number_of_to = share.begin + static_cast<size_t>(i);
+      const StationIndex to = stations[number_of_to];
+      for (const StationIndex from : partners_of(room, to, maps)) {
+        const auto from_number = number.find(from);
+        if (from_number == number.end()) continue;
+        std::vector<PatchRatio> patches = compare_surfaces(
+            surfaces.picture(from), *surfaces.map(from), surfaces.picture(to), surfaces.map(to));
+        of_station[static_cast<size_t>(i)].push_back(
+            {from_number->second, static_cast<int>(number_of_to), std::move(patches)});
+      }
+      progress.advance();
+    }
+  });
+  std::vector<StationRatios> all;
+  for (std::vector<StationRatios>& ratios : of_station) {
+    std::move(ratios.begin(), ratios.end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+std::string bytes_of(const std::vector<StationRatios>& ratios) {
+  PackedWriter writer;
+  for (const StationRatios& of_pair : ratios) {
+    writer.add(of_pair.from);
+    writer.add(of_pair.to);
+    writer.add_all(of_pair.patches);
+  }
+  return writer.bytes();
+}
+
+std::vector<StationRatios> ratios_of(std::string_view bytes) {
+  static_assert(sizeof(PatchRatio) == 8 * sizeof(float), "nothing between its members");
+  std::vector<StationRatios> ratios;
+  for (PackedReader reader(bytes); !reader.at_end();) {
+    StationRatios& of_pair = ratios.emplace_back();
+    of_pair.from = reader.next<int>();
+    of_pair.to = reader.next<int>();
+    of_pair.patches = reader.next_all<PatchRatio>();
+  }
+  return ratios;
+}
+
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
                             const SurfaceMaps& maps, const GainFields& initial) {
-  std::vector<StationRatios> all = compare_all(room, stations, maps);
-  take_off(initial, stations, &all);
+  return solve_room_gains(stations, compare_stations(room, stations, maps, {0, stations.size()}),
+                          initial);
+}
+
+GainFields solve_room_gains(std::span<const StationIndex> stations,
+                            std::vector<StationRatios> ratios, const GainFields& initial) {
+  take_off(initial, stations, &ratios);
   WholeGains whole;
-  for (size_t c = 0; c < 3; ++c) whole[c] = whole_gains(all, c, static_cast<int>(stations.size()));
-  const std::vector<PatchEquation> equations = equations_of(all, whole);
-  const auto measured = measured_patches(all, stations.size());
-  all = {};  // frees the memory
+  for (size_t c = 0; c < 3; ++c)
+    whole[c] = whole_gains(ratios, c, static_cast<int>(stations.size()));
+  const std::vector<PatchEquation> equations = equations_of(ratios, whole);
+  const auto measured = measured_patches(ratios, stations.size());
+  ratios = {};  // frees the memory
   const RoomPatches solved =
       solve_parts(equations, std::array{Part::kAll}, whole, RoomPatches{}).front();
   const RoomPatches patches = finished(solved, whole);
