@@ -97,9 +97,9 @@ std::vector<StationIndex> outlier_frames(const FrameChecks& checks) {
 DepthWork::DepthWork(const DepthOptions& options, MapsUse use)
     : options_(options),
       room_(room_to_estimate(options)),
-      output_(output_of(options)),
       first_plan_(plan_depth(room_, options)),
       valid_(read_valid_mask(options, first_plan_.size)),
+      output_(output_of(options)),
       partial_(output_, fingerprint_of(room_, options, first_plan_.size), use) {}
 
 bool DepthWork::has(DepthStep step) const {

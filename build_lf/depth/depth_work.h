@@ -91,9 +91,9 @@ class DepthWork {
 
   DepthOptions options_;
   Room room_;
-  std::filesystem::path output_;
   DepthPlan first_plan_;  // of all stations
   cv::Mat valid_;
+  std::filesystem::path output_;
   PartialMaps partial_;
   std::optional<ExaminedFrames> frames_{};
   std::optional<DepthPlan> plan_before_reach_{};

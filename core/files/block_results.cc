@@ -91,6 +91,8 @@ std::string BlockResults::missing() const {
   return text.empty() ? "no block has been made from these inputs" : text;
 }
 
+bool BlockResults::any_done() const { return !started_counts().empty(); }
+
 int BlockResults::count_to_complete() const {
   int best = 1;
   double least = 1.0;

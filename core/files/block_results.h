@@ -43,6 +43,7 @@ class BlockResults {
   std::string result_of(Block block) const;
   // Which blocks are missing, for people; empty if a number of blocks is complete.
   std::string missing() const;
+  bool any_done() const;
   // Of the numbers of blocks that were begun, the one with the largest share done; 1 if there is
   // none.
   int count_to_complete() const;
