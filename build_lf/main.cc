@@ -15,6 +15,7 @@
 #include "build_lf/require/require_room.h"
 #include "build_lf/room_info.h"
 #include "build_lf/room_verify.h"
+#include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/parallel.h"
 #include "core/command_line/command_options.h"
@@ -33,6 +34,7 @@ struct Arguments {
   ExportOptions exported{};
   std::string export_format = "colmap";
   LineToleranceArguments lines{};
+  std::string step;  // of depth
   int threads = 0;
   std::string room;
   std::string compress = "none";
@@ -145,15 +147,37 @@ void add_depth(CLI::App* app, Arguments* arguments) {
   depth->add_flag("!--no-gains", options->gains,
                   "Leave the room's gains as they are (default: solve for them with the new "
                   "distances, as `gains` does)");
+  depth
+      ->add_option("--step", arguments->step,
+                   "The step of --block, or to put together with --merge; in this order: " +
+                       depth_step_names())
+      ->type_name("STEP");
+  add_block_options(depth, &arguments->blocks, "step --step");
   add_threads_option(depth, &arguments->threads);
   depth->footer(
-      "Example:\n  raywalk-build-lf depth room.lf\n"
+      "Examples:\n  raywalk-build-lf depth room.lf\n"
+      "  raywalk-build-lf depth room.lf --step links --block 1/16\n"
+      "  raywalk-build-lf depth room.lf --merge\n"
       "The same command resumes a stopped run. Views then use the estimated distances; those\n"
       "packed with the room are kept, and `raywalk-build-lf distances` goes back to them.");
   depth->callback([arguments] {
     arguments->depth.method = depth_method_from_name(arguments->depth_method);
     set_thread_count(arguments->threads);
-    fmt::print("{}", text_of(estimate_depth(arguments->depth)));
+    const BlockArguments& blocks = arguments->blocks;
+    if (arguments->step.empty() && !blocks.block) {
+      fmt::print("{}", text_of(blocks.merge ? merge_depth(arguments->depth)
+                                            : estimate_depth(arguments->depth)));
+      return;
+    }
+    if (!blocks.block && !blocks.merge) {
+      throw UsageError("--step does nothing by itself; give --block I/N or --merge with it");
+    }
+    if (arguments->step.empty()) {
+      throw UsageError("--block: give --step too: " + depth_step_names());
+    }
+    const DepthStep step = depth_step_from_name(arguments->step);
+    fmt::print("{}\n", escaped(blocks.block ? estimate_block(arguments->depth, step, *blocks.block)
+                                            : merge_step(arguments->depth, step)));
   });
 }
 
@@ -249,13 +273,21 @@ void add_require(CLI::App* app, Arguments* arguments) {
   add_force_flag(command, &options->replace_thin, "Replace the room in --thin");
   command->add_option("-o,--report,--out", options->report,
                       "Directory for index.html and require.json, created if missing");
+  add_block_options(command, &arguments->blocks, "maps and views");
   add_threads_option(command, &arguments->threads);
   command->footer(
-      "Example:\n  raywalk-build-lf require room.lf --report report\n"
+      "Examples:\n  raywalk-build-lf require room.lf --report report\n"
+      "  raywalk-build-lf require room.lf --block 1/16\n"
+      "  raywalk-build-lf require room.lf --merge --report report\n"
       "The result is kept in the room; raywalk-render --layers auto uses it.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
-    fmt::print("{}\n", require_room(*options));
+    const BlockArguments& blocks = arguments->blocks;
+    if (blocks.block) {
+      fmt::print("{}\n", escaped(require_block(*options, *blocks.block)));
+      return;
+    }
+    fmt::print("{}\n", blocks.merge ? merge_requirements(*options) : require_room(*options));
   });
 }
 

@@ -34,7 +34,8 @@ fs::path partial_path(const fs::path& out) { return out.string() + ".partial"; }
 bool is_part_of_room(const fs::path& relative, bool is_directory) {
   const std::string name = relative.filename().string();
   if (is_directory) {
-    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out";
+    return name == "lines" || name.rfind("distances", 0) == 0 || name == "held-out" ||
+           name == "require.partial";
   }
   const std::string extension = relative.extension().string();
   return name.front() == '.' || name == "lock" || extension == ".h5" || extension == ".json" ||

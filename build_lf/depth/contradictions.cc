@@ -100,19 +100,23 @@ ContradictedStation examine(const Search& search, StationIndex station, Evidence
 
 }  // namespace
 
+Contradictions no_contradictions(const DepthPlan& plan) { return {size_for(plan.size), {}}; }
+
 Contradictions find_contradictions(const Room& room, const DepthPlan& plan,
                                    const std::vector<std::vector<GainField>>& gains,
-                                   const FinalMap& final_map) {
-  Contradictions result{size_for(plan.size), {}};
+                                   const FinalMap& final_map, IndexRange share) {
+  Contradictions result = no_contradictions(plan);
   EvidenceCache cache(room, plan, result.size, gains, final_map);
   const NearestMaps nearest = places_of(plan);
   const Search search{room,  plan,        nearest,
                       gains, result.size, static_cast<float>(kAgreePx / plan.pixels_per_omega_m())};
   std::vector<ContradictedStation> found;
+  std::size_t number = 0;
   for (int l = 0; l < static_cast<int>(room.grid().lines.size()); ++l) {
     const Line& line = room.grid().lines[static_cast<size_t>(l)];
     for (int s = 0; s < static_cast<int>(line.stations.size()); ++s) {
-      found.push_back({{l, s}, 0.0, {}, {}});
+      if (number >= share.begin && number < share.end) found.push_back({{l, s}, 0.0, {}, {}});
+      ++number;
     }
   }
   Progress progress("looking for what moved", static_cast<std::int64_t>(found.size()), "stations");

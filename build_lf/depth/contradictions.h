@@ -7,6 +7,7 @@
 
 #include "build_lf/depth/depth_plan.h"
 #include "build_lf/depth/inverse_distance_map.h"
+#include "core/base/block.h"
 #include "core/panorama/gain_field.h"
 #include "core/room/room.h"
 
@@ -42,9 +43,14 @@ using FinalMap = std::function<InverseDistanceMap(const SweepReference&)>;
 // and relative to the noise of the pictures; what is clipped agrees with all that is brighter (or
 // darker). Regions narrower than about five pixels of 512 around the horizon are left alone: they
 // are edges and thin things that maps miss. Throws Interrupted.
+//
+// Only the stations `share` of the room, counted through its lines, are compared.
 Contradictions find_contradictions(const Room& room, const DepthPlan& plan,
                                    const std::vector<std::vector<GainField>>& gains,
-                                   const FinalMap& final_map);
+                                   const FinalMap& final_map, IndexRange share);
+
+// Without any, in the size in which they would be looked for.
+Contradictions no_contradictions(const DepthPlan& plan);
 
 // Replaces the distances of what moved by those of the surfaces behind it, with the lowest
 // confidence that views use; confidence 0 where they are not known.

@@ -36,13 +36,15 @@ class ContradictionsTest : public testing::Test {
       const DepthTestRoom& room, int every = 2,
       const std::function<void(InverseDistanceMap*)>& edit = nullptr) {
     const DepthPlan plan = plan_depth(room.room(), {.every = every});
-    return find_contradictions(
-        room.room(), plan, unit_fields(room.grid()), [&](const SweepReference& reference) {
-          InverseDistanceMap map = true_map(plain_room().scene, reference.position_m, plan.size);
-          map.station = reference.station;
-          if (edit) edit(&map);
-          return map;
-        });
+    return find_contradictions(room.room(), plan, unit_fields(room.grid()),
+                               [&](const SweepReference& reference) {
+                                 InverseDistanceMap map =
+                                     true_map(plain_room().scene, reference.position_m, plan.size);
+                                 map.station = reference.station;
+                                 if (edit) edit(&map);
+                                 return map;
+                               },
+                               {0, 1000});
   }
   // Share of the pixels of `rect` that are left out of the only station of which anything is.
   static double share_found(const Contradictions& found, cv::Rect rect) {
@@ -124,7 +126,7 @@ TEST_F(ContradictionsTest, ExposuresAreComparedAfterTheirGains) {
     map.station = reference.station;
     return map;
   };
-  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
+  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact, {0, 1000}).stations, IsEmpty());
 }
 
 TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
@@ -139,7 +141,7 @@ TEST_F(ContradictionsTest, WhatIsClippedAgreesWithWhatIsBrighter) {
     map.station = reference.station;
     return map;
   };
-  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact).stations, IsEmpty());
+  EXPECT_THAT(find_contradictions(room.room(), plan, gains, exact, {0, 1000}).stations, IsEmpty());
 }
 
 TEST_F(ContradictionsTest, MaskedPixelsAreNeitherComparedNorBelieved) {

@@ -24,26 +24,62 @@ fs::path made_directory(const fs::path& directory) {
   return directory;
 }
 
+fs::path working_directory(const fs::path& room, MapsUse use) {
+  fs::path directory = room / "distances.partial";
+  std::error_code error;
+  if (use == MapsUse::kMerge && !fs::exists(directory, error)) {
+    throw Error(fmt::format("{}: there is nothing to merge; make the blocks of all steps first",
+                            room.string()));
+  }
+  return made_directory(directory);
+}
+
 std::span<const std::byte> bytes_of(const InverseDistanceMap& map) {
   return std::as_bytes(std::span(map.omega));
 }
 
 }  // namespace
 
-PartialMaps::PartialMaps(const fs::path& room, const std::string& fingerprint)
+PartialMaps::PartialMaps(const fs::path& room, const std::string& fingerprint, MapsUse use)
     : room_(room),
-      directory_(made_directory(room / "distances.partial")),
-      volumes_(made_directory(directory_ / "volumes")),
+      directory_(working_directory(room, use)),
+      volumes_(directory_ / "volumes"),
       lock_(directory_ / kLockFile,
-            "another raywalk-build-lf is estimating this room's distances; wait for it to finish") {
-  const fs::path inputs = directory_ / kFingerprintFile;
+            "another raywalk-build-lf is estimating this room's distances; wait for it to finish",
+            use == MapsUse::kBlock ? FileLock::Use::kShared : FileLock::Use::kAlone) {
+  if (lock_.alone()) prepare(fingerprint, use);
+  if (use == MapsUse::kBlock) lock_.share();
+  if (!is_of(fingerprint)) throw_other_inputs();
+}
+
+void PartialMaps::prepare(const std::string& fingerprint, MapsUse use) {
   std::error_code error;
-  if (fs::exists(inputs, error) && read_file(inputs) == fingerprint) return;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory_)) {
-    if (entry.path().filename() != kLockFile) fs::remove_all(entry.path(), error);
+  const fs::path inputs = directory_ / kFingerprintFile;
+  if (!is_of(fingerprint)) {
+    if (use != MapsUse::kWhole && fs::exists(inputs, error)) throw_other_inputs();
+    for (const fs::directory_entry& entry : fs::directory_iterator(directory_)) {
+      if (entry.path().filename() != kLockFile) fs::remove_all(entry.path(), error);
+    }
+    write_file_atomically(inputs, fingerprint);
   }
   made_directory(volumes_);
-  write_file_atomically(inputs, fingerprint);
+  // What killed runs left unfinished; nobody is writing now.
+  for (const fs::directory_entry& entry : fs::directory_iterator(volumes_)) {
+    if (entry.path().filename().string().starts_with(".")) fs::remove(entry.path(), error);
+  }
+}
+
+bool PartialMaps::is_of(const std::string& fingerprint) const {
+  const fs::path inputs = directory_ / kFingerprintFile;
+  std::error_code error;
+  return fs::exists(inputs, error) && read_file(inputs) == fingerprint;
+}
+
+void PartialMaps::throw_other_inputs() const {
+  throw Error(fmt::format(
+      "{}: holds unfinished maps of other options or of the room as it was; give the same options, "
+      "or remove it",
+      directory_.string()));
 }
 
 fs::path PartialMaps::file_of(const std::string& stage, StationIndex station) const {
@@ -56,6 +92,11 @@ void PartialMaps::store(const std::string& stage, const InverseDistanceMap& map)
   text.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
   text += sha256_hex(text);
   write_file_atomically(file_of(stage, map.station), text);
+}
+
+bool PartialMaps::has(const std::string& stage, StationIndex station) const {
+  std::error_code error;
+  return fs::exists(file_of(stage, station), error);
 }
 
 std::optional<InverseDistanceMap> PartialMaps::load(const std::string& stage, StationIndex station,
@@ -83,7 +124,11 @@ InverseDistanceMap PartialMaps::load_stored(const std::string& stage, StationInd
                                             const Eigen::Vector3d& position_m,
                                             PanoramaSize size) const {
   auto map = load(stage, station, position_m, size);
-  if (!map) throw Error(directory_.string() + ": a map is damaged; run the command again");
+  if (!map) {
+    std::error_code ignored;
+    fs::remove(file_of(stage, station), ignored);
+    throw Error(directory_.string() + ": a map is damaged; run the command again");
+  }
   return std::move(*map);
 }
 

@@ -1,5 +1,6 @@
 // The working directory `<room>/distances.partial` of a depth run, which replaces
 // `<room>/distances` when complete. A stopped run leaves its finished maps there, to be resumed.
+// Runs that do a block of a step each share it.
 #pragma once
 
 #include <filesystem>
@@ -16,26 +17,39 @@ inline constexpr const char* kFinalStage = "final";
 // The stage of the same maps before complete_map(). Only the sweep has it.
 inline constexpr const char* kVotedStage = "voted";
 
+enum class MapsUse {
+  kWhole,  // a run of its own; starts over where the maps are of other inputs
+  kBlock,  // one of several processes that share the directory
+  kMerge,  // alone, after them
+};
+
 class PartialMaps {
  public:
   // Creates or reuses the directory and locks it; maps with another fingerprint (room, settings)
-  // are removed. Throws Error if another run holds the lock or the room cannot be written.
-  PartialMaps(const std::filesystem::path& room, const std::string& fingerprint);
+  // are removed by kWhole. Throws Error if another run holds the lock, the maps of blocks have
+  // another fingerprint, or the room cannot be written.
+  PartialMaps(const std::filesystem::path& room, const std::string& fingerprint,
+              MapsUse use = MapsUse::kWhole);
   PartialMaps(const PartialMaps&) = delete;
   PartialMaps& operator=(const PartialMaps&) = delete;
 
   // Stores a map of a stage (kFinalStage or an intermediate one), atomically. Throws Error if it
   // cannot be written.
   void store(const std::string& stage, const InverseDistanceMap& map);
+  // Whether a map is stored, damaged or not.
+  bool has(const std::string& stage, StationIndex station) const;
   // A stored map; none if it is missing or damaged.
   std::optional<InverseDistanceMap> load(const std::string& stage, StationIndex station,
                                          const Eigen::Vector3d& position_m,
                                          PanoramaSize size) const;
 
-  // The same for a map known to be stored. Throws Error if it is missing or damaged.
+  // The same for a map known to be stored. Throws Error if it is missing or damaged; a damaged one
+  // is removed, to be made again.
   InverseDistanceMap load_stored(const std::string& stage, StationIndex station,
                                  const Eigen::Vector3d& position_m, PanoramaSize size) const;
 
+  // The directory of results that are not maps (core/files/block_results.h).
+  std::filesystem::path results() const { return directory_ / "blocks"; }
   // The existing directory to write the volumes to.
   const std::filesystem::path& volumes() const { return volumes_; }
   // Moves the volumes to `<room>/distances`, atomically if the file system can exchange
@@ -44,6 +58,10 @@ class PartialMaps {
   void complete(const std::string& keep_as);
 
  private:
+  // By the one who has the directory alone.
+  void prepare(const std::string& fingerprint, MapsUse use);
+  bool is_of(const std::string& fingerprint) const;
+  [[noreturn]] void throw_other_inputs() const;
   std::filesystem::path file_of(const std::string& stage, StationIndex station) const;
 
   std::filesystem::path room_;

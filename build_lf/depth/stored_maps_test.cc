@@ -40,12 +40,14 @@ class StoredMapsTest : public ::testing::Test {
 
   DepthTestRoom room_{spec()};
   DepthPlan plan_ = plan_without_z0(room_.room());
+  std::function<Contradictions(int)> no_contradictions_ = [](int) { return Contradictions(); };
 };
 
 TEST_F(StoredMapsTest, AreReadBackAsTheRoomsDistances) {
   PartialMaps partial(room_.room().directory(), "inputs");
   store_maps(&partial);
-  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {});
+  write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 1, 2, 3},
+                no_contradictions_);
   partial.complete("");
   const Room room = Room::open(room_.room().directory());
   EXPECT_EQ(room.distances(2).maps(), 0);
@@ -73,8 +75,12 @@ TEST_F(StoredMapsTest, DamagedMapIsNamedAndItsLineNotWritten) {
   for (const auto& entry : fs::directory_iterator(partial.volumes().parent_path())) {
     if (entry.path().filename() == "final-0-8.map") std::ofstream(entry.path()) << "damaged";
   }
-  EXPECT_THAT([&] { write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {}); },
-              ThrowsMessage<Error>(HasSubstr("run the command again")));
+  EXPECT_THAT(
+      [&] {
+        write_volumes(room_.room(), DepthMethod::kSweep, plan_, partial, {0, 1, 2, 3},
+                      no_contradictions_);
+      },
+      ThrowsMessage<Error>(HasSubstr("run the command again")));
   EXPECT_TRUE(fs::is_empty(partial.volumes()));
 }
 

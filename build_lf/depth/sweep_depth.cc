@@ -1,10 +1,9 @@
 #include "build_lf/depth/sweep_depth.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "build_lf/depth/map_completion.h"
 #include "build_lf/depth/map_fusion.h"
@@ -22,7 +21,9 @@ namespace {
 // Cache size: neighbouring references share most pictures.
 constexpr std::size_t kPicturesKept = 48;
 
-constexpr const char* kSweptStage = "swept";
+std::span<const SweepReference> maps_of(const DepthPlan& plan, IndexRange share) {
+  return std::span(plan.maps).subspan(share.begin, share.size());
+}
 
 struct SweepRun {
   const char* progress;
@@ -41,15 +42,16 @@ InverseDistanceMap sweep_station(const DepthPlan& plan, const SweepReference& re
   return map;
 }
 
-// Sweeps the stations without a stored map of the stage. `see` is called with every map, in order.
+// Sweeps the stations of `share` without a stored map of the stage. `see` is called with every map,
+// in order.
 template <typename See>
-void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* pictures,
+void sweep_all(const DepthPlan& plan, IndexRange share, const SweepRun& run, PictureCache* pictures,
                PartialMaps* partial, const See& see) {
   const SweepLayers layers = sweep_layers(run.max_per_m, plan.reach_m, pictures->map_size());
   CostVolume volume;
   SemiGlobalScratch scratch;
-  Progress progress(run.progress, static_cast<std::int64_t>(plan.maps.size()), "stations");
-  for (const SweepReference& reference : plan.maps) {
+  Progress progress(run.progress, static_cast<std::int64_t>(share.size()), "stations");
+  for (const SweepReference& reference : maps_of(plan, share)) {
     throw_if_interrupted();
     auto map =
         partial->load(run.stage, reference.station, reference.position_m, pictures->map_size());
@@ -61,41 +63,6 @@ void sweep_all(const DepthPlan& plan, const SweepRun& run, PictureCache* picture
     progress.advance();
   }
 }
-
-// Inverse distances from 0 to a limit by solid angle.
-class OmegaHistogram {
- public:
-  explicit OmegaHistogram(double limit_per_m) : limit_per_m_(limit_per_m) {}
-
-  // Counts the confident pixels of a map.
-  void add(const InverseDistanceMap& map) {
-    constexpr int kConfident = 64;
-    const auto rows = static_cast<size_t>(map.size.height);
-    for (size_t p = 0; p < map.omega.size(); ++p) {
-      if (map.confidence[p] < kConfident) continue;
-      const double phi_rad = angles_from_pixel({0.0, double(p % rows)}, map.size).phi_rad;
-      const double bin = std::clamp(map.omega[p] / limit_per_m_ * kBins, 0.0, kBins - 1.0);
-      share_[static_cast<size_t>(bin)] += std::cos(phi_rad);
-      total_ += std::cos(phi_rad);
-    }
-  }
-  // The largest inverse distance of the bin above which less than `share` of the solid angle lies.
-  double exceeded_by(double share) const {
-    int bin = kBins - 1;
-    for (double nearer = 0.0; bin > 0; --bin) {
-      nearer += share_[static_cast<size_t>(bin)];
-      if (nearer > share * total_) break;
-    }
-    return limit_per_m_ * (bin + 1) / kBins;
-  }
-  bool empty() const { return total_ <= 0.0; }
-
- private:
-  static constexpr int kBins = 1024;
-  double limit_per_m_;
-  std::array<double, kBins> share_{};
-  double total_ = 0.0;
-};
 
 // The colours of the stations that vote on a map. Neighbouring maps share most of their voters.
 class VoterColours {
@@ -135,6 +102,9 @@ class VoterColours {
 // The nearest distance looked for, as a share of the reach.
 constexpr double kNearestPerReach = 0.25;
 
+// The largest inverse distance that is looked for.
+double sweep_limit_per_m(const DepthPlan& plan) { return 1.0 / (kNearestPerReach * plan.reach_m); }
+
 }  // namespace
 
 PanoramaSize coarse_size(const DepthPlan& plan) {
@@ -142,52 +112,77 @@ PanoramaSize coarse_size(const DepthPlan& plan) {
   return {plan.size.width / kReduction, plan.size.height / kReduction};
 }
 
-double near_distance_m(const Room& room, const DepthPlan& plan,
-                       const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid) {
+OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
+                             const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
+                             IndexRange share) {
   const PanoramaSize size = coarse_size(plan);
-  const double limit = 1.0 / (kNearestPerReach * plan.reach_m);
-  const SweepLayers layers = sweep_layers(limit, plan.reach_m, size);
-  OmegaHistogram histogram(limit);
+  const SweepLayers layers = sweep_layers(sweep_limit_per_m(plan), plan.reach_m, size);
+  OmegaHistogram histogram(sweep_limit_per_m(plan));
   PictureCache pictures(room, size, gains, valid, kPicturesKept, true);
   CostVolume volume;
   SemiGlobalScratch scratch;
-  for (const SweepReference& reference : plan.maps) {
+  for (const SweepReference& reference : maps_of(plan, share)) {
     throw_if_interrupted();
     histogram.add(sweep_station(plan, reference, layers, &pictures, &volume, &scratch, false));
   }
+  return histogram;
+}
+
+OmegaHistogram sum_of_histograms(const DepthPlan& plan, const std::vector<std::string>& parts) {
+  OmegaHistogram sum(sweep_limit_per_m(plan));
+  for (const std::string& part : parts) sum.add(OmegaHistogram(sweep_limit_per_m(plan), part));
+  return sum;
+}
+
+double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
   constexpr double kNear = 0.25;
+  const double step_per_m =
+      sweep_layers(sweep_limit_per_m(plan), plan.reach_m, coarse_size(plan)).step_per_m;
   const double near_per_m = histogram.exceeded_by(kNear);
-  if (histogram.empty() || near_per_m < 2.0 * layers.step_per_m) {
+  if (histogram.empty() || near_per_m < 2.0 * step_per_m) {
     return std::numeric_limits<double>::infinity();
   }
   return 1.0 / near_per_m;
 }
 
-double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
-                             const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                             PartialMaps* partial) {
+OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
+                                 const std::vector<std::vector<GainField>>& gains,
+                                 const cv::Mat& valid, IndexRange share, PartialMaps* partial) {
+  OmegaHistogram histogram(sweep_limit_per_m(plan));
+  PictureCache pictures(room, coarse_size(plan), gains, valid, kPicturesKept, true);
+  sweep_all(plan, share,
+            {"looking for the nearest surfaces", kCoarseStage, sweep_limit_per_m(plan), false},
+            &pictures, partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
+  return histogram;
+}
+
+double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram) {
   // The share of the pixels that may lie nearer than the sweep's near limit: false matches are
   // spread over all layers.
   constexpr double kNearer = 0.001;
   constexpr double kMargin = 1.25;
-  const double limit = 1.0 / (kNearestPerReach * plan.reach_m);
-  OmegaHistogram histogram(limit);
-  PictureCache pictures(room, coarse_size(plan), gains, valid, kPicturesKept, true);
-  sweep_all(plan, {"looking for the nearest surfaces", kCoarseStage, limit, false}, &pictures,
-            partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
-  return std::min(limit, kMargin * histogram.exceeded_by(kNearer));
+  return std::min(sweep_limit_per_m(plan), kMargin * histogram.exceeded_by(kNearer));
 }
 
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                PartialMaps* partial) {
+                IndexRange share, PartialMaps* partial) {
   PictureCache pictures(room, plan.size, gains, valid, kPicturesKept);
-  sweep_all(plan, {"sweeping", kSweptStage, max_per_m, true}, &pictures, partial,
+  sweep_all(plan, share, {"sweeping", kSweptStage, max_per_m, true}, &pictures, partial,
             [](const InverseDistanceMap&) {});
 }
 
+std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which) {
+  std::vector<int> voters = voters_of(plan, which);
+  if (!masked) return voters;
+  const std::vector<int> farther = fallback_voters_of(plan, voters);
+  voters.insert(voters.end(), farther.begin(), farther.end());
+  return voters;
+}
+
 void fuse_swept_maps(const Room& room, const DepthPlan& plan,
-                     const std::vector<std::vector<GainField>>& gains, PartialMaps* partial) {
+                     const std::vector<std::vector<GainField>>& gains, IndexRange share,
+                     PartialMaps* partial, const SeeMap& see) {
   // 1.5 pixels of parallax at the reach: both maps are off by up to half a layer, and their pixels
   // do not coincide.
   constexpr double kAgreePx = 1.5;
@@ -196,32 +191,30 @@ void fuse_swept_maps(const Room& room, const DepthPlan& plan,
   FusionOptions options{.tolerance_per_m = kAgreePx / plan.pixels_per_omega_m()};
   const bool masked = room.masked();
   if (masked) options.min_voters = kMinVoters;
-  const int count = static_cast<int>(plan.maps.size());
   VoterColours colours(room, plan, gains);
-  Progress progress("fusing", count, "maps");
-  for (int i = 0; i < count; ++i) {
+  Progress progress("fusing", static_cast<std::int64_t>(share.size()), "maps");
+  for (std::size_t i = share.begin; i < share.end; ++i) {
     throw_if_interrupted();
-    const SweepReference& own = plan.maps[static_cast<size_t>(i)];
-    if (!partial->load(kFinalStage, own.station, own.position_m, plan.size)) {
+    const SweepReference& own = plan.maps[i];
+    auto map = partial->load(kFinalStage, own.station, own.position_m, plan.size);
+    if (!map) {
+      const std::vector<int> voters = fused_with(plan, masked, static_cast<int>(i));
+      const std::size_t near = masked ? voters_of(plan, static_cast<int>(i)).size() : voters.size();
+      options.fallback_maps = static_cast<int>(voters.size() - near);
       std::vector<InverseDistanceMap> maps;
-      std::vector<int> voters = voters_of(plan, i);
-      if (masked) {
-        const std::vector<int> farther = fallback_voters_of(plan, voters);
-        voters.insert(voters.end(), farther.begin(), farther.end());
-        options.fallback_maps = static_cast<int>(farther.size());
-      }
       for (const int voter : voters) {
         const SweepReference& reference = plan.maps[static_cast<size_t>(voter)];
         maps.push_back(
             partial->load_stored(kSweptStage, reference.station, reference.position_m, plan.size));
       }
-      InverseDistanceMap map = fuse_maps(maps, 0, options, colours.of(voters));
-      partial->store(kVotedStage, map);
+      map = fuse_maps(maps, 0, options, colours.of(voters));
+      partial->store(kVotedStage, *map);
       complete_map(station_image(room, own.station, plan.size),
                    station_validity(room, own.station, plan.size, 0), options.tolerance_per_m,
-                   &map);
-      partial->store(kFinalStage, map);
+                   &*map);
+      partial->store(kFinalStage, *map);
     }
+    see(*map);
     progress.advance();
   }
 }

@@ -2,39 +2,65 @@
 // finished.
 #pragma once
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "build_lf/depth/depth_plan.h"
+#include "build_lf/depth/omega_histogram.h"
 #include "build_lf/depth/partial_maps.h"
+#include "core/base/block.h"
 
 namespace raywalk::build_lf {
 
-// The stage of the maps of find_nearest_surfaces(), and their size.
+// The stage of the maps of sweep_maps().
+inline constexpr const char* kSweptStage = "swept";
+// The stage of the maps of sweep_coarse_maps(), and their size.
 inline constexpr const char* kCoarseStage = "coarse";
 PanoramaSize coarse_size(const DepthPlan& plan);
 
-// The distance, metres, within which a quarter of what a coarse sweep is confident of lies;
-// infinity if there is nothing, or it is not to be told from infinity. Nothing is stored.
-double near_distance_m(const Room& room, const DepthPlan& plan,
-                       const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid);
-
-// The largest inverse distance, 1/m, to sweep: a coarse sweep at a quarter of the maps' width, down
-// to a distance of a quarter of the reach (where the longest baseline is four times the distance),
-// finds the distance beyond which nearly all of the scene lies. Processes one station at a time,
-// with the memory of one.
-double find_nearest_surfaces(const Room& room, const DepthPlan& plan,
+// What a coarse sweep of the maps `share` of the plan is confident of, as far as is looked for:
+// down to a distance of a quarter of the reach, where the longest baseline is four times the
+// distance. Nothing is stored.
+OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
                              const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                             PartialMaps* partial);
+                             IndexRange share);
 
-// Sweeps the station of every map, refines the maps and stores them as stage "swept".
+// The sum of the bytes of the histograms of parts.
+OmegaHistogram sum_of_histograms(const DepthPlan& plan, const std::vector<std::string>& parts);
+
+// The distance, metres, within which a quarter of that lies; infinity if there is nothing, or it is
+// not to be told from infinity. `histogram`: of all maps.
+double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram);
+
+// A coarse sweep of the maps `share` of the plan, at a quarter of the maps' width; they are stored.
+// Processes one station at a time, with the memory of one.
+OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
+                                 const std::vector<std::vector<GainField>>& gains,
+                                 const cv::Mat& valid, IndexRange share, PartialMaps* partial);
+
+// The largest inverse distance, 1/m, to sweep, beyond which nearly nothing of the scene lies.
+// `histogram`: of all coarse maps.
+double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram);
+
+// Sweeps the stations of the maps `share` of the plan, refines the maps and stores them as
+// kSweptStage.
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                PartialMaps* partial);
+                IndexRange share, PartialMaps* partial);
 
-// Fuses every swept map with its neighbours by their distances and colours, completes the fused
-// maps (complete_map) and stores the results as kFinalStage. Where frames have masks, masked pixels
-// are filled in from other stations.
+// The maps whose swept maps make the finished one of plan.maps[which], itself first. `masked`:
+// Room::masked().
+std::vector<int> fused_with(const DepthPlan& plan, bool masked, int which);
+
+using SeeMap = std::function<void(const InverseDistanceMap&)>;
+
+// Fuses the swept maps `share` of the plan with their neighbours by their distances and colours,
+// completes the fused maps (complete_map) and stores the results as kFinalStage. Where frames have
+// masks, masked pixels are filled in from other stations. `see` is called with every finished map,
+// in order. The swept maps of fused_with() must be stored.
 void fuse_swept_maps(const Room& room, const DepthPlan& plan,
-                     const std::vector<std::vector<GainField>>& gains, PartialMaps* partial);
+                     const std::vector<std::vector<GainField>>& gains, IndexRange share,
+                     PartialMaps* partial, const SeeMap& see);
 
 }  // namespace raywalk::build_lf

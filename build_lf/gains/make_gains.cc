@@ -11,7 +11,6 @@
 #include "core/base/error.h"
 
 namespace raywalk::build_lf {
-namespace {
 
 std::vector<StationIndex> all_stations(const Grid& grid) {
   std::vector<StationIndex> stations;
@@ -21,6 +20,8 @@ std::vector<StationIndex> all_stations(const Grid& grid) {
   }
   return stations;
 }
+
+namespace {
 
 // Adds up the solid angle and the squared log gains of a station.
 struct Totals {

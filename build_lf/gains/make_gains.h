@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "build_lf/depth/inverse_distance_map.h"
 #include "core/room/gain_fields.h"
 
 namespace raywalk::build_lf {
@@ -17,6 +19,9 @@ struct GainsSummary {
   double spread = 0.0;
   double largest = 1.0;
 };
+
+// All stations of a grid, by lines.
+std::vector<StationIndex> all_stations(const Grid& grid);
 
 GainsSummary summary_of(const GainFields& fields);
 

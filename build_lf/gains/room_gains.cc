@@ -193,9 +193,9 @@ void solve_window(const GainWindow& window, std::span<const StationIndex> statio
 }  // namespace
 
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
-                            const SurfaceMaps& maps, const GainFields& initial, int most_at_once) {
+                            const RatioParts& parts, const GainFields& initial, int most_at_once) {
   RatioFile file(room.directory(), stations.size());
-  const std::vector<WholeRatio> ratios = compare_stations(room, stations, maps, initial, &file);
+  const std::vector<WholeRatio> ratios = collect_ratios(parts, stations, initial, &file);
   WholeGains whole;
   for (size_t c = 0; c < 3; ++c) {
     whole[c] = whole_gains(ratios, c, static_cast<int>(stations.size()));
@@ -213,6 +213,16 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
     progress.advance();
   }
   return fields;
+}
+
+GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
+                            const SurfaceMaps& maps, const GainFields& initial, int most_at_once) {
+  const int count = parts_of(stations.size());
+  const auto compare = [&](int part) {
+    const IndexRange share = Block{part + 1, count}.share_of(stations.size());
+    return compare_stations(room, stations, maps, share);
+  };
+  return solve_room_gains(room, stations, RatioParts{count, compare}, initial, most_at_once);
 }
 
 }  // namespace raywalk::build_lf

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "build_lf/gains/station_ratios.h"
 #include "build_lf/gains/surface_maps.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
@@ -15,9 +16,9 @@
 namespace raywalk::build_lf {
 
 // The gains of `stations` (increasing; others keep those of `initial`): `initial` times what the
-// surfaces in `maps` say in addition, if that is beyond its error (gain_significance.h). `initial`
-// has no local gains. Each station is compared with the nearest stations that have a map, on its
-// own line and on others. The result does not depend on the number of threads.
+// surfaces say in addition, if that is beyond its error (gain_significance.h). `initial` has no
+// local gains. `parts`: what compare_stations() found. The result depends neither on how the ratios
+// are divided nor on the number of threads.
 //
 // Gains of whole pictures are solved for together. Those of their patches are solved for in windows
 // of at most `most_at_once` stations and some around them (gain_windows.h), so that memory is
@@ -26,6 +27,11 @@ namespace raywalk::build_lf {
 //
 // Ratios determine gains only up to a common factor: the mean logarithm of what is added is 0 in
 // every channel.
+GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
+                            const RatioParts& parts, const GainFields& initial,
+                            int most_at_once = 1500);
+
+// The same, after comparing the stations by the surfaces in `maps`.
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
                             const SurfaceMaps& maps, const GainFields& initial,
                             int most_at_once = 1500);

@@ -19,6 +19,7 @@
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
+#include "core/files/packed_values.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -112,7 +113,7 @@ RatioFile::RatioFile(const std::filesystem::path& directory, std::size_t station
 
 RatioFile::~RatioFile() { ::close(file_); }
 
-void RatioFile::put(int to, const std::vector<StationRatios>& ratios) {
+void RatioFile::put(int to, std::span<const StationRatios> ratios) {
   Station& station = stations_[static_cast<size_t>(to)];
   std::vector<PatchRatio> patches;
   for (const StationRatios& pair : ratios) {
@@ -160,9 +161,9 @@ std::vector<StationRatios> RatioFile::get(int to) const {
   return ratios;
 }
 
-std::vector<WholeRatio> compare_stations(const Room& room, std::span<const StationIndex> stations,
-                                         const SurfaceMaps& maps, const GainFields& initial,
-                                         RatioFile* file) {
+std::vector<StationRatios> compare_stations(const Room& room,
+                                            std::span<const StationIndex> stations,
+                                            const SurfaceMaps& maps, IndexRange share) {
   constexpr size_t kOwn = 4;
   constexpr size_t kOthers = 6;
   std::map<StationIndex, int> number;
@@ -170,31 +171,81 @@ std::vector<WholeRatio> compare_stations(const Room& room, std::span<const Stati
     number.emplace(station, static_cast<int>(number.size()));
   }
   const NearestMaps nearest = places_of(room, maps);
-  std::vector<std::vector<WholeRatio>> of_station(stations.size());
-  Progress progress("comparing surfaces", static_cast<std::int64_t>(stations.size()), "stations");
+  std::vector<std::vector<StationRatios>> of_station(share.size());
+  Progress progress("comparing surfaces", static_cast<std::int64_t>(share.size()), "stations");
   constexpr int kStationsPerTask = 8;
-  parallel_for(0, static_cast<int>(stations.size()), kStationsPerTask, [&](int begin, int end) {
+  parallel_for(0, static_cast<int>(share.size()), kStationsPerTask, [&](int begin, int end) {
     Surfaces surfaces(room, maps);
     for (int i = begin; i < end; ++i) {
-      const StationIndex to = stations[static_cast<size_t>(i)];
-      std::vector<StationRatios> compared;
+      const size_t place = share.begin + static_cast<size_t>(i);
+      const StationIndex to = stations[place];
       for (const int partner : nearest.around(to, position_of(room, to), kOwn, kOthers)) {
         const StationIndex from = maps.stations[static_cast<size_t>(partner)];
         const auto from_number = number.find(from);
         if (from_number == number.end()) continue;
         std::vector<PatchRatio> patches = compare_surfaces(
             surfaces.picture(from), *surfaces.map(from), surfaces.picture(to), surfaces.map(to));
-        take_off(log_gains(initial, from), log_gains(initial, to), &patches);
-        compared.push_back({from_number->second, i, std::move(patches)});
-        of_station[static_cast<size_t>(i)].push_back(whole_ratio(compared.back()));
+        of_station[static_cast<size_t>(i)].push_back(
+            {from_number->second, static_cast<int>(place), std::move(patches)});
       }
-      file->put(i, compared);
       progress.advance();
     }
   });
+  std::vector<StationRatios> all;
+  for (std::vector<StationRatios>& ratios : of_station) {
+    std::ranges::move(ratios, std::back_inserter(all));
+  }
+  return all;
+}
+
+std::string bytes_of(const std::vector<StationRatios>& ratios) {
+  PackedWriter writer;
+  for (const StationRatios& of_pair : ratios) {
+    writer.add(of_pair.from);
+    writer.add(of_pair.to);
+    writer.add_all(of_pair.patches);
+  }
+  return writer.bytes();
+}
+
+std::vector<StationRatios> ratios_of(std::string_view bytes) {
+  static_assert(sizeof(PatchRatio) == 8 * sizeof(float), "nothing between its members");
+  std::vector<StationRatios> ratios;
+  for (PackedReader reader(bytes); !reader.at_end();) {
+    StationRatios& of_pair = ratios.emplace_back();
+    of_pair.from = reader.next<int>();
+    of_pair.to = reader.next<int>();
+    of_pair.patches = reader.next_all<PatchRatio>();
+  }
+  return ratios;
+}
+
+int parts_of(std::size_t stations) {
+  constexpr std::size_t kStationsPerPart = 500;  // some 100 MB
+  return static_cast<int>(
+      std::max<std::size_t>(1, (stations + kStationsPerPart - 1) / kStationsPerPart));
+}
+
+std::vector<WholeRatio> collect_ratios(const RatioParts& parts,
+                                       std::span<const StationIndex> stations,
+                                       const GainFields& initial, RatioFile* file) {
+  const auto gains_of = [&](int number) {
+    return log_gains(initial, stations[static_cast<size_t>(number)]);
+  };
   std::vector<WholeRatio> all;
-  for (const std::vector<WholeRatio>& ratios : of_station) {
-    all.insert(all.end(), ratios.begin(), ratios.end());
+  for (int part = 0; part < parts.count; ++part) {
+    std::vector<StationRatios> ratios = parts.read(part);
+    for (auto begin = ratios.begin(); begin != ratios.end();) {
+      const int to = begin->to;
+      const auto end = std::find_if(begin, ratios.end(),
+                                    [&](const StationRatios& other) { return other.to != to; });
+      for (auto of_pair = begin; of_pair != end; ++of_pair) {
+        take_off(gains_of(of_pair->from), gains_of(to), &of_pair->patches);
+        all.push_back(whole_ratio(*of_pair));
+      }
+      file->put(to, std::span(begin, end));
+      begin = end;
+    }
   }
   return all;
 }

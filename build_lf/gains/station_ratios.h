@@ -1,13 +1,18 @@
 // The ratios measured between the stations of a room, and where they are kept.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "build_lf/gains/patch_ratios.h"
 #include "build_lf/gains/surface_maps.h"
+#include "core/base/block.h"
 #include "core/panorama/gain_graph.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
@@ -32,7 +37,7 @@ class RatioFile {
   RatioFile& operator=(const RatioFile&) = delete;
 
   // Keeps the ratios of one station `to`. Throws Error if the disk is full.
-  void put(int to, const std::vector<StationRatios>& ratios);
+  void put(int to, std::span<const StationRatios> ratios);
   // Those of a station; none if nothing was put. Throws Error if they cannot be read.
   std::vector<StationRatios> get(int to) const;
 
@@ -62,12 +67,33 @@ struct WholeRatio {
   bool known = false;  // whether any patch was compared
 };
 
-// Compares each station with the nearest stations that have a map, on its own line, where the views
-// are most alike, and on others, which tie the lines together. What the stations' `initial` gains
-// add to the ratios is taken off. Puts the ratios into `file`; returns those of whole pictures, by
-// increasing `to`. Shows progress; throws Error as RatioFile does, Interrupted.
-std::vector<WholeRatio> compare_stations(const Room& room, std::span<const StationIndex> stations,
-                                         const SurfaceMaps& maps, const GainFields& initial,
-                                         RatioFile* file);
+// Compares the stations `share` of the list (increasing) each with the nearest stations that have a
+// map, on its own line, where the views are most alike, and on others, which tie the lines
+// together. Ordered by `to`; the result does not depend on the number of threads. Shows progress;
+// throws Interrupted. Memory grows with the share, by some 200 kB per station.
+std::vector<StationRatios> compare_stations(const Room& room,
+                                            std::span<const StationIndex> stations,
+                                            const SurfaceMaps& maps, IndexRange share);
+
+// Ratios as bytes and back. Throws Error for other bytes.
+std::string bytes_of(const std::vector<StationRatios>& ratios);
+std::vector<StationRatios> ratios_of(std::string_view bytes);
+
+// The ratios of all stations, in parts that are handed out one at a time: read(part) for part 0 to
+// count - 1. Together they are ordered by `to`, and those of one `to` are in one part.
+struct RatioParts {
+  int count = 0;
+  std::function<std::vector<StationRatios>(int part)> read;
+};
+
+// The least number of equal parts that are small beside the memory of a computer.
+int parts_of(std::size_t stations);
+
+// Takes off what the stations' `initial` gains add to the ratios, so that the rest is solved for,
+// and puts them into `file`. Returns the ratios of whole pictures, by increasing `to`. Throws Error
+// as RatioFile and `parts` do.
+std::vector<WholeRatio> collect_ratios(const RatioParts& parts,
+                                       std::span<const StationIndex> stations,
+                                       const GainFields& initial, RatioFile* file);
 
 }  // namespace raywalk::build_lf

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "build_lf/require/distance_error.h"
@@ -23,14 +24,6 @@ constexpr int kMaxSamplesPerMap = 16384;
 constexpr std::array kShares{0.01, 0.5, 0.99};
 // In units of the reach N/2: from close to the line to the diagonal of a cell.
 constexpr std::array kReaches{0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 2.8284271247461903};
-
-int map_count(const Room& room) {
-  int count = 0;
-  for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
-    count += room.distances(line).maps();
-  }
-  return count;
-}
 
 double sky_share(std::span<const DistanceSample> samples) {
   double sky = 0.0, all = 0.0;
@@ -75,10 +68,14 @@ double inverse(double distance_m) { return 1.0 / distance_m; }  // 0 for the sky
 
 }  // namespace
 
-DistanceFacts distance_facts(const Room& room) {
-  const int per_map =
-      std::clamp(kMaxSamples / std::max(1, map_count(room)), 256, kMaxSamplesPerMap);
-  DistanceSamples known = sample_distances(room, per_map);
+SampledMaps sampled_distances(const Room& room, IndexRange share) {
+  const int per_map = std::clamp(kMaxSamples / std::max(1, static_cast<int>(map_count(room))), 256,
+                                 kMaxSamplesPerMap);
+  return sample_maps(room, per_map, share);
+}
+
+DistanceFacts distance_facts(const Room& room, std::vector<SampledMaps> shares) {
+  DistanceSamples known = all_samples(std::move(shares));
   if (known.samples.empty()) {
     throw Error(
         fmt::format("{}: the room has no known distances to measure; run raywalk-build-lf depth "

@@ -18,12 +18,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A result is read whole; of a large room, with few blocks, it has gigabytes.
+constexpr std::size_t kMostBytes = std::size_t{1} << 36;
 constexpr std::size_t kInputDigits = 16;  // of the fingerprint, in names
 
 }  // namespace
 
-BlockResults::BlockResults(fs::path folder, std::string step, std::string inputs)
-    : folder_(std::move(folder)), step_(std::move(step)), inputs_(std::move(inputs)) {
+BlockResults::BlockResults(fs::path folder, std::string step, std::string inputs,
+                           std::function<bool(Block)> whole)
+    : folder_(std::move(folder)),
+      step_(std::move(step)),
+      inputs_(std::move(inputs)),
+      whole_(std::move(whole)) {
   inputs_.resize(std::min(inputs_.size(), kInputDigits));
 }
 
@@ -37,13 +43,14 @@ fs::path BlockResults::file_of(Block block) const {
 
 bool BlockResults::done(Block block) const {
   std::error_code error;
-  return fs::exists(file_of(block), error);
+  return fs::exists(file_of(block), error) && (!whole_ || whole_(block));
 }
 
 bool BlockResults::make(Block block, const std::function<std::string()>& make) const {
   if (done(block)) return false;
+  const std::string result = make();
   make_directories(directory_of(block.count));
-  write_file_atomically(file_of(block), make());
+  write_file_atomically(file_of(block), result);
   return true;
 }
 
@@ -76,26 +83,50 @@ std::vector<int> BlockResults::missing_of(int count) const {
   return missing;
 }
 
-std::vector<std::string> BlockResults::merged() const {
-  std::string faults;
+std::optional<int> BlockResults::complete_count() const {
+  for (const int count : started_counts()) {
+    if (missing_of(count).empty()) return count;
+  }
+  return std::nullopt;
+}
+
+std::string BlockResults::result_of(Block block) const {
+  return read_file(file_of(block), kMostBytes);
+}
+
+std::string BlockResults::missing() const {
+  std::string text;
   for (const int count : started_counts()) {
     const std::vector<int> missing = missing_of(count);
-    if (missing.empty()) {
-      std::vector<std::string> results;
-      for (int index = 1; index <= count; ++index) {
-        results.push_back(read_file(file_of({index, count})));
-      }
-      return results;
-    }
-    faults += (faults.empty() ? "" : "; ") + missing_blocks_text(missing, count);
+    if (missing.empty()) return "";
+    text += (text.empty() ? "" : "; ") + missing_blocks_text(missing, count);
   }
-  if (faults.empty()) {
-    throw Error(fmt::format(
-        "{}: no block of {} has been made from these inputs; make them with --block 1/N to N/N",
-        folder_.string(), step_));
+  return text.empty() ? "no block has been made from these inputs" : text;
+}
+
+bool BlockResults::any_done() const { return !started_counts().empty(); }
+
+int BlockResults::count_to_complete(int if_none) const {
+  int best = if_none;
+  double least = 1.0;
+  for (const int count : started_counts()) {
+    const double share = static_cast<double>(missing_of(count).size()) / count;
+    if (share >= least) continue;
+    best = count;
+    least = share;
   }
-  throw Error(fmt::format("{}: {}: {}; make them with --block and merge again", folder_.string(),
-                          step_, faults));
+  return best;
+}
+
+std::vector<std::string> BlockResults::merged() const {
+  const std::optional<int> count = complete_count();
+  if (!count) {
+    throw Error(fmt::format("{}: {}: {}; make them with --block and merge again", folder_.string(),
+                            step_, missing()));
+  }
+  std::vector<std::string> results;
+  for (int index = 1; index <= *count; ++index) results.push_back(result_of({index, *count}));
+  return results;
 }
 
 void BlockResults::remove() const {

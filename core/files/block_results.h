@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,11 @@ class BlockResults {
   // The results of `step` (a word such as "validate", for names and messages) that are kept in
   // `folder`. `inputs`: a fingerprint, hexadecimal, of all that determines the results: rooms,
   // tables, options. Creates nothing.
-  BlockResults(std::filesystem::path folder, std::string step, std::string inputs);
+  //
+  // `whole`: of results that a block leaves elsewhere as well, whether they are there; a block
+  // without them is not done.
+  BlockResults(std::filesystem::path folder, std::string step, std::string inputs,
+               std::function<bool(Block)> whole = nullptr);
 
   bool done(Block block) const;
   // Calls `make` for the result of a block and stores it, unless that block is done. Returns
@@ -35,6 +40,17 @@ class BlockResults {
   // names the blocks that are missing.
   std::vector<std::string> merged() const;
 
+  // The number of blocks that is complete; none: missing() says why.
+  std::optional<int> complete_count() const;
+  // The result of a block that is done.
+  std::string result_of(Block block) const;
+  // Which blocks are missing, for people; empty if a number of blocks is complete.
+  std::string missing() const;
+  bool any_done() const;
+  // Of the numbers of blocks that were begun, the one with the largest share done; `if_none` if
+  // there is none.
+  int count_to_complete(int if_none = 1) const;
+
   // Removes the results of the step, also those of other inputs. What cannot be removed stays.
   void remove() const;
 
@@ -47,6 +63,7 @@ class BlockResults {
   std::filesystem::path folder_;
   std::string step_;
   std::string inputs_;
+  std::function<bool(Block)> whole_;
 };
 
 // Where the blocks of an output are kept that has no place for them inside: "room.lf.blocks".

@@ -44,7 +44,7 @@ TEST(BlockResultsTest, FailedBlockLeavesNothing) {
 TEST(BlockResultsTest, MissingBlocksAreNamed) {
   const TestDirectory directory;
   const BlockResults results(directory / "blocks", "validate", "ab");
-  EXPECT_THAT(error_of([&] { results.merged(); }), HasSubstr("no block of validate"));
+  EXPECT_THAT(error_of([&] { results.merged(); }), HasSubstr("validate: no block has been made"));
   for (const int index : {1, 3, 8}) make(results, {index, 8});
   EXPECT_THAT(error_of([&] { results.merged(); }),
               HasSubstr("validate: 5 of 8 blocks are missing: 2 and 4 to 7"));
@@ -59,6 +59,28 @@ TEST(BlockResultsTest, AnyCompleteDivisionIsMerged) {
   make(results, {2, 3});
   make(results, {3, 3});
   EXPECT_THAT(results.merged(), ElementsAre("1/3", "2/3", "3/3"));
+}
+
+TEST(BlockResultsTest, TheDivisionThatIsFurthestIsCompleted) {
+  const TestDirectory directory;
+  const BlockResults results(directory / "blocks", "validate", "ab");
+  EXPECT_EQ(results.count_to_complete(), 1);
+  make(results, {1, 4});
+  make(results, {1, 8});
+  for (const int index : {2, 3, 4}) make(results, {index, 8});
+  EXPECT_EQ(results.count_to_complete(), 8);
+}
+
+TEST(BlockResultsTest, ABlockIsDoneWithAllThatItLeaves) {
+  const TestDirectory directory;
+  bool there = false;
+  const BlockResults results(directory / "blocks", "sweep", "ab", [&](Block) { return there; });
+  make(results, {1, 1});
+  EXPECT_FALSE(results.done({1, 1}));
+  EXPECT_THAT(results.missing(), HasSubstr("1 of 1 blocks is missing: 1"));
+  there = true;
+  EXPECT_TRUE(results.done({1, 1}));
+  EXPECT_EQ(results.missing(), "");
 }
 
 TEST(BlockResultsTest, BlocksOfOtherInputsAreNotMerged) {

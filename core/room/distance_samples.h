@@ -1,9 +1,11 @@
 // Samples of a room's known distances, for statistics of the scene.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
+#include "core/base/block.h"
 #include "core/room/room.h"
 
 namespace raywalk {
@@ -19,6 +21,21 @@ struct DistanceSamples {
   std::vector<DistanceSample> samples{};
   double known_share = 0.0;  // of the solid angle of all maps, weighted by confidence
 };
+
+// Samples of some of a room's maps, before they are put together.
+struct SampledMaps {
+  std::vector<DistanceSample> samples{};
+  std::vector<double> looked_at{};  // solid angle of each map, in units of a pixel at the horizon
+};
+
+// Of the maps `share`, counted through the lines, as sample_distances() does.
+SampledMaps sample_maps(const Room& room, int per_map, IndexRange share);
+
+// The samples of all maps, from those of consecutive shares.
+DistanceSamples all_samples(std::vector<SampledMaps> shares);
+
+// The number of a room's distance maps.
+std::size_t map_count(const Room& room);
 
 // About `per_map` pixels of every distance map, spread evenly over rows and columns. Pixels with
 // confidence 0 or an invalid distance (0, negative, NaN) count as unknown. Empty if the room has no

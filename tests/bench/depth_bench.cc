@@ -86,9 +86,11 @@ void bench_depth(benchmark::State& state) {
     PeakOwnMemory memory;
     const auto fields = build_lf::whole_fields(gains);
     const Times times = times_of([&] {
-      const double max_per_m = build_lf::find_nearest_surfaces(room, plan, fields, {}, &partial);
-      build_lf::sweep_maps(room, plan, max_per_m, fields, {}, &partial);
-      build_lf::fuse_swept_maps(room, plan, fields, &partial);
+      const IndexRange all{0, plan.maps.size()};
+      const double max_per_m = build_lf::nearest_surfaces_per_m(
+          plan, build_lf::sweep_coarse_maps(room, plan, fields, {}, all, &partial));
+      build_lf::sweep_maps(room, plan, max_per_m, fields, {}, all, &partial);
+      build_lf::fuse_swept_maps(room, plan, fields, all, &partial, [](const auto&) {});
     });
     peak_bytes = std::max(peak_bytes, memory.growth_bytes());
     seconds.push_back(times.wall_s);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Checksums of the maps of each line; the files also contain their creation time.
+// Checksums of the maps of each line.
 std::vector<std::vector<std::string>> maps_of(const fs::path& room) {
   std::vector<std::vector<std::string>> lines;
   for (const char* line : {"x0", "x1", "z0", "z1"}) {

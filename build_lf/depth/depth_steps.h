@@ -1,0 +1,34 @@
+// The steps of a depth run, which can be divided into blocks.
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace raywalk::build_lf {
+
+// In this order: each needs all blocks of those before it, kFuse only those around its maps.
+enum class DepthStep {
+  kLinks,     // compare neighbouring frames
+  kReach,     // how near surfaces are, in a room without cells
+  kSurfaces,  // coarse maps
+  kColours,   // compare the colours of what they show
+  kSweep,     // a map from the pictures of every station; with optical flow the finished map
+  kFuse,      // the finished maps: neighbours vote
+  kMoved,     // what single stations show and the others contradict
+  kVolumes,   // the room's distance volumes
+  kGains,     // compare the colours of what they show, for the room's gains
+};
+
+inline constexpr std::array kDepthSteps{
+    DepthStep::kLinks,   DepthStep::kReach,   DepthStep::kSurfaces,
+    DepthStep::kColours, DepthStep::kSweep,   DepthStep::kFuse,
+    DepthStep::kMoved,   DepthStep::kVolumes, DepthStep::kGains};
+
+// "links", "reach", ...
+std::string name_of(DepthStep step);
+// All names in order, with commas between.
+std::string depth_step_names();
+// Throws UsageError naming all.
+DepthStep depth_step_from_name(const std::string& name);
+
+}  // namespace raywalk::build_lf
