@@ -75,5 +75,24 @@ TEST(ThreadCount, LimitsLoopsAndOpenCvAlike) {
 
 TEST(ThreadCount, NegativeCountIsWrongUsage) { EXPECT_THROW(set_thread_count(-1), UsageError); }
 
+TEST(CheckInParallel, TheFirstFailureIsReportedWhateverTheOrder) {
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    std::atomic<int> checked = 0;
+    try {
+      check_in_parallel(1000, [&](int i) {
+        ++checked;
+        if (i == 417 || i == 3 || i > 900) throw Error(std::to_string(i));
+      });
+      FAIL() << "no failure";
+    } catch (const Error& error) {
+      EXPECT_STREQ(error.what(), "3");
+    }
+    EXPECT_LE(checked, 1000);
+  }
+  std::atomic<int> sum = 0;
+  check_in_parallel(100, [&](int i) { sum += i; });
+  EXPECT_EQ(sum, 4950);
+}
+
 }  // namespace
 }  // namespace raywalk

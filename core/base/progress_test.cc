@@ -30,6 +30,28 @@ TEST(Progress, QuickWorkInALogIsOneLineWithTheTotal) {
   EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 1) << log;
 }
 
+TEST(Progress, ShortWorkIsNotWorthALineWhereOnlyLongWorkIs) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("looking for", 60, "frames", Progress::Shown::kIfLong);
+    progress.advance(60);
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+// From a second on there is a line, however small the share that is done.
+TEST(Progress, LongWorkInALogIsShownFromASecondOn) {
+  testing::internal::CaptureStderr();
+  {
+    Progress progress("looking for", 1000000, "frames", Progress::Shown::kIfLong);
+    progress.advance();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1050));
+    progress.advance();
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              StartsWith("looking for: 2 of 1000000 frames (0 %)"));
+}
+
 TEST(Progress, UnfinishedWorkDoesNotClaimToBeDone) {
   testing::internal::CaptureStderr();
   {

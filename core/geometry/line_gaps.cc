@@ -91,14 +91,14 @@ std::vector<std::string> missing_section_notes(const Grid& grid) {
 }
 
 std::vector<std::string> close_line_notes(const Grid& grid) {
+  std::vector<double> spacings_m;
+  for (const Line& line : grid.lines) spacings_m.push_back(covering_spacing(line));
   std::vector<std::string> notes;
   for (std::size_t a = 0; a < grid.lines.size(); ++a) {
     for (std::size_t b = a + 1; b < grid.lines.size(); ++b) {
       if (grid.lines[a].axis != grid.lines[b].axis) continue;
       const double apart_m = distance_between(grid.lines[a], grid.lines[b]);
-      const double spacing_m =
-          std::min(covering_spacing(grid.lines[a]), covering_spacing(grid.lines[b]));
-      if (apart_m > spacing_m) continue;
+      if (apart_m > std::min(spacings_m[a], spacings_m[b])) continue;
       notes.push_back(
           fmt::format("lines {} and {} are {} apart, closer than their stations; if they are "
                       "passes of one line, "

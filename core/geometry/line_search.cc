@@ -196,13 +196,33 @@ class LineSearch {
     return is_free(other, axis) && in_wedge(apart, apart, axis);
   }
 
-  // Free stations that a line through the seed, no more oblique than allowed, could hold.
+  // Free stations that a line through the seed, no more oblique than allowed, could hold: all, or
+  // the nearest along the axis where these are enough to tell the line. The refit takes in those
+  // farther along it; comparing all of a large grid for every line would take its square.
   std::vector<int> stations_in_wedge(int seed, LineAxis axis) const {
+    constexpr std::size_t kEnough = 4096;
+    constexpr double kFirstReachInTolerances = 1000.0;
+    const double everywhere_m = tree_.extent();
+    double reach_m = kFirstReachInTolerances * tolerance_m_;
+    std::vector<int> found = stations_in_wedge(seed, axis, reach_m);
+    while (found.size() < kEnough && reach_m < everywhere_m) {
+      reach_m = reach_m > 0.0 ? 2.0 * reach_m : everywhere_m;
+      found = stations_in_wedge(seed, axis, reach_m);
+    }
+    return found;
+  }
+
+  std::vector<int> stations_in_wedge(int seed, LineAxis axis, double reach_m) const {
+    const int u = along_index(axis);
     return tree_.find(
         [&](const PlanBox& box) {
-          return in_wedge(box.most_apart(point(seed)), box.least_apart(point(seed)), axis);
+          const Eigen::Vector2d least = box.least_apart(point(seed));
+          return least[u] <= reach_m && in_wedge(box.most_apart(point(seed)), least, axis);
         },
-        [&](int other) { return is_candidate(seed, other, axis); });
+        [&](int other) {
+          return std::abs(point(other)[u] - point(seed)[u]) <= reach_m &&
+                 is_candidate(seed, other, axis);
+        });
   }
 
   // Of the lines through the seed and one other station, the one with the most stations nearby; of

@@ -32,6 +32,8 @@ class StationTree {
 
   const Eigen::Vector2d& point(int index) const { return points_[static_cast<std::size_t>(index)]; }
   int size() const { return static_cast<int>(points_.size()); }
+  // The diagonal of the box around all points.
+  double extent() const { return (nodes_.front().box.high - nodes_.front().box.low).norm(); }
 
   // The points, in ascending order, that `accept(index)` takes, among those of the boxes that
   // `may_hold(box)` takes; it must take every box with such a point.

@@ -1,0 +1,127 @@
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "core/base/median.h"
+#include "core/base/timing.h"
+#include "core/geometry/grid.h"
+#include "core/room/room.h"
+#include "core/view/map_choice.h"
+#include "core/view/renderer.h"
+#include "core/view/view_plan.h"
+#include "tests/bench/bench_room.h"
+#include "tests/bench/hall_room.h"
+
+namespace raywalk::bench {
+namespace {
+
+constexpr Hall kLargeHall{56, 6, 50};  // 36,365 stations on 64 lines, 336 cells
+constexpr int kTinyWidth = 64;
+
+// Finding lines and cells of about `range(0)` stations. `us_per_station` grows with log n.
+void bench_find_grid(benchmark::State& state) {
+  const std::vector<StationPose> stations = stations_of(hall_of(static_cast<int>(state.range(0))));
+  std::size_t cells = 0;
+  std::vector<double> times_s;
+  for (auto _ : state) {
+    times_s.push_back(times_of([&] { cells = find_grid(stations, {}).cells.size(); }).wall_s);
+    state.SetIterationTime(times_s.back());
+  }
+  state.counters["stations"] = static_cast<double>(stations.size());
+  state.counters["cells"] = static_cast<double>(cells);
+  state.counters["us_per_station"] = 1e6 * median(times_s) / static_cast<double>(stations.size());
+}
+
+BENCHMARK(bench_find_grid)
+    ->Arg(10000)
+    ->Arg(36700)
+    ->Arg(100000)
+    ->Arg(1000000)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+void bench_open_hall(benchmark::State& state) {
+  const std::filesystem::path directory = hall_room(kLargeHall, kTinyWidth);
+  for (auto _ : state) benchmark::DoNotOptimize(Room::open(directory));
+}
+
+BENCHMARK(bench_open_hall)->Unit(benchmark::kMillisecond);
+
+// What a view of a large hall takes before its first distance is gathered: its lines, connections,
+// height and the maps it uses.
+void bench_plan_view(benchmark::State& state) {
+  const Room room = Room::open(hall_room(kLargeHall, kTinyWidth));
+  const Cell& cell = room.grid().cells[room.grid().cells.size() / 2];
+  const std::vector<PlanPoint> places = viewpoints_in(cell);
+  const ConnectionRule rule{radians_from_degrees(76.0), radians_from_degrees(5.0)};
+  std::size_t next = 0;
+  for (auto _ : state) {
+    const ViewPlan plan(room.grid(), places[next++ % places.size()], rule);
+    const MapSpread spread = map_spread(room.grid(), plan.viewpoint());
+    benchmark::DoNotOptimize(nearest_maps(room, plan.lines(), plan.eye().centre_m, spread.gap_m,
+                                          spread.most_per_line, 8));
+  }
+}
+
+BENCHMARK(bench_plan_view)->Unit(benchmark::kMicrosecond);
+
+// A view of a hall of many cells relative to one of a single cell with the same pictures and
+// spacing (`ratio`): medians over views that alternate between the two.
+void bench_view_in_hall(benchmark::State& state, Generation generation) {
+  constexpr int kSteps = 6, kWidth = 512, kWarmViews = 2;
+  const Hall halls[] = {
+      {1, 1, kSteps}, {static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), kSteps}};
+  std::vector<Room> rooms;
+  for (const Hall& hall : halls) rooms.push_back(Room::open(hall_room(hall, kWidth)));
+  std::deque<Renderer> renderers;
+  std::array<std::vector<PlanPoint>, 2> places;
+  for (std::size_t i = 0; i < rooms.size(); ++i) {
+    renderers.emplace_back(rooms[i],
+                           ViewOptions{.generation = generation, .k_deg = 76.0, .width = kWidth});
+    const auto& cells = rooms[i].grid().cells;
+    places[i] = viewpoints_in(cells[cells.size() / 2]);
+  }
+  std::array<RenderedView, 2> views;
+  const auto render = [&](std::size_t i, std::size_t round) {
+    const PlanPoint at = places[i][round % places[i].size()];
+    return times_of([&] { renderers[i].render(at, views[i]); }).wall_s;
+  };
+  for (std::size_t round = 0; round < kWarmViews * places[0].size(); ++round) {
+    for (std::size_t i = 0; i < rooms.size(); ++i) render(i, round);
+  }
+  std::vector<double> ratios, times_s;
+  std::size_t round = 0;
+  for (auto _ : state) {
+    const bool swapped = round % 2 == 1;
+    std::array<double, 2> of_both{};
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+      const std::size_t which = swapped ? 1 - i : i;
+      of_both[which] = render(which, round);
+    }
+    ratios.push_back(of_both[1] / of_both[0]);
+    times_s.push_back(of_both[1]);
+    state.SetIterationTime(of_both[1]);
+    ++round;
+  }
+  state.counters["cells"] = static_cast<double>(rooms[1].grid().cells.size());
+  state.counters["view_ms"] = 1e3 * median(times_s);
+  state.counters["ratio"] = median(ratios);
+}
+
+void hall_sizes(benchmark::internal::Benchmark* benchmark) {
+  constexpr int kViews = 120;
+  for (const auto& [columns, rows] : {std::pair(1, 1), {4, 3}, {14, 6}, {56, 6}}) {
+    benchmark->Args({columns, rows});
+  }
+  benchmark->Iterations(kViews)->UseManualTime()->Unit(benchmark::kMillisecond);
+}
+
+BENCHMARK_CAPTURE(bench_view_in_hall, initial, Generation::kInitial)->Apply(hall_sizes);
+BENCHMARK_CAPTURE(bench_view_in_hall, hlf_vd, Generation::kHlfVd)->Apply(hall_sizes);
+BENCHMARK_CAPTURE(bench_view_in_hall, two_sided, Generation::kTwoSided)->Apply(hall_sizes);
+
+}  // namespace
+}  // namespace raywalk::bench
