@@ -200,7 +200,7 @@ class LineSearch {
   // the nearest along the axis where these are enough to tell the line. The refit takes in those
   // farther along it; comparing all of a large grid for every line would take its square.
   std::vector<int> stations_in_wedge(int seed, LineAxis axis) const {
-    constexpr std::size_t kEnough = 1024;
+    constexpr std::size_t kEnough = 4096;
     constexpr double kFirstReachInTolerances = 1000.0;
     const double everywhere_m = tree_.extent();
     double reach_m = kFirstReachInTolerances * tolerance_m_;
