@@ -15,10 +15,11 @@ struct TruthViewpoint {
   Eigen::Vector3d position_m{0, 0, 0};  // world frame
 };
 
-// `count` viewpoints at the height of the lines, distributed over plan.truth_cells by the seed. The first
-// ten are the hard cases: the centre, four quarter points, near a corner, near two edges, on a line
-// between two stations and on a station. The others are stratified random positions in a cell. A
-// plan of a single line has viewpoints between its stations, half of them a little beside the line.
+// `count` viewpoints at the height of the lines, distributed over plan.truth_cells by the seed. The
+// first ten are the hard cases: the centre, four quarter points, near a corner, near two edges, on
+// a line between two stations and on a station. The others are stratified random positions in a
+// cell. A plan of a single line has viewpoints between its stations, half of them a little beside
+// the line.
 std::vector<TruthViewpoint> truth_viewpoints(const RoomPlan& plan, int count);
 
 // Reads a CSV table with columns name,x,z and optionally y (metres, default 0). Throws Error naming
