@@ -39,11 +39,12 @@ run_until_ended() {
   child=$!
   [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
   wait "$child" || status=$?
-  # A signal ends the waiting, not yet the command.
+  # A signal ends the waiting, not yet the command, which is told again as it may just have begun.
   while kill -0 "$child" 2>/dev/null; do
-    status=0
-    wait "$child" || status=$?
+    sleep 1
+    [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
   done
+  [ -z "$told" ] || wait "$child" 2>/dev/null || status=$?
   trap - TERM INT HUP
   return "$status"
 }
