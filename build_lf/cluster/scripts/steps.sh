@@ -44,7 +44,8 @@ run_until_ended() {
     sleep 1
     [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
   done
-  [ -z "$told" ] || wait "$child" 2>/dev/null || status=$?
+  # 143: by SIGTERM, also where the command ended at the same time.
+  [ -z "$told" ] || [ "$status" -eq 0 ] || status=143
   trap - TERM INT HUP
   return "$status"
 }
