@@ -39,11 +39,13 @@ run_until_ended() {
   child=$!
   [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
   wait "$child" || status=$?
-  # A signal ends the waiting, not yet the command.
+  # A signal ends the waiting, not yet the command, which is told again as it may just have begun.
   while kill -0 "$child" 2>/dev/null; do
-    status=0
-    wait "$child" || status=$?
+    sleep 1
+    [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
   done
+  # 143: by SIGTERM, also where the command ended at the same time.
+  [ -z "$told" ] || [ "$status" -eq 0 ] || status=143
   trap - TERM INT HUP
   return "$status"
 }
