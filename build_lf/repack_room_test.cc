@@ -12,6 +12,7 @@
 #include "build_lf/test_capture.h"
 #include "core/base/error.h"
 #include "core/files/atomic_output.h"
+#include "core/files/test_contents.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/room.h"
 #include "core/room/tile_cache.h"
@@ -99,6 +100,10 @@ TEST_F(RepackRoomTest, PackingStoresTheSameAsRepacking) {
   EXPECT_EQ(packed.manifest().rays_sha256, repacked_room.manifest().rays_sha256);
   EXPECT_EQ(largest_difference(packed, repacked_room), 0);
   EXPECT_EQ(verify_room(packed).distance_maps, verify_room(repacked_room).distance_maps);
+  for (const char* folder : {"lines", "distances"}) {
+    EXPECT_EQ(checksums_of_files(packed.directory() / folder),
+              checksums_of_files(repacked_room.directory() / folder));
+  }
   EXPECT_TRUE(packed.distances(0).compressed());
 }
 

@@ -5,7 +5,9 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "core/base/parallel.h"
 #include "core/files/atomic_output.h"
@@ -51,10 +53,35 @@ void write_checksums(Hdf5File* file, const std::vector<std::string>& sha256, con
   file->write_attribute("sha256", "covers", covers);
 }
 
+// Where a result lies in the file depends on the order of storing only if it is compressed.
+enum class StoreOrder { kAny, kByIndex };
+
+// Conversions of a few indices at a time, whose results are stored in order, so that the same
+// content has the same bytes.
+template <typename Convert, typename Store>
+void convert_and_store_in_order(std::size_t count, const Convert& convert, const Store& store) {
+  const auto at_once = 4 * static_cast<std::size_t>(thread_count());
+  for (std::size_t first = 0; first < count; first += at_once) {
+    using Result = std::invoke_result_t<Convert, std::size_t>;
+    std::vector<std::optional<Result>> results(std::min(at_once, count - first));
+    parallel_for(0, static_cast<int>(results.size()), 1, [&](int begin, int end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        results[i] = convert(first + i);
+      }
+    });
+    for (std::size_t i = 0; i < results.size(); ++i) store(first + i, *results[i]);
+  }
+}
+
 // For i in [0, count), calls convert(i) in parallel and store(i, result) one at a time, as HDF5 is
 // not thread-safe.
 template <typename Convert, typename Store>
-void convert_and_store(std::size_t count, const Convert& convert, const Store& store) {
+void convert_and_store(std::size_t count, StoreOrder order, const Convert& convert,
+                       const Store& store) {
+  if (order == StoreOrder::kByIndex) {
+    convert_and_store_in_order(count, convert, store);
+    return;
+  }
   std::mutex hdf5;
   parallel_for(0, static_cast<int>(count), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
@@ -158,9 +185,11 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
       append(polar_part, &station.rays, 3 * rays_shape[1] * height);
       TileChunk chunk = stored.encode(station.rays);
       sha256[i] = checksum_of_rays(std::span(station.rays).first(columns), station.valid_rows);
+      if (rays.form.compressed()) station.rays = {};  // frees the memory
       return std::pair(std::move(station), std::move(chunk));
     };
-    convert_and_store(count, read, [&](std::size_t i, const auto& converted) {
+    const auto order = rays.form.compressed() ? StoreOrder::kByIndex : StoreOrder::kAny;
+    convert_and_store(count, order, read, [&](std::size_t i, const auto& converted) {
       const auto& [station, chunk] = converted;
       stored.write(i, station.rays, chunk);
       if (rays.masked) {
@@ -203,7 +232,8 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
     const Hdf5Handle distance = create("distance_m", H5T_IEEE_F32LE);
     const Hdf5Handle confidence = create("confidence", H5T_STD_U8LE);
     convert_and_store(
-        maps.stations.size(), maps.read, [&](std::size_t i, const StationDistances& station) {
+        maps.stations.size(), maps.compressed ? StoreOrder::kByIndex : StoreOrder::kAny, maps.read,
+        [&](std::size_t i, const StationDistances& station) {
           hdf5.write_slab(distance, i, H5T_NATIVE_FLOAT, shape, station.distance_m.data());
           hdf5.write_slab(confidence, i, H5T_NATIVE_UINT8, shape, station.confidence.data());
           sha256[i] = station.sha256;

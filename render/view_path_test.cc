@@ -188,7 +188,8 @@ TEST_F(ViewPathTest, BlocksMakeTheFilesOfOneRun) {
   EXPECT_THAT(error_of(merge), HasSubstr("1 of 3 blocks is missing: 2"));
   EXPECT_THAT(block({.block = Block{3, 3}}), HasSubstr("3/3 was already done"));
   block({.block = Block{2, 3}});
-  EXPECT_THAT(error_of([&] { block({.merge = true}, 76.0); }), HasSubstr("no block of path"));
+  EXPECT_THAT(error_of([&] { block({.merge = true}, 76.0); }),
+              HasSubstr("path: no block has been made"));
   EXPECT_THAT(merge(), HasSubstr("4 views, 0 of them rendered now"));
   EXPECT_EQ(folder_bytes(merged), folder_bytes(out()));
   EXPECT_FALSE(fs::exists(blocks_beside(merged)));

@@ -21,15 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSmallElements = std::size_t{1} << 24;
 
-// Disables HDF5's printing of the per-thread error stack to stderr; fail() reads the stack instead.
-// The first call also disables HDF5's cleanup at exit (see fail_to_write) and must precede HDF5's
-// initialisation.
-void prepare_library_for_this_thread() {
-  static const bool no_cleaning_at_exit = H5dont_atexit() >= 0;
-  static_cast<void>(no_cleaning_at_exit);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-}
-
 // Walking downward ends at the function that detected the error, whose description is the most
 // specific.
 herr_t keep_last(unsigned, const H5E_error2_t* error, void* reason) {
@@ -67,10 +58,6 @@ std::string meaning_of(const std::string& reason) {
          (reason.empty() ? "" : " (HDF5: " + one_line(reason) + ")");
 }
 
-std::vector<hsize_t> dims_of(std::span<const std::size_t> shape) {
-  return {shape.begin(), shape.end()};
-}
-
 // HDF5 file format specification, section II.A: the byte after the eight of the signature is the
 // version of the superblock; from version 2 on superblock and metadata are checksummed. HDF5 1.10
 // can read past its own buffers on damaged metadata of the older format.
@@ -87,6 +74,16 @@ void require_shape(std::span<const std::size_t> found, std::span<const std::size
   if (std::ranges::equal(found, expected)) return;
   throw Error(fmt::format("{}: dataset '{}' has the shape [{}], the manifest says [{}]",
                           file.string(), name, fmt::join(found, ", "), fmt::join(expected, ", ")));
+}
+
+void Hdf5File::prepare_library_for_this_thread() {
+  static const bool no_cleaning_at_exit = H5dont_atexit() >= 0;
+  static_cast<void>(no_cleaning_at_exit);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+std::vector<hsize_t> Hdf5File::dims_of(std::span<const std::size_t> shape) {
+  return {shape.begin(), shape.end()};
 }
 
 Hdf5Handle::Hdf5Handle(Hdf5Handle&& other) noexcept
@@ -344,112 +341,6 @@ void Hdf5File::write_slab(const Hdf5Handle& dataset, std::size_t index, hid_t ty
           0) {
     fail_to_write("cannot write");
   }
-}
-
-Hdf5Handle Hdf5File::create_filtered(const std::string& name, hid_t type,
-                                     std::span<const std::size_t> shape, int filter) {
-  const std::string what = fmt::format("cannot create dataset '{}'", name);
-  const std::vector<hsize_t> dims = dims_of(shape);
-  std::vector<hsize_t> chunk = dims;
-  chunk[0] = 1;
-  const Hdf5Handle space = checked(
-      H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose, what);
-  const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
-  H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
-  // The filter is told the size of a decoded chunk. HDF5 requires a filter that is not optional to
-  // be there where the dataset is created.
-  std::uint64_t bytes = H5Tget_size(type);
-  for (const hsize_t extent : chunk) bytes *= extent;
-  const std::array<unsigned, 2> values{static_cast<unsigned>(bytes),
-                                       static_cast<unsigned>(bytes >> 32U)};
-  if (H5Pset_filter(properties.get(), filter, H5Z_FLAG_OPTIONAL, values.size(), values.data()) <
-      0) {
-    fail(what);
-  }
-  return checked(H5Dcreate2(file_.get(), name.c_str(), type, space.get(), H5P_DEFAULT,
-                            properties.get(), H5P_DEFAULT),
-                 H5Dclose, what);
-}
-
-Hdf5Handle Hdf5File::create_deflated(const std::string& name, hid_t type,
-                                     std::span<const std::size_t> shape) {
-  const std::string what = fmt::format("cannot create dataset '{}'", name);
-  const std::vector<hsize_t> dims = dims_of(shape);
-  std::vector<hsize_t> chunk = dims;
-  chunk[0] = 1;
-  const Hdf5Handle space = checked(
-      H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose, what);
-  const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
-  constexpr unsigned kLevel = 4;  // higher ones save a hundredth
-  if (H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data()) < 0 ||
-      H5Pset_shuffle(properties.get()) < 0 || H5Pset_deflate(properties.get(), kLevel) < 0) {
-    fail(what);
-  }
-  return checked(H5Dcreate2(file_.get(), name.c_str(), type, space.get(), H5P_DEFAULT,
-                            properties.get(), H5P_DEFAULT),
-                 H5Dclose, what);
-}
-
-bool Hdf5File::is_chunked(const std::string& name) const {
-  const Hdf5Handle dataset = open_dataset(name);
-  const Hdf5Handle properties(H5Dget_create_plist(dataset.get()), H5Pclose);
-  return properties.get() >= 0 && H5Pget_layout(properties.get()) == H5D_CHUNKED;
-}
-
-std::vector<Hdf5File::ChunkPlace> Hdf5File::deflated_chunks(const std::string& name,
-                                                            hid_t type) const {
-  const std::vector<std::size_t> shape = shape_of(name);
-  const Hdf5Handle dataset = open_dataset(name);
-  const Hdf5Handle stored(H5Dget_type(dataset.get()), H5Tclose);
-  const Hdf5Handle properties(H5Dget_create_plist(dataset.get()), H5Pclose);
-  const auto filter = [&](unsigned index) {
-    std::size_t values = 0;
-    unsigned flags = 0, config = 0;
-    return H5Pget_filter2(properties.get(), index, &flags, &values, nullptr, 0, nullptr, &config);
-  };
-  std::array<hsize_t, H5S_MAX_RANK> chunk{};
-  bool usual = stored.get() >= 0 && H5Tequal(stored.get(), type) > 0 && properties.get() >= 0 &&
-               H5Pget_layout(properties.get()) == H5D_CHUNKED &&
-               H5Pget_chunk(properties.get(), H5S_MAX_RANK, chunk.data()) ==
-                   static_cast<int>(shape.size()) &&
-               chunk[0] == 1 && std::equal(shape.begin() + 1, shape.end(), chunk.begin() + 1) &&
-               H5Pget_nfilters(properties.get()) == 2 && filter(0) == H5Z_FILTER_SHUFFLE &&
-               filter(1) == H5Z_FILTER_DEFLATE;
-  std::vector<ChunkPlace> places;
-  for (std::size_t i = 0; usual && i < shape.front(); ++i) {
-    std::array<hsize_t, H5S_MAX_RANK> place{};
-    place[0] = i;
-    unsigned skipped = 0;
-    haddr_t begin = HADDR_UNDEF;
-    hsize_t bytes = 0;
-    usual =
-        H5Dget_chunk_info_by_coord(dataset.get(), place.data(), &skipped, &begin, &bytes) >= 0 &&
-        begin != HADDR_UNDEF && (skipped & 1U) == 0;
-    places.push_back({begin, bytes, (skipped & 2U) == 0});
-  }
-  if (usual) return places;
-  throw Error(
-      fmt::format("{}: dataset '{}' is neither contiguous nor compressed as Raywalk does; "
-                  "write it again",
-                  path_.string(), name));
-}
-
-std::uint64_t Hdf5File::write_chunk(const Hdf5Handle& dataset, std::size_t index,
-                                    std::span<const std::uint8_t> encoded) {
-  prepare_library_for_this_thread();
-  std::array<hsize_t, H5S_MAX_RANK> place{};
-  place[0] = index;
-  unsigned filters_skipped = 0;
-  haddr_t begin = HADDR_UNDEF;
-  hsize_t bytes = 0;
-  if (H5Dwrite_chunk(dataset.get(), H5P_DEFAULT, 0, place.data(), encoded.size(), encoded.data()) <
-          0 ||
-      H5Dget_chunk_info_by_coord(dataset.get(), place.data(), &filters_skipped, &begin, &bytes) <
-          0 ||
-      begin == HADDR_UNDEF || bytes != encoded.size()) {
-    fail_to_write("cannot write");
-  }
-  return begin;
 }
 
 void Hdf5File::close() {

@@ -123,6 +123,12 @@ class Hdf5File {
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
+  // Disables HDF5's printing of the per-thread error stack to stderr; fail() reads the stack
+  // instead. The first call also disables HDF5's cleanup at exit (see fail_to_write) and must
+  // precede HDF5's initialisation.
+  static void prepare_library_for_this_thread();
+  static std::vector<hsize_t> dims_of(std::span<const std::size_t> shape);
+
   // The same after a failed write. HDF5 1.10 crashes when it closes a file whose buffers cannot be
   // written (disk full), even at process exit, so the file is never closed.
   [[noreturn]] void fail_to_write(const std::string& what);

@@ -273,7 +273,7 @@ TEST_F(TradeTest, BlocksMakeTheScoresOfOneRun) {
   TradeInput other = all;
   other.repetitions = 2;
   EXPECT_THAT(error_of([&] { write_trade(other, options_.report, {.merge = true}); }),
-              HasSubstr("no block of trade"));
+              HasSubstr("trade: no block has been made"));
   EXPECT_THAT(run({.merge = true}), HasSubstr("index.html"));
   EXPECT_EQ(timeless(written()), whole);
   EXPECT_TRUE(fs::exists(measured_settings_path(room_.directory())));

@@ -128,7 +128,8 @@ TEST_F(ConnectErrorFileTest, BlocksMakeTheSameFileAsOneRun) {
               HasSubstr("2 of 4 blocks are missing: 2 and 4"));
   EXPECT_FALSE(std::filesystem::exists(connection_errors_path(path)));
   for (const int index : {4, 2}) run({.block = Block{index, 4}});
-  EXPECT_THAT(error_of([&] { run({.merge = true}, 2); }), HasSubstr("no block of connect-error"));
+  EXPECT_THAT(error_of([&] { run({.merge = true}, 2); }),
+              HasSubstr("connect-error: no block has been made"));
   EXPECT_EQ(run({.merge = true}), table);
   EXPECT_EQ(read_file(connection_errors_path(path)), whole);
   EXPECT_FALSE(std::filesystem::exists(blocks_beside(path)));

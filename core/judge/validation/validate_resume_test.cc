@@ -176,7 +176,7 @@ TEST_F(ResumedValidateTest, BlocksMakeTheReportOfOneRun) {
   EXPECT_FALSE(fs::exists(options_.report / "metrics.json"));
   EXPECT_THAT(run({.block = Block{4, 7}}), HasSubstr("block 4/7 is done"));
   options_.connect.viewpoints = 3;
-  EXPECT_THAT(error_of(merge), HasSubstr("no block of validate"));
+  EXPECT_THAT(error_of(merge), HasSubstr("validate: no block has been made"));
   options_.connect.viewpoints = 2;
   run({.merge = true});
   EXPECT_EQ(timeless(), whole);
