@@ -52,6 +52,11 @@ PartialMaps::PartialMaps(const fs::path& room, const std::string& fingerprint, M
   if (!is_of(fingerprint)) throw_other_inputs();
 }
 
+PartialMaps::~PartialMaps() {
+  std::error_code ignored;
+  if (removable_) fs::remove_all(directory_, ignored);
+}
+
 void PartialMaps::prepare(const std::string& fingerprint, MapsUse use) {
   std::error_code error;
   const fs::path inputs = directory_ / kFingerprintFile;
@@ -61,6 +66,7 @@ void PartialMaps::prepare(const std::string& fingerprint, MapsUse use) {
       if (entry.path().filename() != kLockFile) fs::remove_all(entry.path(), error);
     }
     write_file_atomically(inputs, fingerprint);
+    removable_ = use == MapsUse::kWhole;
   }
   made_directory(volumes_);
   // What killed runs left unfinished; nobody is writing now.
@@ -92,6 +98,7 @@ void PartialMaps::store(const std::string& stage, const InverseDistanceMap& map)
   text.append(reinterpret_cast<const char*>(map.confidence.data()), map.confidence.size());
   text += sha256_hex(text);
   write_file_atomically(file_of(stage, map.station), text);
+  removable_ = false;
 }
 
 bool PartialMaps::has(const std::string& stage, StationIndex station) const {

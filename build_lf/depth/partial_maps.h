@@ -30,6 +30,8 @@ class PartialMaps {
   // another fingerprint, or the room cannot be written.
   PartialMaps(const std::filesystem::path& room, const std::string& fingerprint,
               MapsUse use = MapsUse::kWhole);
+  // Removes the directory if a run of its own began it and failed before its first map.
+  ~PartialMaps();
   PartialMaps(const PartialMaps&) = delete;
   PartialMaps& operator=(const PartialMaps&) = delete;
 
@@ -68,6 +70,7 @@ class PartialMaps {
   std::filesystem::path directory_;
   std::filesystem::path volumes_;
   FileLock lock_;
+  bool removable_ = false;  // nothing is in the directory that took time
 };
 
 }  // namespace raywalk::build_lf

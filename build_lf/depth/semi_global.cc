@@ -97,7 +97,8 @@ void add_paths(const CostVolume& volume, std::vector<std::uint16_t>* sum) {
     });
     // Down one column and up the opposite one, starting shortly before the zenith.
     for_each(width / 2, [&, w = width, h = height](int theta) {
-      const int before = std::min(run_up, h);
+      // In the smallest maps too, the walk begins at a pixel.
+      const int before = std::clamp(run_up, 1, h);
       if (step > 0) {
         paths.add({theta + w / 2, before - 1, 0, -1}, before, 2 * h);
       } else {
