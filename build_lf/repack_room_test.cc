@@ -26,7 +26,12 @@ constexpr RayForm kJpeg{RayForm::Kind::kJpeg, 95};
 
 class RepackRoomTest : public testing::Test {
  protected:
-  RepackRoomTest() { pack({}); }
+  RepackRoomTest() {
+    for (int frame = 0; frame < static_cast<int>(capture_.rows().size()); ++frame) {
+      capture_.write_distance_map(frame, {32, 16});
+    }
+    pack({});
+  }
 
   void pack(const RayForm& form) {
     PackOptions options;
