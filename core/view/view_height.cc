@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <ranges>
+#include <span>
 #include <vector>
 
 #include "core/geometry/line_gaps.h"
@@ -34,7 +35,7 @@ double height_along(const Line& line, double along_m) {
   const double at_m = std::clamp(along_m, line.first_m(), line.last_m());
   const double reach_m = reach_at(line, at_m);
   double sum = 0.0, sum_x = 0.0, sum_y = 0.0, sum_xx = 0.0, sum_xy = 0.0;
-  const auto within = std::ranges::subrange(
+  const std::span within(
       std::ranges::lower_bound(line.stations, at_m - reach_m, {}, &Station::along_m),
       std::ranges::upper_bound(line.stations, at_m + reach_m, {}, &Station::along_m));
   for (const Station& station : within) {
