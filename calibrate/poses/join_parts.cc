@@ -300,6 +300,7 @@ std::vector<PoseAlignment> similarities(std::span<const FramePoses> parts, std::
                &parameters);
   }
   std::vector<PoseAlignment> found;
+  found.reserve(parameters.size());
   for (const SimilarityParameters& similarity : parameters) {
     found.push_back(alignment_of(similarity));
   }

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <opencv2/core.hpp>
 #include <utility>
 
 #include "calibrate/rectify/before_list.h"

@@ -52,7 +52,7 @@ void TileRequests::ask_between(const LineVolume& volume, int station, int side, 
     ask_for_cubic(volume, station, side, least, most);
     return;
   }
-  volume.require(station, static_cast<std::size_t>(least), static_cast<std::size_t>(most + kReach));
+  volume.require(station, static_cast<std::size_t>(least), static_cast<std::size_t>(most) + kReach);
   const auto tile = volume.decoded_with(static_cast<std::size_t>(least));
   known = {static_cast<std::int32_t>(tile.begin) + kReach,
            static_cast<std::int32_t>(tile.end) - 2 * kReach};
