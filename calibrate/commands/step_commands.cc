@@ -187,11 +187,9 @@ void add_poses(CLI::App* app) {
   add_block_options(command, &arguments->blocks, "parts of the grid");
   command->footer(
       "Example:\n  raywalk-calibrate poses hall --keyframes-mm 100\n"
-      "  raywalk-calibrate poses hall --threads 1 --block 3/16\n"
-      "  raywalk-calibrate poses hall --threads 1 --merge\n"
-      "A block solves its share of the parts of a grid of more than --part-stations stations. "
-      "With\n"
-      "one thread its poses are those of one run to the byte; COLMAP is not repeatable with more.\n"
+      "  raywalk-calibrate poses hall --block 3/16\n"
+      "  raywalk-calibrate poses hall --merge\n"
+      "A block solves its share of the parts of a grid of more than --part-stations stations.\n"
       "Frames of a gt.csv beside poses.csv are solved with the stations, all of them.\n"
       "An interrupted run is resumed by the same command.");
   command->callback([arguments] { run_poses(*arguments); });

@@ -2,14 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstring>
 #include <span>
-#include <string_view>
 #include <unordered_map>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/files/sqlite_connection.h"
@@ -19,14 +14,6 @@ namespace {
 
 // COLMAP's id of a pair: first * (2^31 - 1) + second.
 constexpr std::int64_t kPairFactor = 2147483647;
-// Descriptors are unit vectors times 512, rounded and limited to a byte (L1_ROOT of COLMAP's
-// feature/utils.cc); their squares sum to 1 within a few hundredths.
-constexpr double kDescriptorUnit = 512.0;
-constexpr double kUnitTolerance = 0.1;
-
-[[noreturn]] void fail_damaged(const std::filesystem::path& file) {
-  throw Error(fmt::format("{}: damaged; delete its directory and run poses again", file.string()));
-}
 
 // A matrix of a table's columns rows, cols, data; row-major.
 template <typename Number>
@@ -37,44 +24,12 @@ std::vector<Number> matrix_at(const SqliteStatement& statement, int first_column
   const std::span<const std::byte> bytes = statement.blob(first_column + 2);
   const auto count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
   if (rows < 0 || columns < 2 || columns > 6 || bytes.size() != count * sizeof(Number)) {
-    fail_damaged(file);
+    throw Error(
+        fmt::format("{}: damaged; delete its directory and run poses again", file.string()));
   }
   std::vector<Number> numbers(count);
   if (!numbers.empty()) std::memcpy(numbers.data(), bytes.data(), bytes.size());
   return numbers;
-}
-
-// Whether a descriptor is one.
-bool is_set(std::span<const std::byte> descriptor) {
-  double squares = 0.0;
-  for (const std::byte element : descriptor) {
-    const double value = std::to_integer<int>(element) / kDescriptorUnit;
-    squares += value * value;
-  }
-  return std::abs(squares - 1.0) <= kUnitTolerance;
-}
-
-// With zeros for those that are none; empty if all are.
-std::vector<std::byte> cleared(std::span<const std::byte> descriptors, std::size_t columns) {
-  std::vector<std::byte> changed;
-  for (std::size_t at = 0; at < descriptors.size(); at += columns) {
-    if (is_set(descriptors.subspan(at, columns))) continue;
-    if (changed.empty()) changed.assign(descriptors.begin(), descriptors.end());
-    std::fill_n(changed.begin() + static_cast<std::ptrdiff_t>(at), columns, std::byte{0});
-  }
-  return changed;
-}
-
-// As SQL writes a blob.
-std::string blob_text(std::span<const std::byte> bytes) {
-  std::string text = "x'";
-  for (const std::byte byte : bytes) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    const auto value = std::to_integer<std::size_t>(byte);
-    text += kDigits[value >> 4];
-    text += kDigits[value & 15];
-  }
-  return text + "'";
 }
 
 using FeaturePixels = std::unordered_map<std::uint32_t, std::vector<FacePixel>>;
@@ -116,28 +71,6 @@ std::map<std::string, DatabaseImage> read_database_images(const std::filesystem:
   return images;
 }
 
-void clear_unset_descriptors(const std::filesystem::path& database) {
-  SqliteConnection connection(database, SqliteAccess::kReadWrite);
-  std::map<std::int64_t, std::vector<std::byte>> changes;  // by image
-  SqliteStatement statement(&connection,
-                            "SELECT image_id, cols, data FROM descriptors WHERE rows > 0");
-  while (statement.step()) {
-    const std::int64_t columns = statement.integer(1);
-    const std::span<const std::byte> bytes = statement.blob(2);
-    if (columns < 1 || bytes.size() % static_cast<std::size_t>(columns) != 0) {
-      fail_damaged(database);
-    }
-    std::vector<std::byte> changed = cleared(bytes, static_cast<std::size_t>(columns));
-    if (!changed.empty()) changes[statement.integer(0)] = std::move(changed);
-  }
-  SqliteTransaction transaction(&connection);
-  for (const auto& [image, bytes] : changes) {
-    connection.execute(fmt::format("UPDATE descriptors SET data = {} WHERE image_id = {}",
-                                   blob_text(bytes), image));
-  }
-  transaction.commit();
-}
-
 std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& database) {
   SqliteConnection connection = open_sqlite_read_only(database);
   const FeaturePixels features = read_features(&connection, database);
@@ -155,7 +88,8 @@ std::vector<VerifiedPair> read_verified_pairs(const std::filesystem::path& datab
     const auto columns = static_cast<std::size_t>(statement.integer(2));
     for (std::size_t at = 0; at < indices.size(); at += columns) {
       if (indices[at] >= first.size() || indices[at + 1] >= second.size()) {
-        fail_damaged(database);
+        throw Error(fmt::format("{}: damaged; delete its directory and run poses again",
+                                database.string()));
       }
       pair.in_first.push_back(first[indices[at]]);
       pair.in_second.push_back(second[indices[at + 1]]);

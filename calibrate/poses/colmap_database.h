@@ -20,12 +20,6 @@ struct DatabaseImage {
 // By the image's name. Throws Error naming the file if it is missing, not a database or damaged.
 std::map<std::string, DatabaseImage> read_database_images(const std::filesystem::path& database);
 
-// Sets the descriptors to zero, which match nothing, that are not of unit length as all others are.
-// COLMAP gives features at the lower edge of a picture none and stores whatever is in its memory,
-// so that the same pictures would give other matches in every run. Throws Error naming the file if
-// it cannot be written, or is damaged.
-void clear_unset_descriptors(const std::filesystem::path& database);
-
 // Two images and the pixels of their geometrically verified matches.
 struct VerifiedPair {
   std::uint32_t first = 0;  // ids

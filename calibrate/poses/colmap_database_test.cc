@@ -44,25 +44,6 @@ TEST(ColmapDatabase, ReadsImages) {
   EXPECT_EQ(images.at("f0/3.png").features, 0);
 }
 
-TEST(ColmapDatabase, DescriptorsThatAreNoneAreCleared) {
-  const TestDirectory directory;
-  const std::filesystem::path file = directory / "database.db";
-  SqliteConnection connection(file, SqliteAccess::kReadWrite);
-  // Four elements: 512 times (0.5, 0.5, 0.5, 0.5) would be limited to 255; (ff, 0, 0, 0) is none.
-  connection.execute(
-      "CREATE TABLE descriptors (image_id INTEGER, rows INTEGER, cols INTEGER, data BLOB);"
-      "INSERT INTO descriptors VALUES (1, 2, 4, x'fffffffffffefdff');"
-      "INSERT INTO descriptors VALUES (2, 3, 4, x'ffffffffff000000fffffffe');"
-      "INSERT INTO descriptors VALUES (3, 0, 4, NULL);");
-  clear_unset_descriptors(file);
-  EXPECT_EQ(connection.text("SELECT hex(data) FROM descriptors WHERE image_id = 1"),
-            "FFFFFFFFFFFEFDFF");
-  EXPECT_EQ(connection.text("SELECT hex(data) FROM descriptors WHERE image_id = 2"),
-            "FFFFFFFF00000000FFFFFFFE");
-  connection.execute("UPDATE descriptors SET cols = 5 WHERE image_id = 1");
-  EXPECT_THROW(clear_unset_descriptors(file), Error);
-}
-
 TEST(ColmapDatabase, ReadsVerifiedMatches) {
   const TestDirectory directory;
   write_database(directory / "database.db");

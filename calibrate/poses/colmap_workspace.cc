@@ -270,7 +270,6 @@ bool ColmapWorkspace::match(std::span<const FramePair> pairs, const FramePoses& 
   const bool done = same && count_rows(database_, "two_view_geometries") >= std::ssize(list);
   // COLMAP 3.10 aborts where no picture has a feature.
   if (!done && !list.empty()) {
-    clear_unset_descriptors(database_);
     write_file_atomically(file, text);
     match_in_batches(list);
   }

@@ -5,8 +5,8 @@
 //
 // A large grid is solved in parts (pose_parts.h), which are then joined and adjusted together
 // (join_parts.h). The parts depend on the capture and the options alone; blocks of the work are
-// shares of the parts, so that they give what one run gives: the same bytes where COLMAP gives the
-// same for the same, which it does with one thread.
+// shares of the parts, and give what one run gives up to what COLMAP's own results differ by from
+// run to run, also with one thread: its matching starts from random numbers that cannot be set.
 #pragma once
 
 #include <filesystem>
