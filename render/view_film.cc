@@ -65,7 +65,7 @@ std::string write_film(const Room& room, const ViewMode& mode, const ViewFrame& 
   const fs::path frames = frames_of_blocks(file);
   if (request.blocks.block || request.blocks.merge) {
     require_film_size(size_of(room, mode, frame));
-    const std::string told = write_path(room, mode, frame, request, {}, frames, replace);
+    std::string told = write_path(room, mode, frame, request, {}, frames, replace);
     if (request.blocks.block) return told;
   }
   std::string rendered;
