@@ -51,8 +51,7 @@ std::vector<GainWindow> gain_windows(std::span<const Eigen::Vector3d> positions_
       }
       members.insert(members.end(), around.begin(), around.end());
       std::ranges::sort(members);
-      const auto rest = std::ranges::unique(members);
-      members.erase(rest.begin(), rest.end());
+      members.erase(std::unique(members.begin(), members.end()), members.end());
     }
     GainWindow& window = windows.emplace_back();
     window.stations = std::move(members);
