@@ -112,11 +112,12 @@ class LineVolume {
       rays_->fetch(rays(station) + begin, bytes);
     }
   }
-  // Whether the middle row of a column is in memory (MappedDataset::in_memory), or decoded.
+  // Whether the middle row of a column is in memory (MappedDataset::in_memory), or its tile
+  // decoded or fetched.
   bool in_memory(int station, int theta) const {
     const size_t byte =
         column_bytes() * static_cast<size_t>(theta) + 3 * static_cast<size_t>(panorama_.height / 2);
-    if (tiles_) return tiles_->is_decoded(static_cast<int>(stored(station)), byte);
+    if (tiles_) return tiles_->is_fetched(static_cast<int>(stored(station)), byte);
     return rays_->in_memory(rays(station) + byte);
   }
 

@@ -40,8 +40,9 @@ class TileCache {
  public:
   // Values of a tile's word; from kFirstEpoch on it is decoded.
   static constexpr std::uint64_t kAbsent = 0;
-  static constexpr std::uint64_t kBusy = 1;  // a thread decodes it or frees its memory
-  static constexpr std::uint64_t kFirstEpoch = 2;
+  static constexpr std::uint64_t kFetched = 1;  // absent, but its bytes were asked for from the disk
+  static constexpr std::uint64_t kBusy = 2;     // a thread decodes it or frees its memory
+  static constexpr std::uint64_t kFirstEpoch = 3;
 
   TileCache();
 

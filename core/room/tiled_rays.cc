@@ -202,6 +202,9 @@ bool TiledRays::evict(std::int64_t tile, std::uint64_t word) {
     return std::atomic_ref(words_[index])
         .compare_exchange_strong(expected, TileCache::kBusy, std::memory_order_acq_rel);
   };
+  const auto take_absent = [&](std::int64_t index) {
+    return take(index, TileCache::kAbsent) || take(index, TileCache::kFetched);
+  };
   const auto leave = [&](std::int64_t index) {
     const std::atomic_ref left(words_[index]);
     left.store(TileCache::kAbsent, std::memory_order_release);
@@ -217,11 +220,11 @@ bool TiledRays::evict(std::int64_t tile, std::uint64_t word) {
   const std::size_t first_page = begin / page_size() * page_size();
   const bool with_left = begin != first_page && of_station > 0 &&
                          first + layout_.begin_of(of_station - 1) <= first_page &&
-                         take(tile - 1, TileCache::kAbsent);
+                         take_absent(tile - 1);
   const std::size_t last_page = whole_pages(end);
   const bool with_right = end != last_page && of_station + 1 < layout_.tiles() &&
                           first + layout_.end_of(of_station + 1) >= last_page &&
-                          take(tile + 1, TileCache::kAbsent);
+                          take_absent(tile + 1);
   begin = with_left ? first_page : whole_pages(begin);
   end =
       with_right || of_station + 1 == layout_.tiles() ? last_page : end / page_size() * page_size();
@@ -232,8 +235,8 @@ bool TiledRays::evict(std::int64_t tile, std::uint64_t word) {
   return true;
 }
 
-bool TiledRays::is_decoded(int station, std::size_t byte) const {
-  return word_of(index_of(station, layout_.tile_of(byte))) >= TileCache::kFirstEpoch;
+bool TiledRays::is_fetched(int station, std::size_t byte) const {
+  return word_of(index_of(station, layout_.tile_of(byte))) != TileCache::kAbsent;
 }
 
 void TiledRays::fetch(int station, std::size_t begin, std::size_t end) const {
@@ -245,6 +248,11 @@ void TiledRays::fetch(int station, std::size_t begin, std::size_t end) const {
     if (!is_wanted(tile)) continue;
     const int from = tile;
     while (tile < last && is_wanted(tile + 1)) ++tile;
+    for (int asked = from; asked <= tile; ++asked) {
+      std::uint64_t absent = TileCache::kAbsent;
+      std::atomic_ref(words_[index_of(station, asked)])
+          .compare_exchange_strong(absent, TileCache::kFetched, std::memory_order_acq_rel);
+    }
     const auto [first_byte, end_byte] = place_of(station, from, tile);
     if (first_byte >= end_byte) continue;  // damaged; decoding will tell
     ::posix_fadvise(file_, static_cast<off_t>(first_byte),

@@ -49,9 +49,10 @@ class TiledRays : private TileStore {
   // naming the file where a tile is damaged.
   void require(int station, std::size_t begin, std::size_t end);
 
-  // Whether the tile of a byte is decoded.
-  bool is_decoded(int station, std::size_t byte) const;
-  // Starts reading from disk what tiles of bytes [begin, end) need that are not decoded.
+  // Whether the tile of a byte is decoded or was fetched.
+  bool is_fetched(int station, std::size_t byte) const;
+  // Starts reading from disk what tiles of bytes [begin, end) need that are not decoded and were not
+  // fetched before.
   void fetch(int station, std::size_t begin, std::size_t end) const;
 
  private:

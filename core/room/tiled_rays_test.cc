@@ -162,6 +162,27 @@ TEST_F(TiledRaysTest, TablesThatPointElsewhereAreRejected) {
   }
 }
 
+// What was asked for from the disk once is not asked for with every view, though it is not decoded.
+TEST_F(TiledRaysTest, CountAsFetchedUntilTheyAreEvicted) {
+  write({RayForm::Kind::kLossless, 0});
+  const LineVolume volume = open();
+  const std::size_t column_bytes = 3 * static_cast<std::size_t>(kTiledSize.height);
+  EXPECT_FALSE(volume.in_memory(1, 0));
+  volume.fetch(1, 0, column_bytes);
+  EXPECT_TRUE(volume.in_memory(1, kTileColumns - 1));
+  EXPECT_FALSE(volume.in_memory(1, kTileColumns));
+  EXPECT_FALSE(volume.in_memory(0, 0));
+  {
+    const TileReading reading;
+    EXPECT_TRUE(std::ranges::equal(volume.column(1, 0),
+                                   std::span(tiled_station_rays(1)).first(column_bytes)));
+  }
+  EXPECT_TRUE(volume.in_memory(1, 0));
+  TileCache::of_process().set_limit_bytes(0);
+  EXPECT_FALSE(volume.in_memory(1, 0));
+  TileCache::of_process().set_limit_bytes(TileCache::default_limit_bytes());
+}
+
 TEST_F(TiledRaysTest, ThreadsShareACacheThatHoldsNextToNothing) {
   write({RayForm::Kind::kLossless, 0});
   const LineVolume volume = open();
