@@ -1,9 +1,9 @@
 #include "core/room/tile_cache.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <stdexcept>
+
+#include "core/base/usable_memory.h"
 
 namespace raywalk {
 namespace {
@@ -25,10 +25,7 @@ TileCache& TileCache::of_process() {
   return cache;
 }
 
-std::uint64_t TileCache::default_limit_bytes() {
-  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
-         static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) / 4;
-}
+std::uint64_t TileCache::default_limit_bytes() { return usable_memory_bytes() / 4; }
 
 void TileCache::set_limit_bytes(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);

@@ -40,8 +40,9 @@ class TileCache {
  public:
   // Values of a tile's word; from kFirstEpoch on it is decoded.
   static constexpr std::uint64_t kAbsent = 0;
-  static constexpr std::uint64_t kFetched = 1;  // absent, but its bytes were asked for from the disk
-  static constexpr std::uint64_t kBusy = 2;     // a thread decodes it or frees its memory
+  static constexpr std::uint64_t kFetched =
+      1;                                     // absent, but its bytes were asked for from the disk
+  static constexpr std::uint64_t kBusy = 2;  // a thread decodes it or frees its memory
   static constexpr std::uint64_t kFirstEpoch = 3;
 
   TileCache();
@@ -49,7 +50,7 @@ class TileCache {
   // The cache of all rooms.
   static TileCache& of_process();
 
-  // A quarter of the machine's memory.
+  // A quarter of the memory that the process may use (usable_memory.h).
   static std::uint64_t default_limit_bytes();
   void set_limit_bytes(std::uint64_t bytes);
   std::uint64_t limit_bytes() const;

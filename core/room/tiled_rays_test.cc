@@ -174,8 +174,8 @@ TEST_F(TiledRaysTest, CountAsFetchedUntilTheyAreEvicted) {
   EXPECT_FALSE(volume.in_memory(0, 0));
   {
     const TileReading reading;
-    EXPECT_TRUE(std::ranges::equal(volume.column(1, 0),
-                                   std::span(tiled_station_rays(1)).first(column_bytes)));
+    const std::vector<std::uint8_t> expected = tiled_station_rays(1);
+    EXPECT_TRUE(std::ranges::equal(volume.column(1, 0), std::span(expected).first(column_bytes)));
   }
   EXPECT_TRUE(volume.in_memory(1, 0));
   TileCache::of_process().set_limit_bytes(0);
