@@ -4,8 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
+#include <random>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/geometry/grid.h"
@@ -206,6 +210,26 @@ TEST(CoveringSpacing, IgnoresShortGapsOfTwoPassesAndOneMissingSection) {
   EXPECT_EQ(covering_spacing({0.005, 0.045, 0.005, 0.045, 0.005}), 0.045);
   EXPECT_EQ(covering_spacing({0.05, 0.05, 2.0, 0.05}), 0.05);
   EXPECT_EQ(covering_spacing({0.3}), 0.3);
+}
+
+// By its definition, over gaps whose sums are exact.
+TEST(CoveringSpacing, HalfOfTheLineLiesInGapsAtLeastAsLarge) {
+  std::mt19937 random(4);
+  for (int round = 0; round < 500; ++round) {
+    std::vector<double> gaps_m(std::uniform_int_distribution<std::size_t>(2, 60)(random));
+    for (double& gap_m : gaps_m) {
+      gap_m = std::exp2(std::uniform_int_distribution(-12, 3)(random)) *
+              std::uniform_int_distribution(0, 9)(random);
+    }
+    std::vector<double> descending_m = gaps_m;
+    std::ranges::sort(descending_m, std::greater());
+    const double middle_m = descending_m[(descending_m.size() - 1) / 2];
+    descending_m.erase(descending_m.begin());
+    const double half_m = std::accumulate(descending_m.begin(), descending_m.end(), 0.0) / 2;
+    double sum_m = 0.0, at_half_m = 0.0;
+    for (std::size_t i = 0; i == 0 || sum_m < half_m; ++i) sum_m += at_half_m = descending_m[i];
+    EXPECT_EQ(covering_spacing(gaps_m), std::max(middle_m, at_half_m)) << round;
+  }
 }
 
 }  // namespace

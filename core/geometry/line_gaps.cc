@@ -26,15 +26,24 @@ std::vector<double> gaps_of(const Line& line) {
   return gaps_m;
 }
 
-// Of ascending gaps the one such that half of their sum lies in gaps at least as large.
-double middle_by_length(const std::vector<double>& ascending_m) {
-  const double half_m = 0.5 * std::accumulate(ascending_m.begin(), ascending_m.end(), 0.0);
-  double sum_m = 0.0;
-  for (auto gap = ascending_m.rbegin(); gap != ascending_m.rend(); ++gap) {
-    sum_m += *gap;
-    if (sum_m >= half_m) return *gap;
+// Of gaps the one such that half of their sum lies in gaps at least as large. Found by halving, as
+// views ask for it; reorders them.
+double middle_by_length(std::vector<double>* gaps_m) {
+  const double half_m = 0.5 * std::accumulate(gaps_m->begin(), gaps_m->end(), 0.0);
+  double above_m = 0.0;  // of gaps known to be larger
+  auto first = gaps_m->begin(), last = gaps_m->end();
+  while (last - first > 1) {
+    const auto middle = first + (last - first) / 2;
+    std::nth_element(first, middle, last);
+    const double upper_m = std::accumulate(middle, last, 0.0);
+    if (above_m + upper_m >= half_m) {
+      first = middle;
+    } else {
+      above_m += upper_m;
+      last = middle;
+    }
   }
-  return ascending_m.front();
+  return *first;
 }
 
 PlanPoint place_at(const Line& line, double along_m) {
@@ -56,10 +65,10 @@ double distance_between(const Line& a, const Line& b) {
 }  // namespace
 
 double covering_spacing(std::vector<double> gaps_m) {
-  std::sort(gaps_m.begin(), gaps_m.end());
   const double middle_m = median(gaps_m);
+  std::iter_swap(std::max_element(gaps_m.begin(), gaps_m.end()), gaps_m.end() - 1);
   gaps_m.pop_back();
-  return gaps_m.empty() ? middle_m : std::max(middle_m, middle_by_length(gaps_m));
+  return gaps_m.empty() ? middle_m : std::max(middle_m, middle_by_length(&gaps_m));
 }
 
 double covering_spacing(const Line& line) { return covering_spacing(gaps_of(line)); }
