@@ -1,14 +1,12 @@
 #include <gmock/gmock.h>
 
-#include <map>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include "build_lf/depth/depth_test_files.h"
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/estimate_depth.h"
 #include "core/base/test_error.h"
-#include "core/files/test_contents.h"
 #include "core/room/kept_stations.h"
 
 namespace raywalk::build_lf {
@@ -40,20 +38,6 @@ class DepthBlocksTest : public ::testing::Test {
     fs::copy(room_.room().directory(), blocks_, fs::copy_options::recursive);
   }
 
-  // All files of a room but what tells of the run itself, which is in depth.html too.
-  static std::map<std::string, std::string> files_of(const fs::path& room) {
-    std::map<std::string, std::string> files = checksums_of_files(room);
-    for (const std::string folder : {"", "held-out/"}) {
-      const fs::path json = room / (folder + "depth.json");
-      if (!fs::exists(json)) continue;
-      auto document = nlohmann::json::parse(read_file(json));
-      for (const char* key : {"room", "page", "seconds", "peak_memory_mb"}) document.erase(key);
-      files[folder + "depth.json"] = document.dump();
-      files.erase(folder + "depth.html");
-    }
-    return files;
-  }
-
   // The blocks of all steps, the last block first, and one of them twice.
   static void make_all(const DepthOptions& options) {
     for (const DepthStep step : kDepthSteps) {
@@ -67,7 +51,7 @@ class DepthBlocksTest : public ::testing::Test {
     options.room = blocks_;
     make_all(options);
     const DepthSummary merged = merge_depth(options);
-    EXPECT_EQ(files_of(blocks_), files_of(room_.room().directory()));
+    EXPECT_EQ(result_files_of(blocks_), result_files_of(room_.room().directory()));
     EXPECT_EQ(merged.maps.size(), plain.maps.size());
     EXPECT_FALSE(fs::exists(blocks_ / "distances.partial"));
   }

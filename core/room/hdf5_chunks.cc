@@ -9,8 +9,9 @@
 
 namespace raywalk {
 
-Hdf5Handle Hdf5File::create_filtered(const std::string& name, hid_t type,
-                                     std::span<const std::size_t> shape, int filter) {
+Hdf5Handle Hdf5File::create_chunked(const std::string& name, hid_t type,
+                                    std::span<const std::size_t> shape,
+                                    const std::function<bool(hid_t)>& add_filters) const {
   const std::string what = fmt::format("cannot create dataset '{}'", name);
   const std::vector<hsize_t> dims = dims_of(shape);
   std::vector<hsize_t> chunk = dims;
@@ -18,16 +19,9 @@ Hdf5Handle Hdf5File::create_filtered(const std::string& name, hid_t type,
   const Hdf5Handle space = checked(
       H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose, what);
   const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
-  H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
   H5Pset_obj_track_times(properties.get(), false);
-  // The filter is told the size of a decoded chunk. HDF5 requires a filter that is not optional to
-  // be there where the dataset is created.
-  std::uint64_t bytes = H5Tget_size(type);
-  for (const hsize_t extent : chunk) bytes *= extent;
-  const std::array<unsigned, 2> values{static_cast<unsigned>(bytes),
-                                       static_cast<unsigned>(bytes >> 32U)};
-  if (H5Pset_filter(properties.get(), filter, H5Z_FLAG_OPTIONAL, values.size(), values.data()) <
-      0) {
+  if (H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data()) < 0 ||
+      !add_filters(properties.get())) {
     fail(what);
   }
   return checked(H5Dcreate2(file_.get(), name.c_str(), type, space.get(), H5P_DEFAULT,
@@ -35,24 +29,25 @@ Hdf5Handle Hdf5File::create_filtered(const std::string& name, hid_t type,
                  H5Dclose, what);
 }
 
+Hdf5Handle Hdf5File::create_filtered(const std::string& name, hid_t type,
+                                     std::span<const std::size_t> shape, int filter) {
+  // The filter is told the size of a decoded chunk. HDF5 requires a filter that is not optional to
+  // be there where the dataset is created.
+  std::uint64_t bytes = H5Tget_size(type);
+  for (const std::size_t extent : shape.subspan(1)) bytes *= extent;
+  const std::array<unsigned, 2> values{static_cast<unsigned>(bytes),
+                                       static_cast<unsigned>(bytes >> 32U)};
+  return create_chunked(name, type, shape, [&](hid_t properties) {
+    return H5Pset_filter(properties, filter, H5Z_FLAG_OPTIONAL, values.size(), values.data()) >= 0;
+  });
+}
+
 Hdf5Handle Hdf5File::create_deflated(const std::string& name, hid_t type,
                                      std::span<const std::size_t> shape) {
-  const std::string what = fmt::format("cannot create dataset '{}'", name);
-  const std::vector<hsize_t> dims = dims_of(shape);
-  std::vector<hsize_t> chunk = dims;
-  chunk[0] = 1;
-  const Hdf5Handle space = checked(
-      H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose, what);
-  const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, what);
-  H5Pset_obj_track_times(properties.get(), false);
   constexpr unsigned kLevel = 4;  // higher ones save a hundredth
-  if (H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data()) < 0 ||
-      H5Pset_shuffle(properties.get()) < 0 || H5Pset_deflate(properties.get(), kLevel) < 0) {
-    fail(what);
-  }
-  return checked(H5Dcreate2(file_.get(), name.c_str(), type, space.get(), H5P_DEFAULT,
-                            properties.get(), H5P_DEFAULT),
-                 H5Dclose, what);
+  return create_chunked(name, type, shape, [](hid_t properties) {
+    return H5Pset_shuffle(properties) >= 0 && H5Pset_deflate(properties, kLevel) >= 0;
+  });
 }
 
 bool Hdf5File::is_chunked(const std::string& name) const {

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -133,6 +134,10 @@ class Hdf5File {
   // written (disk full), even at process exit, so the file is never closed.
   [[noreturn]] void fail_to_write(const std::string& what);
   Hdf5Handle checked(hid_t id, Hdf5Handle::Closer closer, const std::string& what) const;
+  // Creates a dataset in chunks of one index of the first dimension each. `add_filters` adds to the
+  // properties of its creation; false if that fails.
+  Hdf5Handle create_chunked(const std::string& name, hid_t type, std::span<const std::size_t> shape,
+                            const std::function<bool(hid_t properties)>& add_filters) const;
   std::size_t element_count(const std::string& name, hid_t dataset) const;
   void write_small(const std::string& name, hid_t type, std::span<const std::size_t> shape,
                    const void* values);

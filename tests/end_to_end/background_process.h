@@ -39,7 +39,10 @@ class BackgroundProcess {
   BackgroundProcess(const BackgroundProcess&) = delete;
   BackgroundProcess& operator=(const BackgroundProcess&) = delete;
 
-  void signal(int number) const { kill(pid_, number); }
+  // Nothing if it has been waited for: kill() takes -1 for every process.
+  void signal(int number) const {
+    if (pid_ > 0) kill(pid_, number);
+  }
   // Waits for termination; returns the exit code, or 128 + signal.
   int wait() {
     int status = 0;

@@ -1,0 +1,105 @@
+// End-to-end test of blocks of raywalk-build-lf depth, which a cluster may start twice.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "build_lf/depth/depth_test_files.h"
+#include "tests/end_to_end/background_process.h"
+#include "tests/end_to_end/depth_command.h"
+
+namespace raywalk::build_lf {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+// Two copies of a room: one for a single run, one for blocks.
+class DepthBlockCommandTest : public ::testing::Test {
+ protected:
+  static SyntheticRoomSpec spec() {
+    SyntheticRoomSpec spec = furnished_room(96);
+    spec.spacing_m = 0.125;
+    return spec;
+  }
+
+  DepthBlockCommandTest() {
+    fs::copy(room_.room().directory(), blocks_, fs::copy_options::recursive);
+  }
+
+  BackgroundProcess start(const std::string& step, const std::string& block,
+                          const std::string& log) const {
+    return {{RAYWALK_BUILD_LF, "depth", blocks_.string(), "--every", "3", "--threads", "1",
+             "--step", step, "--block", block},
+            directory_ / log};
+  }
+
+  std::string log(const std::string& name) const { return read_file(directory_ / name); }
+
+  // Two processes at the same block.
+  void make_twice_at_a_time(const std::string& step, const std::string& block) const {
+    BackgroundProcess first = start(step, block, "first");
+    BackgroundProcess second = start(step, block, "second");
+    EXPECT_EQ(first.wait(), 0) << step << " " << block << ": " << log("first");
+    EXPECT_EQ(second.wait(), 0) << step << " " << block << ": " << log("second");
+  }
+
+  void wait_for_swept_map() const {
+    constexpr auto kLongest = std::chrono::seconds(20);
+    const auto end = std::chrono::steady_clock::now() + kLongest;
+    while (std::chrono::steady_clock::now() < end) {
+      for (const auto& entry : fs::directory_iterator(blocks_ / "distances.partial")) {
+        if (entry.path().filename().string().starts_with("swept-")) return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ADD_FAILURE() << "no map was made";
+  }
+
+  // A process stands still with some of its maps made while another makes the whole block.
+  void sweep_beside_one_that_stands(const std::string& block) const {
+    BackgroundProcess standing = start("sweep", block, "standing");
+    wait_for_swept_map();
+    standing.signal(SIGSTOP);
+    BackgroundProcess other = start("sweep", block, "other");
+    EXPECT_EQ(other.wait(), 0) << log("other");
+    standing.signal(SIGCONT);
+    EXPECT_EQ(standing.wait(), 0) << log("standing");
+    EXPECT_THAT(log("standing"), Not(HasSubstr("was done before")));
+  }
+
+  void expect_result_of_one_run() const {
+    const CommandResult merged = run_command(
+        fmt::format("{} depth {} --every 3 --merge", RAYWALK_BUILD_LF, blocks_.string()));
+    ASSERT_EQ(merged.exit_code, 0) << merged.errors;
+    const CommandResult plain = depth(room_.room(), "--every 3");
+    ASSERT_EQ(plain.exit_code, 0) << plain.errors;
+    EXPECT_EQ(result_files_of(blocks_), result_files_of(room_.room().directory()));
+    EXPECT_FALSE(fs::exists(blocks_ / "distances.partial"));
+  }
+
+  DepthTestRoom room_{spec()};
+  TestDirectory directory_;
+  fs::path blocks_ = directory_ / "blocks.lf";
+};
+
+TEST_F(DepthBlockCommandTest, TwoProcessesAtABlockLeaveTheRoomOfOneRun) {
+  for (const std::string step :
+       {"links", "surfaces", "colours", "sweep", "fuse", "moved", "volumes", "gains"}) {
+    if (step == "sweep") {
+      sweep_beside_one_that_stands("1/2");
+    } else {
+      make_twice_at_a_time(step, "1/2");
+    }
+    make_twice_at_a_time(step, "2/2");
+  }
+  expect_result_of_one_run();
+}
+
+}  // namespace
+}  // namespace raywalk::build_lf
