@@ -51,8 +51,8 @@ class TiledRays : private TileStore {
 
   // Whether the tile of a byte is decoded or was fetched.
   bool is_fetched(int station, std::size_t byte) const;
-  // Starts reading from disk what tiles of bytes [begin, end) need that are not decoded and were not
-  // fetched before.
+  // Starts reading from disk what tiles of bytes [begin, end) need that are not decoded and were
+  // not fetched before.
   void fetch(int station, std::size_t begin, std::size_t end) const;
 
  private:
