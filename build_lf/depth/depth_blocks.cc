@@ -55,7 +55,8 @@ std::string DepthWork::run(DepthStep step, Block block) {
       return bytes_of(measure_links(room_, std::span(pairs).subspan(share.begin, share.size())));
     }
     case DepthStep::kReach:
-      return near_surfaces(room_, plan_before_reach(), whole_fields(frames().gains), valid_, share)
+      return near_surfaces(room_, plan_before_reach(), whole_fields(frames().gains), valid_, share,
+                           partial_.directory())
           .bytes();
     case DepthStep::kSurfaces:
       return sweep_coarse_maps(room_, plan(), whole_fields(frames().gains), valid_, share,

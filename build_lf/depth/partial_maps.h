@@ -50,6 +50,9 @@ class PartialMaps {
   InverseDistanceMap load_stored(const std::string& stage, StationIndex station,
                                  const Eigen::Vector3d& position_m, PanoramaSize size) const;
 
+  // The directory itself: what is written there under names of temporary_names.h is in nobody's
+  // way.
+  const std::filesystem::path& directory() const { return directory_; }
   // The directory of results that are not maps (core/files/block_results.h).
   std::filesystem::path results() const { return directory_ / "blocks"; }
   // The existing directory to write the volumes to.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 #include "build_lf/depth/tile_views.h"
@@ -25,7 +26,7 @@ SweepLayers sweep_layers(double max_per_m, double reach_m, PanoramaSize size);
 struct CostVolume {
   PanoramaSize size;
   SweepLayers layers;
-  std::vector<std::uint8_t> cost;       // [theta][phi][layer], 0 (equal) to 176
+  std::pmr::vector<std::uint8_t> cost;  // [theta][phi][layer], 0 (equal) to 176
   std::vector<std::uint8_t> luminance;  // [theta][phi] of the reference
   std::vector<std::uint8_t> valid;      // [theta][phi]: 1 where there is something to compare
 };

@@ -2,11 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory_resource>
 #include <random>
+#include <vector>
 
 #include "build_lf/depth/depth_test_room.h"
 #include "build_lf/depth/semi_global.h"
+#include "core/files/file_memory.h"
+#include "core/files/test_directory.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -34,11 +40,13 @@ constexpr PanoramaSize kSweptSize{128, 64};
 // Sweeps one station against all others of a room.
 class Sweeper {
  public:
-  explicit Sweeper(const Room& room, const cv::Mat& valid = {})
+  explicit Sweeper(const Room& room, const cv::Mat& valid = {},
+                   std::pmr::memory_resource* memory = std::pmr::get_default_resource())
       : room_(room),
+        memory_(memory),
         gains_(unit_fields(room.grid())),
         valid_(valid),
-        pictures_(room, kSweptSize, gains_, valid_, 100) {
+        pictures_(room, kSweptSize, gains_, valid_, 100, false, memory) {
     for (int line = 0; line < static_cast<int>(room.grid().lines.size()); ++line) {
       const auto& stations = room.grid().lines[static_cast<size_t>(line)].stations;
       for (int i = 0; i < static_cast<int>(stations.size()); ++i) {
@@ -60,14 +68,15 @@ class Sweeper {
   }
 
   InverseDistanceMap map(StationIndex station, double reach_m, double max_per_m) {
-    CostVolume volume;
+    CostVolume volume{{}, {}, std::pmr::vector<std::uint8_t>(memory_), {}, {}};
     sweep_into(&volume, station, reach_m, max_per_m);
-    SemiGlobalScratch scratch;
+    SemiGlobalScratch scratch{std::pmr::vector<std::uint16_t>(memory_)};
     return regularise(volume, reference(station), &scratch);
   }
 
  private:
   const Room& room_;
+  std::pmr::memory_resource* memory_;
   std::vector<std::vector<GainField>> gains_;
   cv::Mat valid_;
   PictureCache pictures_;
@@ -209,6 +218,18 @@ TEST(PlaneSweepTest, OverwritesTheVolume) {
   EXPECT_EQ(reused.cost, fresh.cost);
   EXPECT_EQ(reused.valid, fresh.valid);
   EXPECT_EQ(reused.luminance, fresh.luminance);
+}
+
+// As where memory is too small for a sweep.
+TEST(PlaneSweepTest, IsTheSameInFiles) {
+  const DepthTestRoom room(room_of_scale(1.0));
+  const TestDirectory directory;
+  FileMemory files(directory.path());
+  const InverseDistanceMap expected = Sweeper(room.room()).map({0, 8}, 0.5, 2.0);
+  const InverseDistanceMap map = Sweeper(room.room(), {}, &files).map({0, 8}, 0.5, 2.0);
+  EXPECT_GT(*std::ranges::max_element(map.omega), 0.0F);
+  EXPECT_EQ(map.omega, expected.omega);
+  EXPECT_EQ(map.confidence, expected.confidence);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ struct Walk {
 
 class PathCosts {
  public:
-  PathCosts(const CostVolume& volume, std::vector<std::uint16_t>* sum)
+  PathCosts(const CostVolume& volume, std::pmr::vector<std::uint16_t>* sum)
       : volume_(volume), sum_(sum->data()), layers_(static_cast<size_t>(volume.layers.count)) {
     for (int g = 0; g < 256; ++g) {
       large_step_.push_back(static_cast<std::uint16_t>(
@@ -81,7 +81,7 @@ class PathCosts {
 
 // Adds all eight directions. The walks of one direction visit every pixel once, so they run in
 // parallel.
-void add_paths(const CostVolume& volume, std::vector<std::uint16_t>* sum) {
+void add_paths(const CostVolume& volume, std::pmr::vector<std::uint16_t>* sum) {
   const PathCosts paths(volume, sum);
   const auto [width, height] = volume.size;
   const int run_up = width / 16;

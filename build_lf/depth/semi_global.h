@@ -2,13 +2,17 @@
 // except at edges of the picture.
 #pragma once
 
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
 #include "build_lf/depth/plane_sweep.h"
 
 namespace raywalk::build_lf {
 
 // Reusable memory: 2 bytes per pixel and layer.
 struct SemiGlobalScratch {
-  std::vector<std::uint16_t> sum;
+  std::pmr::vector<std::uint16_t> sum;
 };
 
 // The inverse distance of every pixel of a swept reference: the layer with the smallest sum of path

@@ -22,7 +22,7 @@ CostVolume blank_volume() {
   const size_t pixels = static_cast<size_t>(kCostSize.width * kCostSize.height);
   return {kCostSize,
           {kLayers, kStep_per_m},
-          std::vector<std::uint8_t>(pixels * kLayers, 60),
+          std::pmr::vector<std::uint8_t>(pixels * kLayers, 60),
           std::vector<std::uint8_t>(pixels, 100),
           std::vector<std::uint8_t>(pixels, 1)};
 }

@@ -64,7 +64,8 @@ void invalidate(const cv::Mat& valid, cv::Mat* samples) {
 }  // namespace
 
 StationPicture make_station_picture(const Room& room, StationIndex station, PanoramaSize map_size,
-                                    const GainField& gains, const cv::Mat& valid, bool levelled) {
+                                    const GainField& gains, const cv::Mat& valid, bool levelled,
+                                    std::pmr::memory_resource* memory) {
   cv::Mat colours = station_image(room, station, map_size);
   apply_gains(gains, &colours);
   colours = with_border(colours, kBorder);
@@ -81,8 +82,10 @@ StationPicture make_station_picture(const Room& room, StationIndex station, Pano
   samples = enlarged(inner).clone();
   if (!valid.empty()) invalidate(valid.t(), &samples);
   invalidate(station_validity(room, station, map_size, kMaskMarginPx), &samples);
-  StationPicture picture{.size = {inner.height, inner.width}, .samples = {}};
-  picture.samples.resize(samples.total());
+  StationPicture picture{
+      .size = {inner.height, inner.width},
+      .samples = std::pmr::vector<MatchingSample>(samples.total(), memory),
+  };
   std::memcpy(picture.samples.data(), samples.data, samples.total() * sizeof(MatchingSample));
   picture.all_valid = std::all_of(picture.samples.begin(), picture.samples.end(), is_valid);
   return picture;
@@ -90,13 +93,14 @@ StationPicture make_station_picture(const Room& room, StationIndex station, Pano
 
 PictureCache::PictureCache(const Room& room, PanoramaSize map_size,
                            const std::vector<std::vector<GainField>>& gains, cv::Mat valid,
-                           std::size_t capacity, bool levelled)
+                           std::size_t capacity, bool levelled, std::pmr::memory_resource* memory)
     : room_(room),
       map_size_(map_size),
       gains_(gains),
       valid_(std::move(valid)),
       capacity_(capacity),
-      levelled_(levelled) {}
+      levelled_(levelled),
+      memory_(memory) {}
 
 std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
   {
@@ -110,7 +114,7 @@ std::shared_ptr<const StationPicture> PictureCache::get(StationIndex station) {
   const GainField& gains =
       gains_[static_cast<size_t>(station.line)][static_cast<size_t>(station.station)];
   auto picture = std::make_shared<const StationPicture>(
-      make_station_picture(room_, station, map_size_, gains, valid_, levelled_));
+      make_station_picture(room_, station, map_size_, gains, valid_, levelled_, memory_));
   const std::lock_guard lock(mutex_);
   if (pictures_.emplace(station, picture).second) order_.push_front(station);
   while (order_.size() > capacity_) {

@@ -1,8 +1,10 @@
 #include "build_lf/depth/sweep_depth.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <map>
+#include <memory_resource>
 #include <span>
 
 #include "build_lf/depth/map_completion.h"
@@ -14,6 +16,8 @@
 #include "core/base/interrupt.h"
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/base/usable_memory.h"
+#include "core/files/file_memory.h"
 
 namespace raywalk::build_lf {
 namespace {
@@ -28,35 +32,72 @@ std::span<const SweepReference> maps_of(const DepthPlan& plan, IndexRange share)
 struct SweepRun {
   const char* progress;
   const char* stage;
-  double max_per_m;
   bool refine;
 };
 
-InverseDistanceMap sweep_station(const DepthPlan& plan, const SweepReference& reference,
-                                 const SweepLayers& layers, PictureCache* pictures,
-                                 CostVolume* volume, SemiGlobalScratch* scratch, bool refine) {
-  const TileViews views(reference, candidates_near(plan, reference), plan.reach_m, pictures);
-  sweep(views, layers, volume);
-  InverseDistanceMap map = regularise(*volume, reference, scratch);
-  if (refine) refine_parallax(views, plan.reach_m, &map);
-  return map;
-}
+// Sweeps one station after another. Costs and pictures lie in memory while half of what may be used
+// holds them (the rest is for the panoramas, which are mapped), otherwise in files: a small machine
+// or control group makes a sweep slower and does not end it.
+class StationSweep {
+ public:
+  StationSweep(const Room& room, const DepthPlan& plan, PanoramaSize size, double max_per_m,
+               const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
+               bool levelled, const std::filesystem::path& scratch)
+      : plan_(plan),
+        layers_(sweep_layers(max_per_m, plan.reach_m, size)),
+        files_(scratch),
+        volume_{
+            size, layers_, std::pmr::vector<std::uint8_t>(memory_for(cost_bytes(size))), {}, {}},
+        scratch_{std::pmr::vector<std::uint16_t>(memory_for(cost_bytes(size)))},
+        pictures_(room, size, gains, valid, kPicturesKept, levelled,
+                  memory_for(cost_bytes(size) + picture_bytes(size))) {}
+
+  PanoramaSize size() const { return pictures_.map_size(); }
+
+  InverseDistanceMap map_at(const SweepReference& reference, bool refine) {
+    const TileViews views(reference, candidates_near(plan_, reference), plan_.reach_m, &pictures_);
+    sweep(views, layers_, &volume_);
+    InverseDistanceMap map = regularise(volume_, reference, &scratch_);
+    if (refine) refine_parallax(views, plan_.reach_m, &map);
+    return map;
+  }
+
+ private:
+  static std::uint64_t pixels(PanoramaSize size) {
+    return static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
+  }
+  std::uint64_t cost_bytes(PanoramaSize size) const {
+    return pixels(size) * static_cast<std::uint64_t>(layers_.count) *
+           (sizeof(std::uint8_t) + sizeof(std::uint16_t));
+  }
+  static std::uint64_t picture_bytes(PanoramaSize size) {
+    return pixels(size) * kPicturesKept * kSamplesPerPixel * kSamplesPerPixel *
+           sizeof(MatchingSample);
+  }
+  std::pmr::memory_resource* memory_for(std::uint64_t bytes) {
+    if (bytes <= usable_memory_bytes() / 2) return std::pmr::get_default_resource();
+    return &files_;
+  }
+
+  const DepthPlan& plan_;
+  SweepLayers layers_;
+  FileMemory files_;
+  CostVolume volume_;
+  SemiGlobalScratch scratch_;
+  PictureCache pictures_;
+};
 
 // Sweeps the stations of `share` without a stored map of the stage. `see` is called with every map,
 // in order.
 template <typename See>
-void sweep_all(const DepthPlan& plan, IndexRange share, const SweepRun& run, PictureCache* pictures,
+void sweep_all(const DepthPlan& plan, IndexRange share, const SweepRun& run, StationSweep* sweep,
                PartialMaps* partial, const See& see) {
-  const SweepLayers layers = sweep_layers(run.max_per_m, plan.reach_m, pictures->map_size());
-  CostVolume volume;
-  SemiGlobalScratch scratch;
   Progress progress(run.progress, static_cast<std::int64_t>(share.size()), "stations");
   for (const SweepReference& reference : maps_of(plan, share)) {
     throw_if_interrupted();
-    auto map =
-        partial->load(run.stage, reference.station, reference.position_m, pictures->map_size());
+    auto map = partial->load(run.stage, reference.station, reference.position_m, sweep->size());
     if (!map) {
-      map = sweep_station(plan, reference, layers, pictures, &volume, &scratch, run.refine);
+      map = sweep->map_at(reference, run.refine);
       partial->store(run.stage, *map);
     }
     see(*map);
@@ -114,16 +155,13 @@ PanoramaSize coarse_size(const DepthPlan& plan) {
 
 OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
                              const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
-                             IndexRange share) {
-  const PanoramaSize size = coarse_size(plan);
-  const SweepLayers layers = sweep_layers(sweep_limit_per_m(plan), plan.reach_m, size);
+                             IndexRange share, const std::filesystem::path& scratch) {
   OmegaHistogram histogram(sweep_limit_per_m(plan));
-  PictureCache pictures(room, size, gains, valid, kPicturesKept, true);
-  CostVolume volume;
-  SemiGlobalScratch scratch;
+  StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
+                     scratch);
   for (const SweepReference& reference : maps_of(plan, share)) {
     throw_if_interrupted();
-    histogram.add(sweep_station(plan, reference, layers, &pictures, &volume, &scratch, false));
+    histogram.add(sweep.map_at(reference, false));
   }
   return histogram;
 }
@@ -149,10 +187,10 @@ OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
                                  const std::vector<std::vector<GainField>>& gains,
                                  const cv::Mat& valid, IndexRange share, PartialMaps* partial) {
   OmegaHistogram histogram(sweep_limit_per_m(plan));
-  PictureCache pictures(room, coarse_size(plan), gains, valid, kPicturesKept, true);
-  sweep_all(plan, share,
-            {"looking for the nearest surfaces", kCoarseStage, sweep_limit_per_m(plan), false},
-            &pictures, partial, [&](const InverseDistanceMap& map) { histogram.add(map); });
+  StationSweep sweep(room, plan, coarse_size(plan), sweep_limit_per_m(plan), gains, valid, true,
+                     partial->directory());
+  sweep_all(plan, share, {"looking for the nearest surfaces", kCoarseStage, false}, &sweep, partial,
+            [&](const InverseDistanceMap& map) { histogram.add(map); });
   return histogram;
 }
 
@@ -167,8 +205,8 @@ double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histo
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                 IndexRange share, PartialMaps* partial) {
-  PictureCache pictures(room, plan.size, gains, valid, kPicturesKept);
-  sweep_all(plan, share, {"sweeping", kSweptStage, max_per_m, true}, &pictures, partial,
+  StationSweep sweep(room, plan, plan.size, max_per_m, gains, valid, false, partial->directory());
+  sweep_all(plan, share, {"sweeping", kSweptStage, true}, &sweep, partial,
             [](const InverseDistanceMap&) {});
 }
 
