@@ -1,21 +1,16 @@
 // End-to-end test of raywalk-capture with the simulated rig in a separate process.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
-#include <sqlite3.h>
 
 #include <cmath>
 #include <cstdlib>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 
 #include "core/files/csv.h"
-#include "core/files/sha256.h"
 #include "core/files/test_directory.h"
-#include "tests/end_to_end/run_command.h"
-#include "tests/end_to_end/simulated_rig_process.h"
+#include "tests/end_to_end/capture_command.h"
 
 namespace raywalk {
 namespace {
@@ -23,94 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::AllOf;
-using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
-
-// The default plan: 4 lines of 3 stations, 500 mm apart.
-constexpr std::size_t kStations = 12;
-
-class CaptureCommandTest : public ::testing::Test {
- protected:
-  CaptureCommandTest() { files_.directory = directory_.path(); }
-
-  void start_rig() {
-    files_.write();
-    rig_.emplace(files_);
-    url_ = json::parse(read_file(rig_->directory() / "rig.json"))["camera_url"].get<std::string>();
-  }
-  std::string session() const { return (directory_ / "session").string(); }
-  std::string with_rig() const {
-    return files_.capture().string() + " --rig " + rig_->directory().string();
-  }
-  CommandResult capture(const std::string& arguments) const {
-    return run_command(std::string(RAYWALK_CAPTURE) + " " + arguments);
-  }
-  CommandResult run() const { return capture("run " + with_rig() + " --session " + session()); }
-  std::unique_ptr<BackgroundProcess> run_in_background() const {
-    return std::make_unique<BackgroundProcess>(
-        std::vector<std::string>{RAYWALK_CAPTURE, "run", files_.capture().string(), "--rig",
-                                 rig_->directory().string(), "--session", session()},
-        directory_ / "run.log");
-  }
-  std::string run_log() const { return read_file(directory_ / "run.log"); }
-  json rig_state() const { return json::parse(httplib::Client(url_).Get("/rig/state")->body); }
-  void rig_fault(const json& fault) const {
-    const auto reply = httplib::Client(url_).Post("/rig/fault", fault.dump(), "application/json");
-    ASSERT_EQ(reply->status, 200) << reply->body;
-  }
-  bool is_rig_reachable() const {
-    return fs::exists(rig_->directory() / "slider") && httplib::Client(url_).Get("/rig/state");
-  }
-  void mend_rig() const { httplib::Client(url_).Post("/rig/mend", "", "application/json"); }
-  json status() const { return json::parse(capture("status --json " + session()).output); }
-
-  // All invariants of a finished session.
-  void expect_finished_session() const {
-    const CommandResult verified = capture("verify " + session());
-    EXPECT_EQ(verified.exit_code, 0) << verified.output << verified.errors;
-    const CommandResult exported = capture("export " + session());
-    ASSERT_EQ(exported.exit_code, 0) << exported.errors;
-    const CsvTable poses =
-        CsvTable::read(fs::path(session()) / "poses.csv", {"file", "x", "y", "z"}, {});
-    std::set<std::string> frames;
-    for (std::size_t row = 0; row < poses.rows(); ++row) frames.insert(poses.text(row, "file"));
-    EXPECT_EQ(poses.rows(), kStations);
-    EXPECT_EQ(frames.size(), kStations);
-    EXPECT_EQ(integrity(), "ok");
-  }
-  std::string integrity() const {
-    sqlite3* database = nullptr;
-    std::string answer;
-    sqlite3_open((session() + "/session.db").c_str(), &database);
-    sqlite3_exec(
-        database, "PRAGMA integrity_check",
-        [](void* out, int, char** values, char**) {
-          *static_cast<std::string*>(out) = values[0];
-          return 0;
-        },
-        &answer, nullptr);
-    sqlite3_close(database);
-    return answer;
-  }
-  // Checksum of every frame file stored so far.
-  std::map<std::string, std::string> frame_sums() const {
-    std::map<std::string, std::string> sums;
-    const fs::path frames = fs::path(session()) / "frames";
-    if (!fs::exists(frames)) return sums;
-    for (const auto& entry : fs::directory_iterator(frames)) {
-      if (entry.path().extension() != ".jpg" || entry.path().filename().string()[0] == '.')
-        continue;
-      const std::string bytes = read_file(entry.path());
-      sums[entry.path().filename()] = sha256_hex(std::as_bytes(std::span(bytes)));
-    }
-    return sums;
-  }
-
-  TestDirectory directory_;
-  RehearsalFiles files_;
-  std::optional<SimulatedRigProcess> rig_;
-  std::string url_;
-};
 
 // A rail half as long as the lines, placed twice for each; two sessions, one line in both.
 TEST_F(CaptureCommandTest, LinesCapturedApartBecomeOneSession) {
@@ -255,68 +163,6 @@ TEST_F(CaptureCommandTest, ALostFrameIsNeverCalledCaptured) {
   EXPECT_THAT(capture("status " + session()).output, HasSubstr("resumes at station x0_001"));
   EXPECT_THAT(run().output, HasSubstr("all 12 stations"));
   expect_finished_session();
-}
-
-struct FaultCase {
-  const char* name;
-  json fault;
-  std::vector<const char*> says;  // patterns of the error line
-};
-
-class CaptureFaultTest : public CaptureCommandTest,
-                         public ::testing::WithParamInterface<FaultCase> {};
-
-TEST_P(CaptureFaultTest, PausesWithAnErrorLineAndResumesAfterRepair) {
-  files_.speed_mm_s = 2000.0;
-  files_.more_capture = "  shots: 2\n";
-  start_rig();
-  auto process = run_in_background();
-  const auto moves = rig_state()["moves"].get<int>();
-  while (rig_state()["moves"].get<int>() < moves + 3) {
-    ASSERT_FALSE(process->has_ended()) << run_log();
-  }
-  rig_fault(GetParam().fault);
-  EXPECT_EQ(process->wait(), 3) << run_log();
-  const std::string log = run_log();
-  const std::string line = log.substr(log.rfind("raywalk-capture: error:"));
-  EXPECT_THAT(line, AllOf(HasSubstr("x0"), HasSubstr(";"), HasSubstr("the same command resumes")));
-  for (const char* text : GetParam().says) EXPECT_THAT(line, ContainsRegex(text));
-  EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
-  mend_rig();
-  // A cut link and a camera that was down recover by themselves; a blocked drive must be homed.
-  for (int i = 0; i < 1000 && !is_rig_reachable(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  const CommandResult resumed = run();
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
-  expect_finished_session();
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Faults, CaptureFaultTest,
-    // The fault may occur before or after the carriage starts to move.
-    ::testing::Values(
-        FaultCase{"Stall", {{"kind", "stall"}}, {"does not move|stalled"}},
-        // A drive may also end the move at the switch by itself.
-        FaultCase{
-            "LimitSwitch", {{"kind", "high-limit"}}, {"does not move|stalled|off its target"}},
-        FaultCase{"Cut", {{"kind", "cut"}}, {"stop"}},
-        FaultCase{"FeedbackJump", {{"kind", "feedback-jump"}, {"amount", 30.0}}, {"mm"}},
-        FaultCase{"Busy", {{"kind", "busy"}}, {"camera", "busy"}},
-        FaultCase{"CardFull", {{"kind", "card-full"}, {"for_ms", 60000}}, {"card"}},
-        FaultCase{"WebPage", {{"kind", "web-page"}, {"for_ms", 60000}}, {"web page"}},
-        FaultCase{"CameraDown", {{"kind", "down"}, {"for_ms", 3000}}, {"127.0.0.1"}}),
-    [](const ::testing::TestParamInfo<FaultCase>& param) { return param.param.name; });
-
-TEST_F(CaptureCommandTest, AnAlarmIsNamedAndMustBeClearedManually) {
-  files_.speed_mm_s = 2000.0;
-  start_rig();
-  auto process = run_in_background();
-  while (rig_state()["moves"].get<int>() < 3) ASSERT_FALSE(process->has_ended()) << run_log();
-  rig_fault({{"kind", "alarm"}, {"amount", 33}});
-  EXPECT_EQ(process->wait(), 3);
-  EXPECT_THAT(run_log(), AllOf(HasSubstr("alarm"), HasSubstr("33")));
-  EXPECT_NE(capture("check " + with_rig()).exit_code, 0);
 }
 
 TEST_F(CaptureCommandTest, DamagedPicturesAreRetaken) {

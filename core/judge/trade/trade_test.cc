@@ -9,18 +9,13 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "core/base/parallel.h"
-#include "core/base/test_error.h"
 #include "core/files/atomic_output.h"
 #include "core/files/csv_records.h"
-#include "core/files/image_file.h"
-#include "core/files/test_directory.h"
-#include "core/judge/trade/captured_views.h"
-#include "core/judge/trade/measure_trade.h"
 #include "core/judge/trade/trade_test_room.h"
 #include "core/judge/validation/connect_error.h"
 #include "core/report/markup_check.h"
 #include "core/room/requirements.h"
+#include "core/view/measured_settings.h"
 #include "tests/synthetic_room/synthetic_room.h"
 
 namespace raywalk {
@@ -222,93 +217,6 @@ TEST_F(TradeTest, EveryPointOfThePageLinksToItsSetting) {
                             Not(HasSubstr("<script")), Not(HasSubstr("src=\"http"))));
 }
 
-// Without values that depend on the clock or the system.
-json timeless(json trade) {
-  for (const char* key : {"remap_ms", "front"}) trade.erase(key);
-  for (json& setting : trade["settings"]) {
-    for (const char* key : {"ms", "ratio", "cpu_ratio", "remap_ms", "remap_spread", "others_share",
-                            "peak_mb", "mapped_mb", "pareto"}) {
-      setting.erase(key);
-    }
-  }
-  return trade;
-}
-
-TEST_F(TradeTest, ResumesAnInterruptedRun) {
-  const TradeInput all = few();
-  write_trade(all, options_.report);
-  const json whole = written();
-  TradeInput begun = all;
-  begun.settings.resize(2);
-  measure_trade(begun, partial());
-  const json kept = json::parse(read_file(partial()));
-  ASSERT_EQ(kept["settings"].size(), 2U);
-  write_trade(all, options_.report);
-  EXPECT_EQ(timeless(written()), timeless(whole));
-  // Settings measured before the interruption were not measured again.
-  std::set<double> times_ms;
-  for (const json& setting : kept["settings"]) {
-    times_ms.insert(setting["measured"]["ms"].get<double>());
-  }
-  for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
-  EXPECT_FALSE(fs::exists(partial()));
-}
-
-TEST_F(TradeTest, BlocksMakeTheScoresOfOneRun) {
-  const TradeInput all = few();
-  write_trade(all, options_.report);
-  const json whole = timeless(written());
-  fs::remove_all(options_.report);
-  fs::remove(measured_settings_path(room_.directory()));
-  const auto run = [&](const BlockArguments& blocks) {
-    return write_trade(all, options_.report, blocks);
-  };
-  for (const int index : {3, 1}) run({.block = Block{index, 3}});
-  EXPECT_THAT(run({.block = Block{3, 3}}), HasSubstr("block 3/3 was already done"));
-  EXPECT_THAT(error_of([&] { run({.merge = true}); }), HasSubstr("1 of 3 blocks is missing: 2"));
-  EXPECT_FALSE(fs::exists(options_.report / "trade.json"));
-  EXPECT_THAT(run({.block = Block{2, 3}}), HasSubstr("block 2/3 is done"));
-  EXPECT_THAT(run({.block = Block{7, 7}}), HasSubstr("block 7/7 is done"));
-  EXPECT_THAT(run({.block = Block{1, 7}}), HasSubstr("block 1/7 is done")) << "without a setting";
-  TradeInput other = all;
-  other.repetitions = 2;
-  EXPECT_THAT(error_of([&] { write_trade(other, options_.report, {.merge = true}); }),
-              HasSubstr("trade: no block has been made"));
-  EXPECT_THAT(run({.merge = true}), HasSubstr("index.html"));
-  EXPECT_EQ(timeless(written()), whole);
-  EXPECT_TRUE(fs::exists(measured_settings_path(room_.directory())));
-  EXPECT_FALSE(fs::exists(options_.report / "trade.blocks"));
-}
-
-TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {
-  const TradeInput all = few();
-  fs::create_directories(options_.report);
-  measure_trade(all, partial());
-  json kept = json::parse(read_file(partial()));
-  kept["settings"][1]["measured"]["ratio"] = "fast";
-  write_file_atomically(partial(), kept.dump());
-  try {
-    measure_trade(all, partial());
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("settings[1]: measured: ratio: \"fast\" is not a number"));
-  }
-}
-
-TEST_F(TradeTest, NeverMixesInputs) {
-  const TradeInput all = few();
-  fs::create_directories(options_.report);
-  measure_trade(all, partial());
-  TradeInput other = all;
-  other.repetitions = 2;
-  EXPECT_THROW(measure_trade(other, partial()), Error);
-  other = all;
-  other.rooms[0].views[0].truth = ~other.rooms[0].views[0].truth;
-  EXPECT_THROW(measure_trade(other, partial()), Error);
-  std::ofstream(partial()) << "{";
-  EXPECT_THROW(measure_trade(all, partial()), Error);
-}
-
 TEST_F(TradeTest, OtherRoomsAreSweptAsFurtherSettings) {
   write_synthetic_room({.overhang_m = 0.25, .width = 32}, directory_ / "small.lf");
   write_synthetic_room({.overhang_m = 0.25, .width = 64}, directory_ / "same.lf");
@@ -390,78 +298,6 @@ TEST_F(TradeTest, RefusesBadInputBeforeAnyWork) {
   std::ofstream(directory_ / "file") << "x";
   options_.report = directory_ / "file" / "report";
   EXPECT_THAT(run_error(), HasSubstr("report"));
-}
-
-class HeldOutTradeTest : public TradeTest {
- protected:
-  HeldOutTradeTest() {
-    make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
-    options_.held_out = 4;
-    options_.presets = {{"plain", "it is central", mode(Generation::kHlfVd)},
-                        {"own", "it is not", {.options = {.k_deg = 55.0, .layers = 7}}}};
-  }
-};
-
-TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
-  const std::string said = trade(room_, options_);
-  EXPECT_THAT(said, AllOf(HasSubstr("rank correlation"), HasSubstr("preset own")));
-  const json trade = written();
-  const auto stored = read_measured_settings(room_.directory());
-  ASSERT_TRUE(stored);
-  EXPECT_EQ(stored->settings.distances_sha256, distances_sha256(room_));
-  EXPECT_EQ(stored->settings.width_px, 64);
-  // All but the settings on one thread.
-  const auto own = std::ranges::count(trade["settings"], trade["machine"]["threads"],
-                                      [](const json& setting) { return setting["threads"]; });
-  EXPECT_EQ(std::ssize(stored->settings.choices), own);
-  EXPECT_EQ(stored->settings.choices.back().name, "preset own");
-  EXPECT_EQ(stored->settings.choices.back().options.layers, 7);
-  EXPECT_EQ(stored->settings.choices.back().psnr_db, trade["settings"].back()["psnr_db"]);
-  EXPECT_EQ(stored->settings.choices.back().ratio, trade["settings"].back()["ratio"]);
-  EXPECT_EQ(trade["distances_sha256"], distances_sha256(room_));
-  EXPECT_FALSE(trade["held_out_views"].empty());
-  // Without correction, or with little, both show the same loss.
-  EXPECT_GT(trade["rank_correlation"]["psnr_db"], 0.3);
-  for (const json& setting : trade["settings"]) {
-    EXPECT_GT(setting["held_out_psnr_db"], 5.0) << setting["name"];
-  }
-  ASSERT_EQ(trade["presets"].size(), 2U);
-  EXPECT_EQ(trade["presets"][0]["setting"], "hlf-vd");
-  EXPECT_EQ(trade["presets"][1]["setting"], "preset own");
-  EXPECT_EQ(trade["presets"][1]["number"], trade["settings"].size());
-  EXPECT_EQ(trade["presets"][1]["ratio"], trade["settings"].back()["ratio"]);
-  double least = trade["settings"].back()["ratio"];
-  for (const json& setting : trade["settings"]) {
-    if (setting["psnr_db"] < trade["settings"].back()["psnr_db"]) continue;
-    least = std::min(least, setting["ratio"].get<double>());
-  }
-  EXPECT_DOUBLE_EQ(trade["presets"][1]["slower_than_front"].get<double>(),
-                   trade["settings"].back()["ratio"].get<double>() / least - 1.0);
-  EXPECT_EQ(markup_fault(page()), "");
-  EXPECT_EQ(trade["settings"].back()["layers"], 7);
-  EXPECT_THAT(page(),
-              AllOf(HasSubstr("Held-out stations against the truth"), HasSubstr("own: it is not."),
-                    HasSubstr("<h2>Presets</h2>"), HasSubstr("PSNR of held-out stations, dB")));
-}
-
-TEST_F(HeldOutTradeTest, WorksWithoutTruth) {
-  options_.truth.clear();
-  trade(room_, options_);
-  const json trade = written();
-  EXPECT_EQ(trade["truth"], "one of 4 stations, held out");
-  EXPECT_TRUE(trade["rank_correlation"].is_null());
-  EXPECT_FALSE(trade["views"].empty());
-  EXPECT_TRUE(trade["settings"][0]["held_out_psnr_db"].is_null());
-  EXPECT_GT(trade["settings"][1]["psnr_db"], trade["settings"][0]["psnr_db"]);
-}
-
-TEST_F(HeldOutTradeTest, NeedsTruthOrHeldOutStations) {
-  options_.truth.clear();
-  options_.held_out = 0;
-  EXPECT_THAT(run_error(), HasSubstr("with --truth, or use stations"));
-  options_.held_out = 4;
-  options_.also = {directory_ / "room.lf"};
-  EXPECT_THAT(run_error(), HasSubstr("--also needs --truth without --held-out"));
 }
 
 }  // namespace

@@ -1,0 +1,111 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/base/test_error.h"
+#include "core/files/atomic_output.h"
+#include "core/judge/trade/measure_trade.h"
+#include "core/judge/trade/trade.h"
+#include "core/judge/trade/trade_test_room.h"
+#include "core/view/measured_settings.h"
+
+namespace raywalk {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// Without values that depend on the clock or the system.
+json timeless(json trade) {
+  for (const char* key : {"remap_ms", "front"}) trade.erase(key);
+  for (json& setting : trade["settings"]) {
+    for (const char* key : {"ms", "ratio", "cpu_ratio", "remap_ms", "remap_spread", "others_share",
+                            "peak_mb", "mapped_mb", "pareto"}) {
+      setting.erase(key);
+    }
+  }
+  return trade;
+}
+
+TEST_F(TradeTest, ResumesAnInterruptedRun) {
+  const TradeInput all = few();
+  write_trade(all, options_.report);
+  const json whole = written();
+  TradeInput begun = all;
+  begun.settings.resize(2);
+  measure_trade(begun, partial());
+  const json kept = json::parse(read_file(partial()));
+  ASSERT_EQ(kept["settings"].size(), 2U);
+  write_trade(all, options_.report);
+  EXPECT_EQ(timeless(written()), timeless(whole));
+  // Settings measured before the interruption were not measured again.
+  std::set<double> times_ms;
+  for (const json& setting : kept["settings"]) {
+    times_ms.insert(setting["measured"]["ms"].get<double>());
+  }
+  for (int i : {0, 1}) EXPECT_TRUE(times_ms.contains(written()["settings"][i]["ms"].get<double>()));
+  EXPECT_FALSE(fs::exists(partial()));
+}
+
+TEST_F(TradeTest, BlocksMakeTheScoresOfOneRun) {
+  const TradeInput all = few();
+  write_trade(all, options_.report);
+  const json whole = timeless(written());
+  fs::remove_all(options_.report);
+  fs::remove(measured_settings_path(room_.directory()));
+  const auto run = [&](const BlockArguments& blocks) {
+    return write_trade(all, options_.report, blocks);
+  };
+  for (const int index : {3, 1}) run({.block = Block{index, 3}});
+  EXPECT_THAT(run({.block = Block{3, 3}}), HasSubstr("block 3/3 was already done"));
+  EXPECT_THAT(error_of([&] { run({.merge = true}); }), HasSubstr("1 of 3 blocks is missing: 2"));
+  EXPECT_FALSE(fs::exists(options_.report / "trade.json"));
+  EXPECT_THAT(run({.block = Block{2, 3}}), HasSubstr("block 2/3 is done"));
+  EXPECT_THAT(run({.block = Block{7, 7}}), HasSubstr("block 7/7 is done"));
+  EXPECT_THAT(run({.block = Block{1, 7}}), HasSubstr("block 1/7 is done")) << "without a setting";
+  TradeInput other = all;
+  other.repetitions = 2;
+  EXPECT_THAT(error_of([&] { write_trade(other, options_.report, {.merge = true}); }),
+              HasSubstr("trade: no block has been made"));
+  EXPECT_THAT(run({.merge = true}), HasSubstr("index.html"));
+  EXPECT_EQ(timeless(written()), whole);
+  EXPECT_TRUE(fs::exists(measured_settings_path(room_.directory())));
+  EXPECT_FALSE(fs::exists(options_.report / "trade.blocks"));
+}
+
+TEST_F(TradeTest, DamagedPartialNumbersAreRefused) {
+  const TradeInput all = few();
+  fs::create_directories(options_.report);
+  measure_trade(all, partial());
+  json kept = json::parse(read_file(partial()));
+  kept["settings"][1]["measured"]["ratio"] = "fast";
+  write_file_atomically(partial(), kept.dump());
+  try {
+    measure_trade(all, partial());
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("settings[1]: measured: ratio: \"fast\" is not a number"));
+  }
+}
+
+TEST_F(TradeTest, NeverMixesInputs) {
+  const TradeInput all = few();
+  fs::create_directories(options_.report);
+  measure_trade(all, partial());
+  TradeInput other = all;
+  other.repetitions = 2;
+  EXPECT_THROW(measure_trade(other, partial()), Error);
+  other = all;
+  other.rooms[0].views[0].truth = ~other.rooms[0].views[0].truth;
+  EXPECT_THROW(measure_trade(other, partial()), Error);
+  std::ofstream(partial()) << "{";
+  EXPECT_THROW(measure_trade(all, partial()), Error);
+}
+
+}  // namespace
+}  // namespace raywalk
