@@ -26,6 +26,12 @@ std::size_t first_station(const Grid& grid, int line) {
   return first;
 }
 
+std::string compare_colours(const Room& room, std::span<const StationIndex> stations,
+                            const SurfaceMaps& maps, IndexRange share) {
+  const auto progress = comparison_progress(share.size());
+  return bytes_of(compare_stations(room, stations, maps, share, progress.get()));
+}
+
 }  // namespace
 
 std::size_t DepthWork::pieces(DepthStep step) {
@@ -64,7 +70,7 @@ std::string DepthWork::run(DepthStep step, Block block) {
           .bytes();
     case DepthStep::kColours:
       require(DepthStep::kSurfaces);
-      return bytes_of(compare_stations(room_, matched_stations(), coarse_maps(), share));
+      return compare_colours(room_, matched_stations(), coarse_maps(), share);
     case DepthStep::kSweep:
       if (options_.method == DepthMethod::kFlow) return make_flow_maps(share);
       sweep_maps(room_, plan(), nearest_per_m(), matching_gains(), valid_, share, &partial_);
@@ -155,8 +161,8 @@ std::string DepthWork::compare_final_colours(Block block) {
   remove_other_volumes(room_, plan(), partial_);
   const Room estimated = room_.with_distances(partial_.volumes());
   const std::vector<StationIndex> stations = all_stations(estimated.grid());
-  return bytes_of(compare_stations(estimated, stations, surface_maps_of(estimated),
-                                   block.share_of(stations.size())));
+  return compare_colours(estimated, stations, surface_maps_of(estimated),
+                         block.share_of(stations.size()));
 }
 
 std::vector<std::uint64_t> DepthWork::maps_by_line() {

@@ -75,8 +75,8 @@ class StationSweep {
            sizeof(MatchingSample);
   }
   std::pmr::memory_resource* memory_for(std::uint64_t bytes) {
-    if (bytes <= usable_memory_bytes() / 2) return std::pmr::get_default_resource();
-    return &files_;
+    const bool fits = bytes <= usable_memory_bytes() / 2;
+    return fits ? std::pmr::get_default_resource() : &files_;
   }
 
   const DepthPlan& plan_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <opencv2/core.hpp>
 
 #include "build_lf/gains/gain_significance.h"
@@ -218,9 +219,14 @@ GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stat
 GainFields solve_room_gains(const Room& room, std::span<const StationIndex> stations,
                             const SurfaceMaps& maps, const GainFields& initial, int most_at_once) {
   const int count = parts_of(stations.size());
+  std::unique_ptr<Progress> progress;
   const auto compare = [&](int part) {
+    if (part == 0) progress = comparison_progress(stations.size());
     const IndexRange share = Block{part + 1, count}.share_of(stations.size());
-    return compare_stations(room, stations, maps, share);
+    std::vector<StationRatios> ratios =
+        compare_stations(room, stations, maps, share, progress.get());
+    if (part == count - 1) progress.reset();  // before the next one begins
+    return ratios;
   };
   return solve_room_gains(room, stations, RatioParts{count, compare}, initial, most_at_once);
 }

@@ -1,6 +1,5 @@
 #include "build_lf/gains/station_ratios.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,7 +16,6 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/parallel.h"
-#include "core/base/progress.h"
 #include "core/base/robust_sigma.h"
 #include "core/files/packed_values.h"
 
@@ -102,16 +100,7 @@ WholeRatio whole_ratio(const StationRatios& ratios) {
 }  // namespace
 
 RatioFile::RatioFile(const std::filesystem::path& directory, std::size_t stations)
-    : directory_(directory), stations_(stations) {
-  std::string name = (directory / ".ratios-XXXXXX").string();
-  file_ = ::mkostemp(name.data(), O_CLOEXEC);
-  if (file_ < 0) {
-    throw Error(directory.string() + ": cannot write there: " + std::strerror(errno));
-  }
-  ::unlink(name.c_str());
-}
-
-RatioFile::~RatioFile() { ::close(file_); }
+    : directory_(directory), file_(directory), stations_(stations) {}
 
 void RatioFile::put(int to, std::span<const StationRatios> ratios) {
   Station& station = stations_[static_cast<size_t>(to)];
@@ -128,8 +117,8 @@ void RatioFile::put(int to, std::span<const StationRatios> ratios) {
   }
   const char* data = reinterpret_cast<const char*>(patches.data());
   for (std::size_t done = 0; done < bytes;) {
-    const ssize_t wrote =
-        ::pwrite(file_, data + done, bytes - done, static_cast<off_t>(station.offset + done));
+    const ssize_t wrote = ::pwrite(file_.descriptor(), data + done, bytes - done,
+                                   static_cast<off_t>(station.offset + done));
     if (wrote < 0 && errno == EINTR) continue;
     if (wrote <= 0) {
       throw Error(directory_.string() +
@@ -151,7 +140,8 @@ std::vector<StationRatios> RatioFile::get(int to) const {
     const std::size_t bytes = pair.patches * sizeof(PatchRatio);
     char* data = reinterpret_cast<char*>(read.patches.data());
     for (std::size_t done = 0; done < bytes;) {
-      const ssize_t got = ::pread(file_, data + done, bytes - done, static_cast<off_t>(at + done));
+      const ssize_t got =
+          ::pread(file_.descriptor(), data + done, bytes - done, static_cast<off_t>(at + done));
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) throw Error(directory_.string() + ": the ratios of stations cannot be read");
       done += static_cast<std::size_t>(got);
@@ -163,7 +153,8 @@ std::vector<StationRatios> RatioFile::get(int to) const {
 
 std::vector<StationRatios> compare_stations(const Room& room,
                                             std::span<const StationIndex> stations,
-                                            const SurfaceMaps& maps, IndexRange share) {
+                                            const SurfaceMaps& maps, IndexRange share,
+                                            Progress* progress) {
   constexpr size_t kOwn = 4;
   constexpr size_t kOthers = 6;
   std::map<StationIndex, int> number;
@@ -172,7 +163,6 @@ std::vector<StationRatios> compare_stations(const Room& room,
   }
   const NearestMaps nearest = places_of(room, maps);
   std::vector<std::vector<StationRatios>> of_station(share.size());
-  Progress progress("comparing surfaces", static_cast<std::int64_t>(share.size()), "stations");
   constexpr int kStationsPerTask = 8;
   parallel_for(0, static_cast<int>(share.size()), kStationsPerTask, [&](int begin, int end) {
     Surfaces surfaces(room, maps);
@@ -188,7 +178,7 @@ std::vector<StationRatios> compare_stations(const Room& room,
         of_station[static_cast<size_t>(i)].push_back(
             {from_number->second, static_cast<int>(place), std::move(patches)});
       }
-      progress.advance();
+      progress->advance();
     }
   });
   std::vector<StationRatios> all;
@@ -196,6 +186,11 @@ std::vector<StationRatios> compare_stations(const Room& room,
     std::ranges::move(ratios, std::back_inserter(all));
   }
   return all;
+}
+
+std::unique_ptr<Progress> comparison_progress(std::size_t stations) {
+  return std::make_unique<Progress>("comparing surfaces", static_cast<std::int64_t>(stations),
+                                    "stations");
 }
 
 std::string bytes_of(const std::vector<StationRatios>& ratios) {

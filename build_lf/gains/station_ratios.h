@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -13,6 +14,8 @@
 #include "build_lf/gains/patch_ratios.h"
 #include "build_lf/gains/surface_maps.h"
 #include "core/base/block.h"
+#include "core/base/progress.h"
+#include "core/files/nameless_file.h"
 #include "core/panorama/gain_graph.h"
 #include "core/room/gain_fields.h"
 #include "core/room/room.h"
@@ -26,15 +29,12 @@ struct StationRatios {
   std::vector<PatchRatio> patches;
 };
 
-// The ratios of all stations, some 200 kB each, in a file without a name: it is gone when the
-// program ends. Can be used by several threads at once.
+// The ratios of all stations, some 200 kB each, in a file (nameless_file.h). Can be used by several
+// threads at once.
 class RatioFile {
  public:
   // In this directory, for so many stations. Throws Error if it cannot be written.
   RatioFile(const std::filesystem::path& directory, std::size_t stations);
-  ~RatioFile();
-  RatioFile(const RatioFile&) = delete;
-  RatioFile& operator=(const RatioFile&) = delete;
 
   // Keeps the ratios of one station `to`. Throws Error if the disk is full.
   void put(int to, std::span<const StationRatios> ratios);
@@ -53,7 +53,7 @@ class RatioFile {
   };
 
   std::filesystem::path directory_;
-  int file_ = -1;
+  NamelessFile file_;
   std::mutex mutex_;
   std::size_t size_ = 0;  // bytes given away
   std::vector<Station> stations_;
@@ -69,11 +69,15 @@ struct WholeRatio {
 
 // Compares the stations `share` of the list (increasing) each with the nearest stations that have a
 // map, on its own line, where the views are most alike, and on others, which tie the lines
-// together. Ordered by `to`; the result does not depend on the number of threads. Shows progress;
-// throws Interrupted. Memory grows with the share, by some 200 kB per station.
+// together. Ordered by `to`; the result does not depend on the number of threads. Advances
+// `progress` by one for each; throws Interrupted. Memory grows with the share, by some 200 kB per
+// station.
 std::vector<StationRatios> compare_stations(const Room& room,
                                             std::span<const StationIndex> stations,
-                                            const SurfaceMaps& maps, IndexRange share);
+                                            const SurfaceMaps& maps, IndexRange share,
+                                            Progress* progress);
+// The progress of comparing so many stations, which may be several shares.
+std::unique_ptr<Progress> comparison_progress(std::size_t stations);
 
 // Ratios as bytes and back. Throws Error for other bytes.
 std::string bytes_of(const std::vector<StationRatios>& ratios);

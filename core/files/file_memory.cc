@@ -1,9 +1,7 @@
 #include "core/files/file_memory.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,38 +9,19 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/files/temporary_names.h"
+#include "core/files/nameless_file.h"
 
 namespace raywalk {
 namespace {
 
-// An open file without a name.
-class NamelessFile {
- public:
-  explicit NamelessFile(const std::filesystem::path& directory) {
-    const std::filesystem::path path = temporary_beside(directory / "memory");
-    number_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (number_ >= 0) ::unlink(path.c_str());
-  }
-  ~NamelessFile() {
-    if (number_ >= 0) ::close(number_);
-  }
-  NamelessFile(const NamelessFile&) = delete;
-  NamelessFile& operator=(const NamelessFile&) = delete;
-
-  // Reserves the blocks and maps them; MAP_FAILED with errno.
-  void* map(std::size_t bytes) const {
-    if (number_ < 0) return MAP_FAILED;
-    do {
-      errno = ::posix_fallocate(number_, 0, static_cast<off_t>(bytes));
-    } while (errno == EINTR);
-    if (errno != 0) return MAP_FAILED;
-    return ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, number_, 0);
-  }
-
- private:
-  int number_ = -1;
-};
+// Reserves the blocks of an empty file and maps them; MAP_FAILED with errno.
+void* map_reserved(const NamelessFile& file, std::size_t bytes) {
+  do {
+    errno = ::posix_fallocate(file.descriptor(), 0, static_cast<off_t>(bytes));
+  } while (errno == EINTR);
+  if (errno != 0) return MAP_FAILED;
+  return ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file.descriptor(), 0);
+}
 
 }  // namespace
 
@@ -51,7 +30,7 @@ FileMemory::FileMemory(std::filesystem::path directory) : directory_(std::move(d
 // mmap returns whole pages, which are more than any alignment of values.
 void* FileMemory::do_allocate(std::size_t bytes, std::size_t /*alignment*/) {
   const NamelessFile file(directory_);
-  void* const memory = file.map(std::max<std::size_t>(bytes, 1));
+  void* const memory = map_reserved(file, std::max<std::size_t>(bytes, 1));
   if (memory == MAP_FAILED) {
     throw Error(fmt::format("{}: cannot hold {:.0f} MB of intermediate values: {}",
                             directory_.string(), static_cast<double>(bytes) / 1e6,
