@@ -36,8 +36,9 @@ struct SweepRun {
 };
 
 // Sweeps one station after another. Costs and pictures lie in memory while half of what may be used
-// holds them (the rest is for the panoramas, which are mapped), otherwise in files: a small machine
-// or control group makes a sweep slower and does not end it.
+// holds them (the rest is for the panoramas, which are mapped), otherwise all of them in files: a
+// small machine or control group makes a sweep slower and does not end it. All, as the pictures are
+// read while only one of the costs' two arrays is in use: the kernel then writes the other one out.
 class StationSweep {
  public:
   StationSweep(const Room& room, const DepthPlan& plan, PanoramaSize size, double max_per_m,
@@ -46,11 +47,9 @@ class StationSweep {
       : plan_(plan),
         layers_(sweep_layers(max_per_m, plan.reach_m, size)),
         files_(scratch),
-        volume_{
-            size, layers_, std::pmr::vector<std::uint8_t>(memory_for(cost_bytes(size))), {}, {}},
-        scratch_{std::pmr::vector<std::uint16_t>(memory_for(cost_bytes(size)))},
-        pictures_(room, size, gains, valid, kPicturesKept, levelled,
-                  memory_for(cost_bytes(size) + picture_bytes(size))) {}
+        volume_{size, layers_, std::pmr::vector<std::uint8_t>(memory_for(size)), {}, {}},
+        scratch_{std::pmr::vector<std::uint16_t>(memory_for(size))},
+        pictures_(room, size, gains, valid, kPicturesKept, levelled, memory_for(size)) {}
 
   PanoramaSize size() const { return pictures_.map_size(); }
 
@@ -74,8 +73,8 @@ class StationSweep {
     return pixels(size) * kPicturesKept * kSamplesPerPixel * kSamplesPerPixel *
            sizeof(MatchingSample);
   }
-  std::pmr::memory_resource* memory_for(std::uint64_t bytes) {
-    const bool fits = bytes <= usable_memory_bytes() / 2;
+  std::pmr::memory_resource* memory_for(PanoramaSize size) {
+    const bool fits = cost_bytes(size) + picture_bytes(size) <= usable_memory_bytes() / 2;
     return fits ? std::pmr::get_default_resource() : &files_;
   }
 

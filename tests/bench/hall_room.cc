@@ -61,22 +61,24 @@ Hall hall_of(int stations) {
   constexpr int kSteps = 50;
   // A cell has two sides of its own.
   const int cells = std::max(1, static_cast<int>(std::lround(std::sqrt(0.5 * stations / kSteps))));
-  return {cells, cells, kSteps};
+  return {cells, cells, kSteps, 0};
 }
 
 std::vector<StationPose> stations_of(const Hall& hall) {
   std::vector<StationPose> stations;
   const auto add = [&](char axis, int line, int step, double x_m, double z_m) {
-    stations.push_back({fmt::format("{}{:03}_{:06}.png", axis, line, step), {x_m, 0.0, z_m}, ""});
+    stations.push_back(
+        {fmt::format("{}{:03}_{:06}.png", axis, line, step + hall.overhang), {x_m, 0.0, z_m}, ""});
   };
   for (int line = 0; line <= hall.rows; ++line) {
-    for (int i = 0; i <= hall.columns * hall.steps; ++i) {
+    for (int i = -hall.overhang; i <= hall.columns * hall.steps + hall.overhang; ++i) {
       add('x', line, i, i / static_cast<double>(hall.steps), line);
     }
   }
   for (int line = 0; line <= hall.columns; ++line) {
-    for (int i = 0; i <= hall.rows * hall.steps; ++i) {
-      if (i % hall.steps != 0) add('z', line, i, line, i / static_cast<double>(hall.steps));
+    for (int i = -hall.overhang; i <= hall.rows * hall.steps + hall.overhang; ++i) {
+      const bool crossing = i % hall.steps == 0 && i >= 0 && i <= hall.rows * hall.steps;
+      if (!crossing) add('z', line, i, line, i / static_cast<double>(hall.steps));
     }
   }
   return stations;
@@ -84,8 +86,8 @@ std::vector<StationPose> stations_of(const Hall& hall) {
 
 fs::path hall_room(const Hall& hall, int width) {
   const fs::path folder = fs::path(RAYWALK_BENCH_DIR) / "halls";
-  const fs::path room =
-      folder / fmt::format("{}x{}_{}_steps_{}_px.lf", hall.columns, hall.rows, hall.steps, width);
+  const fs::path room = folder / fmt::format("{}x{}_{}_steps_{}_overhang_{}_px.lf", hall.columns,
+                                             hall.rows, hall.steps, hall.overhang, width);
   if (fs::exists(manifest_path(room))) return room;
   const fs::path capture = folder / "capture";
   fs::remove_all(capture);

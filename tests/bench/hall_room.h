@@ -10,9 +10,10 @@ namespace raywalk::bench {
 
 // A grid of square cells of 1 m; lines share the stations where they cross.
 struct Hall {
-  int columns = 1;  // cells along x
-  int rows = 1;     // and along z
-  int steps = 50;   // between two crossings
+  int columns = 1;   // cells along x
+  int rows = 1;      // and along z
+  int steps = 50;    // between two crossings
+  int overhang = 0;  // steps of every line beyond the outermost crossings
 };
 
 // A square hall with about so many stations, 2 cm apart.
