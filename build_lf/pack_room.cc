@@ -97,8 +97,11 @@ void reuse_earlier(const fs::path& earlier, const PackPlan& plan,
                    const std::vector<std::size_t>& lines, const fs::path& room) {
   const ReusedVolumes reused = reuse_volumes(earlier, plan, lines, room);
   if (reused.lines + reused.distances > 0) {
-    spdlog::info("{} of {} lines and the given distances of {} are unchanged: taken from {}",
-                 reused.lines, lines.size(), reused.distances, earlier.string());
+    const std::string distances =
+        reused.distances > 0 ? " and the given distances of " + counted(reused.distances, "line")
+                             : "";
+    spdlog::info("unchanged and taken from {}: {} of {}{}", earlier.string(), reused.lines,
+                 counted(lines.size(), "line"), distances);
   }
   const std::string lost = measurements_of(earlier);
   if (!lost.empty()) {

@@ -8,6 +8,7 @@
 #include "capture/run/check_devices.h"
 #include "capture/run/film_lines.h"
 #include "capture/run/open_devices.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/escaped.h"
 #include "core/base/interrupt.h"
@@ -73,20 +74,19 @@ void capture(const CapturePlan& plan, const CaptureConfig& config, const Capture
 std::string outcome_text(const CapturePlan& plan, const CaptureConfig& config,
                          const std::filesystem::path& session) {
   const std::string where = escaped(session.string());
-  const std::size_t lines = plan.lines.size();
+  const std::string lines = counted(plan.lines.size(), "line");
   if (config.run.mode == CaptureMode::kVideo) {
-    return fmt::format("{}: all {} lines are filmed; next: raywalk-capture import {} --video FILE",
-                       where, lines, where);
+    return fmt::format("{}: all {} are filmed; next: raywalk-capture import {} --video FILE", where,
+                       lines, where);
   }
   if (config.camera.kind == CameraKind::kGpio) {
     return fmt::format(
-        "{}: all {} stations of {} lines are on the camera's card; next: "
+        "{}: all {} stations of {} are on the camera's card; next: "
         "raywalk-capture import {} CARD",
         where, plan.stations(), lines, where);
   }
-  return fmt::format(
-      "{}: all {} stations of {} lines are captured; next: raywalk-capture export {}", where,
-      plan.stations(), lines, where);
+  return fmt::format("{}: all {} stations of {} are captured; next: raywalk-capture export {}",
+                     where, plan.stations(), lines, where);
 }
 
 }  // namespace
