@@ -1,5 +1,6 @@
 #include "core/files/file_memory.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
 
