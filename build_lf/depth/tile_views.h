@@ -41,11 +41,9 @@ class TileViews {
   PanoramaSize map_size() const { return size_; }
   const StationPicture& reference() const { return *reference_; }
   int tiles() const { return across_ * down_; }
-  // The first pixel of a tile and how many it has. Tiles below one another follow one another, as
-  // the columns of pictures are contiguous: all tiles in turn then read every picture once from
-  // front to back, which matters where memory does not hold the pictures (sweep_depth.cc).
-  int first_column(int tile) const { return tile / down_ * kTileColumns; }
-  int first_row(int tile) const { return tile % down_ * kTileRows; }
+  // The first pixel of a tile and how many it has.
+  int first_column(int tile) const { return tile % across_ * kTileColumns; }
+  int first_row(int tile) const { return tile / across_ * kTileRows; }
   int columns(int tile) const { return std::min(kTileColumns, size_.width - first_column(tile)); }
   int rows(int tile) const { return std::min(kTileRows, size_.height - first_row(tile)); }
   // Indices for view(), per side of the reference.
