@@ -23,6 +23,7 @@ PanoramaSize coarse_size(const DepthPlan& plan);
 // What a coarse sweep of the maps `share` of the plan is confident of, as far as is looked for:
 // down to a distance of a quarter of the reach, where the longest baseline is four times the
 // distance. Nothing is stored; `scratch` is a directory for values that memory does not hold.
+// Throws Error if the disk does not either.
 OmegaHistogram near_surfaces(const Room& room, const DepthPlan& plan,
                              const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                              IndexRange share, const std::filesystem::path& scratch);
@@ -36,7 +37,8 @@ double near_distance_m(const DepthPlan& plan, const OmegaHistogram& histogram);
 
 // A coarse sweep of the maps `share` of the plan, at a quarter of the maps' width; they are stored.
 // Processes one station at a time, with the memory of one and of the pictures around it; what half
-// of the usable memory does not hold lies in files of the maps' directory.
+// of the usable memory does not hold lies in files of the maps' directory. Throws Error if the disk
+// is full.
 OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
                                  const std::vector<std::vector<GainField>>& gains,
                                  const cv::Mat& valid, IndexRange share, PartialMaps* partial);
@@ -46,7 +48,7 @@ OmegaHistogram sweep_coarse_maps(const Room& room, const DepthPlan& plan,
 double nearest_surfaces_per_m(const DepthPlan& plan, const OmegaHistogram& histogram);
 
 // Sweeps the stations of the maps `share` of the plan, refines the maps and stores them as
-// kSweptStage. Memory is as for the coarse maps.
+// kSweptStage. Memory and errors are as for the coarse maps.
 void sweep_maps(const Room& room, const DepthPlan& plan, double max_per_m,
                 const std::vector<std::vector<GainField>>& gains, const cv::Mat& valid,
                 IndexRange share, PartialMaps* partial);
