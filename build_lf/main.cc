@@ -279,7 +279,7 @@ void add_require(CLI::App* app, Arguments* arguments) {
       "Examples:\n  raywalk-build-lf require room.lf --report report\n"
       "  raywalk-build-lf require room.lf --block 1/16\n"
       "  raywalk-build-lf require room.lf --merge --report report\n"
-      "The result is kept in the room; raywalk-render --layers auto uses it.");
+      "The result is kept in the room; raywalk-render --preset fast and export-web use it.");
   command->callback([arguments, options] {
     set_thread_count(arguments->threads);
     const BlockArguments& blocks = arguments->blocks;

@@ -21,7 +21,6 @@
 #include "core/files/turned_pictures.h"
 #include "core/geometry/line_gaps.h"
 #include "core/geometry/plausible_size.h"
-#include "core/room/polar_part.h"
 #include "core/room/room.h"
 
 namespace raywalk::build_lf {
@@ -236,9 +235,7 @@ std::uint64_t PackPlan::bytes_of_rays(std::size_t line) const {
                   [](const StationSource& source) { return source.mask.has_value(); });
   const std::uint64_t rows =
       masked ? kBytesPerRowRun * static_cast<std::uint64_t>(panorama.width) : 0;
-  const std::uint64_t polar_part = 3 * static_cast<std::uint64_t>(PolarPart(panorama).columns()) *
-                                   static_cast<std::uint64_t>(panorama.height);
-  return sources[line].size() * (estimated_bytes(form, 3 * pixels(panorama) + polar_part) + rows);
+  return sources[line].size() * (estimated_bytes(form, 3 * pixels(panorama)) + rows);
 }
 
 std::uint64_t PackPlan::bytes_of_maps(std::size_t line) const {

@@ -80,27 +80,6 @@ TEST_F(PackRoomTest, EveryRayIsThePixelItCameFrom) {
   }
 }
 
-TEST_F(PackRoomTest, PolarPartRepeatsTheRowsNearThePoles) {
-  pack();
-  const Room room = Room::open(capture_.room());
-  const LineVolume& volume = room.volume(2);
-  ASSERT_TRUE(volume.has_polar_part());
-  const PanoramaSize size = volume.panorama();
-  for (int station = 0; station < volume.stations(); ++station) {
-    const auto rays = volume.columns_and_polar_part(station);
-    for (int upper = 0; upper + 1 < size.height; ++upper) {
-      const int doublings = polar_doublings(volume.layout().polar, upper, size.height);
-      for (int u = 0; u < size.width; u += 1 << doublings) {
-        const auto at =
-            static_cast<std::size_t>(ray_offset(volume.layout(), doublings, u, upper, size.height));
-        ASSERT_TRUE(std::ranges::equal(
-            rays.subspan(at, 6),
-            volume.column(station, u).subspan(3 * static_cast<std::size_t>(upper), 6)));
-      }
-    }
-  }
-}
-
 TEST_F(PackRoomTest, DistancesOfSomeStationsAreMetresAndSkyIsInfinitelyFar) {
   for (int frame : {0, 3, 20}) capture_.write_distance_map(frame, {32, 16});
   cv::imwrite((capture_.distances() / "of_no_frame.png").string(), cv::Mat(9, 9, CV_16UC1));
@@ -322,11 +301,6 @@ TEST_F(PackRoomTest, VerifyFindsEveryKindOfDamage) {
       error_after_flipping(lines, room.volume(3).column(5, 60).data(), first.data(), rays_at),
       AllOf(HasSubstr("line z1 station 5"), HasSubstr("right_5.png"), HasSubstr("rays"),
             HasSubstr("1 of 56")));
-  const auto polar_part =
-      room.volume(3).columns_and_polar_part(2).subspan(room.volume(3).columns(2).size());
-  ASSERT_FALSE(polar_part.empty());
-  EXPECT_THAT(error_after_flipping(lines, polar_part.data() + 10, first.data(), rays_at),
-              AllOf(HasSubstr("line z1 station 2"), HasSubstr("rays"), HasSubstr("1 of 56")));
   const fs::path distances = distance_volume_path(capture_.room(), "x0");
   const auto confidence = room.distances(0).confidence_column(0, 0);
   const std::size_t confidence_at = read_file(distances).find(std::string(512, '\xff'));

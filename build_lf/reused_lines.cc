@@ -42,7 +42,7 @@ std::string form_text(const RayForm& form) {
 
 std::string rays_text(const Line& line, const std::vector<StationSource>& sources,
                       PanoramaSize panorama) {
-  std::string text = fmt::format("rays {} {} {} {} {}\n", kRoomFormatVersion, kPolarVolumeVersion,
+  std::string text = fmt::format("rays {} {} {} {} {}\n", kRoomFormatVersion, kVolumeFormatVersion,
                                  line.id, panorama.width, panorama.height);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const StationSource& source = sources[i];

@@ -14,7 +14,6 @@
 #include "core/room/distance_volume.h"
 #include "core/room/hdf5_file.h"
 #include "core/room/line_volume.h"
-#include "core/room/polar_part.h"
 #include "core/room/tiled_rays_writer.h"
 
 namespace raywalk::build_lf {
@@ -26,9 +25,9 @@ constexpr const char* kWorldFrame =
 constexpr const char* kPixelGrid =
     "theta = (i + 0.5) / width * 360 - 180 degrees; phi = 90 - (j + 0.5) / height * 180 degrees";
 
-void describe_file(Hdf5File* file, const char* format, int version, const Line& line) {
+void describe_file(Hdf5File* file, const char* format, const Line& line) {
   file->write_attribute("/", "format", format);
-  file->write_attribute("/", "format_version", version);
+  file->write_attribute("/", "format_version", kVolumeFormatVersion);
   file->write_attribute("/", "line", line.id);
   file->write_attribute("/", "frame", kWorldFrame);
   file->write_attribute("/", "pixel_grid", kPixelGrid);
@@ -102,13 +101,6 @@ void complete_valid_rows(const LineRays& rays, StationRays* station) {
   }
 }
 
-// The oldest format that can hold the rays.
-int version_of(const LineRays& rays, const PolarPart& polar_part) {
-  if (rays.form.compressed()) return kTiledVolumeVersion;
-  if (polar_part.columns() > 0) return kPolarVolumeVersion;
-  return rays.masked ? kMaskedVolumeVersion : kPlainVolumeVersion;
-}
-
 // Dataset `rays` of a line, in the form that is asked for.
 class StoredRays {
  public:
@@ -122,7 +114,7 @@ class StoredRays {
     }
   }
 
-  // A station's rays with their polar part, replaced by what is read later; from any thread.
+  // A station's rays, replaced by what is read later; from any thread.
   TileChunk encode(std::span<std::uint8_t> rays) const {
     return tiles_ ? tiles_->encode(rays) : TileChunk();
   }
@@ -141,12 +133,6 @@ class StoredRays {
   std::optional<TiledRaysWriter> tiles_;
 };
 
-void append(const PolarPart& polar_part, std::vector<std::uint8_t>* rays, std::size_t bytes) {
-  const std::size_t end_of_columns = rays->size();
-  rays->resize(bytes);
-  polar_part.fill(std::span(*rays).first(end_of_columns), std::span(*rays).subspan(end_of_columns));
-}
-
 }  // namespace
 
 void write_line_volume(const std::filesystem::path& file, const Line& line,
@@ -163,14 +149,12 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
                        Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  const PolarPart polar_part(rays.panorama);
-  describe_file(&hdf5, kLineVolumeFormat, version_of(rays, polar_part), line);
+  describe_file(&hdf5, kLineVolumeFormat, line);
   write_positions(&hdf5, line);
   const std::size_t count = line.stations.size();
   const auto width = static_cast<std::size_t>(rays.panorama.width);
   const auto height = static_cast<std::size_t>(rays.panorama.height);
-  const std::array<std::size_t, 4> rays_shape{
-      count, width + static_cast<std::size_t>(polar_part.columns()), height, 3};
+  const std::array<std::size_t, 4> rays_shape{count, width, height, 3};
   const std::array<std::size_t, 3> rows_shape{count, width, 2};
   std::vector<std::string> sha256(count);
   {
@@ -181,10 +165,8 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
     const auto read = [&](std::size_t i) {
       StationRays station = rays.read(i);
       complete_valid_rows(rays, &station);
-      const std::size_t columns = station.rays.size();
-      append(polar_part, &station.rays, 3 * rays_shape[1] * height);
       TileChunk chunk = stored.encode(station.rays);
-      sha256[i] = checksum_of_rays(std::span(station.rays).first(columns), station.valid_rows);
+      sha256[i] = checksum_of_rays(station.rays, station.valid_rows);
       if (rays.form.compressed()) station.rays = {};  // frees the memory
       return std::pair(std::move(station), std::move(chunk));
     };
@@ -199,15 +181,14 @@ void write_line_volume(const std::filesystem::path& file, const Line& line, cons
     });
   }
   describe_dataset(&hdf5, "rays", "station, theta, phi, rgb", "sRGB, 0 to 255");
-  if (polar_part.columns() > 0) hdf5.write_attribute("rays", "theta_columns", rays.panorama.width);
   if (rays.masked) {
     describe_dataset(&hdf5, "valid_rows", "station, theta, (first, one past last)",
                      "rows that may be used");
   }
   write_checksums(&hdf5, sha256,
-                  rays.masked ? "sha256(text of sha256(rays[station]), without the polar "
-                                "part, and sha256(valid_rows[station]))"
-                              : "rays[station], without the polar part, as stored");
+                  rays.masked
+                      ? "sha256(text of sha256(rays[station]) and sha256(valid_rows[station]))"
+                      : "rays[station]");
   hdf5.close();
   output.commit();
 }
@@ -216,8 +197,7 @@ void write_distance_volume(const std::filesystem::path& file, const Line& line,
                            const DistanceMaps& maps, Progress* progress) {
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
-  describe_file(&hdf5, kDistanceVolumeFormat,
-                maps.compressed ? kTiledVolumeVersion : kPlainVolumeVersion, line);
+  describe_file(&hdf5, kDistanceVolumeFormat, line);
   hdf5.write_attribute("/", "origin", maps.origin);
   hdf5.write_int32("station", maps.stations);
   const std::array<std::size_t, 3> shape{maps.stations.size(),

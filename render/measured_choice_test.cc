@@ -104,7 +104,7 @@ TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
       MeasuredChoice choice{.name = std::to_string(i),
                             .ratio = std::exp(log_ratio(random)),
                             .psnr_db = psnr_db(random)};
-      choice.options.layers = i + 1;
+      choice.options.stations_mixed = i + 1;
       trade.choices.push_back(choice);
     }
     Demand demand;
@@ -118,9 +118,9 @@ TEST(MeasuredChoiceTest, NoOtherSettingMeetsADemandBetter) {
       EXPECT_THROW(choose_setting(trade, demand, 10.0), Error);
       continue;
     }
-    const int layers = choose_setting(trade, demand, 10.0).settings.options.layers;
-    ASSERT_GE(layers, 1);
-    const MeasuredChoice* chosen = &trade.choices.at(static_cast<std::size_t>(layers) - 1);
+    const int number = choose_setting(trade, demand, 10.0).settings.options.stations_mixed;
+    ASSERT_GE(number, 1);
+    const MeasuredChoice* chosen = &trade.choices.at(static_cast<std::size_t>(number) - 1);
     EXPECT_TRUE(meets(*chosen));
     for (const MeasuredChoice& other : trade.choices) {
       if (!meets(other)) continue;
@@ -138,10 +138,9 @@ MeasuredSettings one_setting(const std::string& distances) {
   const MeasuredChoice quick{.name = "quick",
                              .options = {.k_deg = 76.5,
                                          .width = 32,
-                                         .interpolation = Interpolation::kNearest,
-                                         .stations_mixed = 1,
-                                         .distance_maps = 3,
-                                         .skip_px = 0.25},
+                                         .interpolation = Interpolation::kCubic,
+                                         .stations_mixed = 2,
+                                         .distance_maps = 3},
                              .ratio = 1.5,
                              .psnr_db = 30.0};
   return {.distances_sha256 = distances, .width_px = 32, .choices = {quick}};
@@ -164,10 +163,10 @@ class DemandedSettingsTest : public ::testing::Test {
 TEST_F(DemandedSettingsTest, ComeFromTheRoomsTradeWithFlagsOnTop) {
   write_measured_settings(path_, one_setting(distances_sha256(room_)));
   ViewFlags flags;
-  flags.dials["skip_px"] = "1";
+  flags.dials["distance_maps"] = "1";
   const Preset chosen = demanded_settings(flags, {.min_psnr_db = 25.0}, room_);
   ViewSettings expected{.options = one_setting("").choices[0].options};
-  expected.options.skip_px = 1.0;
+  expected.options.distance_maps = 1;
   EXPECT_TRUE(chosen.settings == expected);
   EXPECT_EQ(chosen.k_source, "of the setting that trade measured");
   EXPECT_THAT(chosen.reason, HasSubstr("quick: 30.00 dB"));

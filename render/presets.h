@@ -1,10 +1,8 @@
-// Presets: settings derived from a room's own distances, spacing and width, `--preset
-// fast|balanced|accurate`.
+// Presets: settings for a room, `--preset fast|balanced|accurate`.
 #pragma once
 
 #include <string>
 
-#include "core/geometry/layer_count.h"
 #include "core/room/room.h"
 #include "render/view_settings.h"
 
@@ -13,12 +11,10 @@ namespace raywalk::render {
 // The numbers of a room that presets are derived from.
 struct SceneNumbers {
   bool has_distances = false;
-  OmegaRange scene{};  // 1st and 99th percentile over the solid angle; {0, 0} without distances
-  double omega_error = 0.0;  // error of the distances, 1/m: from require.json, else one pixel of
-                             // the map over the reach
-  double spacing_m = 0.0;    // of the stations, median
-  double reach_m = 0.0;      // half the smallest cell's side; of an open grid half its longest line
-  int width_px = 0;          // of the panoramas
+  double omega_max = 0.0;  // inverse distance of the nearest surfaces, 1/m: 99th percentile over
+                           // the solid angle; 0 without distances
+  double reach_m = 0.0;    // half the smallest cell's side; of an open grid half its longest line
+  int width_px = 0;        // of the panoramas
 };
 
 // Throws Error where the room's require.json is damaged.
@@ -31,18 +27,12 @@ struct Preset {
   std::string k_source{};  // how settings.k_deg was chosen, where it was neither given nor auto
 };
 
-// The rules compare angles with a pixel: the vertical parallax that a view at the reach has to
-// correct, and the ghost that two stations leave (core/geometry/spacing.h).
-//
-// fast      One bilinear sample per output pixel: initial where the whole scene moves by no more
-//           than a pixel over the reach (or the room has no distances), else hlf-vd from the two
-//           nearest maps. Shifts of up to half a pixel are not corrected. (Reading the nearest
-//           pixel touches fewer bytes but takes no less time: finding it costs as much.)
-// balanced  two-sided, bilinear, from the two nearest maps; the second side is read only where the
-//           nearer one does not see the point. One station where two would show a point within half
-//           a pixel of each other, else both mixed. Shifts of up to an eighth of a pixel are not
-//           corrected.
-// accurate  two-sided, bicubic, both sides and both stations mixed wherever they see the point.
+// fast      initial where the whole scene moves by no more than a pixel over the reach, else
+//           hlf-vd; linear, one station of each line, from the two nearest maps. If asked to be
+//           two-sided, it reads both sides only where both are about as near.
+// balanced  two-sided with the defaults: linear, one station of each line, both sides wherever they
+//           see the point.
+// accurate  the same, cubic and with 8 stations of each line.
 //
 // Without distances all presets give initial views. Throws UsageError for an unknown name.
 Preset preset_of(const std::string& name, const SceneNumbers& scene);

@@ -19,14 +19,9 @@ using ::testing::HasSubstr;
 
 constexpr const char* kNames[] = {"fast", "balanced", "accurate"};
 
-// A cell of 1 m, surfaces from 0.5 to 4 m.
+// A cell of 1 m, surfaces from 0.5 m on.
 SceneNumbers some_scene() {
-  return {.has_distances = true,
-          .scene = {0.25, 2.0},
-          .omega_error = 0.01,
-          .spacing_m = 0.025,
-          .reach_m = 0.5,
-          .width_px = 1024};
+  return {.has_distances = true, .omega_max = 2.0, .reach_m = 0.5, .width_px = 1024};
 }
 
 TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
@@ -34,18 +29,11 @@ TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
   std::uniform_real_distribution<double> exponent(-4.0, 4.0);
   const auto any = [&] { return std::pow(10.0, exponent(random)); };
   for (int i = 0; i < 1000; ++i) {
-    const double far = any();
-    SceneNumbers scene{.has_distances = true,
-                       .scene = {1.0 / far, 1.0 / far + any()},
-                       .omega_error = 1e-3 * any(),
-                       .spacing_m = any(),
-                       .reach_m = any(),
-                       .width_px = 4 << (i % 13)};
+    SceneNumbers scene{
+        .has_distances = true, .omega_max = any(), .reach_m = any(), .width_px = 4 << (i % 13)};
     SceneNumbers larger = scene;
     constexpr double kScale = 1024.0;  // exact
-    larger.scene = {scene.scene.min / kScale, scene.scene.max / kScale};
-    larger.omega_error /= kScale;
-    larger.spacing_m *= kScale;
+    larger.omega_max /= kScale;
     larger.reach_m *= kScale;
     for (const char* name : kNames) {
       EXPECT_TRUE(preset_of(name, scene).settings == preset_of(name, larger).settings) << name;
@@ -57,25 +45,15 @@ TEST(PresetsTest, RulesDoNotDependOnTheUnitOfLength) {
 TEST(PresetsTest, FarScenesNeedNoCorrectionAndNearOnesDo) {
   SceneNumbers scene = some_scene();
   EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kHlfVd);
-  scene.scene = {0.0, 1.0 / 100.0};  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
+  scene.omega_max = 1.0 / 100.0;  // 0.5 m / 100 m * 1024 / 2 pi = 0.8 px
   EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kInitial);
-  scene.scene.max = 1.0 / 80.0;  // 1.02 px
+  scene.omega_max = 1.0 / 80.0;  // 1.02 px
   EXPECT_EQ(preset_of("fast", scene).settings.options.generation, Generation::kHlfVd);
-}
-
-TEST(PresetsTest, OneStationIsEnoughWhereBothShowThePointAtOnePosition) {
-  SceneNumbers scene = some_scene();
-  // Ghost = spacing * error * W / 2 pi: 0.025 * 0.01 * 163 = 0.04 px.
-  EXPECT_EQ(preset_of("balanced", scene).settings.options.stations_mixed, 1);
-  scene.omega_error = 0.2;  // 0.8 px
-  EXPECT_EQ(preset_of("balanced", scene).settings.options.stations_mixed, 2);
-  scene.spacing_m = 0.0125;
-  EXPECT_EQ(preset_of("balanced", scene).settings.options.stations_mixed, 1);
 }
 
 TEST(PresetsTest, WithoutDistancesViewsAreInitial) {
   for (const char* name : kNames) {
-    const Preset preset = preset_of(name, {.spacing_m = 0.1, .reach_m = 0.5, .width_px = 1024});
+    const Preset preset = preset_of(name, {.reach_m = 0.5, .width_px = 1024});
     EXPECT_EQ(preset.settings.options.generation, Generation::kInitial);
     EXPECT_THAT(preset.reason, HasSubstr("no distances"));
   }
@@ -95,15 +73,12 @@ class PresetSettingsTest : public ::testing::Test {
 TEST_F(PresetSettingsTest, NumbersAreThoseOfTheRoom) {
   const SceneNumbers numbers = scene_numbers(room_);
   EXPECT_TRUE(numbers.has_distances);
-  EXPECT_NEAR(numbers.spacing_m, 0.125, 1e-9);
   EXPECT_NEAR(numbers.reach_m, 0.5, 1e-9);
   EXPECT_EQ(numbers.width_px, 64);
   const SceneBox walls = SyntheticRoomSpec().scene.walls;
   const double farthest_m = (walls.max_m - walls.min_m).norm();
-  EXPECT_GT(numbers.scene.min, 1.0 / farthest_m);
-  EXPECT_GT(numbers.scene.max, numbers.scene.min);
-  EXPECT_TRUE(std::isfinite(numbers.scene.max));
-  EXPECT_NEAR(numbers.omega_error, kTwoPi / (64 * 0.5), 1e-9);
+  EXPECT_GT(numbers.omega_max, 1.0 / farthest_m);
+  EXPECT_TRUE(std::isfinite(numbers.omega_max));
 }
 
 TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
@@ -111,13 +86,14 @@ TEST_F(PresetSettingsTest, FlagsAndFileOverrideThePreset) {
   EXPECT_EQ(plain.settings.options.interpolation, Interpolation::kCubic);
   EXPECT_EQ(plain.settings.options.generation, Generation::kTwoSided);
   EXPECT_THAT(plain.reason, HasSubstr("preset accurate: "));
-  std::ofstream(directory_ / "view.yaml") << "preset: accurate\ngeneration: hlf-vd\nskip_px: 1\n";
+  std::ofstream(directory_ / "view.yaml")
+      << "preset: accurate\ngeneration: hlf-vd\ndistance_maps: 3\n";
   ViewFlags flags{.settings = directory_ / "view.yaml"};
-  flags.dials["skip_px"] = "0.5";
+  flags.dials["distance_maps"] = "2";
   const Preset mixed = preset_settings(flags, room_);
   EXPECT_EQ(mixed.settings.options.interpolation, Interpolation::kCubic);
   EXPECT_EQ(mixed.settings.options.generation, Generation::kHlfVd);
-  EXPECT_EQ(mixed.settings.options.skip_px, 0.5);
+  EXPECT_EQ(mixed.settings.options.distance_maps, 2);
   EXPECT_TRUE(preset_settings({}, room_).settings == ViewSettings());
   EXPECT_TRUE(preset_settings({}, room_).reason.empty());
 }

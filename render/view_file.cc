@@ -21,16 +21,6 @@ std::string text_of(const Viewpoint& viewpoint) {
   return fmt::format("{:g},{}{:g}", viewpoint.plan.x_m, height, viewpoint.plan.z_m);
 }
 
-// The work that skip_px skipped in a corrected view.
-std::string skipped_work(const WorkCounts& work, std::int64_t pixels) {
-  const auto share = [](std::int64_t part, std::int64_t all) {
-    return percent(all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0.0);
-  };
-  return fmt::format(", skipped: {} of corrections, {} of second stations, {} of second sides",
-                     share(work.uncorrected, work.readings), share(work.one_station, work.readings),
-                     share(work.one_side, pixels));
-}
-
 }  // namespace
 
 Viewpoint viewpoint_from_text(const std::string& text) {
@@ -62,7 +52,6 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   std::string text =
       fmt::format("{}, {} at k = {:g} degrees ({})", generation_name(mode.options.generation),
                   mode.connection, mode.options.k_deg, mode.k_source);
-  if (report.layers > 0) text += fmt::format(", {} layers", report.layers);
   if (report.limited_corners > 0) {
     text +=
         fmt::format(", {} of 4 corners moved because the overhang ran out", report.limited_corners);
@@ -70,14 +59,11 @@ std::string view_summary(const ViewMode& mode, const ViewReport& report) {
   if (report.filled_share > 0.0) {
     text += ", " + percent(report.filled_share) + " filled from other stations";
   }
-  if (report.stretched_share > 0.0) {
-    text += ", " + percent(report.stretched_share) + " seen by no station";
+  if (report.unseen_share > 0.0) {
+    text += ", " + percent(report.unseen_share) + " seen by no station";
   }
   if (report.empty_share > 0.0) {
     text += ", " + percent(report.empty_share) + " empty: no line serves it";
-  }
-  if (mode.options.skip_px > 0.0 && mode.options.generation != Generation::kInitial) {
-    text += skipped_work(report.work, report.pixels);
   }
   return text + fmt::format(", {:.0f} ms", report.render_ms);
 }

@@ -30,7 +30,7 @@ ConnectionRule connection_rule(const ViewMode& mode);
 ViewDescription describe_view(const Room& room, const ViewMode& mode, const Viewpoint& viewpoint,
                               const ViewFrame& frame);
 
-// How a view was rendered, on one line: "hlf-vd, hybrid at k = 80 (...), 42 layers, ...".
+// How a view was rendered, on one line: "hlf-vd, hybrid at k = 80 degrees (...), ...".
 std::string view_summary(const ViewMode& mode, const ViewReport& report);
 
 // Renders the view at `viewpoint`, one or two panoramas turned as the frame says or a flat picture,

@@ -113,20 +113,6 @@ TEST_F(WriteView, TurnsThePanoramasOfBothEyes) {
   }
 }
 
-TEST(ViewSummary, ReportsSkippedWork) {
-  ViewMode mode{.options = {.skip_px = 0.5}, .k_source = "given"};
-  ViewReport report;
-  report.pixels = 1000;
-  report.work = {.readings = 2000, .uncorrected = 250, .one_station = 1000, .one_side = 30};
-  EXPECT_THAT(view_summary(mode, report),
-              HasSubstr("skipped: 12.5 % of corrections, 50.0 % of second stations, 3.0 % of "
-                        "second sides"));
-  mode.options.generation = Generation::kInitial;
-  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
-  mode.options = {};
-  EXPECT_THAT(view_summary(mode, report), Not(HasSubstr("skipped")));
-}
-
 TEST_F(WriteView, WritesAFlatPictureInItsDirection) {
   const cv::Mat straight = written({});
   const cv::Mat picture = written({.yaw_deg = -90.0, .fov_deg = 40.0, .size = "65x33"});

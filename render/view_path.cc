@@ -71,15 +71,6 @@ std::map<std::string, json> by_name(const json& views) {
   return found;
 }
 
-// Completes a record of an earlier version, which had not every dial and wrote automatic as 0.
-void complete_dials(const json& now, json* earlier) {
-  for (const Dial& dial : kDials) {
-    json& value = (*earlier)[dial.key];
-    if (value.is_null()) value = now.at(dial.key);
-    if (value == 0 && dial.zero != nullptr && now.at(dial.key).is_string()) value = dial.zero;
-  }
-}
-
 // Throws Error unless `earlier` has the settings of `now`, so that their pictures may share a
 // directory.
 void require_same_work(json earlier, json now, const fs::path& record) {
@@ -97,7 +88,6 @@ void require_same_work(json earlier, json now, const fs::path& record) {
     record_json->erase(kEnlargement);  // follows from the others
     record_json->erase(kDistances);    // room_sha256 stands for them
   }
-  complete_dials(now, &earlier);
   std::set<std::string> keys;
   for (const auto& [key, value] : now.items()) keys.insert(key);
   for (const auto& [key, value] : earlier.items()) keys.insert(key);

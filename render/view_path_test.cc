@@ -42,11 +42,11 @@ TEST(ViewFile, ReadsViewpointsOfEitherSign) {
 
 TEST(ViewFile, SummarisesAView) {
   const ViewMode mode{.options = {.k_deg = 80.0}, .k_source = "given"};
-  const std::string text = view_summary(
-      mode, {.layers = 12, .limited_corners = 2, .filled_share = 0.016, .empty_share = 0.5});
+  const std::string text =
+      view_summary(mode, {.limited_corners = 2, .filled_share = 0.016, .empty_share = 0.5});
   EXPECT_THAT(text, AllOf(HasSubstr("hlf-vd, hybrid at k = 80 degrees (given)"),
-                          HasSubstr("12 layers"), HasSubstr("2 of 4 corners"),
-                          HasSubstr("1.6 % filled"), HasSubstr("50.0 % empty")));
+                          HasSubstr("2 of 4 corners"), HasSubstr("1.6 % filled"),
+                          HasSubstr("50.0 % empty")));
   EXPECT_EQ(text.find("seen by no station"), std::string::npos);
 }
 
@@ -241,20 +241,6 @@ TEST_F(ViewPathTest, NoDialIsMixed) {
     EXPECT_THAT(error_of([&] { write_path(room_, {.options = other}, {}, {path()}, {}, out()); }),
                 HasSubstr(std::string("rendered with another ") + dial.key));
   }
-}
-
-// It had neither all dials nor a word for automatic layers.
-TEST_F(ViewPathTest, ResumesARecordOfAnEarlierVersion) {
-  run();
-  auto record = nlohmann::json::parse(read_file(out() / "views.json"));
-  EXPECT_EQ(record["layers"], "auto");
-  for (const char* key :
-       {"interpolation", "stations_mixed", "distance_maps", "second_side", "skip_px", "gains"}) {
-    EXPECT_EQ(record.erase(key), 1U) << key;
-  }
-  record["layers"] = 0;
-  write_file_atomically(out() / "views.json", record.dump());
-  EXPECT_THAT(run(), HasSubstr("2 views, 0 of them rendered now"));
 }
 
 TEST_F(ViewPathTest, RejectsForeignFiles) {

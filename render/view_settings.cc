@@ -10,7 +10,6 @@
 #include "core/files/settings.h"
 #include "core/files/shipped_configs.h"
 #include "core/room/choose_k.h"
-#include "core/room/requirements.h"
 
 namespace raywalk::render {
 namespace {
@@ -70,26 +69,6 @@ std::optional<double> fixed_k_deg(const ViewSettings& settings) {
   return own_k_deg;
 }
 
-// The room's stored requirements, if automatic layers are chosen by them.
-std::optional<RoomRequirements> requirements_for(const ViewSettings& settings, const Room& room) {
-  return settings.options.layers == 0 ? current_requirements(room) : std::nullopt;
-}
-
-ViewMode mode_for(const ViewSettings& settings, const Room& room,
-                  const RoomRequirements* required) {
-  ViewMode mode{.options = settings.options, .connection = settings.connection};
-  if (required != nullptr) mode.options.scene = required->layers.range();
-  if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
-    mode.options.k_deg = *k_deg;
-    mode.k_source = settings.connection == "hybrid" ? "given" : "fixed by the connection";
-  } else {
-    const ChosenK chosen = choose_k(room, generation_name(settings.options.generation));
-    mode.options.k_deg = chosen.k_deg;
-    mode.k_source = chosen.source;
-  }
-  return mode;
-}
-
 }  // namespace
 
 ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
@@ -114,8 +93,16 @@ ViewSettings view_settings(const ViewFlags& flags, const ViewSettings& base) {
 }
 
 ViewMode view_mode(const ViewSettings& settings, const Room& room) {
-  const std::optional<RoomRequirements> required = requirements_for(settings, room);
-  return mode_for(settings, room, required ? &*required : nullptr);
+  ViewMode mode{.options = settings.options, .connection = settings.connection};
+  if (const std::optional<double> k_deg = fixed_k_deg(settings)) {
+    mode.options.k_deg = *k_deg;
+    mode.k_source = settings.connection == "hybrid" ? "given" : "fixed by the connection";
+  } else {
+    const ChosenK chosen = choose_k(room, generation_name(settings.options.generation));
+    mode.options.k_deg = chosen.k_deg;
+    mode.k_source = chosen.source;
+  }
+  return mode;
 }
 
 std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string> generations,
@@ -127,11 +114,10 @@ std::vector<ViewMode> view_modes(ViewSettings settings, std::vector<std::string>
   if (std::set(generations.begin(), generations.end()).size() != generations.size()) {
     throw UsageError("a generation is named twice; name each once");
   }
-  const std::optional<RoomRequirements> required = requirements_for(settings, room);
   std::vector<ViewMode> modes;
   for (const std::string& generation : generations) {
     settings.options.generation = generation_from_name(generation);
-    modes.push_back(mode_for(settings, room, required ? &*required : nullptr));
+    modes.push_back(view_mode(settings, room));
   }
   return modes;
 }

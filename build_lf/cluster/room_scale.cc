@@ -46,7 +46,7 @@ RoomScale scale_of(const fs::path& frames, const GridTolerance& tolerance,
   scale.stations = static_cast<int>(list.size());
   scale.cells = static_cast<int>(grid.cells.size());
   scale.maps = count_of_maps(grid);
-  if (truth) scale.truth_views = rows_of(*truth, {"file", "x", "y", "z"}, {"mask"});
+  if (truth) scale.truth_views = rows_of(*truth, {"file", "x", "y", "z"}, {"mask", "distance"});
   if (walk) {
     scale.walk_views = rows_of(*walk, {"name", "x", "z"}, {"y", "yaw", "pitch", "roll", "time"});
   }

@@ -93,7 +93,7 @@ void add_held_out(const fs::path& list, const std::vector<Frame>& stations,
                   const std::vector<std::string>& names_of_stations, CaptureSet* set) {
   // Also a link to nowhere is a list, one that cannot be read.
   if (!fs::exists(fs::symlink_status(list))) return;
-  const std::vector<Frame> listed = read_frame_list(list);
+  const std::vector<Frame> listed = read_frame_list(list, {"distance"});
   require_listed_once(stations, listed);
   const std::vector<std::string> names = held_out_names(files_of(listed), names_of_stations, list);
   for (std::size_t row = 0; row < listed.size(); ++row) {

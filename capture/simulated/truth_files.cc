@@ -46,14 +46,15 @@ void write_distance_map(const VirtualRoom& room, const CameraPose& pose, Panoram
 void write_truth_views(const VirtualRoom& room, std::span<const TruthViewpoint> viewpoints,
                        PanoramaSize size, const std::filesystem::path& directory, bool thin,
                        Progress* progress) {
-  std::string table = "file,x,y,z\n", thin_table = "file,x,y,z,mask\n";
+  std::string table = "file,x,y,z,distance\n", thin_table = "file,x,y,z,mask\n";
   for (const TruthViewpoint& viewpoint : viewpoints) {
     const CameraPose pose{viewpoint.position_m, {}};
     const std::string file = "gt/" + viewpoint.name + ".png";
     write_image(directory / file, room.panorama(pose, size));
-    write_distance_map(room, pose, size, directory / "dist" / ("gt_" + viewpoint.name + ".png"));
+    const std::string distance_file = "dist/gt_" + viewpoint.name + ".png";
+    write_distance_map(room, pose, size, directory / distance_file);
     const std::string row = file + "," + position_fields(viewpoint.position_m);
-    table += row + "\n";
+    table += fmt::format("{},{}\n", row, distance_file);
     if (thin) {
       const std::string mask_file = "thin/" + viewpoint.name + ".png";
       const cv::Mat mask = thin_structures(room.distance_map(pose, size));

@@ -26,7 +26,7 @@ void write_distance_map(const VirtualRoom& room, const CameraPose& pose, Panoram
 // directories gt, dist and, with `thin`, thin:
 //   gt/<name>.png       the panorama, looking along z
 //   dist/gt_<name>.png  its distance map
-//   gt.csv              file,x,y,z of all views, written last
+//   gt.csv              file,x,y,z,distance of all views, written last
 // With `thin`, also
 //   thin/<name>.png     255 where the view shows thin structures (thin_structures.h), else 0
 //   gt_thin.csv         file,x,y,z,mask: the table for comparing views at thin structures only,

@@ -102,7 +102,7 @@ TEST_F(WriteCaptureTest, DistanceMapsAreFromTheTruePosesInMillimetres) {
 
 TEST_F(WriteCaptureTest, TruthIsExactAndFreeOfNoise) {
   write(2, 0);
-  const CsvTable table = CsvTable::read(out_ / "gt.csv", {"file", "x", "y", "z"}, {});
+  const CsvTable table = CsvTable::read(out_ / "gt.csv", {"file", "x", "y", "z", "distance"}, {});
   ASSERT_EQ(table.rows(), 2U);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const CameraPose pose{{table.number(row, "x"), table.number(row, "y"), table.number(row, "z")},
@@ -111,6 +111,9 @@ TEST_F(WriteCaptureTest, TruthIsExactAndFreeOfNoise) {
                                  room_->panorama(pose, kSize)),
               0.0)
         << table.text(row, "file");
+    const fs::path distances = table.text(row, "distance");
+    EXPECT_EQ(distances.parent_path(), "dist");
+    expect_distances(distances.stem().string(), pose);
   }
 }
 
@@ -133,7 +136,7 @@ TEST_F(WriteCaptureTest, StereoTruthIsSeenFromACircleOfEyes) {
   write_capture(*room_, {.out = out_, .truth_views = 1, .distance_every = 0, .ods_ipd_mm = 80.0});
   const cv::Mat both = read_picture(out_ / "ods/centre.png");
   ASSERT_EQ(both.size(), cv::Size(kSize.width, kSize.width));
-  const CsvTable table = CsvTable::read(out_ / "gt.csv", {"file", "x", "y", "z"}, {});
+  const CsvTable table = CsvTable::read(out_ / "gt.csv", {"file", "x", "y", "z", "distance"}, {});
   const EyeCircle left{{table.number(0, "x"), table.number(0, "y"), table.number(0, "z")}, 0.04};
   for (const EyeCircle& eye : {left, left.opposite()}) {
     const int first_row = eye.radius_m > 0.0 ? 0 : kSize.height;

@@ -91,14 +91,17 @@ Attitude read_attitude(const CsvTable& table, std::size_t row) {
   return {radians(table, row, "yaw"), radians(table, row, "pitch"), radians(table, row, "roll")};
 }
 
-std::vector<Frame> read_frame_list(const std::filesystem::path& list) {
-  return parse_frame_list(read_file_or_stdin(list), list);
+std::vector<Frame> read_frame_list(const std::filesystem::path& list,
+                                   const std::vector<std::string>& ignored) {
+  return parse_frame_list(read_file_or_stdin(list), list, ignored);
 }
 
-std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list) {
+std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list,
+                                    const std::vector<std::string>& ignored) {
   const std::string source = input_name(list);
-  const CsvTable table =
-      CsvTable::parse(text, source, {"file", "x", "y", "z"}, {"yaw", "pitch", "roll", "mask"});
+  std::vector<std::string> optional{"yaw", "pitch", "roll", "mask"};
+  optional.insert(optional.end(), ignored.begin(), ignored.end());
+  const CsvTable table = CsvTable::parse(text, source, {"file", "x", "y", "z"}, optional);
   if (table.rows() == 0) throw Error(source + ": lists no frames");
   std::vector<Frame> frames;
   std::unordered_map<std::string, std::string> listed;  // file -> where

@@ -30,10 +30,13 @@ struct Frame {
 // the current directory, and, if present, yaw,pitch,roll (degrees; a missing column is
 // 0) and mask (relative to the list; may be empty): an 8-bit grey image of the frame's size in the
 // frame's own axes, 0 = invalid. Throws Error naming list and line: no frames, a field that is not
-// a number or is out of range, a file listed twice.
-std::vector<Frame> read_frame_list(const std::filesystem::path& list);
+// a number or is out of range, a file listed twice. `ignored`: other columns that the list may
+// have, such as `distance` of true views.
+std::vector<Frame> read_frame_list(const std::filesystem::path& list,
+                                   const std::vector<std::string>& ignored = {});
 // The same of text read from `list`.
-std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list);
+std::vector<Frame> parse_frame_list(const std::string& text, const std::filesystem::path& list,
+                                    const std::vector<std::string>& ignored = {});
 
 // A row of a frame list to be written.
 struct ListedFrame {

@@ -60,6 +60,12 @@ TEST_F(FrameListTest, MasksAreRelativeToTheListAndMayBeLeftOut) {
   EXPECT_FALSE(read("file,x,y,z\na.jpg,0,0,0\n")[0].mask.has_value());
 }
 
+TEST_F(FrameListTest, OtherColumnsAreIgnoredWhereThatIsSaid) {
+  const std::string text = "file,x,y,z,distance\na.jpg,0,0,0,a.png\n";
+  EXPECT_THAT(error_of(text), HasSubstr("distance"));
+  EXPECT_EQ(read_frame_list(list_, {"distance"})[0].file, "a.jpg");
+}
+
 TEST_F(FrameListTest, BadRowsAreNamedByLine) {
   EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,0\nb.jpg,nan,0,0\n"), HasSubstr("poses.csv:3"));
   EXPECT_THAT(error_of("file,x,y,z\na.jpg,0,0,2000000\n"), HasSubstr("position in metres"));

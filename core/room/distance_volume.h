@@ -5,8 +5,8 @@
 // `confidence` uint8 [maps][theta][phi] (0 = unknown, 255 = certain). Both are stored contiguously
 // in the layout of the rays; width and height may be smaller than the panorama's. Optional:
 // `left_out` int32 [runs][station, theta, first row, one past the last row], pixels of the line's
-// stations, with or without a map, in the maps' size (left_out.h). Older programs ignore it. In
-// format 4 the maps are compressed (deflated_maps.h).
+// stations, with or without a map, in the maps' size (left_out.h). In rooms
+// with compressed panoramas the maps are compressed too (deflated_maps.h).
 #pragma once
 
 #include <cstdint>

@@ -116,7 +116,7 @@ void write_gain_fields(const std::filesystem::path& file, const Grid& grid,
   AtomicFile output(file);
   Hdf5File hdf5 = Hdf5File::create(output.temporary_path());
   hdf5.write_attribute("/", "format", kGainsFormat);
-  hdf5.write_attribute("/", "format_version", kPlainVolumeVersion);
+  hdf5.write_attribute("/", "format_version", kVolumeFormatVersion);
   hdf5.write_attribute("/", "lines", line_ids(grid));
   hdf5.write_int32("stations", station_counts(grid));
   hdf5.write_float64(

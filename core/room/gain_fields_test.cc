@@ -67,7 +67,7 @@ class GainFieldsTest : public ::testing::Test {
 
   // A file with the given values for every station and channel.
   void write_values(const std::vector<double>& values, const std::array<std::size_t, 4>& shape,
-                    int version = kPlainVolumeVersion) const {
+                    int version = kVolumeFormatVersion) const {
     Hdf5File file = Hdf5File::create(gains_path(room_));
     file.write_attribute("/", "format", kGainsFormat);
     file.write_attribute("/", "format_version", version);

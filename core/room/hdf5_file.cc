@@ -163,14 +163,11 @@ void Hdf5File::require_format(const std::string& format) const {
       H5Aread(version_attribute.get(), H5T_NATIVE_INT, &version) < 0) {
     fail("attribute 'format_version' cannot be read");
   }
-  if (version > kVolumeFormatVersion) {
-    throw Error(
-        fmt::format("{}: format version {} is newer than {}, the newest this program reads; "
-                    "use a newer Raywalk",
-                    path_.string(), version, kVolumeFormatVersion));
-  }
-  if (version < 1) {
-    throw Error(fmt::format("{}: format version {} does not exist", path_.string(), version));
+  if (version != kVolumeFormatVersion) {
+    const bool newer = version > kVolumeFormatVersion;
+    throw Error(fmt::format("{}: format version {} is {} than {}, the one this program reads; {}",
+                            path_.string(), version, newer ? "newer" : "older",
+                            kVolumeFormatVersion, newer ? "use a newer Raywalk" : "make it again"));
   }
 }
 

@@ -14,17 +14,9 @@
 
 namespace raywalk {
 
-// The newest format of lines/<id>.h5 and distances/<id>.h5 this program reads; a file's own is its
-// root attribute `format_version`. A file is written in the oldest format that can hold its
-// content, so that older programs can read it.
-inline constexpr int kVolumeFormatVersion = 4;
-// Format 1 holds rays or distances; format 2 adds masks (`valid_rows` of a line), format 3 the
-// polar part of rays (polar_part.h), format 4 compressed rays (tiled_rays.h). A program that does
-// not support masks must not open a masked line, as it would show masked pixels.
-inline constexpr int kPlainVolumeVersion = 1;
-inline constexpr int kMaskedVolumeVersion = 2;
-inline constexpr int kPolarVolumeVersion = 3;
-inline constexpr int kTiledVolumeVersion = 4;
+// The root attribute `format_version` of lines/<id>.h5, distances/<id>.h5 and gains.h5. Files of
+// other versions are refused.
+inline constexpr int kVolumeFormatVersion = 5;
 
 // Throws Error unless a dataset's shape is the expected one.
 void require_shape(std::span<const std::size_t> found, std::span<const std::size_t> expected,
@@ -63,7 +55,7 @@ class Hdf5File {
   const std::filesystem::path& path() const { return path_; }
   hid_t id() const { return file_.get(); }
 
-  // Throws Error unless the root attribute `format` is `format` and its version is supported.
+  // Throws Error unless the root attribute `format` is `format` and its version is the current one.
   void require_format(const std::string& format) const;
 
   // A root attribute; none if the file has no text attribute of this name.

@@ -22,27 +22,15 @@ LineVolume LineVolume::open(const std::filesystem::path& file, int stations,
   volume.stored_.resize(count);
   std::iota(volume.stored_.begin(), volume.stored_.end(), 0);
   volume.panorama_ = panorama;
-  volume.polar_part_ = PolarPart(panorama);
-  volume.stored_columns_ = width;
-  volume.layout_ = volume.polar_part_.layout_without();
-  const size_t with_polar_part = width + static_cast<size_t>(volume.polar_part_.columns());
-  if (!volume.tiles_) {
-    volume.rays_ =
-        std::make_shared<MappedDataset>(MappedDataset::open(file, "rays", ElementType::kUint8));
-    volume.rays_->expect_scattered_reads();
-  }
-  if (volume.tiles_ ||
-      (volume.rays_->shape().size() == 4 && volume.rays_->shape()[1] == with_polar_part)) {
-    volume.stored_columns_ = with_polar_part;
-    volume.layout_ = volume.polar_part_.layout();
-  }
   if (volume.tiles_) {
     volume.form_ = volume.tiles_->form();
   } else {
-    require_shape(
-        volume.rays_->shape(),
-        std::array{count, volume.stored_columns_, static_cast<size_t>(panorama.height), size_t{3}},
-        "rays", file);
+    volume.rays_ =
+        std::make_shared<MappedDataset>(MappedDataset::open(file, "rays", ElementType::kUint8));
+    volume.rays_->expect_scattered_reads();
+    require_shape(volume.rays_->shape(),
+                  std::array{count, width, static_cast<size_t>(panorama.height), size_t{3}}, "rays",
+                  file);
   }
   if (masked) {
     volume.valid_rows_ = std::make_shared<MappedDataset>(

@@ -2,10 +2,8 @@
 // as they are asked for.
 //
 // Dataset `rays`: uint8 [station][theta][phi][rgb], stored contiguously, or compressed
-// (tiled_rays.h, format 4); theta index = u (pixel
-// column), phi index = v (pixel row, 0 at the top). One output column is one contiguous read. In
-// files from format 3 on the polar part of a station (polar_part.h) follows its columns, as more
-// columns.
+// (tiled_rays.h); theta index = u (pixel column), phi index = v (pixel row, 0 at the top).
+// One output column is one contiguous read.
 //
 // Dataset `valid_rows`, only in lines some of whose stations have a mask: int32
 // [station][theta][2], stored contiguously; the first valid row of a column, and one past the last.
@@ -23,7 +21,6 @@
 
 #include "core/geometry/sphere.h"
 #include "core/room/mapped_dataset.h"
-#include "core/room/polar_part.h"
 #include "core/room/ray_form.h"
 #include "core/room/tiled_rays.h"
 
@@ -48,9 +45,8 @@ inline RowRun common_rows(RowRun a, RowRun b) {
 class LineVolume {
  public:
   // Maps the volume read-only. Throws Error naming the file when it is missing, not HDF5,
-  // truncated, of a newer format version, or the shape of `rays` is not
-  // [stations][width][height][3], with or without the columns of a polar part, or that of
-  // `valid_rows` not [stations][width][2].
+  // truncated, of another format version, or the shape of `rays` is not
+  // [stations][width][height][3], or that of `valid_rows` not [stations][width][2].
   static LineVolume open(const std::filesystem::path& file, int stations, PanoramaSize panorama);
 
   // The rays of a subset of the stations, renumbered from 0 in the order given; the mapping is
@@ -72,11 +68,8 @@ class LineVolume {
     const size_t begin = column_bytes() * static_cast<size_t>(theta);
     return required(station, begin, column_bytes());
   }
-  // The same columns one after the other, and with the polar part that follows them.
+  // All columns, one after the other.
   std::span<const std::uint8_t> columns(int station) const {
-    return required(station, 0, column_bytes() * static_cast<size_t>(panorama_.width));
-  }
-  std::span<const std::uint8_t> columns_and_polar_part(int station) const {
     return required(station, 0, station_bytes());
   }
 
@@ -95,13 +88,8 @@ class LineVolume {
   TileLayout::Bytes decoded_with(size_t byte) const {
     return tiles_ ? tiles_->layout().bytes_around(byte) : TileLayout::Bytes{0, station_bytes()};
   }
-  // Of the columns of a station with its polar part.
-  size_t station_bytes() const { return column_bytes() * stored_columns_; }
-
-  bool has_polar_part() const { return stored_columns_ > static_cast<size_t>(panorama_.width); }
-  const PolarPart& polar_part() const { return polar_part_; }
-  // Where the pixels of a station are, as views read them.
-  const RayLayout& layout() const { return layout_; }
+  // Of all columns of a station.
+  size_t station_bytes() const { return column_bytes() * static_cast<size_t>(panorama_.width); }
 
   // Starts reading bytes of a station's rays from disk, without waiting; `begin` is relative to the
   // station's first column.
@@ -157,9 +145,6 @@ class LineVolume {
   int stations_in_file_ = 0;
   RayForm form_;
   PanoramaSize panorama_;
-  size_t stored_columns_ = 0;  // of a station, with its polar part
-  PolarPart polar_part_;
-  RayLayout layout_;
 };
 
 }  // namespace raywalk

@@ -149,9 +149,17 @@ MappedDataset MappedDataset::open(const fs::path& file, const std::string& datas
   // Also maps the preceding page, if any: vector loads may begin a few bytes early.
   const std::size_t before = extent.offset % page + (extent.offset >= page ? page : 0);
   MappedDataset mapped;
-  mapped.mapping_bytes_ = before + extent.bytes;
-  void* mapping = ::mmap(nullptr, mapped.mapping_bytes_, PROT_READ, MAP_SHARED, descriptor.get(),
-                         static_cast<off_t>(extent.offset - before));
+  // An empty page follows: vector loads may end a few bytes late.
+  const std::size_t file_pages = (before + extent.bytes + page - 1) / page * page;
+  mapped.mapping_bytes_ = file_pages + page;
+  void* mapping =
+      ::mmap(nullptr, mapped.mapping_bytes_, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapping != MAP_FAILED) {
+    void* const reserved = std::exchange(
+        mapping, ::mmap(mapping, before + extent.bytes, PROT_READ, MAP_SHARED | MAP_FIXED,
+                        descriptor.get(), static_cast<off_t>(extent.offset - before)));
+    if (mapping == MAP_FAILED) ::munmap(reserved, mapped.mapping_bytes_);
+  }
   if (mapping == MAP_FAILED) {
     throw Error(fmt::format("{}: cannot be mapped into memory: {}", file.string(),
                             std::generic_category().message(errno)));

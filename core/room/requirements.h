@@ -1,6 +1,6 @@
 // The requirements of a room's scene: depth layers, station spacing, k and storage. Measured by
-// `raywalk-build-lf require`, stored in ROOM/require.json, read by raywalk-render for `--layers
-// auto`.
+// `raywalk-build-lf require`, stored in ROOM/require.json, read by raywalk-render for `--preset
+// fast` and `export-web`.
 //
 // Every member below is a key of the file with the same name; a list is an array of objects.
 // Infinite distances, spacings and widths (sky, no limit) and empty optionals are null. PSNR is

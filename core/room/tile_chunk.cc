@@ -1,7 +1,5 @@
 #include "core/room/tile_chunk.h"
 
-#include <algorithm>
-
 namespace raywalk {
 namespace {
 
@@ -69,8 +67,7 @@ bool decode_chunk(std::span<const std::uint8_t> chunk, std::span<std::uint8_t> r
     place += bytes;
     rgb = rgb.subspan(tile.bytes());
   }
-  std::ranges::fill(rgb, std::uint8_t{0});
-  return true;
+  return rgb.empty();
 }
 
 }  // namespace raywalk

@@ -1,8 +1,7 @@
 // A chunk of dataset `rays` of a compressed line: all tiles of one station, as HDF5's filter
 // decodes them (hdf5_filter.cc). Little-endian uint32 numbers: kChunkMagic, the form (1: lossless,
 // 2: JPEG), the number of tiles, then for each its columns, rows and encoded bytes; then the
-// encoded tiles. Decoded, they follow each other, with zeros behind them up to the size of the
-// chunk.
+// encoded tiles. Decoded, they follow each other.
 #pragma once
 
 #include <cstddef>
@@ -28,8 +27,7 @@ struct TileChunk {
 TileChunk encode_chunk(const RayForm& form, std::span<const TileSize> tiles,
                        std::span<const std::uint8_t> rgb);
 
-// Writes what the chunk holds to the front of `rgb` and zeros to the rest. False where the chunk is
-// damaged or holds more.
+// Writes what the chunk holds to `rgb`. False where the chunk is damaged or holds less or more.
 bool decode_chunk(std::span<const std::uint8_t> chunk, std::span<std::uint8_t> rgb);
 
 }  // namespace raywalk

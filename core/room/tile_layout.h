@@ -1,10 +1,10 @@
-// How a station's rays, as line_volume.h has them, are cut into tiles: the columns, so many to a
-// tile, then each level of the polar part in pieces of about as many bytes. Tiles follow each other
-// as their bytes do, so that each is decoded to one run of bytes.
+// How a station's rays, as line_volume.h has them, are cut into tiles of so many columns; the last
+// one may have fewer. Tiles follow each other as their bytes do, so that each is decoded to one run
+// of bytes.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
-#include <vector>
 
 #include "core/geometry/sphere.h"
 #include "core/room/tile_codec.h"
@@ -19,13 +19,19 @@ int usual_tile_columns(PanoramaSize size);
 class TileLayout {
  public:
   TileLayout() = default;
-  // `tile_columns` in [1, width]. With the polar part of the panoramas if they have one.
-  TileLayout(PanoramaSize size, int tile_columns);
+  // `tile_columns` in [1, width].
+  TileLayout(PanoramaSize size, int tile_columns)
+      : columns_(size.width),
+        tile_{tile_columns, size.height},
+        tiles_((size.width + tile_columns - 1) / tile_columns),
+        tiles_per_byte_(1.0 / static_cast<double>(tile_.bytes())) {}
 
   int tiles() const { return tiles_; }
-  TileSize size_of(int tile) const;
+  TileSize size_of(int tile) const {
+    return {std::min(tile_.columns, columns_ - tile * tile_.columns), tile_.rows};
+  }
   // The tile's first byte, counted from the station's first ray.
-  std::size_t begin_of(int tile) const;
+  std::size_t begin_of(int tile) const { return static_cast<std::size_t>(tile) * tile_.bytes(); }
   std::size_t end_of(int tile) const { return begin_of(tile) + size_of(tile).bytes(); }
   struct Bytes {
     std::size_t begin = 0;
@@ -38,33 +44,18 @@ class TileLayout {
   }
   // The tile that a byte lies in; the last one for bytes behind all tiles.
   int tile_of(std::size_t byte) const {
-    if (byte >= end_of_columns_) return tile_of_polar_byte(byte);
     // Exact: half a byte is far more than what rounding is off by.
-    return static_cast<int>((static_cast<double>(byte) + 0.5) * tiles_per_byte_);
+    return std::min(static_cast<int>((static_cast<double>(byte) + 0.5) * tiles_per_byte_),
+                    tiles_ - 1);
   }
-  // Bytes of all columns and of the columns that hold the polar part; those behind the last tile
-  // are 0.
-  std::size_t station_bytes() const { return station_bytes_; }
+  // Bytes of all columns.
+  std::size_t station_bytes() const { return TileSize{columns_, tile_.rows}.bytes(); }
 
  private:
-  // Tiles of one size, but for the last, which may have fewer columns.
-  struct Part {
-    int first_tile = 0;
-    int end_tile = 0;
-    std::size_t begin = 0;
-    int columns = 0;
-    TileSize tile{};
-  };
-  void append(int columns, TileSize tile);
-  const Part& part_of(int tile) const;
-  int tile_of_polar_byte(std::size_t byte) const;
-
-  std::vector<Part> parts_;
+  int columns_ = 0;
+  TileSize tile_{};  // of all but the last
   int tiles_ = 0;
-  std::size_t end_ = 0;  // of the last tile
-  std::size_t end_of_columns_ = 0;
-  double tiles_per_byte_ = 0.0;  // of the columns
-  std::size_t station_bytes_ = 0;
+  double tiles_per_byte_ = 0.0;
 };
 
 }  // namespace raywalk

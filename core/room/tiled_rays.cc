@@ -70,11 +70,10 @@ std::shared_ptr<TiledRays> TiledRays::open(const Hdf5File& hdf5, int stations,
   rays->form_ = form_of(hdf5);
   rays->layout_ = TileLayout(panorama, tile_columns_of(hdf5, panorama));
   const auto count = static_cast<std::size_t>(stations);
-  const auto height = static_cast<std::size_t>(panorama.height);
-  require_shape(
-      hdf5.shape_of("rays"),
-      std::array{count, rays->layout_.station_bytes() / (3 * height), height, std::size_t{3}},
-      "rays", hdf5.path());
+  require_shape(hdf5.shape_of("rays"),
+                std::array{count, static_cast<std::size_t>(panorama.width),
+                           static_cast<std::size_t>(panorama.height), std::size_t{3}},
+                "rays", hdf5.path());
   rays->table_ = MappedDataset::open(hdf5.path(), "tiles", ElementType::kUint64);
   require_shape(rays->table_.shape(),
                 std::array{count, static_cast<std::size_t>(rays->layout_.tiles()) + 1}, "tiles",

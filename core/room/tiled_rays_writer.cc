@@ -12,8 +12,8 @@ TiledRaysWriter::TiledRaysWriter(Hdf5File* hdf5, const RayForm& form, int statio
     : hdf5_(hdf5), form_(form), layout_(panorama, tile_columns) {
   for (int tile = 0; tile < layout_.tiles(); ++tile) tiles_.push_back(layout_.size_of(tile));
   const auto count = static_cast<std::size_t>(stations);
-  const auto height = static_cast<std::size_t>(panorama.height);
-  const std::array<std::size_t, 4> shape{count, layout_.station_bytes() / (3 * height), height, 3};
+  const std::array<std::size_t, 4> shape{count, static_cast<std::size_t>(panorama.width),
+                                         static_cast<std::size_t>(panorama.height), 3};
   rays_ = hdf5->create_filtered("rays", H5T_STD_U8LE, shape, kHdf5FilterId);
   table_shape_ = {count, tiles_.size() + 1};
   table_ = hdf5->create_contiguous("tiles", H5T_STD_U64LE, table_shape_);

@@ -19,8 +19,8 @@ class TiledRaysWriter {
   TiledRaysWriter(Hdf5File* hdf5, const RayForm& form, int stations, PanoramaSize panorama,
                   int tile_columns);
 
-  // Encodes a station's columns with their polar part and replaces them by what they decode to, so
-  // that checksums are of that. From any thread.
+  // Encodes a station's columns and replaces them by what they decode to, so that checksums are of
+  // that. From any thread.
   TileChunk encode(std::span<std::uint8_t> rays) const;
   // Not thread-safe, as HDF5 is not. Throws Error where the file cannot be written.
   void write(int station, const TileChunk& chunk);

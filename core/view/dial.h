@@ -36,7 +36,7 @@ enum class DialEffect {
 enum class DialGrid {
   kNone,
   kSamples,  // which samples a view reads, and how
-  kLayout,   // the lines, layers and size of a view
+  kLayout,   // the lines and size of a view
 };
 
 // A few values, as a constant expression.
@@ -98,7 +98,7 @@ inline constexpr DialAccess kAccess{dial_kind(member), &get_member<member>, &set
 
 struct Dial {
   const char* key = nullptr;   // in settings files and JSON, with the unit as its suffix
-  const char* flag = nullptr;  // "--overlap-deg"; nullptr: only for tests and benches
+  const char* flag = nullptr;  // "--overlap-deg"
   DialAccess value{};
   const char* unit = "";                 // for messages
   std::span<const char* const> names{};  // of a choice, in the order of its enumerators
@@ -106,9 +106,8 @@ struct Dial {
   double most = 0.0;
   int multiple_of = 1;
   // How 0, which leaves the choice to the program and is the default then, is written; nullptr: 0
-  // is a value like others. The renderer may need the number that the program chose.
+  // is a value like others. The renderer needs the number that the program chose.
   const char* zero = nullptr;
-  bool renders_at_zero = false;
   const char* flag_sets = nullptr;  // of a flag without a value: what it sets
   DialGroup group = DialGroup::kView;
   const char* help = "";

@@ -1,83 +1,114 @@
 #include "core/view/distance_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "core/base/parallel.h"
-#include "core/view/column_arrays.h"
-#include "core/view/row_table.h"
+#include "core/geometry/panorama_pixels.h"
 
 namespace raywalk {
 namespace {
 
 constexpr float kUnseen = -1.0f;
 
-// Draws points of a map into the pixels they cover, keeping the nearest surface.
-class Splat {
- public:
-  Splat(PanoramaSize size, float* image) : size_(size), image_(image) {}
-
-  // Point `i` of a column.
-  void draw(const PointArrays& points, std::size_t i) const {
-    const float omega = points.omega[i];
-    const std::int32_t down = points.down[i];
-    // Without branches, which would be mispredicted: marking a pixel twice changes nothing.
-    for (float* const pixel : {image_ + points.left[i], image_ + points.right[i]}) {
-      mark(omega, pixel);
-      mark(omega, pixel + down);
-    }
-    if (points.is_wide[i] != 0) draw_wide(points, i);
-  }
-
-  // Prefetches where point `i` is drawn, because consecutive points often fall into a column that
-  // is not cached.
-  void prefetch(const PointArrays& points, std::size_t i) const {
-    __builtin_prefetch(image_ + points.right[i], 1);
-  }
-
- private:
-  static void mark(float omega, float* pixel) { *pixel = std::max(*pixel, omega); }
-
-  void draw_wide(const PointArrays& points, std::size_t i) const {
-    const int first_row = std::max(points.first_row[i], 0);
-    const int last_row = std::min(points.last_row[i], size_.height - 1);
-    for (int u = points.first_column[i]; u <= points.last_column[i]; ++u) {
-      float* const pixels = image_ + static_cast<std::size_t>(wrapped_column(u, size_.width)) *
-                                         static_cast<std::size_t>(size_.height);
-      for (int row = first_row; row <= last_row; ++row) mark(points.omega[i], pixels + row);
-    }
-  }
-
-  PanoramaSize size_;
-  float* image_;
+// Where the points of a column of a map are in the view, and how far the pixels reach that they
+// cover.
+struct DrawnPoints {
+  explicit DrawnPoints(int rows)
+      : pixel(static_cast<std::size_t>(rows)),
+        inverse(pixel.size()),
+        reach_u(pixel.size()),
+        reach_v(pixel.size()) {}
+  std::vector<std::int32_t> pixel;
+  std::vector<float> inverse, reach_u, reach_v;
 };
 
-// Draws two columns together: each point waits for the one before it in its column, which wrote
-// the same pixels, and columns far apart do not wait for each other.
-void splat(const Splat& into, const PointArrays& a, const PointArrays& b) {
-  constexpr std::size_t kLookAhead = 24;
-  const std::size_t rows = a.omega.size();
-  for (std::size_t i = 0; i < rows; ++i) {
-    if (i + kLookAhead < rows) {
-      into.prefetch(a, i + kLookAhead);
-      into.prefetch(b, i + kLookAhead);
-    }
-    into.draw(a, i);
-    into.draw(b, i);
+struct DrawnColumn {
+  const float* inverse;
+  int rows;
+  Offset from_eye;  // of the map's station, in the column's frame
+  float radius_m;   // of the circle of eyes
+  float u;          // the column's place in the view, from its left border
+};
+
+// A point is seen in the column whose eye sees it: the ray touches the circle of eyes, so that it
+// is turned by asin(radius / plan distance) against the direction from the centre, and the plan
+// distance from the eye is the other leg (core/geometry/eye_circle.h).
+template <bool kOnCircle>
+RAYWALK_INLINE void project_points(const float* sin_phi, const float* cos_phi, DrawnColumn column,
+                                   PanoramaSize view, std::int32_t* pixel, float* inverse,
+                                   float* reach_u, float* reach_v) {
+  const auto width = static_cast<float>(view.width);
+  const float per_turn = width / static_cast<float>(kTwoPi);
+  const float per_phi = static_cast<float>(view.height) / static_cast<float>(kPi);
+  const float half = 0.5f * static_cast<float>(view.height) / static_cast<float>(column.rows);
+#pragma GCC ivdep
+  for (int i = 0; i < column.rows; ++i) {
+    const float w = column.inverse[i];
+    const float ahead = cos_phi[i] + w * column.from_eye.ahead;
+    const float aside = w * column.from_eye.aside;
+    const float up = sin_phi[i] + w * column.from_eye.up;
+    const float radius = w * column.radius_m;
+    const float leg = ahead * ahead + aside * aside - radius * radius;
+    const float plan = std::sqrt(leg > 0.0f ? leg : 0.0f);
+    const float turn = fast_atan2(aside, ahead) + (kOnCircle ? fast_atan2(radius, plan) : 0.0f);
+    const float length = std::sqrt(plan * plan + up * up) + 1e-30f;
+    float u = column.u + turn * per_turn;
+    u += u < 0.0f ? width : 0.0f;
+    u -= u >= width ? width : 0.0f;
+    const float v = (static_cast<float>(kHalfPi) - fast_atan2(up, plan)) * per_phi;
+    const int x = u < 0.0f ? 0 : static_cast<int>(u), y = v < 0.0f ? 0 : static_cast<int>(v);
+    pixel[i] = (x > view.width - 1 ? view.width - 1 : x) * view.height +
+               (y > view.height - 1 ? view.height - 1 : y);
+    // What is inside the circle no eye sees.
+    inverse[i] = leg >= 0.0f ? w / length : kUnseen;
+    reach_v[i] = half / length;
+    reach_u[i] = half * cos_phi[i] / (plan + 1e-6f);
   }
 }
 
-// The next rows from `from` on that are taken from a map, as few runs as pay off: a few rows of
-// other maps between them cost less than another run. Empty where there are none.
-RowRun next_run(std::span<const std::int32_t> source, int from, std::int32_t map) {
-  constexpr std::ptrdiff_t kGap = 8;
-  const auto first = std::find(source.begin() + from, source.end(), map);
-  auto end = first;
-  for (auto next = first; next != source.end() && next - end <= kGap;
-       next = std::find(end, source.end(), map)) {
-    end = std::find_if(next, source.end(), [=](std::int32_t other) { return other != map; });
+RAYWALK_VECTOR_CLONES void project(const float* sin_phi, const float* cos_phi, DrawnColumn column,
+                                   PanoramaSize view, std::int32_t* pixel, float* inverse,
+                                   float* reach_u, float* reach_v) {
+  if (column.radius_m == 0.0f) {
+    project_points<false>(sin_phi, cos_phi, column, view, pixel, inverse, reach_u, reach_v);
+  } else {
+    project_points<true>(sin_phi, cos_phi, column, view, pixel, inverse, reach_u, reach_v);
   }
-  return {static_cast<int>(first - source.begin()), static_cast<int>(end - source.begin())};
+}
+
+// Draws the points of a column, the nearest surface staying.
+void draw(const DrawnPoints& points, PanoramaSize view, float* image) {
+  const auto mark = [](float inverse, float* pixel) { *pixel = std::max(*pixel, inverse); };
+  for (std::size_t i = 0; i < points.pixel.size(); ++i) {
+    const float w = points.inverse[i];
+    mark(w, image + points.pixel[i]);
+    constexpr float kWide = 1.5f;  // less is closed afterwards
+    if (w < 0.0f || (points.reach_u[i] < kWide && points.reach_v[i] < kWide)) continue;
+    const int across =
+        static_cast<int>(std::min(points.reach_u[i], static_cast<float>(view.width) / 16.0f));
+    const int down = static_cast<int>(std::min(points.reach_v[i], 8.0f));
+    const int u = points.pixel[i] / view.height, v = points.pixel[i] % view.height;
+    for (int column = u - across; column <= u + across; ++column) {
+      float* const pixels = image + wrapped_column(column, view.width) * view.height;
+      for (int row = std::max(0, v - down); row <= std::min(view.height - 1, v + down); ++row) {
+        mark(w, pixels + row);
+      }
+    }
+  }
+}
+
+// w <- what a map holds of the points at w; negative where it does not agree.
+RAYWALK_VECTOR_CLONES void refine(const float* sin_phi, const float* cos_phi, const float* drawn,
+                                  int rows, ColumnLookup map, float tolerance, float* refined) {
+#pragma GCC ivdep
+  for (int i = 0; i < rows; ++i) {
+    const float w = drawn[i] < 0.0f ? 0.0f : drawn[i];
+    const HeldPoint held = look_up_point(map, sin_phi[i], cos_phi[i], w, tolerance);
+    refined[i] = drawn[i] < 0.0f ? kUnseen : held.inverse;
+  }
 }
 
 }  // namespace
@@ -87,64 +118,141 @@ float surface_tolerance_of_view(int width) {
 }
 
 void DistanceView::compute(std::span<const MapStation> maps, const Eigen::Vector3d& viewpoint_m) {
-  maps_ = read(maps);
+  read(maps);
   opposite_ = this;
-  gather(maps, {viewpoint_m});
+  gather({viewpoint_m});
   fill(this, size_.width / 2);
   smooth();
 }
 
 void DistanceView::compute_stereo(std::span<const MapStation> maps, const EyeCircle& circle,
                                   DistanceView* left, DistanceView* right) {
-  left->maps_ = left->read(maps);
+  left->read(maps);
   right->maps_ = left->maps_;
+  right->map_m_ = left->map_m_;
   left->opposite_ = right;
   right->opposite_ = left;
-  left->gather(maps, circle);
-  right->projected_.swap(left->projected_);  // one eye after the other in the same memory
-  right->gather(maps, circle.opposite());
-  left->projected_.swap(right->projected_);
+  left->gather(circle);
+  right->drawn_.swap(left->drawn_);  // one eye after the other in the same memory
+  right->gather(circle.opposite());
+  left->drawn_.swap(right->drawn_);
   left->fill(right, left->size_.width);
   left->smooth();
   right->smooth();
 }
 
-std::vector<std::shared_ptr<const KeptMap>> DistanceView::read(std::span<const MapStation> maps) {
-  std::vector<KeptMaps::Place> places;
-  for (const MapStation& map : maps) places.push_back({map.line, map.map});
-  return kept_.get(places);
+void DistanceView::read(std::span<const MapStation> maps) {
+  maps_ = cache_.get(maps);
+  map_m_.clear();
+  for (const MapStation& map : maps) map_m_.push_back(map.position_m);
 }
 
-void DistanceView::gather(std::span<const MapStation> maps, const EyeCircle& circle) {
+std::vector<ColumnLookup> DistanceView::lookups(double theta_rad) const {
+  const Eigen::Vector3d eye_m = eye_.position_m(theta_rad);
+  std::vector<ColumnLookup> lookups;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    lookups.emplace_back(*maps_[i], map_m_[i], eye_m, theta_rad);
+  }
+  return lookups;
+}
+
+void DistanceView::gather(const EyeCircle& circle) {
   eye_ = circle;
   size_ = {};
   for (const auto& map : maps_) {
     if (map->size.width > size_.width) size_ = map->size;
   }
   tolerance_ = surface_tolerance_of_view(size_.width);
-  if (!latitudes_ || latitudes_rows_ != size_.height) {
-    latitudes_ = std::make_unique<LatitudeTable>(size_.height, size_.height);
-    latitudes_rows_ = size_.height;
+  if (latitudes_.rows() != size_.height) latitudes_ = Latitudes(size_.height);
+  const std::size_t pixels = first(size_.width);
+  inverse_.resize(pixels);
+  unseen_.resize(pixels);
+  unseen_count_.resize(static_cast<std::size_t>(size_.width));
+  drawn_.resize(pixels * maps_.size());
+  parallel_for(0, static_cast<int>(maps_.size()), 1, [&](int begin, int end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const SurfaceMap& map = *maps_[i];
+      float* const image = drawn_.data() + pixels * i;
+      std::fill_n(image, pixels, kUnseen);
+      const Latitudes latitudes(map.size.height);
+      DrawnPoints points(map.size.height);
+      for (int theta = 0; theta < map.size.width; ++theta) {
+        const DrawnColumn column{
+            .inverse = map.inverse.data() + static_cast<std::size_t>(theta) * points.pixel.size(),
+            .rows = map.size.height,
+            .from_eye =
+                offset_in_column(map_m_[i] - eye_.centre_m, theta_of_column(theta, map.size.width)),
+            .radius_m = static_cast<float>(eye_.radius_m),
+            .u = (static_cast<float>(theta) + 0.5f) * static_cast<float>(size_.width) /
+                 static_cast<float>(map.size.width)};
+        project(latitudes.sin_phi.data(), latitudes.cos_phi.data(), column, size_,
+                points.pixel.data(), points.inverse.data(), points.reach_u.data(),
+                points.reach_v.data());
+        draw(points, size_, image);
+      }
+    }
+  });
+  parallel_for(0, size_.width, 32, [&](int begin, int end) { close_and_refine(begin, end); });
+  double unseen = 0.0;
+  for (const int count : unseen_count_) unseen += count;
+  unseen_share_ = unseen / static_cast<double>(pixels);
+  // Whether any map is unreliable somewhere; smooth_ then knows where.
+  trust_.clear();
+  unreliable_.clear();
+  std::vector<TrustedMap> trusted;
+  for (std::size_t i = 0; i < maps_.size(); ++i) trusted.push_back({&maps_[i]->trust, map_m_[i]});
+  if (std::ranges::any_of(trusted, [](const auto& map) { return !map.trust->everywhere(); })) {
+    smooth_.compute(inverse_, size_, eye_, trusted);
+    unreliable_.resize(static_cast<std::size_t>(size_.width));
   }
-  const size_t pixels = static_cast<size_t>(size_.width) * static_cast<size_t>(size_.height);
-  omega_.resize(pixels);
-  projected_.resize(pixels * maps.size());
-  parallel_for(0, static_cast<int>(maps.size()), 1, [&](int begin, int end) {
-    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-      project_map(*maps_[i], maps[i].position_m - eye_.centre_m, projected_.data() + pixels * i);
+}
+
+// Columns [begin, end): the nearest of what the maps drew, without cracks, read where it is.
+void DistanceView::close_and_refine(int begin, int end) {
+  constexpr int kMargin = 2;  // two steps of a 3 x 3 filter
+  constexpr int kRowsAtOnce = 32;
+  const auto rows = static_cast<std::size_t>(size_.height);
+  cv::Mat1f drawn(end - begin + 2 * kMargin, size_.height);
+  for (int u = begin - kMargin; u < end + kMargin; ++u) {
+    float* const column = drawn[u - begin + kMargin];
+    const std::size_t from = first(wrapped_column(u, size_.width));
+    std::copy_n(drawn_.data() + from, rows, column);
+    for (std::size_t i = 1; i < maps_.size(); ++i) {
+      const float* const other = drawn_.data() + first(size_.width) * i + from;
+      for (std::size_t v = 0; v < rows; ++v)
+        column[v] = other[v] > column[v] ? other[v] : column[v];
     }
-  });
-  is_unseen_.resize(pixels);
-  unseen_.resize(static_cast<size_t>(size_.width));
-  parallel_for(0, size_.width, 16, [&](int begin, int end) {
-    for (int theta = begin; theta < end; ++theta) {
-      unseen_[static_cast<size_t>(theta)] = merge_column(maps, theta);
+  }
+  cv::morphologyEx(drawn, drawn, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+  std::array<float, kRowsAtOnce> refined;
+  for (int theta = begin; theta < end; ++theta) {
+    const auto lookups = this->lookups(theta_of_column(theta, size_.width));
+    const float* const column = drawn[theta - begin + kMargin];
+    float* const inverse = inverse_.data() + first(theta);
+    int unseen = 0;
+    for (int from = 0; from < size_.height; from += kRowsAtOnce) {
+      const int count = std::min(kRowsAtOnce, size_.height - from);
+      std::fill_n(inverse + from, count, kUnseen);
+      bool all_known = false;
+      for (std::size_t i = 0; i < lookups.size() && !all_known; ++i) {
+        refine(latitudes_.sin_phi.data() + from, latitudes_.cos_phi.data() + from, column + from,
+               count, lookups[i], tolerance_, refined.data());
+        all_known = true;
+        for (int row = 0; row < count; ++row) {
+          float& w = inverse[from + row];
+          w = w < 0.0f ? refined[static_cast<std::size_t>(row)] : w;
+          all_known &= w >= 0.0f;
+        }
+      }
+      for (int row = from; row < from + count; ++row) {
+        // Drawn by a map that does not agree there: as it was drawn.
+        if (inverse[row] < 0.0f) inverse[row] = column[row] < 0.0f ? kUnseen : column[row];
+        unseen_[first(theta) + static_cast<std::size_t>(row)] = inverse[row] < 0.0f ? 1 : 0;
+        unseen += inverse[row] < 0.0f ? 1 : 0;
+      }
     }
-  });
-  double total_unseen = 0.0;
-  for (const int count : unseen_) total_unseen += count;
-  unseen_share_ = total_unseen / static_cast<double>(pixels);
-  is_doubted_ = find_trust(maps);
+    unseen_count_[static_cast<std::size_t>(theta)] = unseen;
+  }
 }
 
 void DistanceView::fill(DistanceView* opposite, int columns) {
@@ -152,146 +260,19 @@ void DistanceView::fill(DistanceView* opposite, int columns) {
   parallel_for(0, columns, 16, [&](int begin, int end) {
     for (int theta = begin; theta < end; ++theta) {
       const int behind = (theta + size_.width / 2) % size_.width;
-      if (unseen_[static_cast<size_t>(theta)] + opposite->unseen_[static_cast<size_t>(behind)] > 0)
+      if (unseen_count_[static_cast<std::size_t>(theta)] +
+              opposite->unseen_count_[static_cast<std::size_t>(behind)] >
+          0) {
         fill_unseen(theta, opposite);
-    }
-  });
-}
-
-void DistanceView::smooth() {
-  if (unseen_share_ > 0.0) {
-    filled_ = omega_;
-    parallel_for(0, size_.width, 16, [&](int begin, int end) {
-      for (int theta = begin; theta < end; ++theta) {
-        if (unseen_[static_cast<size_t>(theta)] > 0) smooth_filled(theta);
       }
-    });
-  }
-  if (is_doubted_) smooth_doubted();
-}
-
-bool DistanceView::find_trust(std::span<const MapStation> maps) {
-  std::vector<TrustedMap> trusted;
-  for (size_t i = 0; i < maps.size(); ++i) {
-    trusted.push_back({&maps_[i]->trust, maps[i].position_m});
-  }
-  trust_.clear();
-  doubted_.clear();
-  if (std::ranges::all_of(trusted, [](const auto& map) { return map.trust->everywhere(); })) {
-    return false;
-  }
-  smooth_.compute(omega_, size_, eye_, trusted);
-  return true;
-}
-
-void DistanceView::smooth_doubted() {
-  const auto rows = static_cast<size_t>(size_.height);
-  trust_.resize(omega_.size());
-  doubted_.resize(static_cast<size_t>(size_.width));
-  parallel_for(0, size_.width, 16, [&](int begin, int end) {
-    for (auto theta = static_cast<size_t>(begin); theta < static_cast<size_t>(end); ++theta) {
-      const std::span trust(trust_.data() + theta * rows, rows);
-      doubted_[theta] = smooth_.trust(static_cast<int>(theta), trust) ? 1 : 0;
-      if (doubted_[theta] == 0) continue;
-      smooth_.smooth(static_cast<int>(theta), trust, {omega_.data() + theta * rows, rows});
     }
   });
-}
-
-void DistanceView::project_map(const KeptMap& map, const Eigen::Vector3d& offset_m,
-                               float* omega) const {
-  const int rows = map.size.height;
-  const LatitudeTable latitudes(rows, rows);
-  std::fill_n(omega, static_cast<size_t>(size_.width) * static_cast<size_t>(size_.height), kUnseen);
-  const auto project = [&](int theta, PointArrays* points) {
-    const double theta_rad = angles_from_pixel({double(theta), 0.0}, map.size).theta_rad;
-    const double u = pixel_from_angles({theta_rad, 0.0}, size_).u;
-    const ColumnTarget target{.width = size_.width,
-                              .height = size_.height,
-                              .u_whole = 0,
-                              .u_part = static_cast<float>(u)};
-    const float* omega_map =
-        map.omega.data() + static_cast<size_t>(theta) * static_cast<size_t>(rows);
-    column_kernels().project_points(latitudes.table(), omega_map, rows,
-                                    column_offset(offset_m, theta_rad),
-                                    static_cast<float>(eye_.radius_m), target, points->points());
-  };
-  PointArrays points(rows), opposite(rows);
-  const Splat into(size_, omega);
-  const int half_turn = map.size.width / 2;
-  for (int theta = 0; theta < half_turn; ++theta) {
-    project(theta, &points);
-    project(theta + half_turn, &opposite);
-    splat(into, points, opposite);
-  }
-}
-
-int DistanceView::merge_column(std::span<const MapStation> maps, int theta) {
-  const size_t rows = static_cast<size_t>(size_.height);
-  const size_t pixels = static_cast<size_t>(size_.width) * rows;
-  const float* candidates = projected_.data() + static_cast<size_t>(theta) * rows;
-  float* omega = omega_.data() + static_cast<size_t>(theta) * rows;
-  std::vector<float> nearest(candidates, candidates + rows);
-  for (size_t i = 1; i < maps.size(); ++i) {
-    const float* other = candidates + pixels * i;
-    for (size_t row = 0; row < rows; ++row) nearest[row] = std::max(nearest[row], other[row]);
-  }
-  // The map that each pixel is taken from: the nearest of those that agree with the nearest
-  // surface. Branchless, so that the compiler vectorises it.
-  std::vector<std::int32_t> source(rows, -1);
-  for (size_t i = maps.size(); i-- > 0;) {
-    const float* other = candidates + pixels * i;
-    for (size_t row = 0; row < rows; ++row) {
-      const bool agrees = other[row] >= nearest[row] * (1.0f - tolerance_);
-      omega[row] = agrees ? other[row] : omega[row];
-      source[row] = agrees ? static_cast<std::int32_t>(i) : source[row];
-    }
-  }
-  int unseen = 0;
-  std::uint8_t* is_unseen = is_unseen_.data() + static_cast<size_t>(theta) * rows;
-  for (size_t row = 0; row < rows; ++row) {
-    const bool is_seen = nearest[row] >= 0.0f;
-    is_unseen[row] = is_seen ? 0 : 1;
-    unseen += is_seen ? 0 : 1;
-    omega[row] = is_seen ? omega[row] : kUnseen;
-    source[row] = nearest[row] > 0.0f ? source[row] : -1;
-  }
-  refine_column(maps, theta, source);
-  return unseen;
-}
-
-// A projected point is up to half a pixel away from the centre of the pixel it is drawn to.
-void DistanceView::refine_column(std::span<const MapStation> maps, int theta,
-                                 std::span<const std::int32_t> source) {
-  float* omega = omega_.data() + static_cast<size_t>(theta) * source.size();
-  const double theta_rad = angles_from_pixel({double(theta), 0.0}, size_).theta_rad;
-  const Eigen::Vector3d eye_m = eye_.position_m(theta_rad);
-  std::vector<float> refined(source.size());
-  for (size_t i = 0; i < maps.size(); ++i) {
-    const KeptMap& map = *maps_[i];
-    const ColumnPosition position =
-        split_column(pixel_from_angles({theta_rad, 0.0}, map.size).u, map.size.width);
-    const ColumnTarget target{map.size.width, map.size.height, position.whole, position.part};
-    const ColumnOffset offset = column_offset(eye_m - maps[i].position_m, theta_rad);
-    const auto of_map = static_cast<std::int32_t>(i);
-    for (RowRun run = next_run(source, 0, of_map); !run.empty();
-         run = next_run(source, run.end, of_map)) {
-      const auto begin = static_cast<size_t>(run.begin);
-      column_kernels().refine_omega(latitudes_->table(run.begin), omega + begin,
-                                    run.end - run.begin, offset, target, map.omega.data(),
-                                    tolerance_, refined.data() + begin);
-    }
-  }
-  for (size_t row = 0; row < source.size(); ++row) {
-    if (source[row] >= 0) omega[row] = refined[row];
-  }
 }
 
 void DistanceView::fill_unseen(int theta, DistanceView* opposite) {
   const int rows = size_.height;
-  const int behind = (theta + size_.width / 2) % size_.width;
-  float* down = omega_.data() + static_cast<size_t>(theta) * static_cast<size_t>(rows);
-  float* up = opposite->omega_.data() + static_cast<size_t>(behind) * static_cast<size_t>(rows);
+  float* const down = inverse_.data() + first(theta);
+  float* const up = opposite->inverse_.data() + first((theta + size_.width / 2) % size_.width);
   const auto ring = [&](int i) -> float& {
     const int at = (i % (2 * rows) + 2 * rows) % (2 * rows);
     return at < rows ? down[at] : up[2 * rows - 1 - at];
@@ -312,25 +293,49 @@ void DistanceView::fill_unseen(int theta, DistanceView* opposite) {
   }
 }
 
+void DistanceView::smooth() {
+  if (unseen_share_ > 0.0) {
+    filled_ = inverse_;
+    parallel_for(0, size_.width, 16, [&](int begin, int end) {
+      for (int theta = begin; theta < end; ++theta) {
+        if (unseen_count_[static_cast<std::size_t>(theta)] > 0) smooth_filled(theta);
+      }
+    });
+  }
+  if (!unreliable_.empty()) smooth_unreliable();
+}
+
 void DistanceView::smooth_filled(int theta) {
   // What a row is filled from lies above or below: within this angle it is mostly one surface.
   constexpr double kReach_rad = radians_from_degrees(4.0);
   const int reach = std::max(1, static_cast<int>(std::lround(kReach_rad / kTwoPi * size_.width)));
-  const auto rows = static_cast<size_t>(size_.height);
-  float* omega = omega_.data() + static_cast<size_t>(theta) * rows;
   std::vector<float> around;
-  for (size_t row = 0; row < rows; ++row) {
-    if (is_unseen_[static_cast<size_t>(theta) * rows + row] == 0) continue;
+  for (int row = 0; row < size_.height; ++row) {
+    const auto pixel = [&](int u) {
+      return first(wrapped_column(u, size_.width)) + static_cast<std::size_t>(row);
+    };
+    if (unseen_[pixel(theta)] == 0) continue;
     around.clear();
     for (int u = theta - reach; u <= theta + reach; ++u) {
-      const auto column = static_cast<size_t>((u + size_.width) % size_.width);
-      const size_t pixel = column * rows + row;
-      if (is_unseen_[pixel] != 0) around.push_back(filled_[pixel]);
+      if (unseen_[pixel(u)] != 0) around.push_back(filled_[pixel(u)]);
     }
     const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
     std::ranges::nth_element(around, middle);
-    omega[row] = *middle;
+    inverse_[pixel(theta)] = *middle;
   }
+}
+
+void DistanceView::smooth_unreliable() {
+  const auto rows = static_cast<std::size_t>(size_.height);
+  trust_.resize(inverse_.size());
+  parallel_for(0, size_.width, 16, [&](int begin, int end) {
+    for (int theta = begin; theta < end; ++theta) {
+      const std::span trust(trust_.data() + first(theta), rows);
+      std::uint8_t& unreliable = unreliable_[static_cast<std::size_t>(theta)];
+      unreliable = smooth_.trust(theta, trust) ? 1 : 0;
+      if (unreliable != 0) smooth_.smooth(theta, trust, {inverse_.data() + first(theta), rows});
+    }
+  });
 }
 
 }  // namespace raywalk

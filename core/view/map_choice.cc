@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/geometry/fast_math.h"
-#include "core/view/kept_maps.h"
+#include "core/view/map_cache.h"
 
 namespace raywalk {
 namespace {

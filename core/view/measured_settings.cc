@@ -16,12 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kFormatVersion = 1;
-constexpr int kOlderFormatVersion = 2;
+constexpr int kFormatVersion = 2;
 constexpr const char* kAdvice = "measure again with raywalk-render trade";
-
-// A room's copy of the whole trade.
-fs::path older_path(const fs::path& room) { return room / "trade.json"; }
 
 ordered_json json_of(const MeasuredChoice& choice) {
   ordered_json json{{"name", choice.name}};
@@ -40,43 +36,13 @@ MeasuredChoice choice_from(const CheckedJson& json) {
           .disturbed = json.at("disturbed").boolean()};
 }
 
-// The members that both formats have.
-MeasuredSettings header_from(const CheckedJson& root) {
-  return {.distances_sha256 = root.at("distances_sha256").text(),
-          .width_px = static_cast<int>(value_from(dial_of("width_px"), root.at("width_px")))};
-}
-
 MeasuredSettings settings_from(const CheckedJson& root) {
   root.require_version(kFormatVersion);
-  MeasuredSettings measured = header_from(root);
+  MeasuredSettings measured{
+      .distances_sha256 = root.at("distances_sha256").text(),
+      .width_px = static_cast<int>(value_from(dial_of("width_px"), root.at("width_px")))};
   for (const CheckedJson& setting : root.at("settings").items()) {
     measured.choices.push_back(choice_from(setting));
-  }
-  return measured;
-}
-
-// Whether a setting turned what is no dial any more, so that no flag asks for it.
-bool is_out_of_reach(const CheckedJson& setting) {
-  const ViewOptions usual;
-  return std::ranges::any_of(kBenchDials, [&](const Dial& dial) {
-    return value_from(dial, setting.at(dial.key)) != dial.value.get(usual);
-  });
-}
-
-// Other rooms and fewer threads were measured too.
-MeasuredSettings older_settings_from(const CheckedJson& root) {
-  root.require_version(kOlderFormatVersion);
-  MeasuredSettings measured = header_from(root);
-  const std::vector<CheckedJson> rooms = root.at("rooms").items();
-  if (rooms.empty()) root.at("rooms").fail("is empty");
-  const std::string depth = rooms.front().at("depth").text();
-  const int stored_width_px = rooms.front().at("stored_width_px").integer(1);
-  const int threads = root.at("machine").at("threads").integer(1);
-  for (const CheckedJson& setting : root.at("settings").items()) {
-    const bool own = setting.at("depth").text() == depth &&
-                     setting.at("threads").integer(1) == threads &&
-                     setting.at("stored_width_px").integer(1) == stored_width_px;
-    if (own && !is_out_of_reach(setting)) measured.choices.push_back(choice_from(setting));
   }
   return measured;
 }
@@ -94,18 +60,14 @@ void write_measured_settings(const fs::path& room, const MeasuredSettings& measu
   for (const MeasuredChoice& choice : measured.choices) json["settings"].push_back(json_of(choice));
   write_file_atomically(measured_settings_path(room),
                         json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
-  std::error_code ignored;  // it is not read beside the new file
-  fs::remove(older_path(room), ignored);
 }
 
 std::optional<StoredMeasurement> read_measured_settings(const fs::path& room) {
-  std::error_code error;
   fs::path file = measured_settings_path(room);
-  const bool older = !fs::exists(file, error);
-  if (older) file = older_path(room);
-  if (older && !fs::exists(file, error)) return std::nullopt;
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
   const CheckedJson root = CheckedJson::read(file, kAdvice);
-  MeasuredSettings settings = older ? older_settings_from(root) : settings_from(root);
+  MeasuredSettings settings = settings_from(root);
   if (settings.choices.empty()) root.fail("holds no setting of its own room");
   return StoredMeasurement{std::move(file), std::move(settings)};
 }

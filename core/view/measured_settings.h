@@ -33,8 +33,7 @@ struct MeasuredSettings {
 // A room's measured.json.
 std::filesystem::path measured_settings_path(const std::filesystem::path& room);
 
-// Writes the room's file, atomically, in place of that of an earlier trade. Throws Error where it
-// cannot be written.
+// Writes the room's file, atomically. Throws Error where it cannot be written.
 void write_measured_settings(const std::filesystem::path& room, const MeasuredSettings& measured);
 
 struct StoredMeasurement {
@@ -42,9 +41,8 @@ struct StoredMeasurement {
   MeasuredSettings settings{};
 };
 
-// The room's settings, or those in the trade.json that earlier versions kept in a room; none where
-// nothing was measured. Throws Error where the file is damaged or newer, or holds no setting of the
-// room itself.
+// The room's settings; none where nothing was measured. Throws Error where the file is damaged or
+// newer, or holds no setting of the room itself.
 std::optional<StoredMeasurement> read_measured_settings(const std::filesystem::path& room);
 
 }  // namespace raywalk

@@ -1,39 +1,39 @@
 // Renders views of a room at any viewpoint between its lines: full 360 degrees for one eye or for
 // two, or the part that a flat picture shows.
+//
+// A view goes through these passes, each of which takes images and gives images, of the size of the
+// distance maps until the last ones:
+//   view_plan.h        the lines and stations that every column is read from
+//   distance_view.h    the distances seen from the eye
+//   visibility.h       which of these points the stations of each line see
+//   edges.h            where the distances have an edge: they are found at twice the resolution
+//   station_mixing.h   the samples of the stations, mixed
+//   fill_stations.h    what no line sees, from other stations; picture_fill.h fills the rest
+// initial_view.h makes initial views, which have no distances, flat_view.h flat pictures.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
-#include <functional>
-#include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <span>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "core/room/room.h"
-#include "core/view/column_renderer.h"
-#include "core/view/picture_fill.h"
-#include "core/view/touched_rays.h"
 #include "core/view/view_options.h"
+#include "core/view/view_plan.h"
 #include "core/view/viewport.h"
 
 namespace raywalk {
 
+class Exposure;
+class PreparedView;
+
 // How a view was rendered; shares are of all pixels of the rendered columns.
 struct ViewReport {
-  int layers = 0;             // 0 in an initial view
   int limited_corners = 0;    // corners whose cut was moved because the overhang ran out, of four
-  double filled_share = 0.0;  // hidden from the lines in use and filled from other stations
-  double stretched_share = 0.0;    // seen by no station: filled from the rest of the picture
-  double empty_share = 0.0;        // served by no line, filled from other stations and the rest
-  std::int64_t pixels = 0;         // of the columns that were rendered
-  WorkCounts work{};               // in those pixels
-  std::int64_t bytes_touched = 0;  // of the rays, in whole 64-byte lines; 0 unless counted
-  double render_ms = 0.0;          // from plan to finished picture
+  double filled_share = 0.0;  // occluded from the lines in use and filled from other stations
+  double unseen_share = 0.0;  // seen by no station: filled from the rest of the picture
+  double empty_share = 0.0;   // served by no line, filled from other stations and the rest
+  double render_ms = 0.0;     // from plan to finished picture
 };
 
 struct RenderedView {
@@ -41,26 +41,6 @@ struct RenderedView {
   // right.
   cv::Mat image;
   ViewReport report;
-};
-
-// One eye's view prepared for rendering columns; connect-error uses it to render the two lines of a
-// connection separately.
-class PreparedView {
- public:
-  const ViewPlan& plan() const { return *plan_; }
-  const ViewInputs& inputs() const { return *inputs_; }
-  int layers() const { return layers_; }
-
- private:
-  friend class Renderer;
-  explicit PreparedView(const Room& room) : distances_(room) {}
-
-  std::unique_ptr<ViewPlan> plan_;
-  std::unique_ptr<ViewInputs> inputs_;
-  std::vector<MapStation> maps_;
-  std::vector<MapStation> fill_maps_;
-  DistanceView distances_;
-  int layers_ = 0;
 };
 
 // Size of the views of a room unless another is asked for: that of its panoramas, or of the next
@@ -99,55 +79,20 @@ class Renderer {
   RenderedView render(const Viewpoint& viewpoint, const Viewport& viewport);
   void render(const Viewpoint& viewpoint, const Viewport& viewport, RenderedView& view);
 
-  // Whether views count the bytes of the rays that they read, which makes them much slower.
-  void count_bytes(bool wanted);
-
-  // Plans a view and, for corrected generations, gathers its distances. The result is overwritten
-  // by the next call.
-  const PreparedView& prepare(const Viewpoint& viewpoint);
-
-  // The lines a column is read from in this generation, front and (two-sided) behind.
-  std::vector<RaySource> sources(const ColumnPlan& column) const;
+  // A view that is planned and has its distances, to render parts of it from other lines. The next
+  // view overwrites it.
+  PreparedView& prepare(const Viewpoint& viewpoint);
 
  private:
-  using Eyes = std::vector<PreparedView*>;
+  void render_eyes(std::span<PreparedView* const> eyes, RenderedView* view);
 
-  // Prepares the views of the left and the right eye.
-  Eyes prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m);
-  // Renders the prepared eyes; `start` is when preparing them began.
-  void render_prepared(const Eyes& eyes, const Viewport* viewport,
-                       std::chrono::steady_clock::time_point start, RenderedView* view);
-  void plan_eye(const Viewpoint& viewpoint, double eye_radius_m, PreparedView* eye);
-  void choose_maps(PreparedView* eye) const;
-  // After gathering its distances.
-  void use_distances(PreparedView* eye);
-  PanoramaSize render_size() const;
-  OmegaRange range_of(std::span<const MapStation> maps);
-  // Receives rendered columns of an eye: `count` rgb columns, `column_bytes` apart, from index
-  // `begin` of the requested ones on.
-  using ColumnSink = std::function<void(std::size_t eye, int begin, int count,
-                                        const std::uint8_t* columns, std::size_t column_bytes)>;
-  // Renders `count` columns from `first` on, around the seam; unknown_ then tells what is unknown.
-  void render_columns(const Eyes& eyes, int first, int count, const ColumnSink& sink,
-                      ViewReport* report);
-  void render_panoramas(const Eyes& eyes, cv::Mat* image, ViewReport* report);
-  void render_flat(const Viewport& viewport, cv::Mat* image, ViewReport* report);
-  // Renders a part of the panorama into part_ and returns what is unknown of it.
-  UnknownPixels render_part(const PanoramaPart& part, ViewReport* report);
-  void fill_part(const UnknownPixels& unknown);
-
-  std::optional<Room> part_of_room_;  // set where station_stride > 1
   const Room& room_;
   ViewOptions options_;
-  PreparedView view_;                                     // of the eye, or of the left one
-  std::unique_ptr<PreparedView> right_eye_;               // null until stereo is rendered
-  std::unique_ptr<const RoomGains> gains_;                // null: all are 1, or not wanted
-  std::unique_ptr<TouchedRays> touched_;                  // null: bytes are not counted
-  std::map<std::pair<int, int>, OmegaRange> map_ranges_;  // by line and map, once looked at
-  cv::Mat oversized_;  // rendered picture before averaging, where supersampling_ > 1
-  std::vector<std::vector<UnknownRows>> unknown_;  // of each eye's columns rendered last
-  std::vector<std::uint8_t> part_;  // the part of the panorama that a flat picture shows
-  int supersampling_ = 1;           // rendered columns per output column
+  int supersampling_ = 1;                     // rendered columns per output column
+  std::unique_ptr<const Exposure> exposure_;  // null: all stations agree, or it is not wanted
+  std::unique_ptr<PreparedView> eye_, right_eye_;
+  cv::Mat part_;       // the part of the panorama that a flat picture shows
+  cv::Mat oversized_;  // rendered picture before averaging
 };
 
 }  // namespace raywalk

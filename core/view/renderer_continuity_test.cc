@@ -2,12 +2,12 @@
 // looks the same from everywhere is rendered the same.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "core/view/renderer.h"
-#include "core/view/test_generations.h"
 #include "core/view/test_room.h"
 
 namespace raywalk {
@@ -16,17 +16,21 @@ namespace {
 constexpr double kAnglesDeg[] = {45.0, 76.0, 90.0};
 
 TEST(RendererContinuity, InfinitelyFarRoomLooksTheSameFromEverywhere) {
-  SyntheticRoomSpec spec;
-  spec.scene.infinitely_far = true;
-  spec.overhang_m = 0.1;
-  const TestRoom room(spec);
-  const cv::Mat truth = room.truth({0.0, 0.0});
-  for (const Generation generation : kGenerations) {
-    for (const double k_deg : kAnglesDeg) {
-      for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {0.3, -0.17}, {0.5, 0.2}, {-0.5, -0.5}}) {
-        const cv::Mat view = room.image({.generation = generation, .k_deg = k_deg}, at);
-        EXPECT_LE(largest_difference(view, truth), 1.0)
-            << generation_name(generation) << " k " << k_deg << " at " << at.x_m << ',' << at.z_m;
+  for (const int distance_width : {96, 40}) {
+    SyntheticRoomSpec spec = box_room(96);
+    spec.scene.infinitely_far = true;
+    spec.overhang_m = 0.1;
+    spec.distance_width = distance_width;
+    const TestRoom room(spec);
+    const cv::Mat truth = room.truth({0.0, 0.0});
+    for (const Generation generation : kGenerations) {
+      for (const double k_deg : kAnglesDeg) {
+        for (const PlanPoint at : {PlanPoint{0.0, 0.0}, {0.3, -0.17}, {0.5, 0.2}, {-0.5, -0.5}}) {
+          const cv::Mat view = room.image({.generation = generation, .k_deg = k_deg}, at);
+          EXPECT_LE(largest_difference(view, truth), 1.0)
+              << generation_name(generation) << " k " << k_deg << " at " << at.x_m << ',' << at.z_m
+              << ", maps of " << distance_width;
+        }
       }
     }
   }
@@ -40,6 +44,7 @@ SyntheticRoomSpec grid_room() {
   spec.side_m = 0.5;
   spec.spacing_m = 0.1;
   spec.overhang_m = 0.2;
+  spec.width = 128;
   return spec;
 }
 
@@ -49,24 +54,13 @@ constexpr double kZLinesM[] = {-0.5, 0.0, 0.5};            // of the lines along
 
 using Across = std::pair<PlanPoint, PlanPoint>;
 
-// Pairs of viewpoints 1 um apart on either side of every border between two cells, at a third of
-// its length.
+// Pairs of viewpoints 1 um apart on either side of borders between two cells.
 std::vector<Across> across_borders() {
   std::vector<Across> pairs;
   for (const double x : {kXLinesM[1], kXLinesM[2]}) {
     for (const double z : {-0.35, 0.15}) pairs.push_back({{x - kStepM, z}, {x + kStepM, z}});
   }
   for (const double x : {-0.6, -0.1, 0.4}) pairs.push_back({{x, -kStepM}, {x, kStepM}});
-  return pairs;
-}
-
-// The same through every crossing, on both diagonals.
-std::vector<Across> through_crossings() {
-  std::vector<Across> pairs;
-  for (const double x : {kXLinesM[1], kXLinesM[2]}) {
-    pairs.push_back({{x - kStepM, -kStepM}, {x + kStepM, kStepM}});
-    pairs.push_back({{x - kStepM, kStepM}, {x + kStepM, -kStepM}});
-  }
   return pairs;
 }
 
@@ -88,11 +82,15 @@ std::vector<Across> onto_outer_lines() {
   return pairs;
 }
 
+// And through every crossing, on both diagonals.
 std::vector<Across> all_places() {
   std::vector<Across> all = across_borders();
-  for (const auto& more : {through_crossings(), onto_outer_lines()}) {
-    all.insert(all.end(), more.begin(), more.end());
+  for (const double x : {kXLinesM[1], kXLinesM[2]}) {
+    all.push_back({{x - kStepM, -kStepM}, {x + kStepM, kStepM}});
+    all.push_back({{x - kStepM, kStepM}, {x + kStepM, -kStepM}});
   }
+  const std::vector<Across> outer = onto_outer_lines();
+  all.insert(all.end(), outer.begin(), outer.end());
   return all;
 }
 
@@ -115,38 +113,21 @@ Jump largest_jump(const TestRoom& room, const ViewOptions& options,
   return jump;
 }
 
-TEST(RendererContinuity, InitialViewJumpsAtEveryCellBorder) {
-  // d_p changes from 0 to N there: the reference for the corrected generations.
-  const TestRoom room(grid_room());
-  for (const double k_deg : kAnglesDeg) {
-    const ViewOptions options{.generation = Generation::kInitial, .k_deg = k_deg};
-    for (const Across& pair : across_borders()) {
-      EXPECT_GT(largest_jump(room, options, {pair}).mean, 10.0);
-    }
-    EXPECT_LT(largest_jump(room, options, all_places()).mean, 40.0);
-  }
-}
-
 TEST(RendererContinuity, TwoSidedViewDoesNotJump) {
-  const TestRoom room(grid_room());
-  for (const double k_deg : kAnglesDeg) {
-    const Jump jump =
-        largest_jump(room, {.generation = Generation::kTwoSided, .k_deg = k_deg}, all_places());
-    EXPECT_LT(jump.mean, 0.02);
-    EXPECT_LE(jump.most, 1.0);
-  }
-}
-
-TEST(RendererContinuity, TwoSidedViewDoesNotJumpWhereThingsAreHidden) {
   SyntheticRoomSpec spec = grid_room();
+  const TestRoom plain(spec);
   spec.scene.obstacle = SceneBox{{1.1, -1.2, 0.9}, {1.5, 0.3, 1.3}};
-  const TestRoom room(spec);
+  const TestRoom hiding(spec);
   for (const double k_deg : kAnglesDeg) {
-    // A pixel at the obstacle's edge may be seen a micrometre farther on.
-    EXPECT_LT(
-        largest_jump(room, {.generation = Generation::kTwoSided, .k_deg = k_deg}, all_places())
-            .mean,
-        0.03);
+    for (const SecondSide second_side : {SecondSide::kEverywhere, SecondSide::kFaded}) {
+      const ViewOptions options{
+          .generation = Generation::kTwoSided, .k_deg = k_deg, .second_side = second_side};
+      const Jump jump = largest_jump(plain, options, all_places());
+      EXPECT_LT(jump.mean, 0.02);
+      EXPECT_LE(jump.most, 1.0);
+      // A pixel at the obstacle's edge may be seen a micrometre farther on.
+      EXPECT_LT(largest_jump(hiding, options, all_places()).mean, 0.03);
+    }
   }
 }
 
@@ -164,7 +145,7 @@ TEST(RendererContinuity, HlfVdJumpsByNoMoreThanItsResampling) {
   }
 }
 
-TEST(RendererContinuity, NothingJumpsOntoTheOuterLinesAndTheirCorners) {
+TEST(RendererContinuity, NothingJumpsInACellOrOntoTheOuterLines) {
   const TestRoom room(grid_room());
   for (const Generation generation : kGenerations) {
     for (const double k_deg : kAnglesDeg) {
@@ -172,26 +153,12 @@ TEST(RendererContinuity, NothingJumpsOntoTheOuterLinesAndTheirCorners) {
       EXPECT_LE(largest_jump(room, options, onto_outer_lines()).most, 1.0)
           << generation_name(generation) << " k " << k_deg;
     }
-  }
-}
-
-TEST(RendererContinuity, NothingJumpsInsideACell) {
-  const TestRoom room(grid_room());
-  for (const Generation generation : kGenerations) {
-    const ViewOptions options{.generation = generation, .k_deg = 76.0};
-    EXPECT_LT(largest_jump(room, options, {{{0.1 - kStepM, 0.17}, {0.1 + kStepM, 0.17}}}).mean,
-              0.02)
-        << generation_name(generation);
-  }
-}
-
-TEST(PolarCaps, ColumnsAStepApartAreNoFartherApartThanRows) {
-  for (const int height : {2, 25, 512, 2048, 4097}) {
-    for (const int step : {2, 4}) {
-      const RowRun between = rows_between_polar_caps(height, step);
-      const double widest = std::cos(kHalfPi - between.begin * kPi / height);
-      EXPECT_LE(step * widest, 1.0 + 1e-9) << height << " rows, every " << step;
-      EXPECT_EQ(between.end, height - between.begin);
+    for (const int stations : {1, 2, 8}) {
+      const ViewOptions options{
+          .generation = generation, .k_deg = 76.0, .stations_mixed = stations};
+      EXPECT_LT(largest_jump(room, options, {{{0.1 - kStepM, 0.17}, {0.1 + kStepM, 0.17}}}).mean,
+                0.02)
+          << generation_name(generation);
     }
   }
 }

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/core.hpp>
 #include <random>
 #include <vector>
 
 #include "core/view/renderer.h"
-#include "core/view/test_generations.h"
 #include "core/view/test_room.h"
 
 namespace raywalk {
@@ -55,23 +53,6 @@ cv::Mat cross_fade(const TestRoom& room, PlanPoint at) {
   return mixed;
 }
 
-// Share of the pixels that differ from all four neighbours by more than a quarter of the range.
-double speck_share(const cv::Mat& image) {
-  int specks = 0;
-  const auto differ = [](const cv::Vec3b& a, const cv::Vec3b& b) {
-    return cv::norm(a, b, cv::NORM_INF) > 64.0;
-  };
-  for (int y = 1; y + 1 < image.rows; ++y) {
-    for (int x = 1; x + 1 < image.cols; ++x) {
-      const auto at = [&](int dx, int dy) { return image.at<cv::Vec3b>(y + dy, x + dx); };
-      const cv::Vec3b here = at(0, 0);
-      specks += differ(here, at(-1, 0)) && differ(here, at(1, 0)) && differ(here, at(0, -1)) &&
-                differ(here, at(0, 1));
-    }
-  }
-  return static_cast<double>(specks) / static_cast<double>(image.total());
-}
-
 TEST(PoorDistances, NoViewIsWorseThanCrossFadingTheNearestStations) {
   for (const int cells_z : {0, 1}) {
     const TestRoom room(room_of_poor_distances(cells_z));
@@ -84,20 +65,6 @@ TEST(PoorDistances, NoViewIsWorseThanCrossFadingTheNearestStations) {
                 psnr_db(cross_fade(room, at), truth))
           << cells_z << " cells, at " << at.x_m << ',' << at.z_m;
     }
-  }
-}
-
-TEST(PoorDistances, LeaveNoSpecks) {
-  const TestRoom room(room_of_poor_distances(1));
-  SyntheticRoomSpec exact_spec = room_of_poor_distances(1);
-  exact_spec.stored_distance = {};
-  exact_spec.stored_confidence = {};
-  const TestRoom exact(exact_spec);
-  for (const Generation generation : kCorrected) {
-    const PlanPoint at{0.12, -0.2};
-    const double expected = speck_share(exact.image({.generation = generation}, at));
-    EXPECT_LT(speck_share(room.image({.generation = generation}, at)), expected + 0.001)
-        << generation_name(generation);
   }
 }
 

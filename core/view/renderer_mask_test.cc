@@ -1,4 +1,6 @@
-// Rendering with masks: the dolly that every camera sees is removed.
+// Views of rooms in which something does not belong to the scene: the dolly that every camera sees,
+// which is masked, and people who walked through, who are left out where another station sees the
+// place.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <vector>
 
 #include "core/view/renderer.h"
-#include "core/view/test_generations.h"
 #include "core/view/test_room.h"
 
 namespace raywalk {
@@ -15,16 +16,16 @@ namespace {
 
 constexpr double kConeDeg = 22.0;
 // On the floor 1.2 m below the cameras the dolly hides a disc of 0.48 m radius.
-const std::vector<PlanPoint> kMaskViewpoints = {
-    {0.0, 0.0}, {0.23, 0.31}, {-0.31, 0.12}, {0.5, 0.1}, {0.3, -0.5}, {-0.5, 0.5}, {0.5, -0.5}};
+const std::vector<PlanPoint> kMaskViewpoints = {{0.0, 0.0}, {0.23, 0.31}, {-0.31, 0.12},
+                                                {0.5, 0.1}, {0.3, -0.5},  {-0.5, 0.5}};
 
 bool in_nadir_cone(const Eigen::Vector3d& direction, double cone_deg) {
   return -direction.y() > std::cos(radians_from_degrees(cone_deg));
 }
 
-CameraCompanion dolly() {
-  return {.hides = [](const std::string&, int, const Eigen::Vector3d& direction) {
-    return in_nadir_cone(direction, kConeDeg);
+CameraCompanion hiding_cone(double cone_deg) {
+  return {.hides = [cone_deg](const std::string&, int, const Eigen::Vector3d& direction) {
+    return in_nadir_cone(direction, cone_deg);
   }};
 }
 
@@ -38,16 +39,22 @@ CameraCompanion dolly_with_operator() {
   }};
 }
 
-SyntheticRoomSpec with(const CameraCompanion& companion, SyntheticRoomSpec spec = box_room()) {
-  spec.companion = companion;
-  return spec;
+// In front of a few stations of each line.
+CameraCompanion visitor() {
+  return {.hides =
+              [](const std::string&, int station, const Eigen::Vector3d& direction) {
+                const SphereAngles angles = angles_from_direction(direction);
+                const double towards = 0.8 * (station % 8) - 3.0;
+                return station % 4 == 1 && std::fabs(angles.theta_rad - towards) < 0.35 &&
+                       angles.phi_rad < 0.2;
+              },
+          .masked = false,
+          .left_out = true};
 }
 
-// PSNR over what the viewpoint sees within `cone_deg` of the nadir.
-double nadir_psnr_db(const cv::Mat& image, const cv::Mat& truth, double cone_deg = kConeDeg) {
-  const auto rows = static_cast<int>(image.rows * cone_deg / 180.0);
-  const cv::Rect nadir(0, image.rows - rows, image.cols, rows);
-  return psnr_db(image(nadir).clone(), truth(nadir).clone());
+SyntheticRoomSpec with(const CameraCompanion& companion, SyntheticRoomSpec spec = box_room(96)) {
+  spec.companion = companion;
+  return spec;
 }
 
 // The largest difference between neighbours in a row, around the seam.
@@ -72,165 +79,125 @@ class Recoloured {
     spec.companion->color = {0, 255, 0};
     return spec;
   }
-  TestRoom one_;
-  TestRoom other_;
+  TestRoom one_, other_;
 };
 
-TEST(RendererMask, TheDollyIsRemoved) {
-  const Recoloured rooms(with(dolly(), box_room(96)));
-  for (const Generation generation : kGenerations) {
-    for (const PlanPoint at : kMaskViewpoints) {
-      for (const double k_deg : {45.0, 76.0}) {
-        EXPECT_EQ(rooms.difference({.generation = generation, .k_deg = k_deg}, at), 0.0)
-            << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+TEST(RendererMask, WhatIsMaskedNeverShows) {
+  for (const CameraCompanion& companion : {hiding_cone(kConeDeg), dolly_with_operator()}) {
+    const Recoloured rooms(with(companion));
+    for (const Generation generation : kGenerations) {
+      for (const PlanPoint at : kMaskViewpoints) {
+        for (const double k_deg : {45.0, 90.0}) {
+          EXPECT_EQ(rooms.difference({.generation = generation, .k_deg = k_deg}, at), 0.0)
+              << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+        }
       }
     }
   }
-}
-
-TEST(RendererMask, WithoutMasksTheDollyShows) {
-  CameraCompanion unmasked = dolly();
+  CameraCompanion unmasked = hiding_cone(kConeDeg);
   unmasked.masked = false;
-  const Recoloured rooms(with(unmasked, box_room(96)));
-  for (const Generation generation : kGenerations) {
-    EXPECT_GT(rooms.difference({.generation = generation}, {0.5, 0.1}), 200.0);
-  }
+  EXPECT_GT(Recoloured(with(unmasked)).difference({}, {0.5, 0.1}), 200.0);
 }
 
-TEST(RendererMask, TheDollyIsRemovedAtAnyWidthOrNumberOfLayers) {
-  SyntheticRoomSpec spec = with(dolly());
+TEST(RendererMask, NorAtAnyWidthHoweverItIsRead) {
+  SyntheticRoomSpec spec = with(dolly_with_operator());
   spec.distance_width = 48;
   spec.distance_every = 3;
   const Recoloured rooms(spec);
   for (const Generation generation : kGenerations) {
-    for (const int width : {64, 96, 192, 384}) {
-      for (const int layers : {0, 3}) {
-        const ViewOptions options{.generation = generation, .layers = layers, .width = width};
-        EXPECT_EQ(rooms.difference(options, {0.45, -0.2}), 0.0)
-            << generation_name(generation) << ", width " << width << ", layers " << layers;
+    for (const int width : {64, 96, 200}) {
+      for (const int stations : {1, 3}) {
+        for (const Interpolation way : {Interpolation::kLinear, Interpolation::kCubic}) {
+          const ViewOptions options{.generation = generation,
+                                    .width = width,
+                                    .interpolation = way,
+                                    .stations_mixed = stations};
+          EXPECT_EQ(rooms.difference(options, {0.45, -0.2}), 0.0) << text_of(options);
+        }
       }
     }
   }
 }
 
 TEST(RendererMask, TheFloorBelowIsNearlyAsGoodAsWithoutADolly) {
-  // Between 53 and 56 dB, against 55 and more without the dolly; at a station, a view without masks
-  // would be its frame.
-  const TestRoom empty(box_room());
-  const TestRoom masked(with(dolly()));
+  const TestRoom empty(box_room()), masked(with(hiding_cone(kConeDeg), box_room()));
   for (const Generation generation : kCorrected) {
     for (const PlanPoint at : kMaskViewpoints) {
       const ViewOptions options{.generation = generation};
       const cv::Mat truth = empty.truth(at);
       const RenderedView view = masked.view(options, at);
-      EXPECT_GT(nadir_psnr_db(view.image, truth), 52.0)
+      EXPECT_GT(psnr_db(view.image.rowRange(84, 96), truth.rowRange(84, 96)), 52.0)
           << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
       EXPECT_GT(psnr_db(view.image, truth),
                 std::min(55.0, psnr_db(empty.image(options, at), truth)) - 0.3);
-      EXPECT_EQ(view.report.stretched_share, 0.0);
+      EXPECT_EQ(view.report.unseen_share, 0.0);
     }
   }
 }
 
+// Every line around a cell is within 0.42 m of all of its floor.
 TEST(RendererMask, CellsSmallerThanTheDollyAreFilledFromLinesBeyondThem) {
-  // Every line around a cell is within 0.42 m of all of its floor.
   SyntheticRoomSpec spec = box_room(128);
   spec.cells_x = spec.cells_z = 3;
   spec.side_m = 0.3;
   spec.spacing_m = 0.1;
   spec.overhang_m = 0.2;
-  const TestRoom masked(with(dolly(), spec));
-  const PlanPoint at{0.05, 0.02};
+  const TestRoom masked(with(hiding_cone(kConeDeg), spec));
   for (const Generation generation : kCorrected) {
-    const RenderedView view = masked.view({.generation = generation}, at);
-    EXPECT_EQ(view.report.stretched_share, 0.0) << generation_name(generation);
-    EXPECT_GT(nadir_psnr_db(view.image, masked.truth(at)), 45.0) << generation_name(generation);
+    const RenderedView view = masked.view({.generation = generation}, {0.05, 0.02});
+    EXPECT_EQ(view.report.unseen_share, 0.0) << generation_name(generation);
+    EXPECT_GT(psnr_db(view.image.rowRange(57, 64), masked.truth({0.05, 0.02}).rowRange(57, 64)),
+              45.0)
+        << generation_name(generation);
   }
 }
 
-TEST(RendererMask, TwoSidedViewsDoNotJumpAtALine) {
-  SyntheticRoomSpec spec = box_room(128);
-  spec.cells_x = 2;
-  spec.side_m = 0.8;
-  spec.spacing_m = 0.1;
-  const TestRoom masked(with(dolly(), spec));
-  constexpr double kStepM = 0.5e-6;
-  const ViewOptions options{.generation = Generation::kTwoSided, .k_deg = 76.0};
-  for (const double z_m : {0.1, -0.23}) {
-    // The floor below comes from the far line of either cell; both show the same to less than a
-    // grey level.
-    EXPECT_LT(mean_difference(masked.image(options, {-kStepM, z_m}),
-                              masked.image(options, {kStepM, z_m})),
-              0.2);
-  }
-}
-
-TEST(RendererMask, AnOperatorIsRemoved) {
-  const Recoloured rooms(with(dolly_with_operator(), box_room(96)));
-  for (const PlanPoint at : kMaskViewpoints) {
+// 70 degrees: the cameras see no floor within 3.3 m of them. 180: nothing at all.
+TEST(RendererMask, WhatNoStationSeesIsFilledSmoothlyAndCounted) {
+  for (const double cone_deg : {kConeDeg, 70.0, 180.0}) {
+    const Recoloured rooms(with(hiding_cone(cone_deg)));
     for (const Generation generation : kGenerations) {
-      EXPECT_EQ(rooms.difference({.generation = generation}, at), 0.0)
-          << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+      // Of corrected views, other stations see what a narrow cone hides.
+      const bool seen = cone_deg == kConeDeg && generation != Generation::kInitial;
+      const ViewOptions options{.generation = generation};
+      EXPECT_EQ(rooms.difference(options, {0.1, 0.2}), 0.0) << generation_name(generation);
+      const RenderedView view = rooms.room().view(options, {0.1, 0.2});
+      EXPECT_NEAR(view.report.unseen_share, seen ? 0.0 : cone_deg / 180.0, 0.03) << cone_deg;
+      EXPECT_TRUE(seen || largest_step_along(view.image.row(view.image.rows - 2)) < 12.0);
     }
-    // No station sees what is to the right of all of them; the rest is filled.
+  }
+}
+
+TEST(RendererLeftOut, VisitorsDoNotShowWhereTheyAreRecorded) {
+  for (const int distance_width : {96, 48}) {
+    SyntheticRoomSpec spec = with(visitor());
+    spec.distance_width = distance_width;
+    const Recoloured rooms(spec);
+    spec.companion.reset();
+    const TestRoom nobody(spec);
     for (const Generation generation : kCorrected) {
-      const RenderedView view = rooms.room().view({.generation = generation}, at);
-      EXPECT_GT(view.report.stretched_share, 0.0);
-      EXPECT_LT(view.report.stretched_share, 0.015);
-      EXPECT_GT(psnr_db(view.image, rooms.room().truth(at)), 32.0);
+      for (const PlanPoint at : kMaskViewpoints) {
+        const ViewOptions options{.generation = generation};
+        EXPECT_EQ(rooms.difference(options, at), 0.0)
+            << generation_name(generation) << " at " << at.x_m << ',' << at.z_m;
+        EXPECT_GT(rooms.room().psnr(options, at), std::min(nobody.psnr(options, at), 60.0) - 1.0);
+      }
     }
   }
+  CameraCompanion unrecorded = visitor();
+  unrecorded.left_out = false;
+  EXPECT_LT(TestRoom(with(unrecorded)).psnr({}, {0.23, 0.31}), 30.0);
 }
 
-TEST(RendererMask, ACompletelyMaskedStationIsReplaced) {
-  const Recoloured rooms(
-      with({.hides = [](const std::string& line, int station,
-                        const Eigen::Vector3d&) { return line == "x1" && station == 6; }},
-           box_room(96)));
-  const TestRoom empty(box_room(96));
-  const PlanPoint at{0.05, 0.2};
-  for (const Generation generation : kGenerations) {
-    const ViewOptions options{.generation = generation};
-    EXPECT_EQ(rooms.difference(options, at), 0.0) << generation_name(generation);
-    EXPECT_GT(rooms.room().psnr(options, at), empty.psnr(options, at) - 1.0);
-    EXPECT_EQ(rooms.room().view(options, at).report.stretched_share, 0.0);
-  }
-}
-
-TEST(RendererMask, InitialViewsFillMasksAndCountThat) {
-  const TestRoom room(with(dolly()));
-  const RenderedView view = room.view({.generation = Generation::kInitial}, {0.1, 0.2});
-  // Rows whose centres lie in the cone.
-  const int rows = static_cast<int>(std::ceil(view.image.rows * kConeDeg / 180.0 - 0.5));
-  EXPECT_NEAR(view.report.stretched_share, static_cast<double>(rows) / view.image.rows, 1e-9);
-  EXPECT_LT(largest_step_along(view.image.row(view.image.rows - 2)), 12.0);
-  EXPECT_GT(largest_step_along(view.image.row(view.image.rows - 1 - rows)), 12.0);
-}
-
-TEST(RendererMask, PointsSeenByNoStationAreFilledAndCounted) {
-  // 70 degrees: the cameras see no floor within 3.3 m of them.
-  const Recoloured rooms(with(
-      {.hides = [](const std::string&, int,
-                   const Eigen::Vector3d& direction) { return in_nadir_cone(direction, 70.0); }},
-      box_room(96)));
-  for (const Generation generation : kGenerations) {
-    const ViewOptions options{.generation = generation};
-    EXPECT_EQ(rooms.difference(options, {0.1, 0.2}), 0.0) << generation_name(generation);
-    const RenderedView view = rooms.room().view(options, {0.1, 0.2});
-    EXPECT_NEAR(view.report.stretched_share, 70.0 / 180.0, 0.03);
-    // Smooth across the columns, where stretched columns would be streaks.
-    EXPECT_LT(largest_step_along(view.image.row(view.image.rows - 8)), 8.0);
-  }
-}
-
-TEST(RendererMask, ACompletelyMaskedRoomIsMarkedEmpty) {
-  const Recoloured rooms(
-      with({.hides = [](const std::string&, int, const Eigen::Vector3d&) { return true; }},
-           box_room(96)));
-  for (const Generation generation : kGenerations) {
-    const ViewOptions options{.generation = generation};
-    EXPECT_EQ(rooms.difference(options, {0.1, 0.2}), 0.0) << generation_name(generation);
-    EXPECT_EQ(rooms.room().view(options, {0.1, 0.2}).report.empty_share, 1.0);
+TEST(RendererLeftOut, VisitorsShowWhereNoOtherStationSeesThePlace) {
+  CameraCompanion everywhere = hiding_cone(60.0);
+  everywhere.masked = false;
+  everywhere.left_out = true;
+  const TestRoom room(with(everywhere));
+  for (const Generation generation : kCorrected) {
+    const RenderedView view = room.view({.generation = generation}, {0.1, 0.1});
+    EXPECT_EQ(view.report.unseen_share, 0.0);
+    EXPECT_EQ(view.image.at<cv::Vec3b>(view.image.rows - 4, 10), cv::Vec3b(255, 0, 255));
   }
 }
 

@@ -1,17 +1,12 @@
 // Views from stations beside, above and below their lines.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstddef>
-#include <filesystem>
 #include <functional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "core/files/atomic_output.h"
 #include "core/room/room.h"
-#include "core/view/test_generations.h"
 #include "core/view/test_room.h"
 #include "core/view/view_plan.h"
 
@@ -42,30 +37,15 @@ const std::vector<PlanPoint> kUnevenViewpoints = {{0.0, 0.0},    {0.23, 0.31},  
                                                   {-0.2, -0.35}, {0.12, -0.18}, {0.37, -0.07}};
 
 // Against the truth at the height of the views, which is that of the stations around.
-double mean_psnr(const Room& room, const SyntheticRoomSpec& spec, Generation generation) {
-  Renderer renderer(room, {.generation = generation});
+double mean_psnr(const TestRoom& room, Generation generation) {
+  Renderer renderer(room.room(), {.generation = generation});
   double sum_db = 0.0;
   for (const PlanPoint at : kUnevenViewpoints) {
-    SyntheticRoomSpec there = spec;
-    there.height_m = ViewPlan(room.grid(), at, {kHalfPi, 0.0}).height_m();
-    sum_db += psnr_db(renderer.render(at).image, render_truth(there, at, spec.width));
+    SyntheticRoomSpec there = room.spec();
+    there.height_m = ViewPlan(room.room().grid(), at, {kHalfPi, 0.0}).height_m();
+    sum_db += psnr_db(renderer.render(at).image, render_truth(there, at, there.width));
   }
   return sum_db / static_cast<double>(kUnevenViewpoints.size());
-}
-
-double mean_psnr(const TestRoom& room, Generation generation) {
-  return mean_psnr(room.room(), room.spec(), generation);
-}
-
-// The same pictures, with all stations said to be on their lines.
-Room without_offsets(const SyntheticRoomSpec& spec, const std::filesystem::path& directory) {
-  write_synthetic_room(spec, directory);
-  RoomManifest manifest = read_manifest(directory);
-  SyntheticRoomSpec on_line = spec;
-  on_line.off_line = nullptr;
-  manifest.grid = synthetic_grid(on_line);
-  write_file_atomically(manifest_path(directory), manifest_to_json(manifest));
-  return Room::open(directory);
 }
 
 TEST(RendererOffLine, ViewsAreAsGoodAsFromStationsOnTheLines) {
@@ -77,35 +57,6 @@ TEST(RendererOffLine, ViewsAreAsGoodAsFromStationsOnTheLines) {
     EXPECT_GT(mean_psnr(beside, generation), on_line_db - 0.7);
     EXPECT_GT(mean_psnr(above, generation), on_line_db - 0.7);
     EXPECT_GT(mean_psnr(far_off, generation), on_line_db - 3.0);
-  }
-}
-
-TEST(RendererOffLine, ViewsWouldBeWrongIfTheOffsetsWereIgnored) {
-  const TestRoom room(uneven_room(0.05, 0.05));
-  const TestDirectory directory;
-  const Room ignored = without_offsets(room.spec(), directory / "room.lf");
-  for (const Generation generation : kCorrected) {
-    EXPECT_LT(mean_psnr(ignored, room.spec(), generation), mean_psnr(room, generation) - 5.0);
-  }
-}
-
-// All stations rise with z: the view of a cell on a slope is at the height of the slope.
-TEST(RendererOffLine, ViewsOfACellOnASlopeAreAtItsHeight) {
-  SyntheticRoomSpec spec = box_room();
-  const Grid level = synthetic_grid(spec);
-  spec.off_line = [level](const std::string& id, int station) {
-    const auto line = std::find_if(level.lines.begin(), level.lines.end(),
-                                   [&](const Line& any) { return any.id == id; });
-    return OffLine{0.0, 0.1 * line->stations[static_cast<size_t>(station)].position_m.z()};
-  };
-  const TestRoom room(spec);
-  const PlanPoint at{0.1, 0.3};
-  SyntheticRoomSpec there = spec;
-  there.height_m = 0.03;
-  for (const Generation generation : kCorrected) {
-    EXPECT_GT(
-        psnr_db(room.image({.generation = generation}, at), render_truth(there, at, spec.width)),
-        41.0);
   }
 }
 

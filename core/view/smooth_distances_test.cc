@@ -20,7 +20,7 @@ constexpr PanoramaSize kMapSize{256, 128};
 // Trust in a map of the given confidences.
 MapTrust trust_in(const std::function<std::uint8_t(int u, int v)>& confidence) {
   SyntheticRoomSpec spec;
-  spec.width = 64;
+  spec.width = 16;
   spec.distance_width = kMapSize.width;
   spec.spacing_m = 0.5;
   spec.distance_every = 100;
@@ -35,18 +35,9 @@ Eigen::Vector3f direction_of(double u, double v) {
   return direction_from_angles(angles_from_pixel({u, v}, kMapSize)).cast<float>();
 }
 
-TEST(MapTrust, AnExactMapIsTrustedEverywhere) {
-  const MapTrust trust = trust_in([](int, int) { return 255; });
-  EXPECT_TRUE(trust.everywhere());
-  EXPECT_EQ(trust.at(direction_of(3.0, 100.0)), 1.0f);
-}
-
-TEST(MapTrust, AFewPixelsOfLowConfidenceChangeNothing) {
-  EXPECT_TRUE(
-      trust_in([](int u, int v) { return u % 4 == 0 && v % 4 == 0 ? 10 : 200; }).everywhere());
-}
-
-TEST(MapTrust, FallsSmoothlyToNothing) {
+TEST(MapTrust, FallsSmoothlyToNothingWhereMostPixelsAreUnreliable) {
+  const auto few = [](int u, int v) { return u % 4 == 0 && v % 4 == 0 ? 10 : 200; };
+  EXPECT_TRUE(trust_in(few).everywhere()) << "a few change nothing";
   const MapTrust trust = trust_in([](int u, int) { return u < kMapSize.width / 2 ? 255 : 70; });
   EXPECT_FALSE(trust.everywhere());
   EXPECT_EQ(trust.at(direction_of(64.0, 60.0)), 1.0f);
@@ -61,10 +52,9 @@ class DoubtedView : public testing::Test {
  protected:
   // Smooth distances of a view that is not to be relied on.
   void compute() {
-    maps_.resize(1);
-    trust_ = trust_in([](int, int) { return 64; });
-    maps_[0].trust = &trust_;
-    smooth_.compute(omega_, kMapSize, EyeCircle(), maps_);
+    static const MapTrust trust = trust_in([](int, int) { return 64; });
+    const std::vector<TrustedMap> maps{{.trust = &trust}};
+    smooth_.compute(omega_, kMapSize, EyeCircle(), maps);
   }
   std::vector<float> column(int theta) const {
     std::vector<float> trust(128), omega(128, 100.0f);
@@ -73,8 +63,6 @@ class DoubtedView : public testing::Test {
     return omega;
   }
   std::vector<float> omega_ = std::vector<float>(static_cast<size_t>(256 * 128), 0.5f);
-  MapTrust trust_;
-  std::vector<TrustedMap> maps_;
   SmoothDistances smooth_;
 };
 
@@ -98,19 +86,6 @@ TEST_F(DoubtedView, GapsTakeTheDistanceAround) {
   compute();
   for (const int theta : {250, 0, 10}) {
     for (const float omega : column(theta)) EXPECT_NEAR(omega, 0.5f, 1e-3f);
-  }
-}
-
-TEST_F(DoubtedView, SlantedSurfacesStaySlanted) {
-  for (size_t theta = 0; theta < 256; ++theta) {
-    for (size_t row = 0; row < 128; ++row) {
-      omega_[theta * 128 + row] = 0.2f + 0.01f * static_cast<float>(row);
-    }
-  }
-  compute();
-  const auto found = column(77);
-  for (size_t row = 8; row < 120; ++row) {
-    EXPECT_NEAR(found[row], 0.2f + 0.01f * static_cast<float>(row), 0.011f) << row;
   }
 }
 

@@ -1,9 +1,6 @@
 // For tests: a synthetic room in closed form, written to disk and opened.
 #pragma once
 
-#include <functional>
-#include <limits>
-#include <map>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -15,18 +12,9 @@
 
 namespace raywalk {
 
-// A cell with the given station spacing, in a room scaled in proportion.
-inline SyntheticRoomSpec room_of_spacing(double spacing_m) {
-  const double scale = spacing_m / 0.125;
-  SyntheticRoomSpec spec;
-  spec.side_m = scale;
-  spec.spacing_m = spacing_m;
-  spec.overhang_m = 0.25 * scale;
-  spec.scene.walls.min_m *= scale;
-  spec.scene.walls.max_m *= scale;
-  spec.scene.texture_wavelength_m *= scale;
-  return spec;
-}
+inline constexpr Generation kGenerations[] = {Generation::kInitial, Generation::kHlfVd,
+                                              Generation::kTwoSided};
+inline constexpr Generation kCorrected[] = {Generation::kHlfVd, Generation::kTwoSided};
 
 // The synthetic scene's own room with stations beyond the corners.
 inline SyntheticRoomSpec box_room(int width = 192) {
@@ -36,24 +24,13 @@ inline SyntheticRoomSpec box_room(int width = 192) {
   return spec;
 }
 
-// Extreme contents of distance maps, by name.
-inline std::map<std::string, std::function<float(int, int, double)>> extreme_distances() {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const auto always = [](float metres) { return [metres](int, int, double) { return metres; }; };
-  const auto checkerboard = [](float a, float b) {
-    return [a, b](int u, int v, double) { return (u / 2 + v / 2) % 2 == 0 ? a : b; };
-  };
-  return {{"1 um", always(1e-6f)},
-          {"100000 km", always(1e8f)},
-          {"none", always(0.0f)},
-          {"infinite", always(kInfinity)},
-          {"less than a float can invert", always(1e-42f)},
-          {"the largest float", always(std::numeric_limits<float>::max())},
-          {"1 m", always(1.0f)},
-          {"half a metre, where stations are", always(0.5f)},
-          {"near beside far", checkerboard(1e-6f, 1e8f)},
-          {"known beside unknown", checkerboard(2.0f, 0.0f)},
-          {"infinite beside zero", checkerboard(kInfinity, 0.0f)}};
+// A room with a pillar in the cell, up to above the stations: lines do not see its far side nor
+// what is behind it.
+inline SyntheticRoomSpec pillar_spec(int width = 128) {
+  SyntheticRoomSpec spec = box_room(width);
+  spec.distance_width = 128;
+  spec.scene.obstacle = SceneBox{{0.1, -1.2, 0.12}, {0.3, 0.4, 0.32}};
+  return spec;
 }
 
 class TestRoom {
@@ -82,6 +59,12 @@ class TestRoom {
   SyntheticRoomSpec spec_;
   Room room_;
 };
+
+// Written once per program.
+inline const TestRoom& pillar_room() {
+  static const TestRoom room(pillar_spec());
+  return room;
+}
 
 // Largest difference of any channel of any pixel.
 inline double largest_difference(const cv::Mat& a, const cv::Mat& b) {

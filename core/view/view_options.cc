@@ -12,7 +12,7 @@ namespace {
 
 void require_in_range(const Dial& dial, const ViewOptions& options) {
   const double value = dial.value.get(options);
-  const bool unresolved = dial.zero != nullptr && !dial.renders_at_zero && value == 0.0;
+  const bool unresolved = dial.zero != nullptr && value == 0.0;
   const std::optional<std::string> fault =
       unresolved ? "must be chosen before a view is rendered" : fault_of(dial, value);
   if (fault) throw UsageError(fmt::format("{} is {}; it {}", dial.key, value, *fault));
@@ -34,13 +34,11 @@ ViewOptions default_options() {
 }
 
 std::string text_of(const ViewOptions& options) {
-  const OmegaRange range = options.scene.value_or(OmegaRange{-1.0, -1.0});
-  std::string text = fmt::format("{} {}", range.min, range.max);
+  std::string text;
   const auto add = [&](const Dial& dial) {
-    text += fmt::format(" {}={}", dial.key, text_of(dial, dial.value.get(options)));
+    text += fmt::format("{}={} ", dial.key, text_of(dial, dial.value.get(options)));
   };
   for (const Dial& dial : kDials) add(dial);
-  for (const Dial& dial : kBenchDials) add(dial);
   return text;
 }
 
@@ -66,7 +64,6 @@ std::string second_side_name(SecondSide second_side) {
 
 void require_view_options(const ViewOptions& options) {
   for (const Dial& dial : kDials) require_in_range(dial, options);
-  for (const Dial& dial : kBenchDials) require_in_range(dial, options);
 }
 
 }  // namespace raywalk

@@ -3,11 +3,9 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 
-#include "core/geometry/layer_count.h"
 #include "core/geometry/sphere.h"
 #include "core/view/dial.h"
 
@@ -20,19 +18,14 @@ inline constexpr std::array kGenerationNames{"initial", "hlf-vd", "two-sided"};
 
 // How a sample is read from a station's panorama. Initial views of the captured width read whole
 // columns without samples.
-enum class Interpolation { kNearest, kLinear, kCubic };
-inline constexpr std::array kInterpolationNames{"nearest", "linear", "cubic"};
+enum class Interpolation { kLinear, kCubic };
+inline constexpr std::array kInterpolationNames{"linear", "cubic"};
 
-// Precision in which sample positions are computed. Double computes the position of every row with
-// the library's arctangent (some 20 times the operations); float interpolates positions between the
-// rows of coarser distances. Pictures are mixed in 16-bit fixed point in either case.
-enum class Arithmetic { kFloat, kDouble };
-inline constexpr std::array kArithmeticNames{"float", "double"};
-
-// Where the lines in front and behind both see a point, a two-sided view either blends them by
-// nearness, which is continuous when the viewpoint crosses a line, or reads only the nearer one.
-enum class SecondSide { kBlend, kWhereHidden };
-inline constexpr std::array kSecondSideNames{"blend", "where-hidden"};
+// Where the lines in front and behind both see a point, a two-sided view mixes them by nearness, or
+// reads only the nearer side but for a fade where both are about as near. Both are continuous when
+// the viewpoint crosses a line.
+enum class SecondSide { kEverywhere, kFaded };
+inline constexpr std::array kSecondSideNames{"everywhere", "faded"};
 
 inline constexpr std::array kOffOn{"off", "on"};
 
@@ -41,24 +34,12 @@ struct ViewOptions {
   Generation generation = Generation::kHlfVd;
   double k_deg = 90.0;       // 45 is LFU, 90 is Ray-space360
   double overlap_deg = 5.0;  // width of the blend at a connection
-  int layers = 0;            // 0: as many as `tolerance_px` needs
-  // Range of inverse distances for automatic layers; none = that of the maps around the view.
-  std::optional<OmegaRange> scene{};
-  double tolerance_px = 0.5;  // largest shift of a pixel caused by automatic layers, output pixels
-  int width = 0;              // of the output, pixels; 0: size_as_captured (renderer.h)
+  int width = 0;             // of the output, pixels; 0: size_as_captured (renderer.h)
   Interpolation interpolation = Interpolation::kLinear;
-  Arithmetic arithmetic = Arithmetic::kFloat;
-  int stations_mixed = 2;  // 1: the nearer one; 2: both, mixed by nearness
-  // Every n-th station of a line is used (every_nth_station() in core/room/kept_stations.h):
-  // divides the storage by n and hardly changes the time.
-  int station_stride = 1;
+  int stations_mixed = 1;  // of each line and pixel, those nearest in angle first
   int distance_maps = 4;
-  // Stations, nearest first, that are searched for a point hidden from the lines in use: some 50
-  // operations each per hidden pixel of the distances.
-  int fill_stations = 32;
-  SecondSide second_side = SecondSide::kBlend;
-  double skip_px = 0.0;  // work_skipped.h; in pixels of the captured panoramas
-  bool gains = true;     // whether stations are multiplied by their gains (Room::gains)
+  SecondSide second_side = SecondSide::kEverywhere;
+  bool gains = true;  // whether stations are multiplied by their gains (Room::gains)
 
   friend bool operator==(const ViewOptions&, const ViewOptions&) = default;
 };
@@ -103,32 +84,6 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .phrase = "overlap {}°",
      .sweep =
          DialSweep{.singly = {0.0, 15.0}, .grid = DialGrid::kLayout, .in_grid = {0.0, 5.0, 15.0}}},
-    {.key = "layers",
-     .flag = "--layers",
-     .value = kAccess<&ViewOptions::layers>,
-     .least = 1.0,
-     .most = 65536.0,
-     .zero = "auto",
-     .renders_at_zero = true,
-     .group = DialGroup::kConnection,
-     .help = "Depth layers, or auto: as many as --tolerance-px needs, for the scene that the "
-             "room's require.json describes",
-     .cost = "of an explicit number 12 operations per row and source; the position of every row is "
-             "computed",
-     .phrase = "layers {}",
-     .effect = DialEffect::kCorrectedViews,
-     .sweep =
-         DialSweep{.singly = {4, 16, 64}, .grid = DialGrid::kLayout, .in_grid = {0, 4, 16, 64}}},
-    {.key = "tolerance_px",
-     .flag = "--tolerance-px",
-     .value = kAccess<&ViewOptions::tolerance_px>,
-     .unit = "pixels",
-     .least = 0.01,
-     .most = 100.0,
-     .group = DialGroup::kConnection,
-     .help = "Largest shift of a pixel caused by automatic layers",
-     .cost = "none",
-     .effect = DialEffect::kCorrectedViews},
     {.key = "width_px",
      .flag = "--width",
      .value = kAccess<&ViewOptions::width>,
@@ -150,21 +105,22 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .value = kAccess<&ViewOptions::interpolation>,
      .names = kInterpolationNames,
      .group = DialGroup::kTrade,
-     .help = "How a pixel is read from a panorama: nearest, linear or cubic",
-     .cost = "3, 12 or 48 bytes, 0, 3 or 15 weighted sums per channel and sample",
+     .help = "How a pixel is read from a panorama: linear or cubic",
+     .cost = "12 or 48 bytes, 3 or 15 weighted sums per channel and sample",
      .effect = DialEffect::kSampledViews,
-     .sweep = DialSweep{.singly = {0, 2}, .grid = DialGrid::kSamples, .in_grid = {0, 1, 2}}},
+     .sweep = DialSweep{.singly = {1}, .grid = DialGrid::kSamples, .in_grid = {0, 1}}},
     {.key = "stations_mixed",
      .flag = "--stations-mixed",
      .value = kAccess<&ViewOptions::stations_mixed>,
      .least = 1.0,
-     .most = 2.0,
+     .most = 16.0,
      .group = DialGroup::kTrade,
-     .help = "Stations mixed at the point where a ray crosses a line: both neighbours (2) or the "
-             "nearer one (1)",
-     .cost = "one halves the samples",
-     .phrase = "{} station mixed",
-     .sweep = DialSweep{.singly = {1}, .grid = DialGrid::kSamples, .in_grid = {1, 2}}},
+     .help = "Stations of a line that are mixed in a pixel, those nearest in angle first; 1 is "
+             "cross-faded from station to station",
+     .cost = "so many samples, and a third of one more for the fade",
+     .phrase = "stations {}",
+     .effect = DialEffect::kCorrectedViews,
+     .sweep = DialSweep{.singly = {2, 4, 8, 16}, .grid = DialGrid::kSamples, .in_grid = {1, 2, 8}}},
     {.key = "distance_maps",
      .flag = "--distance-maps",
      .value = kAccess<&ViewOptions::distance_maps>,
@@ -181,26 +137,12 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .value = kAccess<&ViewOptions::second_side>,
      .names = kSecondSideNames,
      .group = DialGroup::kTrade,
-     .help = "When a two-sided view reads the second side: blend (wherever both see a point) or "
-             "where-hidden (only where the nearer one does not)",
-     .cost = "where-hidden halves the samples",
+     .help = "Where a two-sided view reads both sides: everywhere (that both see), or faded (only "
+             "where both are about as near, else the nearer one)",
+     .cost = "faded halves the samples of most pixels",
      .phrase = "second side {}",
      .effect = DialEffect::kTwoSidedViews,
      .sweep = DialSweep{.singly = {1}, .grid = DialGrid::kSamples, .in_grid = {0, 1}}},
-    {.key = "skip_px",
-     .flag = "--skip-px",
-     .value = kAccess<&ViewOptions::skip_px>,
-     .unit = "pixels",
-     .least = 0.0,
-     .most = 4.0,
-     .group = DialGroup::kTrade,
-     .help = "Skip work that would move a pixel by at most this many captured pixels; 0 skips "
-             "nothing",
-     .cost = "less the more is skipped, which the view reports",
-     .phrase = "skip {} px",
-     .effect = DialEffect::kCorrectedViews,
-     .sweep =
-         DialSweep{.singly = {0.5, 1.0}, .grid = DialGrid::kSamples, .in_grid = {0.0, 0.5, 1.0}}},
     {.key = "gains",
      .flag = "--no-gains",
      .value = kAccess<&ViewOptions::gains>,
@@ -210,19 +152,6 @@ inline constexpr auto kDials = std::to_array<Dial>({
      .help = "Show the panoramas' own exposures instead of those made equal by the room's gains "
              "(raywalk-build-lf gains)",
      .cost = "some 10 operations per reading, where the room has gains"},
-});
-
-// What nobody turns by hand: for tests and benchmarks.
-inline constexpr auto kBenchDials = std::to_array<Dial>({
-    {.key = "arithmetic", .value = kAccess<&ViewOptions::arithmetic>, .names = kArithmeticNames},
-    {.key = "station_stride",
-     .value = kAccess<&ViewOptions::station_stride>,
-     .least = 1.0,
-     .most = 1e6},
-    {.key = "fill_stations",
-     .value = kAccess<&ViewOptions::fill_stations>,
-     .least = 0.0,
-     .most = 32.0},
 });
 
 // One of kDials. Throws std::out_of_range where there is none of this key.

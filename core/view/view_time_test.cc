@@ -46,11 +46,6 @@ TEST(ViewTime, UnsteadyRemapsSlowRemapsAndOtherProcessesDisturb) {
   EXPECT_GT(disturbance(time_with(0, 1.0, 0.5), 10.0), 1.0) << "a core of two is taken";
 }
 
-TEST(ViewTime, OneOfManySettingsIsFound) {
-  const std::vector times{time_with(0, 1.0), time_with(12, 3.0), time_with(0, 1.0)};
-  EXPECT_EQ(disturbed(times), (std::vector{false, true, false}));
-}
-
 TEST(RepeatDisturbed, MeasuresTheseAgainAndKeepsTheBetterOnes) {
   std::vector times{time_with(0, 1.0), time_with(6, 3.0), time_with(0, 1.0, 0.9)};
   std::map<std::size_t, int> measured, kept;

@@ -111,19 +111,6 @@ double focal_length_px(const Viewport& viewport) {
   return 0.5 * viewport.width / std::tan(0.5 * viewport.fov_x_rad);
 }
 
-RayLine rays_of_column(const Viewport& viewport, int column) {
-  const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
-  const Eigen::Vector3d start = turn * camera_ray(viewport, column, 0);
-  const Eigen::Vector3d step =
-      turn * (camera_ray(viewport, column, 1) - camera_ray(viewport, column, 0));
-  RayLine line;
-  for (int i = 0; i < 3; ++i) {
-    line.start[i] = static_cast<float>(start[i]);
-    line.step[i] = static_cast<float>(step[i]);
-  }
-  return line;
-}
-
 PanoramaPart part_shown(const Viewport& viewport, PanoramaSize panorama) {
   const Eigen::Matrix3d turn = world_from_camera(viewport.attitude);
   // Latitude has no extremum inside a region without a pole, so the border has both; around a pole

@@ -3,7 +3,6 @@
 
 #include "core/geometry/sphere.h"
 #include "core/room/line_volume.h"
-#include "core/view/column_kernels.h"
 
 namespace raywalk {
 
@@ -25,9 +24,6 @@ void require_viewport(const Viewport& viewport);
 
 // Pixels per radian in the picture's middle.
 double focal_length_px(const Viewport& viewport);
-
-// The world directions of a column's pixels, from the top.
-RayLine rays_of_column(const Viewport& viewport, int column);
 
 // The columns and rows of a panorama that the samples of a viewport, also cubic ones, lie in.
 struct PanoramaPart {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "core/view/test_viewport.h"
 
 namespace raywalk {
 namespace {
@@ -15,35 +16,7 @@ namespace {
 constexpr PanoramaSize kPanorama{1024, 512};
 
 Viewport turned(double yaw_deg, double pitch_deg, double roll_deg, double fov_deg) {
-  return {.attitude = {radians_from_degrees(yaw_deg), radians_from_degrees(pitch_deg),
-                       radians_from_degrees(roll_deg)},
-          .fov_x_rad = radians_from_degrees(fov_deg),
-          .width = 90,
-          .height = 70};
-}
-
-Eigen::Vector3d direction_at(const Viewport& viewport, int column, int row) {
-  const RayLine line = rays_of_column(viewport, column);
-  Eigen::Vector3d direction;
-  for (int i = 0; i < 3; ++i) direction[i] = double(line.start[i]) + double(row) * line.step[i];
-  return direction.normalized();
-}
-
-TEST(Viewport, RaysAreThoseOfAPinholeCamera) {
-  const Viewport ahead{.fov_x_rad = kHalfPi, .width = 101, .height = 51};
-  EXPECT_LT((direction_at(ahead, 50, 25) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-6);
-  // Half a pixel inside of 45 degrees to the right.
-  EXPECT_NEAR(angles_from_direction(direction_at(ahead, 100, 25)).theta_rad,
-              std::atan(100.0 / 101.0), 1e-6);
-  EXPECT_GT(direction_at(ahead, 50, 0).y(), 0.0);
-  // Turned to the right, raised, turned about the view: as world_from_camera has it.
-  const Viewport turned_view = turned(30.0, 20.0, 10.0, 60.0);
-  const double f = 45.0 / std::tan(radians_from_degrees(30.0));
-  EXPECT_NEAR(focal_length_px(turned_view), f, 1e-9);
-  const Eigen::Vector3d ray =
-      world_from_camera(turned_view.attitude) *
-      Eigen::Vector3d((12 + 0.5 - 45.0) / f, -(60 + 0.5 - 35.0) / f, 1.0).normalized();
-  EXPECT_LT((direction_at(turned_view, 12, 60) - ray).norm(), 1e-6);
+  return looking(yaw_deg, pitch_deg, roll_deg, fov_deg, 90, 70);
 }
 
 TEST(Viewport, RejectsInvalidPictures) {
@@ -83,8 +56,8 @@ TEST(ViewportProperty, PartHoldsEverySampleOfThePicture) {
     ASSERT_LE(part.columns, kPanorama.width);
     for (int column = 0; column < viewport.width; ++column) {
       for (int row = 0; row < viewport.height; ++row) {
-        const PixelPosition at = pixel_from_angles(
-            angles_from_direction(direction_at(viewport, column, row)), kPanorama);
+        const PixelPosition at =
+            pixel_from_angles(angles_from_direction(ray_of(viewport, column, row)), kPanorama);
         const double v = std::clamp(at.v, 0.0, kPanorama.height - 1.0);
         ASSERT_GE(std::floor(v), part.rows.begin);
         ASSERT_LT(std::min(std::floor(v) + 1.0, kPanorama.height - 1.0), part.rows.end);

@@ -1,40 +1,116 @@
-// Which points of a column an acquisition point sees.
-// The viewpoint P, the acquisition point A and everything column theta shows lie in one vertical
-// plane, whatever their heights, so that occlusion is decided on one great circle: the points that
-// P sees are projected onto the circle around A, and the nearest in each direction is visible.
+// Pass 2: which points of a view the stations of each line see.
+//
+// Two things tell that a point is occluded:
+// - The view itself. The eye P, the point A where the column's ray meets a line, and all that the
+//   column shows lie in one vertical plane, so that occlusion between them is decided on one great
+//   circle: the points that P sees are projected onto the circle around A, and the nearest in each
+//   direction stays. A point is occluded if something nearer lies within a pixel of it there: what
+//   a camera captures next to a silhouette is in part the foreground.
+// - The line's distance maps. A chair just below a line occludes from its stations what the eye
+//   sees past the chair. A map shows a point to be occluded from its station if one of the four
+//   pixels around it holds a surface that is clearly nearer: by more than the change across a pixel
+//   of a steep surface, and so that the two would move by two pixels against each other on the way
+//   to the eye. A station without a map of its own does not see what both maps around it on the
+//   line show to be occluded.
+//
+// What no station of these lines sees is read from the first of some others whose map shows that it
+// does (fill). Where there is none, the maps contradict each other, and the lines are used after
+// all.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
 #include <vector>
 
+#include "core/view/column_sources.h"
 #include "core/view/distance_view.h"
-#include "core/view/row_table.h"
+#include "core/view/fill_stations.h"
+#include "core/view/map_cache.h"
 
 namespace raywalk {
 
-class RingVisibility {
- public:
-  // For distance views of `rows` rows.
-  explicit RingVisibility(int rows);
+// Of a pixel and a source: bit i: occluded from the station of the source's map first_map + i; the
+// last bit: occluded by what the view shows.
+inline constexpr std::uint8_t kOccludedInView = 0x80;
+inline constexpr int kMapsOfSource = 7;
 
-  // visible[row] = 1 where A, in the plane of column `theta`, sees what the viewpoint sees in that
-  // row.
-  void compute(const DistanceView& distances, int theta, AcquisitionPoint from,
-               std::vector<std::uint8_t>& visible);
+// In Visibility::fill(), where no station shows the point: of a column without sources, and of one
+// whose sources are read although their maps show them not to see it.
+inline constexpr std::uint8_t kNoStation = 255;
+inline constexpr std::uint8_t kReadUnseen = 254;
+
+// What has to be set for a station not to see a point.
+struct StationOccluders {
+  std::uint8_t maps = 0;  // all of these bits; 0: no map tells
+};
+
+// Whether a station sees a point.
+constexpr bool is_seen(std::uint8_t occluded, StationOccluders by) {
+  return (occluded & kOccludedInView) == 0 && (by.maps == 0 || (occluded & by.maps) != by.maps);
+}
+
+class Visibility {
+ public:
+  // The lines of a column in plan direction theta; a count of 0: none.
+  using Sources = std::function<ColumnSources(double theta_rad)>;
+
+  // The room must outlive the object.
+  explicit Visibility(const Room& room) : room_(room), cache_(room) {}
+
+  // Of the columns [first, first + count) of the distances, around the seam. `lines`: all that
+  // sources are on. `above_lines_m`: of the eye.
+  struct Columns {
+    int first = 0, count = 0;
+    bool fills_empty = true;  // whether stations are searched for columns without sources
+  };
+  void compute(const DistanceView& distances, Columns columns, const Sources& sources,
+               std::span<const int> lines, double above_lines_m, int stations_mixed,
+               const FillStations& fill);
+
+  const ColumnSources& sources(int theta) const {
+    return sources_[static_cast<std::size_t>(theta)].sources;
+  }
+  // Of the source of a column on a line and side, for each row; null where the column has none.
+  const std::uint8_t* occluded(int theta, int line, bool behind) const;
+  // The same of a column whose bits are those of column `as`; else null.
+  const std::uint8_t* occluded_as(int as, int theta, int line, bool behind) const;
+  // What tells that a station of a source's line does not see a point.
+  StationOccluders occluders(int theta, int line, bool behind, int station) const;
+  // Of each row: 0 where the sources are read; else 1 + the index of a station to fill it from.
+  const std::uint8_t* fill(int theta) const { return fill_.data() + first(theta); }
+  bool any_filled(int theta) const { return sources_[static_cast<std::size_t>(theta)].any_filled; }
 
  private:
-  void find_bins(float tolerance);
-  void keep_nearest();
-  void fill_gap(std::size_t i, std::size_t before);
+  struct Column {
+    ColumnSources sources{};
+    std::array<int, kMaxSources> first_map{};
+    bool any_filled = false;
+  };
+  class Ring;
 
-  int rows_;
-  LatitudeTable ring_latitudes_;
-  int points_ = 0;  // down the column, and up the opposite one where it matters
-  // Of each point, as ColumnKernels::project_ring has them; bin_: the nearest row around A.
-  std::vector<float> omega_, position_, omega_from_line_;
-  std::vector<std::int32_t> bin_;
-  std::vector<std::uint8_t> leaves_gap_;  // between it and the point before, on the same surface
-  std::vector<float> nearest_;            // of each bin, between two more
+  std::size_t first(int theta) const {
+    return static_cast<std::size_t>(theta) * static_cast<std::size_t>(rows_);
+  }
+  std::size_t index_of(const Column& column, int line, bool behind) const;
+  void compute_column(int theta, Column* column, Ring* ring);
+  void find_occluded(int theta, const Column& column, std::size_t source, Ring* ring);
+  void find_fill(int theta, Column* column);
+
+  const Room& room_;
+  MapCache<OccluderMap> cache_;
+  const DistanceView* distances_ = nullptr;
+  const FillStations* fill_stations_ = nullptr;
+  double above_lines_m_ = 0.0;
+  int stations_mixed_ = 1;
+  bool fills_empty_ = true;
+  int rows_ = 0;
+  std::vector<std::vector<std::shared_ptr<const OccluderMap>>> maps_;  // [line][map]
+  std::vector<Column> sources_;                                        // of each column
+  std::array<std::vector<std::uint8_t>, kMaxSources> occluded_;        // [theta][phi]
+  std::vector<std::uint8_t> fill_;                                     // [theta][phi]
 };
 
 }  // namespace raywalk

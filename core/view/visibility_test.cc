@@ -2,140 +2,189 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/view/test_room.h"
-#include "tests/synthetic_room/synthetic_scene.h"
 
 namespace raywalk {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr PanoramaSize kSize{256, 128};
-const Vector3d kViewpoint(0.05, 0.0, -0.1);
+// Where the pixel (u, v) of a panorama of the given size at `from_m` lies.
+Vector3d point_at(const SyntheticScene& scene, const Vector3d& from_m, PixelPosition pixel,
+                  PanoramaSize size) {
+  const Vector3d direction = direction_from_angles(angles_from_pixel(pixel, size));
+  return from_m + direction * distance_at(scene, from_m, direction);
+}
 
-class RingVisibilityTest : public testing::Test {
- protected:
-  // A wall across the view, below the height of the cameras or hanging from the ceiling above it.
-  enum class Wall { kNone, kLow, kHanging };
-  static SyntheticRoomSpec spec(Wall wall) {
-    SyntheticRoomSpec spec;
-    spec.overhang_m = 0.25;
-    spec.width = 32;
-    spec.distance_width = kSize.width;
-    if (wall == Wall::kLow) spec.scene.obstacle = SceneBox{{-0.9, -1.2, 0.8}, {0.9, -0.3, 0.9}};
-    if (wall == Wall::kHanging) spec.scene.obstacle = SceneBox{{-0.9, 0.3, 0.8}, {0.9, 1.5, 0.9}};
-    return spec;
+// Whether a surface point is seen from a place. Surfaces are told apart that are further apart than
+// 1 % of the distance.
+bool sees(const SyntheticScene& scene, const Vector3d& from_m, const Vector3d& point_m) {
+  const Vector3d ray = point_m - from_m;
+  return distance_at(scene, from_m, ray.normalized()) > 0.99 * ray.norm();
+}
+
+const std::vector<int> kFourLines = {0, 1, 2, 3};
+
+// The passes of a view up to what its stations see.
+class SeenView {
+ public:
+  SeenView(const TestRoom& room, const Viewpoint& at, const ViewOptions& options)
+      : room_(room),
+        options_(options),
+        plan_(room.room().grid(), at, {kHalfPi, 0.0}),
+        eye_m_(plan_.eye().centre_m) {
+    distances_.compute(nearest_maps(room.room(), kFourLines, eye_m_, 0.1, 2, 4), eye_m_);
+    fill_ = FillStations(room.room(), nearest_maps(room.room(), kFourLines, eye_m_, 0.0, 99, 99));
+    compute([this](double theta_rad) { return column_sources(plan_.column(theta_rad), options_); });
   }
-  explicit RingVisibilityTest(Wall wall = Wall::kLow) : room_(spec(wall)) {
-    const std::vector<int> lines = {0, 1, 2, 3};
-    distances_.compute(nearest_maps(room_.room(), lines, kViewpoint, 0.1, 2, 8), kViewpoint);
+  void compute(const Visibility::Sources& sources) {
+    visibility_.compute(distances_, {0, size().width}, sources, kFourLines, plan_.above_lines_m(),
+                        options_.stations_mixed, fill_);
   }
-  std::vector<std::uint8_t> visible(int theta, double d_p_m, double up_m = 0.0) {
-    std::vector<std::uint8_t> rows;
-    RingVisibility ring(kSize.height);
-    ring.compute(distances_, theta, {static_cast<float>(d_p_m), static_cast<float>(up_m)}, rows);
-    return rows;
+
+  PanoramaSize size() const { return distances_.size(); }
+  const ColumnSources& sources(int theta) const { return visibility_.sources(theta); }
+  const Visibility& visibility() const { return visibility_; }
+  // Where a column's ray meets the line of a source, at the height of the lines.
+  Vector3d met_m(int theta, const RaySource& at) const {
+    const double theta_rad = theta_of_column(theta, size().width);
+    return eye_m_ + Vector3d(at.d_p_m * std::sin(theta_rad), -plan_.above_lines_m(),
+                             at.d_p_m * std::cos(theta_rad));
   }
-  bool distance_is_right(int u, int v) const {
-    const Vector3d direction =
-        direction_from_angles(angles_from_pixel({double(u), double(v)}, kSize));
-    const double truth = distance_at(room_.spec().scene, kViewpoint, direction);
-    return std::fabs(truth * distances_.column(u)[v] - 1.0) < 0.02;
-  }
-  // Whether an acquisition point d_p ahead of the viewpoint and `up` above it sees what the
-  // viewpoint sees at (u, v).
-  bool truly_visible(int u, int v, double d_p_m, double up_m) const {
+  // What a place sees of the points of a pixel; none at a silhouette.
+  std::optional<bool> sees_all(const Vector3d& from_m, int theta, int row) const {
     const SyntheticScene& scene = room_.spec().scene;
-    const SphereAngles angles = angles_from_pixel({double(u), double(v)}, kSize);
-    const Vector3d direction = direction_from_angles(angles);
-    const Vector3d ahead(std::sin(angles.theta_rad), 0.0, std::cos(angles.theta_rad));
-    const Vector3d from = kViewpoint + d_p_m * ahead + Vector3d(0.0, up_m, 0.0);
-    const Vector3d ray = kViewpoint + distance_at(scene, kViewpoint, direction) * direction - from;
-    return distance_at(scene, from, ray.normalized()) > 0.99 * ray.norm();
+    constexpr int kAround = 2;
+    int seen = 0, all = 0;
+    for (int u = theta - kAround; u <= theta + kAround; ++u) {
+      for (int v = row - kAround; v <= row + kAround; ++v, ++all) {
+        seen +=
+            sees(scene, from_m, point_at(scene, eye_m_, {double(u), double(v)}, size())) ? 1 : 0;
+      }
+    }
+    if (seen != 0 && seen != all) return std::nullopt;
+    return seen == all;
+  }
+  // The same of the pixel's middle; none where the view's distance is wrong.
+  std::optional<bool> sees_middle(const Vector3d& from_m, int theta, int row) const {
+    const SyntheticScene& scene = room_.spec().scene;
+    const Vector3d point_m = point_at(scene, eye_m_, {double(theta), double(row)}, size());
+    const double right = (point_m - eye_m_).norm() * distances_.column(theta)[row];
+    if (std::fabs(right - 1.0) > 0.02) return std::nullopt;
+    return sees(scene, from_m, point_m);
   }
 
-  TestRoom room_;
+ private:
+  const TestRoom& room_;
+  ViewOptions options_;
+  ViewPlan plan_;
+  Vector3d eye_m_;
   DistanceView distances_{room_.room()};
+  FillStations fill_;
+  Visibility visibility_{room_.room()};
 };
 
-// From above a low wall hides little, from below a hanging one.
-class LineHeights : public RingVisibilityTest, public testing::WithParamInterface<double> {
- protected:
-  LineHeights() : RingVisibilityTest(GetParam() > 0.0 ? Wall::kHanging : Wall::kLow) {}
-};
-// As high as the viewpoint, then above and below it.
-INSTANTIATE_TEST_SUITE_P(Metres, LineHeights, testing::Values(0.0, 0.05, 0.4, 0.7, -0.05, -0.4));
+struct Found {
+  int hidden = 0, seen = 0;                  // in truth
+  int wrongly_seen = 0, wrongly_hidden = 0;  // of these
 
-TEST_P(LineHeights, AgreesWithTheRoomInFrontAndBehind) {
-  const double up_m = GetParam();
-  int hidden = 0;
-  int missed = 0;        // hidden, and taken for visible
-  int overcautious = 0;  // visible, and taken for hidden: rows beside an edge may be
-  int all = 0;
-  // The second lies straight above or below the viewpoint.
-  for (const double d_p_m : {0.4, 0.0, 0.65, -0.3, -0.7}) {
-    for (int u = 0; u < kSize.width; ++u) {
-      const auto rows = visible(u, d_p_m, up_m);
-      ASSERT_EQ(rows.size(), static_cast<size_t>(kSize.height));
-      for (int v = 0; v < kSize.height; ++v) {
-        if (!distance_is_right(u, v)) continue;  // skips errors of the distance view at edges
-        const bool sees = truly_visible(u, v, d_p_m, up_m);
-        const bool said = rows[static_cast<size_t>(v)] != 0;
-        hidden += sees ? 0 : 1;
-        missed += said && !sees ? 1 : 0;
-        overcautious += sees && !said ? 1 : 0;
-        ++all;
+  void add(bool truth, bool found) {
+    (truth ? seen : hidden) += 1;
+    if (truth != found) (found ? wrongly_seen : wrongly_hidden) += 1;
+  }
+};
+
+// Of each station that has a share, where it and the place where the line is met agree.
+Found compare_with_truth(const SeenView& view, const TestRoom& room, int mixed) {
+  Found found;
+  for (int theta = 0; theta < view.size().width; theta += 2) {
+    const ColumnSources& sources = view.sources(theta);
+    for (std::size_t i = 0; i < sources.count; ++i) {
+      const RaySource& at = sources.source[i].at;
+      const bool behind = sources.source[i].behind();
+      const Line& line = room.room().grid().lines[static_cast<std::size_t>(at.line)];
+      const auto* const occluded = view.visibility().occluded(theta, at.line, behind);
+      const StationWindow window =
+          stations_mixed(at, static_cast<int>(line.stations.size()), mixed);
+      for (int station = window.first; station <= window.last; ++station) {
+        const StationOccluders by = view.visibility().occluders(theta, at.line, behind, station);
+        const Vector3d& from_m = line.stations[static_cast<std::size_t>(station)].position_m;
+        for (int row = 0; row < view.size().height; ++row) {
+          const auto truth = view.sees_all(from_m, theta, row);
+          if (!truth || view.sees_all(view.met_m(theta, at), theta, row) != truth) continue;
+          found.add(*truth, is_seen(occluded[row], by));
+        }
       }
     }
   }
-  EXPECT_GT(hidden, 100) << "the scene must hide something";
-  EXPECT_LT(missed, hidden / 10);
-  EXPECT_LT(overcautious, all / 100);
+  return found;
 }
 
-TEST_F(RingVisibilityTest, ALineThroughTheViewpointSeesAllButEdgeRows) {
-  const float same_surface = 1.0f + distances_.surface_tolerance();
-  int seen = 0;
-  for (int u = 0; u < kSize.width; ++u) {
-    const auto rows = visible(u, 0.0);
-    const float* omega = distances_.column(u);
-    for (int v = 1; v + 1 < kSize.height; ++v) {
-      const bool beside_edge = std::max(omega[v - 1], omega[v + 1]) > omega[v] * same_surface;
-      EXPECT_TRUE(rows[static_cast<size_t>(v)] != 0 || beside_edge) << u << ' ' << v;
-      seen += rows[static_cast<size_t>(v)] != 0 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(seen, kSize.width * kSize.height / 2);
-}
-
-class EmptyRoomVisibility : public RingVisibilityTest {
- protected:
-  EmptyRoomVisibility() : RingVisibilityTest(Wall::kNone) {}
-};
-
-TEST_F(EmptyRoomVisibility, NothingIsHiddenInAConvexRoom) {
-  for (const double d_p_m : {-0.7, -0.2, 0.2, 0.7}) {
-    for (int u = 0; u < kSize.width; ++u) {
-      EXPECT_EQ(visible(u, d_p_m), std::vector<std::uint8_t>(kSize.height, 1)) << u << ' ' << d_p_m;
-    }
+TEST(Visibility, EveryStationSeesAllOfAConvexRoom) {
+  SyntheticRoomSpec spec = pillar_spec(32);
+  spec.scene.obstacle.reset();
+  const TestRoom room(spec);
+  const SeenView view(room, {-0.1, -0.15}, {.generation = Generation::kTwoSided});
+  const Found found = compare_with_truth(view, room, 1);
+  EXPECT_EQ(found.hidden, 0);
+  EXPECT_GT(found.seen, 5000);
+  EXPECT_EQ(found.wrongly_hidden, 0);
+  for (int theta = 0; theta < view.size().width; ++theta) {
+    EXPECT_FALSE(view.visibility().any_filled(theta));
   }
 }
 
-// A line nearer to the floor or the ceiling sees more of it so obliquely that neighbouring rows
-// differ by more than the tolerance.
-TEST_F(EmptyRoomVisibility, HardlyAnythingIsHiddenFromLinesAboveAndBelow) {
-  for (const double d_p_m : {-0.7, -0.2, 0.0, 0.2, 0.7}) {
-    for (const double up_m : {0.3, -0.3}) {
-      std::ptrdiff_t hidden = 0;
-      for (int u = 0; u < kSize.width; ++u)
-        hidden += std::ranges::count(visible(u, d_p_m, up_m), 0);
-      EXPECT_LT(hidden, kSize.width * kSize.height / 200) << d_p_m << ' ' << up_m;
+class VisibilityAtHeights : public testing::TestWithParam<double> {};
+// Of the viewpoint above the lines; the pillar ends at 0.4 m.
+INSTANTIATE_TEST_SUITE_P(Metres, VisibilityAtHeights, testing::Values(0.0, 0.1, 0.3, -0.3));
+
+TEST_P(VisibilityAtHeights, IsThatOfTheRoomBehindAPillar) {
+  static const TestRoom room(pillar_spec(32));
+  for (const int mixed : {1, 4}) {
+    const SeenView view(room, {PlanPoint{-0.1, -0.15}, GetParam()},
+                        {.generation = Generation::kTwoSided, .stations_mixed = mixed});
+    const Found found = compare_with_truth(view, room, mixed);
+    EXPECT_GT(found.hidden, 100);
+    EXPECT_GT(found.seen, 5000);
+    EXPECT_LE(found.wrongly_seen, found.hidden / 20) << mixed;
+    EXPECT_LE(found.wrongly_hidden, found.seen / 200) << mixed;
+  }
+}
+
+// What the view itself tells, of places ahead of the eye and behind it, below it and above: of a
+// wall across the view below the cameras, or hanging from the ceiling.
+TEST(Visibility, TheViewTellsWhatIsOccludedFromPlacesInItsColumns) {
+  for (const double above_m : {0.05, 0.4, -0.05, -0.4}) {
+    SyntheticRoomSpec spec = box_room(32);
+    spec.spacing_m = 0.25;
+    spec.distance_width = 256;
+    spec.scene.obstacle = above_m < 0.0 ? SceneBox{{-0.9, 0.3, 0.8}, {0.9, 1.5, 0.9}}
+                                        : SceneBox{{-0.9, -1.2, 0.8}, {0.9, -0.3, 0.9}};
+    const TestRoom room(spec);
+    SeenView view(room, {PlanPoint{0.05, -0.1}, above_m}, {});
+    Found found;
+    for (const double d_p_m : {0.4, 0.0, 0.65, -0.3, -0.7}) {
+      const RaySource at{.line = 1, .d_p_m = d_p_m};
+      view.compute([&](double) {
+        ColumnSources sources;
+        sources.source[sources.count++].at = at;
+        return sources;
+      });
+      for (int theta = 0; theta < view.size().width; ++theta) {
+        const auto* const occluded = view.visibility().occluded(theta, 1, d_p_m < 0.0);
+        for (int row = 0; row < view.size().height; ++row) {
+          const auto truth = view.sees_middle(view.met_m(theta, at), theta, row);
+          if (truth) found.add(*truth, is_seen(occluded[row], {.maps = 0}));
+        }
+      }
     }
+    EXPECT_GT(found.hidden, 100) << above_m;
+    EXPECT_LE(found.wrongly_seen, found.hidden / 10) << above_m;
+    EXPECT_LE(found.wrongly_hidden, found.seen / 100) << above_m;
   }
 }
 

@@ -17,7 +17,7 @@ class ViewSettings(TypedDict, total=False):
     settings: Union[str, "os.PathLike[str]"]
     """A YAML file of settings; the arguments override it."""
     preset: Literal["none", "fast", "balanced", "accurate"]
-    """Defaults for the others, derived from the room."""
+    """Defaults for the others."""
     connection: Literal["hybrid", "lfu", "rayspace360"]
     """Where lines connect."""
     budget_ms: float
@@ -31,22 +31,16 @@ class ViewSettings(TypedDict, total=False):
     """Largest incidence angle of the hybrid connection, 45 to 90 degrees."""
     overlap_deg: float
     """Width of the blend at a connection, 0 to 45 degrees."""
-    layers: Union[int, Literal["auto"]]
-    """Depth layers, 1 to 65536."""
-    tolerance_px: float
-    """Largest shift of a pixel caused by automatic layers, output pixels."""
     width_px: int
     """Width of the panorama in pixels, a multiple of 4; 0: as captured."""
-    interpolation: Literal["nearest", "linear", "cubic"]
+    interpolation: Literal["linear", "cubic"]
     """How a pixel is read from a panorama."""
     stations_mixed: int
-    """Stations mixed where a ray crosses a line, 1 or 2."""
+    """Stations of each line that are mixed in a pixel, 1 to 16."""
     distance_maps: int
     """Distance maps that a view's distances are gathered from, 1 to 4."""
-    second_side: Literal["blend", "where-hidden"]
-    """When a two-sided view reads the second side."""
-    skip_px: float
-    """Skip work that would move a pixel by at most this many captured pixels."""
+    second_side: Literal["everywhere", "faded"]
+    """Where a two-sided view reads both sides."""
     gains: Union[bool, Literal["off", "on"]]
     """Whether stations are multiplied by their gains."""
 

@@ -28,10 +28,9 @@ VIEWS = {
         {
             "k_deg": 76,
             "overlap_deg": 7.5,
-            "layers": 8,
-            "interpolation": "nearest",
+            "interpolation": "cubic",
+            "stations_mixed": 3,
             "gains": False,
-            "skip_px": 0.5,
             "width_px": 128,
             "yaw_deg": 40.0,
             "pitch_deg": -10,
@@ -42,13 +41,11 @@ VIEWS = {
             "76",
             "--overlap-deg",
             "7.5",
-            "--layers",
-            "8",
             "--interpolation",
-            "nearest",
+            "cubic",
+            "--stations-mixed",
+            "3",
             "--no-gains",
-            "--skip-px",
-            "0.5",
             "--width",
             "128",
             "--yaw-deg",
@@ -126,7 +123,7 @@ def test_a_settings_file_is_used_and_overridden(room, room_folder, render, tmp_p
     room.write_view(tmp_path / "module.png", 0.0, 0.1, settings=tmp_path / "view.yaml", k_deg=60)
     assert (tmp_path / "module.png").read_bytes() == (tmp_path / "program.png").read_bytes()
     used = room.view_settings(settings=tmp_path / "view.yaml", k_deg=60.0)
-    assert used["generation"] == "two-sided" and used["k_deg"] == 60.0 and used["layers"] == "auto"
+    assert used["generation"] == "two-sided" and used["k_deg"] == 60.0
     assert used["width_px"] == 128 and used["k_source"] == "given"
 
 

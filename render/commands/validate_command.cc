@@ -49,7 +49,8 @@ void add_validate(CLI::App* app) {
   command->add_option(
       "--truth", arguments->options.truth,
       "CSV table of true views: columns file,x,y,z (metres) and optionally mask (pictures, "
-      "0 = not compared); required unless --before is given");
+      "0 = not compared) and distance (true distance maps, for scores at silhouettes); required "
+      "unless --before is given");
   command->add_option("--before", arguments->options.before,
                       "Another room of the same place, as before a correction, to compare with");
   add_report(command, &arguments->options.report,

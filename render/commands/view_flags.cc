@@ -13,7 +13,7 @@ namespace raywalk::render {
 namespace {
 
 // The groups of the long helps, behind the common flags.
-constexpr const char* kConnectionGroup = "Connection and layers";
+constexpr const char* kConnectionGroup = "Connection";
 constexpr const char* kTradeGroup = "Speed against accuracy";
 
 template <typename Names>
@@ -78,10 +78,8 @@ void add_connection_flags(CLI::App* command, ViewFlags* flags) {
                                    "one there; flags override it"),
                ConfigKind::kView);
   command
-      ->add_option(
-          "--preset", flags->preset,
-          "Defaults for the other flags, derived from the room's distances, spacing and width: "
-          "fast, balanced or accurate")
+      ->add_option("--preset", flags->preset,
+                   "Defaults for the other flags: fast, balanced or accurate")
       ->check(one_of(kPresets));
   command->option_defaults()->group(kConnectionGroup);
   command

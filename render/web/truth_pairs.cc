@@ -39,7 +39,7 @@ cv::Mat truth_picture(const Frame& frame, int width) {
 std::vector<TruthPair> write_truth_pairs(const Room& room, ViewOptions options,
                                          const std::filesystem::path& list,
                                          const std::filesystem::path& folder) {
-  std::vector<Frame> frames = read_frame_list(list);
+  std::vector<Frame> frames = read_frame_list(list, {"distance"});
   std::erase_if(frames,
                 [&](const Frame& frame) { return !is_in_cell(room.grid(), frame.position_m); });
   if (frames.empty()) {

@@ -9,8 +9,4 @@ namespace raywalk::bench {
 // output is deterministic. Throws Error if a file cannot be written.
 void write_error_plots(const std::filesystem::path& directory);
 
-// Its two parts: sample positions, and the error model of the paper.
-void write_position_error_plots(const std::filesystem::path& directory);
-void write_model_error_plots(const std::filesystem::path& directory);
-
 }  // namespace raywalk::bench

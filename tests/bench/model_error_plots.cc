@@ -60,7 +60,7 @@ ErrorCurves model_curves(const std::string& title, const std::string& x_label) {
 
 }  // namespace
 
-void write_model_error_plots(const std::filesystem::path& directory) {
+void write_error_plots(const std::filesystem::path& directory) {
   ErrorCurves distance =
       model_curves("(4) at 0.1 m between acquisition points", "distance of the source (m)");
   distance.most = 1e8;
@@ -84,11 +84,6 @@ void write_model_error_plots(const std::filesystem::path& directory) {
     return shift_errors(random.log_uniform(1.0, 10.0), radians_from_degrees(phi_deg), 0.1);
   };
   write_error_curves(std::move(latitude), directory / "model-phi.svg");
-}
-
-void write_error_plots(const std::filesystem::path& directory) {
-  write_position_error_plots(directory);
-  write_model_error_plots(directory);
 }
 
 }  // namespace raywalk::bench

@@ -9,12 +9,23 @@
 #include "core/room/room.h"
 #include "core/view/renderer.h"
 #include "tests/bench/bench_room.h"
-#include "tests/bench/thread_count.h"
 
 namespace raywalk::bench {
 namespace {
 
 constexpr int kRounds = 12;
+
+// Restores the number of threads on destruction.
+class ThreadCount {
+ public:
+  ThreadCount() = default;
+  ~ThreadCount() { set_thread_count(before_); }
+  ThreadCount(const ThreadCount&) = delete;
+  ThreadCount& operator=(const ThreadCount&) = delete;
+
+ private:
+  int before_ = thread_count();
+};
 
 // Speedup of a view from one to two threads, relative to that of cv::remap on the same machine
 // (`relative`). Each round measures all four times, so that other load affects them alike; results

@@ -78,13 +78,10 @@ void bench_view(benchmark::State& state, Generation generation) {
   bench_options(state, {.generation = generation});
 }
 
-// The settings of the preset fast: one station, two maps, half a pixel left uncorrected.
+// The settings of the preset fast.
 void bench_fast(benchmark::State& state, Generation generation) {
-  bench_options(state, {.generation = generation,
-                        .stations_mixed = 1,
-                        .distance_maps = 2,
-                        .second_side = SecondSide::kWhereHidden,
-                        .skip_px = 0.5});
+  bench_options(state,
+                {.generation = generation, .distance_maps = 2, .second_side = SecondSide::kFaded});
 }
 
 // Both eyes of omnidirectional stereo, 4096x2048 each, relative to one view of the same size at the

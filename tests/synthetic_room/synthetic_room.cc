@@ -6,12 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/files/atomic_output.h"
 #include "core/room/hdf5_file.h"
-#include "core/room/polar_part.h"
 #include "core/room/room.h"
 #include "core/room/tiled_rays_writer.h"
 
@@ -90,15 +88,8 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
   const std::size_t width = static_cast<std::size_t>(spec.width);
   Hdf5File file = Hdf5File::create(path);
   const bool masked = spec.companion && spec.companion->masked;
-  const PolarPart part({spec.width, spec.width / 2});
-  const std::size_t stored_columns =
-      width + (spec.polar_part ? static_cast<std::size_t>(part.columns()) : 0);
   file.write_attribute("/", "format", kLineVolumeFormat);
-  file.write_attribute("/", "format_version",
-                       spec.form.compressed()   ? kTiledVolumeVersion
-                       : stored_columns > width ? kPolarVolumeVersion
-                       : masked                 ? kMaskedVolumeVersion
-                                                : kPlainVolumeVersion);
+  file.write_attribute("/", "format_version", kVolumeFormatVersion);
   if (masked) {
     write_dataset(&file, "valid_rows", H5T_NATIVE_INT32, {line.stations.size(), width, 2},
                   [&](std::size_t station) { return valid_rows(spec, line, station); });
@@ -114,11 +105,6 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
         rays.insert(rays.end(), {bgr[2], bgr[1], bgr[0]});
       }
     }
-    const std::size_t end_of_columns = rays.size();
-    rays.resize(3 * stored_columns * width / 2);
-    if (stored_columns > width) {
-      part.fill(std::span(rays).first(end_of_columns), std::span(rays).subspan(end_of_columns));
-    }
     return rays;
   };
   if (spec.form.compressed()) {
@@ -129,8 +115,8 @@ void write_rays(const SyntheticRoomSpec& spec, const Line& line,
       writer.write(static_cast<int>(station), writer.encode(rays));
     }
   } else {
-    write_dataset(&file, "rays", H5T_NATIVE_UINT8,
-                  {line.stations.size(), stored_columns, width / 2, 3}, rays_of);
+    write_dataset(&file, "rays", H5T_NATIVE_UINT8, {line.stations.size(), width, width / 2, 3},
+                  rays_of);
   }
   file.close();
 }
@@ -198,7 +184,7 @@ void write_distances(const SyntheticRoomSpec& spec, const Line& line,
                                        static_cast<std::size_t>(size.height)};
   Hdf5File file = Hdf5File::create(path);
   file.write_attribute("/", "format", kDistanceVolumeFormat);
-  file.write_attribute("/", "format_version", kPlainVolumeVersion);
+  file.write_attribute("/", "format_version", kVolumeFormatVersion);
   file.write_int32("station", stations);
   write_dataset(&file, "distance_m", H5T_NATIVE_FLOAT, shape, [&](std::size_t map) {
     const auto station = static_cast<std::size_t>(stations[map]);

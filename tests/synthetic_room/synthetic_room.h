@@ -55,9 +55,8 @@ struct SyntheticRoomSpec {
   std::function<std::uint8_t(int u, int v)> stored_confidence{};
   std::map<std::string, double> line_gain{};  // exposure of a line by its id; others have 1
   std::optional<CameraCompanion> companion{};
-  bool polar_part = true;  // whether volumes have one, as those of format 3
-  RayForm form{};          // how rays are stored; compressed ones have a polar part
-  int tile_columns = 16;   // of compressed ones
+  RayForm form{};         // how rays are stored
+  int tile_columns = 16;  // of compressed ones
 };
 
 // The grid of such a room.

@@ -157,7 +157,7 @@ TEST_F(RigTest, TrueViewsAreWrittenAtTheStartAtTheirOwnSize) {
   config_.truth.width_px = 48;
   const auto rig = this->rig();
   const CsvTable views =
-      CsvTable::read(directory_ / "rig/truth/gt.csv", {"file", "x", "y", "z"}, {});
+      CsvTable::read(directory_ / "rig/truth/gt.csv", {"file", "x", "y", "z"}, {"distance"});
   ASSERT_EQ(views.rows(), 3U);
   EXPECT_EQ(views.text(0, "file"), "gt/centre.png");
   EXPECT_EQ(read_panorama(directory_ / "rig/truth/gt/centre.png").cols, 48);

@@ -11,8 +11,9 @@
 #include "core/judge/held_out/captured_station.h"
 #include "core/judge/metrics/psnr.h"
 #include "core/room/tile_cache.h"
-#include "core/view/column_renderer.h"
-#include "core/view/station_visibility.h"
+#include "core/view/column_sources.h"
+#include "core/view/initial_view.h"
+#include "core/view/station_mixing.h"
 
 namespace raywalk {
 namespace {
@@ -61,73 +62,69 @@ void append_map(const DistanceView& view, std::vector<float>* distance_m,
   }
 }
 
-// The two stations around a source as those that hidden pixels are filled from, nearest first. The
-// line has maps of these two only, or none.
-std::vector<MapStation> neighbours_with_maps(const Room& room, const RaySource& between) {
-  if (room.distances(between.line).maps() == 0) return {};
-  std::vector<MapStation> both;
-  for (int next = 0; next < 2; ++next) {
-    const HeldOutStation station{between.line, between.station + next};
-    both.push_back({between.line, next, station.station, station_of(room, station).position_m});
-  }
-  if (between.fraction > 0.5) std::ranges::reverse(both);
-  return both;
-}
-
 // A station's view, rendered. All pictures are laid out as captured_columns().
 struct Recreation {
+  explicit Recreation(const SampledPixels& sampled)
+      : pixels(sampled),
+        columns(pixels.columns(), pixels.rows(), CV_8UC3),
+        unknown(pixels.columns(), pixels.rows(), CV_8UC1, cv::Scalar(0)) {}
+
+  // Keeps the pixels of a rendered column.
+  void keep(int i, const cv::Mat& bgr, std::span<const UnreadRows> unread) {
+    for (int j = 0; j < pixels.rows(); ++j) {
+      const int row = pixels.at(j);
+      std::reverse_copy(bgr.ptr(row), bgr.ptr(row) + 3, columns.ptr(i) + 3 * j);
+      const bool is_unknown = std::ranges::any_of(
+          unread, [&](const UnreadRows& of) { return row >= of.rows.begin && row < of.rows.end; });
+      if (is_unknown) unknown.at<std::uint8_t>(i, j) = 255;
+    }
+  }
+
+  SampledPixels pixels;
   cv::Mat columns;
   cv::Mat unknown;  // CV_8UC1, 255 where neither neighbour shows anything
 };
 
-Recreation render(const ViewInputs& inputs, const SampledPixels& pixels) {
-  const ColumnPlan columns = inputs.plan.column(0.0);  // all are read from the same stations
-  const auto sources = std::span(columns.front).first(static_cast<size_t>(columns.front_count));
-  Recreation result{cv::Mat(pixels.columns(), pixels.rows(), CV_8UC3),
-                    cv::Mat(pixels.columns(), pixels.rows(), CV_8UC1, cv::Scalar(0))};
+Recreation render_cut(const InitialView& view, const SampledPixels& pixels) {
+  Recreation result(pixels);
   parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
-    ColumnRenderer renderer(inputs);
-    std::vector<std::uint8_t> rgb(3 * static_cast<size_t>(inputs.output.height) + 1);
+    cv::Mat column(view.output.height, 1, CV_8UC3);
     for (int i = begin; i < end; ++i) {
-      renderer.render(pixels.at(i), sources, rgb.data());
-      for (int j = 0; j < pixels.rows(); ++j) {
-        const int row = pixels.at(j);
-        std::copy_n(rgb.data() + 3 * row, 3, result.columns.ptr<std::uint8_t>(i) + 3 * j);
-        const bool unknown = std::ranges::any_of(renderer.unknown_rows(), [&](const RowRun& run) {
-          return row >= run.begin && row < run.end;
-        });
-        if (unknown) result.unknown.at<std::uint8_t>(i, j) = 255;
-      }
+      std::vector<UnreadRows> unread;
+      PixelCounts counts;
+      render_initial(view, pixels.at(i), 1, {0, view.output.height}, column, &unread, &counts);
+      result.keep(i, column, unread);
+    }
+  });
+  return result;
+}
+
+Recreation render_corrected(const MixedView& view, const SampledPixels& pixels) {
+  Recreation result(pixels);
+  parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
+    StationMixing mixing(view);
+    cv::Mat column(view.output.height, 1, CV_8UC3);
+    for (int i = begin; i < end; ++i) {
+      mixing.render(pixels.at(i), 1, {0, view.output.height}, column);
+      result.keep(i, column, mixing.take_unread());
     }
   });
   return result;
 }
 
 // 255 where both neighbours see something nearer: CV_8UC1.
-cv::Mat hidden_from_both(const ViewInputs& inputs, const Eigen::Vector3d& position_m,
-                         const RaySource& between, const SampledPixels& pixels) {
-  const PanoramaSize size = inputs.distances->size();
+cv::Mat hidden_from_both(const Visibility& visibility, PanoramaSize distances,
+                         const SampledPixels& pixels) {
   cv::Mat hidden(pixels.columns(), pixels.rows(), CV_8UC1, cv::Scalar(0));
-  parallel_for(0, pixels.columns(), kColumnsAtOnce, [&](int begin, int end) {
-    StationVisibility visibility(inputs.room, *inputs.distances, {position_m});
-    std::vector<std::uint8_t> by_first, by_second;
-    for (int i = begin; i < end; ++i) {
-      const auto place = [&](int j) {
-        const PixelPosition pixel{double(pixels.at(i)), double(pixels.at(j))};
-        return pixels_around(pixel_from_angles(angles_from_pixel(pixel, inputs.output), size),
-                             size);
-      };
-      by_first.assign(static_cast<size_t>(size.height), 1);
-      by_second = by_first;
-      const int theta = place(0).nearest_column();
-      visibility.remove_hidden({between.line, between.station, {true, false}}, theta, by_first);
-      visibility.remove_hidden({between.line, between.station, {false, true}}, theta, by_second);
-      for (int j = 0; j < pixels.rows(); ++j) {
-        const auto row = static_cast<size_t>(place(j).nearest_row());
-        if (by_first[row] == 0 && by_second[row] == 0) hidden.at<std::uint8_t>(i, j) = 255;
-      }
+  for (int i = 0; i < pixels.columns(); ++i) {
+    for (int j = 0; j < pixels.rows(); ++j) {
+      const PixelPosition pixel{double(pixels.at(i)), double(pixels.at(j))};
+      const PixelsAround around = pixels_around(
+          pixel_from_angles(angles_from_pixel(pixel, pixels.panorama), distances), distances);
+      const std::uint8_t* const fill = visibility.fill(around.nearest_column());
+      if (fill[around.nearest_row()] == kReadUnseen) hidden.at<std::uint8_t>(i, j) = 255;
     }
-  });
+  }
   return hidden;
 }
 
@@ -214,17 +211,14 @@ RecreationScore StationRecreation::score(const HeldOutStation& station, const Ro
   const Line& line = kept.grid().lines[static_cast<size_t>(station.line)];
   const RaySource between = source_at(line, station.line, {.d_p_m = 0.0, .along_m = truth.along_m});
   const ViewPlan plan(kept.grid(), truth.position_m, between);
-  const auto view_from = [&](const Room& room) {
-    return ViewInputs{.room = room,
-                      .plan = plan,
-                      .output = room.panorama(),
-                      .rows = {0, room.panorama().height},
-                      .layers = std::nullopt,
-                      .fill_maps = {},
-                      .stations_mixed = 1};
-  };
   const SampledPixels pixels = compared_pixels(kept.panorama());
-  const Recreation without_depth = render(view_from(kept), pixels);
+  const ViewOptions options;
+  const auto sources = [&](double theta_rad) {
+    return column_sources(plan.column(theta_rad), options);
+  };
+  const PanoramaSize output = kept.panorama();
+  const Recreation without_depth =
+      render_cut({.room = kept, .options = options, .sources = sources, .output = output}, pixels);
   Recreation with_distances = without_depth;
   cv::Mat hidden = without_depth.unknown;
   std::vector<int> lines(distances_.grid().lines.size());
@@ -232,18 +226,31 @@ RecreationScore StationRecreation::score(const HeldOutStation& station, const Ro
   const auto maps = other_maps(distances_, lines, truth.position_m, truth.position_m);
   if (!maps.empty()) {
     const Room mapped = with_maps_of_neighbours(kept, between, truth.position_m);
-    const std::vector<MapStation> neighbours = neighbours_with_maps(mapped, between);
     distance_view_.compute(maps, truth.position_m);
-    ViewInputs view = view_from(mapped);
-    view.distances = &distance_view_;
-    view.fill_maps = neighbours;
-    with_distances = render(view, pixels);
-    hidden = with_distances.unknown | hidden_from_both(view, truth.position_m, between, pixels);
+    const PanoramaSize size = distance_view_.size();
+    const FillStations others;  // none
+    Visibility visibility(mapped);
+    visibility.compute(distance_view_, {0, size.width}, sources, plan.lines(), 0.0,
+                       options.stations_mixed, others);
+    Edges edges;
+    edges.compute(distance_view_, 0, size.width);
+    with_distances = render_corrected({.room = mapped,
+                                       .options = options,
+                                       .distances = distance_view_,
+                                       .visibility = visibility,
+                                       .edges = edges,
+                                       .fill = others,
+                                       .sources = sources,
+                                       .output = output,
+                                       .rows = RowMap(output.height, size.height),
+                                       .latitudes = Latitudes(output.height)},
+                                      pixels);
+    hidden = with_distances.unknown | hidden_from_both(visibility, size, pixels);
   }
   const LineVolume& volume = captured_.volume(station.line);
   const cv::Mat captured = captured_columns(volume, station.station, pixels);
   const cv::Mat valid = valid_columns(volume, station.station, pixels);
-  const cv::Mat compared = valid & ~with_distances.unknown;
+  const cv::Mat compared = valid & ~(with_distances.unknown | without_depth.unknown);
   if (cv::countNonZero(compared) == 0) {
     return {kMaxRecreationDb, kMaxRecreationDb, kMaxRecreationDb, 1.0};
   }

@@ -4,6 +4,7 @@
 
 #include "core/room/room.h"
 #include "core/view/distance_view.h"
+#include "core/view/view_plan.h"
 
 namespace raywalk {
 

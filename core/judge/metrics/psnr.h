@@ -9,6 +9,10 @@
 
 namespace raywalk {
 
+// PSNR of identical pictures is infinite, which JSON cannot represent and a mean cannot use: scores
+// are clamped to this. An 8-bit picture that differs at all is rarely above 90 dB.
+inline constexpr double kMaxPsnrDb = 100.0;
+
 // Mean of (a - b)^2 over all channels of the pixels that count; in squared 8-bit levels, 0..65025.
 // Columns are selected by passing a.colRange(...).
 double mean_squared_error(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = cv::Mat());

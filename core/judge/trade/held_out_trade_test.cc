@@ -24,7 +24,7 @@ class HeldOutTradeTest : public TradeTest {
     make_room({.spacing_m = 0.0625, .overhang_m = 0.25, .width = 64});
     options_.held_out = 4;
     options_.presets = {{"plain", "it is central", mode(Generation::kHlfVd)},
-                        {"own", "it is not", {.options = {.k_deg = 55.0, .layers = 7}}}};
+                        {"own", "it is not", {.options = {.k_deg = 55.0, .stations_mixed = 7}}}};
   }
 };
 
@@ -41,7 +41,7 @@ TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
                                       [](const json& setting) { return setting["threads"]; });
   EXPECT_EQ(std::ssize(stored->settings.choices), own);
   EXPECT_EQ(stored->settings.choices.back().name, "preset own");
-  EXPECT_EQ(stored->settings.choices.back().options.layers, 7);
+  EXPECT_EQ(stored->settings.choices.back().options.stations_mixed, 7);
   EXPECT_EQ(stored->settings.choices.back().psnr_db, trade["settings"].back()["psnr_db"]);
   EXPECT_EQ(stored->settings.choices.back().ratio, trade["settings"].back()["ratio"]);
   EXPECT_EQ(trade["distances_sha256"], distances_sha256(room_));
@@ -64,7 +64,7 @@ TEST_F(HeldOutTradeTest, RanksSettingsWithTheTruthAndStoresThemInTheRoom) {
   EXPECT_DOUBLE_EQ(trade["presets"][1]["slower_than_front"].get<double>(),
                    trade["settings"].back()["ratio"].get<double>() / least - 1.0);
   EXPECT_EQ(markup_fault(page()), "");
-  EXPECT_EQ(trade["settings"].back()["layers"], 7);
+  EXPECT_EQ(trade["settings"].back()["stations_mixed"], 7);
   EXPECT_THAT(page(),
               AllOf(HasSubstr("Held-out stations against the truth"), HasSubstr("own: it is not."),
                     HasSubstr("<h2>Presets</h2>"), HasSubstr("PSNR of held-out stations, dB")));

@@ -59,13 +59,9 @@ void measure_memory(const TradeSetting& setting, const TradeView& view,
   reset_peak_resident();
   const double before = resident_bytes();
   const double mapped_before = mapped_resident_bytes();
-  const Viewpoint at = viewpoint_of(view, setting.mode.options);
-  renderer.render(at);
+  renderer.render(viewpoint_of(view, setting.mode.options));
   measured->peak_mb = 1e-6 * (peak_resident_bytes() - before);
   measured->mapped_mb = 1e-6 * (mapped_resident_bytes() - mapped_before);
-  renderer.count_bytes(true);
-  const RenderedView counted = renderer.render(at);
-  measured->touched_mb = 1e-6 * static_cast<double>(counted.report.bytes_touched);
 }
 
 int yardstick_runs(const ViewTimer& timer) {

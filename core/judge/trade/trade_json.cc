@@ -186,7 +186,6 @@ ordered_json json_of(const TradeMeasurement& measured) {
       {"disturbed", measured.disturbed},
       {"peak_mb", measured.peak_mb},
       {"mapped_mb", measured.mapped_mb},
-      {"touched_mb", measured.touched_mb ? ordered_json(*measured.touched_mb) : nullptr},
       {"psnr_db", measured.scores.psnr_db},
       {"ws_psnr_db", measured.scores.ws_psnr_db},
       {"ssim", measured.scores.ssim},
@@ -205,9 +204,6 @@ TradeMeasurement measurement_from(const CheckedJson& json) {
                             .mapped_mb = json.at("mapped_mb").number(-kMostMb, kMostMb),
                             .scores = scores_from(json, ""),
                             .e_connect = json.at("e_connect").number_or(std::nan(""))};
-  if (!json.at("touched_mb").is_null()) {
-    measured.touched_mb = json.at("touched_mb").number(0.0, kMostMb);
-  }
   if (!json.at("held_out_psnr_db").is_null()) measured.held_out = scores_from(json, "held_out_");
   return measured;
 }

@@ -9,7 +9,7 @@
 
 namespace raywalk {
 
-inline constexpr int kTradeFormatVersion = 3;
+inline constexpr int kTradeFormatVersion = 4;
 
 // The document of trade.json; docs/file-formats.md lists its keys. A value that was not measured is
 // null in the file.

@@ -157,8 +157,7 @@ void add_settings(const TradePictures& pictures, JsonPage page) {
                          {"E_connect", "{e_connect:.1f}"},
                          {"peak / MB", "{peak_mb:.1f}"},
                          {"panoramas on disk / MB", "{rays_mb:.1f}"},
-                         {"mapped / MB", "{mapped_mb:.1f}"},
-                         {"touched / MB", "{touched_mb:.1f}"}}}},
+                         {"mapped / MB", "{mapped_mb:.1f}"}}}},
              errors);
 }
 
@@ -172,10 +171,9 @@ void add_making(JsonPage page) {
           "before it is scored, and its time does not include that. Views: {views:joined}.")
       .paragraph(
           "Peak: growth of the resident set by one view of a newly opened room; mapped: the part "
-          "of it that is pages of the room's files, which the system can reclaim. Touched: bytes "
-          "of the volumes that one view reads. Times are of views whose panoramas are decoded "
-          "where the room is compressed; decoded panoramas count in peak, not in mapped. CPU time "
-          "is that of all threads, which other "
+          "of it that is pages of the room's files, which the system can reclaim. Times "
+          "are of views whose panoramas are decoded where the room is compressed; decoded "
+          "panoramas count in peak, not in mapped. CPU time is that of all threads, which other "
           "programs disturb less. A time counts as disturbed where a quarter of the remaps beside "
           "it took a quarter longer than the fastest (remap spread above 0.25), where they took a "
           "quarter longer than in the rest of the trade, or where other programs used more than a "

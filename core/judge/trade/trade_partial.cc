@@ -14,7 +14,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kFormat = "raywalk-trade-partial";
-constexpr int kPartialFormatVersion = 2;
+constexpr int kPartialFormatVersion = 3;
 
 std::string key_of(const TradeSetting& setting) { return parameters_of(setting).dump(); }
 

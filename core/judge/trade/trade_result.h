@@ -19,7 +19,6 @@ struct TradeMeasurement {
   bool disturbed = false;  // other programs disturbed the time: it is not to be relied on
   double peak_mb = 0.0;    // growth of the resident set by one view, 1e6 bytes, room files included
   double mapped_mb = 0.0;  // the part that is pages of the room's files
-  std::optional<double> touched_mb{};  // 1e6 bytes of the volumes read by a view; none: not counted
   ViewScores scores{};
   std::optional<ViewScores> held_out{};  // of held-out stations; none: not measured
   // Equation (11) at the setting's generation and k, in squared 8-bit levels, over the corners that

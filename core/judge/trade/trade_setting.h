@@ -21,14 +21,13 @@ struct TradeSetting {
 };
 
 // Every parameter by name, in the order of the tables; numbers as JSON numbers: {"generation":
-// "hlf-vd", "k_deg": 76.0, ...}; `layers` is "auto" where the tolerance determines it. Two settings
-// are the same where these are equal.
+// "hlf-vd", "k_deg": 76.0, ...}. Two settings are the same where these are equal.
 nlohmann::ordered_json parameters_of(const TradeSetting& setting);
 
 // The parameters that differ from those of another setting, in the order of parameters_of.
 std::vector<std::string> changed_parameters(const TradeSetting& setting, const TradeSetting& from);
 
-// The generation and the differences from its central setting: "hlf-vd, nearest, 1 station mixed".
+// The generation and the differences from its central setting: "hlf-vd, cubic, stations 8".
 // Different settings have different names.
 std::string name_of(const TradeSetting& setting, const TradeSetting& centre);
 

@@ -156,7 +156,6 @@ void add_single_moves(const SweepBase& base, Sweep* sweep) {
         dial.effect == DialEffect::kTwoSidedViews ? Generation::kTwoSided : Generation::kHlfVd;
     sweep->add(product(base, sweep->centres({generation}), dial, dial.sweep->singly));
   }
-  sweep->add(Generation::kInitial, [](ViewOptions* options) { options->stations_mixed = 1; });
   for (TradeSetting setting : sweep->centres({Generation::kHlfVd})) {
     setting.threads = 1;
     sweep->add(std::move(setting));
@@ -165,39 +164,30 @@ void add_single_moves(const SweepBase& base, Sweep* sweep) {
 
 // All approximations for speed together.
 void for_speed(ViewOptions* options) {
-  options->interpolation = Interpolation::kNearest;
-  options->stations_mixed = 1;
   options->distance_maps = 1;
-  options->second_side = SecondSide::kWhereHidden;
-  options->skip_px = 1.0;
+  options->second_side = SecondSide::kFaded;
 }
 
 // The approximations that are hardly visible together.
 void for_balance(ViewOptions* options) {
   options->distance_maps = 2;
-  options->second_side = SecondSide::kWhereHidden;
-  options->skip_px = 0.5;
+  options->second_side = SecondSide::kFaded;
 }
 
-void for_accuracy(ViewOptions* options) { options->interpolation = Interpolation::kCubic; }
+void for_accuracy(ViewOptions* options) {
+  options->interpolation = Interpolation::kCubic;
+  options->stations_mixed = 8;
+}
 
 void add_combinations(Sweep* sweep) {
   for (const Generation generation : kCorrected) {
     sweep->add(generation, for_speed);
-    sweep->add(generation, [](ViewOptions* options) {
-      for_speed(options);
-      options->interpolation = Interpolation::kLinear;
-    });
     sweep->add(generation, for_balance);
-    sweep->add(generation, [](ViewOptions* options) {
-      for_balance(options);
-      options->stations_mixed = 1;
-    });
     sweep->add(generation, for_accuracy);
   }
   sweep->add(Generation::kTwoSided, [](ViewOptions* options) {
     for_accuracy(options);
-    options->second_side = SecondSide::kWhereHidden;
+    options->second_side = SecondSide::kFaded;
   });
 }
 

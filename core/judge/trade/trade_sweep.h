@@ -20,12 +20,12 @@ struct SweepBase {
 };
 
 // The central settings, variations of one dial at a time (DialSweep::singly), and useful
-// combinations (all for speed, all for accuracy, a balance): about 35.
+// combinations (all for speed, all for accuracy, a balance): about 25.
 std::vector<TradeSetting> quick_sweep(const SweepBase& base);
 
 // The quick sweep and full grids of the dials that interact (DialSweep::in_grid): those that choose
 // and read samples, and those of the view's layout, with the number of threads, each for every
-// generation; in the other rooms every generation and interpolation. About five hundred.
+// generation; in the other rooms every generation and interpolation. About 170.
 std::vector<TradeSetting> full_sweep(const SweepBase& base);
 
 }  // namespace raywalk

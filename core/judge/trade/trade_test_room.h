@@ -92,7 +92,7 @@ class TradeTest : public ::testing::Test {
   TradeInput few() const {
     return input({{.generation = Generation::kInitial, .k_deg = 90.0},
                   {.k_deg = 90.0},
-                  {.k_deg = 45.0, .layers = 4},
+                  {.k_deg = 45.0, .stations_mixed = 4},
                   {.k_deg = 90.0, .width = 32},
                   {.generation = Generation::kTwoSided, .k_deg = 90.0}});
   }

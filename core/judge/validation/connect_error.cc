@@ -6,46 +6,35 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <mutex>
+#include <opencv2/core.hpp>
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/base/parallel.h"
 #include "core/base/progress.h"
 #include "core/geometry/position_tolerance.h"
-#include "core/view/column_renderer.h"
+#include "core/view/column_sources.h"
 #include "core/view/connection.h"
-#include "core/view/view_plan.h"
+#include "core/view/prepared_view.h"
 
 namespace raywalk {
 namespace {
 
 constexpr int kCorners = 4;
 constexpr int kMaxConnectViewpoints = 250;
-constexpr int kColumnsPerTask = 16;
 
-// An output column in the overlap of a corner, and its sources with either line in front.
+// An output column in the overlap of a corner.
 struct OverlapColumn {
-  int corner = 0;
-  int u = 0;
-  double angle_rad = 0.0;  // from the normal of the corner's first side
-  std::array<std::vector<RaySource>, 2> sources{};
+  int u = 0;                             // not wrapped
+  double angle_rad = 0.0;                // from the normal of the corner's first side
   std::uint64_t squared_difference = 0;  // sum over the column's samples
 };
 
 // Measures one cell, viewpoint by viewpoint.
 class CellMeasurement {
  public:
-  CellMeasurement(const Room& room, const Cell& cell, Generation generation,
+  CellMeasurement(const Room& room, const Cell& cell, const ViewOptions& view,
                   const ConnectErrorOptions& options)
-      : room_(room),
-        cell_(cell),
-        generation_(generation),
-        options_(options),
-        output_(size_as_captured(room)) {}
-
-  // Size of the views.
-  PanoramaSize output() const { return output_; }
+      : room_(room), cell_(cell), view_(view), options_(options), output_(size_as_captured(room)) {}
 
   // The centre of a sub-cell.
   PlanPoint viewpoint(int index) const {
@@ -57,40 +46,18 @@ class CellMeasurement {
             std::lerp(cell_.z_min_m, cell_.z_max_m, ahead)};
   }
 
-  // All columns that any k of the list compares at a viewpoint.
-  std::vector<OverlapColumn> overlap_columns(const ViewPlan& plan) const {
-    std::vector<OverlapColumn> columns;
-    const int width = output_.width;
-    const double step_rad = kTwoPi / width;
-    for (int corner = 0; corner < kCorners; ++corner) {
-      const std::vector<double> cuts_rad = cuts(plan.viewpoint(), corner);
-      const double normal_rad = side_normal_rad(static_cast<Side>(corner));
-      const auto [least, largest] = std::ranges::minmax(cuts_rad);
-      // Column u is at (u + 0.5) step - pi.
-      const double first_rad = normal_rad + kPi + least - half_overlap_rad();
-      const double last_rad = normal_rad + kPi + largest + half_overlap_rad();
-      const int last_u = static_cast<int>(std::floor(last_rad / step_rad - 0.5));
-      for (int u = static_cast<int>(std::ceil(first_rad / step_rad - 0.5)); u <= last_u; ++u) {
-        const double angle_rad = (u + 0.5) * step_rad - kPi - normal_rad;
-        const auto near_cut = [&](double cut_rad) { return in_overlap(angle_rad, cut_rad); };
-        if (std::ranges::none_of(cuts_rad, near_cut)) continue;
-        OverlapColumn column{.corner = corner, .u = u % width, .angle_rad = angle_rad};
-        if (find_sources(plan, &column)) columns.push_back(std::move(column));
-      }
-    }
-    return columns;
-  }
-
-  // The sums of each corner (outer) and k (inner).
-  std::vector<OverlapSum> overlap_sums(PlanPoint viewpoint,
-                                       std::span<const OverlapColumn> columns) const {
+  // The sums of each corner (outer) and k (inner) at the viewpoint of a view.
+  std::vector<OverlapSum> overlap_sums(PreparedView* view) const {
     std::vector<OverlapSum> sums;
     for (int corner = 0; corner < kCorners; ++corner) {
-      for (const double cut_rad : cuts(viewpoint, corner)) {
+      const std::vector<double> cuts_rad = cuts(view->plan().viewpoint(), corner);
+      std::vector<OverlapColumn> columns =
+          overlap_columns(view->plan().viewpoint(), corner, cuts_rad);
+      if (!columns.empty()) compare_lines(corner, view, columns);
+      for (const double cut_rad : cuts_rad) {
         OverlapSum& sum = sums.emplace_back();
         for (const OverlapColumn& column : columns) {
-          if (column.corner != corner || !in_overlap(column.angle_rad, cut_rad)) continue;
-          sum.add_column(column.squared_difference);
+          if (in_overlap(column.angle_rad, cut_rad)) sum.add_column(column.squared_difference);
         }
       }
     }
@@ -114,127 +81,78 @@ class CellMeasurement {
     return cuts_rad;
   }
 
-  // The source of a column on a side's line, if the line was captured where the ray meets it.
-  std::optional<RaySource> source_on(int side, PlanPoint viewpoint, double theta_rad) const {
-    const int index = cell_.line[static_cast<size_t>(side % kCorners)];
-    const Line& line = room_.grid().lines[static_cast<size_t>(index)];
-    const auto crossing = cross_line(line, viewpoint, theta_rad);
-    const bool held = crossing && crossing->d_p_m >= 0.0 && is_captured_at(line, crossing->along_m);
-    return held ? std::optional(source_at(line, index, *crossing)) : std::nullopt;
+  // All columns that any k of the list compares at a corner: both lines captured them.
+  std::vector<OverlapColumn> overlap_columns(PlanPoint viewpoint, int corner,
+                                             std::span<const double> cuts_rad) const {
+    std::vector<OverlapColumn> columns;
+    const double step_rad = kTwoPi / output_.width;
+    const double normal_rad = side_normal_rad(static_cast<Side>(corner));
+    const auto [least, largest] = std::ranges::minmax(cuts_rad);
+    // Column u is at (u + 0.5) step - pi.
+    const double first_rad = normal_rad + kPi + least - half_overlap_rad();
+    const double last_rad = normal_rad + kPi + largest + half_overlap_rad();
+    const int last_u = static_cast<int>(std::floor(last_rad / step_rad - 0.5));
+    for (int u = static_cast<int>(std::ceil(first_rad / step_rad - 0.5)); u <= last_u; ++u) {
+      const double angle_rad = (u + 0.5) * step_rad - kPi - normal_rad;
+      const auto near_cut = [&](double cut_rad) { return in_overlap(angle_rad, cut_rad); };
+      const auto captured = [&](int side) {
+        const auto crossing = cross(side, viewpoint, angle_rad + normal_rad);
+        return crossing && is_captured_at(line_of(side), crossing->along_m);
+      };
+      if (std::ranges::any_of(cuts_rad, near_cut) && captured(corner) && captured(corner + 1)) {
+        columns.push_back({.u = u, .angle_rad = angle_rad});
+      }
+    }
+    return columns;
   }
 
-  // Fills in the sources; false unless both lines captured the column.
-  bool find_sources(const ViewPlan& plan, OverlapColumn* column) const {
-    const double theta_rad =
-        angles_from_pixel({static_cast<double>(column->u), 0.0}, output_).theta_rad;
+  int line_index(int side) const { return cell_.line[static_cast<size_t>(side % kCorners)]; }
+  const Line& line_of(int side) const {
+    return room_.grid().lines[static_cast<size_t>(line_index(side))];
+  }
+
+  // Where a column meets a side's line in front of the viewpoint.
+  std::optional<LineCrossing> cross(int side, PlanPoint viewpoint, double theta_rad) const {
+    const auto crossing = cross_line(line_of(side), viewpoint, theta_rad);
+    return crossing && crossing->d_p_m >= 0.0 ? crossing : std::nullopt;
+  }
+
+  // A side's line, and what the plan has behind the viewpoint.
+  ColumnSources sources(const ViewPlan& plan, int side, double theta_rad) const {
+    ColumnPlan column = plan.column(theta_rad);
+    const auto crossing = cross(side, plan.viewpoint(), theta_rad);
+    column.front_count = crossing ? 1 : 0;
+    if (crossing) column.front[0] = source_at(line_of(side), line_index(side), *crossing);
+    return column_sources(column, view_);
+  }
+
+  // Renders the columns of a corner from each of its lines and compares the two.
+  void compare_lines(int corner, PreparedView* view, std::span<OverlapColumn> columns) const {
+    const int first = columns.front().u;
+    const PanoramaPart part{.first_column = first % output_.width,
+                            .columns = columns.back().u + 1 - first,
+                            .rows = {0, output_.height}};
+    std::array<cv::Mat, 2> images;
     for (int which = 0; which < 2; ++which) {
-      const auto source = source_on(column->corner + which, plan.viewpoint(), theta_rad);
-      if (!source) return false;
-      column->sources[static_cast<size_t>(which)].push_back(*source);
+      view->look_at(
+          part, [&](double theta_rad) { return sources(view->plan(), corner + which, theta_rad); });
+      PixelCounts counts;
+      cv::Mat1b unread;
+      PreparedView::render(std::array{view}, part, &images[static_cast<size_t>(which)], &unread,
+                           &counts);
     }
-    if (generation_ != Generation::kTwoSided) return true;
-    const ColumnPlan planned = plan.column(theta_rad);
-    for (auto& sources : column->sources) {
-      sources.insert(sources.end(), planned.behind.begin(),
-                     planned.behind.begin() + planned.behind_count);
+    for (OverlapColumn& column : columns) {
+      column.squared_difference = static_cast<std::uint64_t>(cv::norm(
+          images[0].col(column.u - first), images[1].col(column.u - first), cv::NORM_L2SQR));
     }
-    return true;
   }
 
   const Room& room_;
   const Cell& cell_;
-  const Generation generation_;
+  const ViewOptions& view_;
   const ConnectErrorOptions& options_;
   const PanoramaSize output_;
 };
-
-std::uint64_t squared_difference(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
-  std::uint64_t sum = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    const int difference = int{a[i]} - int{b[i]};
-    sum += static_cast<std::uint64_t>(difference * difference);
-  }
-  return sum;
-}
-
-// Renders each column from each line and compares the two.
-void compare_lines(const ViewInputs& inputs, std::span<OverlapColumn> columns) {
-  const size_t bytes = 3 * static_cast<size_t>(inputs.output.height);
-  std::array<std::vector<std::uint8_t>, 2> pixels;
-  for (auto& column : pixels) column.resize(bytes + 1);  // ColumnRenderer writes one beyond
-  ColumnRenderer renderer(inputs);
-  for (OverlapColumn& column : columns) {
-    for (size_t which = 0; which < 2; ++which) {
-      renderer.render(column.u, column.sources[which], pixels[which].data());
-    }
-    column.squared_difference =
-        squared_difference(std::span(pixels[0]).first(bytes), std::span(pixels[1]).first(bytes));
-  }
-}
-
-// Collects the sums of viewpoints, which may be measured in parallel.
-class Collection {
- public:
-  Collection(size_t k_count, std::int64_t viewpoints, const std::string& what)
-      : k_count_(k_count), sums_(k_count), progress_(what, viewpoints, "viewpoints") {}
-
-  // The sums of each corner (outer) and k (inner) of one viewpoint.
-  void add(std::span<const OverlapSum> viewpoint) {
-    {
-      const std::scoped_lock lock(mutex_);
-      for (size_t corner = 0; corner < kCorners; ++corner) {
-        sums_.add_pair(viewpoint.subspan(corner * k_count_, k_count_));
-      }
-    }
-    progress_.advance();
-  }
-  const ConnectErrorSums& sums() const { return sums_; }
-
- private:
-  size_t k_count_;
-  ConnectErrorSums sums_;
-  Progress progress_;
-  std::mutex mutex_;
-};
-
-// An initial view needs no preparation: viewpoints are parallel.
-void measure_initial(const Room& room, const CellMeasurement& cell, IndexRange viewpoints,
-                     Collection* collection) {
-  const int first = static_cast<int>(viewpoints.begin), last = static_cast<int>(viewpoints.end);
-  parallel_for(first, last, 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const PlanPoint viewpoint = cell.viewpoint(i);
-      const ViewPlan plan(room.grid(), viewpoint, {.k_rad = kHalfPi});
-      std::vector<OverlapColumn> columns = cell.overlap_columns(plan);
-      const ViewInputs inputs{.room = room,
-                              .plan = plan,
-                              .output = cell.output(),
-                              .rows = {0, cell.output().height},
-                              .distances = nullptr,
-                              .layers = std::nullopt,
-                              .fill_maps = {}};
-      compare_lines(inputs, columns);
-      collection->add(cell.overlap_sums(viewpoint, columns));
-    }
-  });
-}
-
-// Gathering the distances of a viewpoint is parallel itself: columns are parallel, viewpoints are
-// not.
-void measure_corrected(const CellMeasurement& cell, IndexRange viewpoints, Renderer* renderer,
-                       Collection* collection) {
-  for (size_t i = viewpoints.begin; i < viewpoints.end; ++i) {
-    const PlanPoint viewpoint = cell.viewpoint(static_cast<int>(i));
-    const PreparedView& prepared = renderer->prepare(viewpoint);
-    std::vector<OverlapColumn> columns = cell.overlap_columns(prepared.plan());
-    parallel_for(0, static_cast<int>(columns.size()), kColumnsPerTask, [&](int begin, int end) {
-      compare_lines(
-          prepared.inputs(),
-          std::span(columns).subspan(static_cast<size_t>(begin), static_cast<size_t>(end - begin)));
-    });
-    collection->add(cell.overlap_sums(viewpoint, columns));
-  }
-}
 
 std::string cell_text(double error) {
   return std::isnan(error) ? "-" : fmt::format("{:.1f}", error);
@@ -280,25 +198,25 @@ ConnectErrorSums measure_connect_error_sums(const Room& room, Generation generat
     throw Error(room.directory().string() +
                 ": no four lines of the room close a cell, so there is no connection to measure");
   }
-  Renderer renderer(room, {.generation = generation, .overlap_deg = options.overlap_deg});
+  const ViewOptions view{.generation = generation, .overlap_deg = options.overlap_deg};
+  Renderer renderer(room, view);
+  const size_t k_count = options.k_list_deg.size();
   const size_t per_cell =
       static_cast<size_t>(options.viewpoints) * static_cast<size_t>(options.viewpoints);
   const IndexRange share = block.share_of(room.grid().cells.size() * per_cell);
-  Collection collection(options.k_list_deg.size(), static_cast<std::int64_t>(share.size()),
-                        "connect-error " + generation_name(generation));
-  for (size_t index = share.begin; index < share.end;) {
-    const size_t cell = index / per_cell;
-    const size_t end = std::min(share.end, (cell + 1) * per_cell);
-    const IndexRange viewpoints{index - cell * per_cell, end - cell * per_cell};
-    const CellMeasurement measurement(room, room.grid().cells[cell], generation, options);
-    if (generation == Generation::kInitial) {
-      measure_initial(room, measurement, viewpoints, &collection);
-    } else {
-      measure_corrected(measurement, viewpoints, &renderer, &collection);
+  Progress progress("connect-error " + generation_name(generation),
+                    static_cast<std::int64_t>(share.size()), "viewpoints");
+  ConnectErrorSums sums(k_count);
+  for (size_t index = share.begin; index < share.end; ++index) {
+    const CellMeasurement cell(room, room.grid().cells[index / per_cell], view, options);
+    const std::vector<OverlapSum> of_viewpoint =
+        cell.overlap_sums(&renderer.prepare(cell.viewpoint(static_cast<int>(index % per_cell))));
+    for (size_t corner = 0; corner < kCorners; ++corner) {
+      sums.add_pair(std::span(of_viewpoint).subspan(corner * k_count, k_count));
     }
-    index = end;
+    progress.advance();
   }
-  return collection.sums();
+  return sums;
 }
 
 ConnectError connect_error_of(const ConnectErrorSums& sums, const Room& room, Generation generation,

@@ -62,6 +62,9 @@ class ViewRun {
     MeasuredView result{
         .report = rendered.report,
         .scores = score_view(rendered.image, truth_, mask_),
+        .silhouettes = distances_.empty()
+                           ? SilhouetteScores{}
+                           : score_silhouettes(rendered.image, truth_, distances_, mask_),
         .quarters = score_quarters(room_.grid(), view.viewpoint, rendered.image, truth_, mask_)};
     if (shown) {
       result.pictures =
@@ -77,12 +80,13 @@ class ViewRun {
     view_ = &view;
     truth_ = read_panorama(view.file);
     mask_ = view.mask.empty() ? cv::Mat() : read_mask(view.mask, {truth_.cols, truth_.rows});
+    distances_ = read_true_distances(view);
   }
 
   const Room& room_;
   std::span<const ViewMode> modes_;
   const TruthView* view_ = nullptr;
-  cv::Mat truth_, mask_;
+  cv::Mat truth_, mask_, distances_;
   int width_ = 0;  // that the renderers are made for
   std::vector<std::unique_ptr<Renderer>> renderers_;
 };

@@ -26,6 +26,20 @@ ordered_json json_of(const ViewScores& scores) {
   return json;
 }
 
+// NaN (not measured) becomes null when the text is written.
+ordered_json json_of(const SilhouetteScores& scores) {
+  return {{"psnr_near_silhouettes_db", scores.near_psnr_db},
+          {"psnr_elsewhere_db", scores.elsewhere_psnr_db},
+          {"near_silhouettes_share", scores.near_share},
+          {"specks_per_megapixel", scores.specks_per_mpx}};
+}
+
+ordered_json means_json(const Validation& validation, std::size_t mode) {
+  ordered_json json = json_of(mean_scores(validation, mode));
+  if (measures_silhouettes(validation)) json.update(json_of(mean_silhouettes(validation, mode)));
+  return json;
+}
+
 // Of each score whether no other mode has a better one of this truth.
 ordered_json best_json(const Validation& validation, const ValidatedView& view) {
   const std::span<const ValidatedView> all = views_of(validation, view.truth);
@@ -48,16 +62,16 @@ ordered_json json_of(const Validation& validation, const ValidatedView& view) {
                        {"generation", generation_of(mode)},
                        {"connection", mode.connection},
                        {"k_deg", mode.options.k_deg},
-                       {"layers", view.report.layers},
                        {"enlargement", enlargement_at(validation, truth.width)}};
   if (truth.height_m && mode.options.generation != Generation::kInitial) {
     json["y_m"] = *truth.height_m;
   }
   json.update(json_of(view.scores));
+  if (measures_silhouettes(validation)) json.update(json_of(view.silhouettes));
   json.update({{"best", best_json(validation, view)},
                {"limited_corners", view.report.limited_corners},
                {"filled_share", view.report.filled_share},
-               {"unseen_share", view.report.stretched_share},
+               {"unseen_share", view.report.unseen_share},
                {"empty_share", view.report.empty_share},
                {"render_ms", view.report.render_ms}});
   return json;
@@ -74,7 +88,7 @@ ordered_json mode_json(const Validation& validation, std::size_t index) {
                     {"k_deg", mode.options.k_deg},
                     {"k_source", mode.k_source},
                     {"overlap_deg", mode.options.overlap_deg}};
-  json.update(json_of(mean_scores(validation, index)));
+  json.update(means_json(validation, index));
   json["median_render_ms"] = median(times_ms);
   return json;
 }
@@ -195,7 +209,7 @@ ordered_json metrics_document(const Validation& validation,
   if (!validation.views.empty()) {
     for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
       json["modes"].push_back(mode_json(validation, mode));
-      json["means"][generation_of(validation.modes[mode])] = json_of(mean_scores(validation, mode));
+      json["means"][generation_of(validation.modes[mode])] = means_json(validation, mode);
     }
     json["best"] = best_mode_json(json["modes"]);
     const auto initial = initial_mode(validation);

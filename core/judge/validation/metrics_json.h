@@ -10,8 +10,8 @@
 namespace raywalk {
 
 // The document of metrics.json, whose keys docs/file-formats.md lists. "name" is the stem of the
-// truth's file; "layers" is 0 in initial views; PSNRs are at most kMaxPsnrDb. A value that was not
-// measured (no viewpoint had a readable overlap) is null in the file.
+// truth's file; PSNRs are at most kMaxPsnrDb. A value that was not measured (no viewpoint had a
+// readable overlap) is null in the file.
 nlohmann::ordered_json metrics_document(const Validation& validation,
                                         const std::optional<BeforeAfter>& compared = std::nullopt);
 

@@ -34,6 +34,13 @@ double nearest_line_m(const Grid& grid, const ViewPlan& plan) {
   return nearest_m;
 }
 
+// Empty where the row names none.
+std::filesystem::path file_in(const CsvTable& table, std::size_t row, const std::string& column,
+                              const std::filesystem::path& list) {
+  if (!table.has_column(column) || table.text(row, column).empty()) return {};
+  return list.parent_path() / table.text(row, column);
+}
+
 TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem::path& list,
                    const Room& room, TurnedPictures* turned) {
   TruthView truth;
@@ -52,12 +59,13 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
                     "least {}",
                     truth.file.string(), truth.width, kMinWidth_px));
   }
-  if (table.has_column("mask") && !table.text(row, "mask").empty()) {
-    truth.mask = list.parent_path() / table.text(row, "mask");
-    if (cv::countNonZero(read_mask(truth.mask, {truth.width, truth.width / 2})) == 0) {
-      throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
-    }
+  truth.mask = file_in(table, row, "mask", list);
+  if (!truth.mask.empty() &&
+      cv::countNonZero(read_mask(truth.mask, {truth.width, truth.width / 2})) == 0) {
+    throw Error(truth.mask.string() + " masks every pixel; remove this view from the list");
   }
+  truth.distances = file_in(table, row, "distance", list);
+  read_true_distances(truth);
   const double height_m = table.number(row, "y");
   const double off_height_m = std::abs(height_m - plan.height_m());
   if (off_height_m > kHeightTolerance_m) {
@@ -71,7 +79,7 @@ TruthView truth_at(const CsvTable& table, std::size_t row, const std::filesystem
 }  // namespace
 
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room) {
-  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"mask"});
+  const CsvTable table = CsvTable::read(list, {"file", "x", "y", "z"}, {"mask", "distance"});
   std::vector<TruthView> truths;
   TurnedPictures turned;
   std::set<std::string> names;
@@ -93,6 +101,17 @@ std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room&
     throw Error(list.string() + ": no views; give at least one line file,x,y,z");
   }
   return truths;
+}
+
+cv::Mat read_true_distances(const TruthView& truth) {
+  if (truth.distances.empty()) return {};
+  cv::Mat distances = read_distance_map(truth.distances);
+  if (distances.cols != truth.width || distances.rows != truth.width / 2) {
+    throw Error(fmt::format("{}: the distance map is {}x{}, but {}x{} is needed",
+                            truth.distances.string(), distances.cols, distances.rows, truth.width,
+                            truth.width / 2));
+  }
+  return distances;
 }
 
 std::vector<std::size_t> spread_over_distance(std::span<const TruthView> truths, std::size_t most) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,19 +18,25 @@ struct TruthView {
   PlanPoint viewpoint{};
   // y, where it is off the height of the lines. Initial views are rendered at that of the lines.
   std::optional<double> height_m{};
-  int width = 0;                 // of the picture, pixels
-  std::filesystem::path mask{};  // picture, 0 = not compared; empty: all pixels count
+  int width = 0;                      // of the picture, pixels
+  std::filesystem::path mask{};       // picture, 0 = not compared; empty: all pixels count
+  std::filesystem::path distances{};  // true distance map; empty: not known
   // Plan distance to the nearest line that serves the view; vertical parallax grows with it.
   double line_distance_m = 0.0;
 };
 
 // Reads columns file,x,y,z (metres; files relative to the list) and, where given, mask (an 8-bit
-// grey picture of the same size, 0 = not compared, for example a dolly in view; may be empty), and
-// checks every picture's header. A truth at another height than the lines causes a warning, since
-// initial views are at theirs. Throws Error with file and line: no views, a missing or unsuitable
-// picture (not 2:1, width not a multiple of 4 or under 32) or mask (of another size, all 0), two
+// grey picture of the same size, 0 = not compared, for example a dolly in view; may be empty) and
+// distance (a true distance map of the same size; may be empty), and checks every picture's header.
+// A truth at another height than the lines causes a warning, since initial views are at theirs.
+// Throws Error with file and line: no views, a missing or unsuitable picture (not 2:1, width not a
+// multiple of 4 or under 32), mask (of another size, all 0) or distance map (of another size), two
 // views of one stem, a viewpoint the room cannot be rendered from.
 std::vector<TruthView> read_truth(const std::filesystem::path& list, const Room& room);
+
+// As read_distance_map() of a truth that has distances; also throws Error where its size is another
+// than the picture's. Empty without.
+cv::Mat read_true_distances(const TruthView& truth);
 
 // Indices of at most `most` truths, nearest first, spread over the distance from the line, with the
 // nearest and the farthest among them.

@@ -21,6 +21,7 @@
 #include "core/judge/validation/validation_blocks.h"
 #include "core/judge/validation/validation_partial.h"
 #include "core/judge/validation/validation_report.h"
+#include "core/report/markup.h"
 #include "core/room/connection_errors.h"
 
 namespace raywalk {
@@ -66,6 +67,21 @@ std::optional<ConnectError> kept_error(const fs::path& directory, Generation gen
   }
 }
 
+std::string silhouettes_text(const Validation& validation) {
+  if (!measures_silhouettes(validation)) return "";
+  std::string text;
+  for (std::size_t mode = 0; mode < validation.modes.size(); ++mode) {
+    const SilhouetteScores mean = mean_silhouettes(validation, mode);
+    text += fmt::format(
+        "{:<10} PSNR near silhouettes ({:.1f} % of the view) {} dB, elsewhere {} dB  {:.0f} specks "
+        "per megapixel\n",
+        generation_name(validation.modes[mode].options.generation), 100.0 * mean.near_share,
+        number_or_dash(mean.near_psnr_db, 2), number_or_dash(mean.elsewhere_psnr_db, 2),
+        mean.specks_per_mpx);
+  }
+  return text;
+}
+
 std::string summary_of(const Validation& validation, const std::optional<BeforeAfter>& compared,
                        const fs::path& report) {
   std::string text;
@@ -76,6 +92,7 @@ std::string summary_of(const Validation& validation, const std::optional<BeforeA
                         generation_name(validation.modes[mode].options.generation), mean.psnr_db,
                         mean.ws_psnr_db, mean.ssim, mean.fsim);
   }
+  text += silhouettes_text(validation);
   const int widest_px = widest_truth_px(validation);
   if (widest_px > validation.captured_width_px) {
     text +=
@@ -155,8 +172,8 @@ Validation validate_views(const Room& room, std::vector<TruthView> truths,
   for (std::size_t i = 0; i < views.size(); ++i) {
     MeasuredView& view = views[i];
     const std::size_t truth = i / modes.size();
-    validation.views.push_back(
-        {truth, i % modes.size(), view.report, view.scores, std::move(view.quarters)});
+    validation.views.push_back({truth, i % modes.size(), view.report, view.scores, view.silhouettes,
+                                std::move(view.quarters)});
     PictureSample* sample = sample_of(validation, truth);
     if (sample != nullptr) sample->by_mode.push_back(std::move(view.pictures).value());
   }
@@ -210,6 +227,19 @@ ViewScores mean_scores(const Validation& validation, std::size_t mode) {
     if (view.mode == mode) scores.push_back(view.scores);
   }
   return mean_of(scores);
+}
+
+SilhouetteScores mean_silhouettes(const Validation& validation, std::size_t mode) {
+  std::vector<SilhouetteScores> scores;
+  for (const ValidatedView& view : validation.views) {
+    if (view.mode == mode) scores.push_back(view.silhouettes);
+  }
+  return mean_of(scores);
+}
+
+bool measures_silhouettes(const Validation& validation) {
+  return std::ranges::any_of(validation.truths,
+                             [](const TruthView& truth) { return !truth.distances.empty(); });
 }
 
 std::string validate(const Room& room, const ValidateOptions& options) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/block.h"
+#include "core/judge/metrics/silhouettes.h"
 #include "core/judge/validation/comparison_pictures.h"
 #include "core/judge/validation/connect_error.h"
 #include "core/judge/validation/quarter_scores.h"
@@ -26,6 +27,7 @@ struct ValidatedView {
   std::size_t mode = 0;   // index into Validation::modes
   ViewReport report{};
   ViewScores scores{};
+  SilhouetteScores silhouettes{};        // not measured where the truth has no distances
   std::vector<QuarterScore> quarters{};  // the same sides in the same order in every mode
 };
 
@@ -74,6 +76,9 @@ double enlargement_at(const Validation& validation, int width_px);
 
 // Mean scores of the views of one mode.
 ViewScores mean_scores(const Validation& validation, std::size_t mode);
+SilhouetteScores mean_silhouettes(const Validation& validation, std::size_t mode);
+// Whether a truth has distances.
+bool measures_silhouettes(const Validation& validation);
 
 struct ValidateOptions {
   std::filesystem::path truth{};   // gt.csv; empty: only connection errors, of two rooms

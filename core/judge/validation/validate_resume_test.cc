@@ -24,6 +24,15 @@ class ResumedValidateTest : public ValidateTest {
   ResumedValidateTest() {
     make_room({.overhang_m = 0.25, .width = 64});
     make_two_truths();
+    list_with_distances(500);
+  }
+  // A silhouette of the first truth lies between half of its columns at 1 m and the others.
+  void list_with_distances(int others_mm) const {
+    cv::Mat distances(32, 64, CV_16UC1, cv::Scalar(1000));
+    distances.colRange(0, 32).setTo(others_mm);
+    write_image(directory_ / "distance.png", distances);
+    std::ofstream(directory_ / "gt.csv")
+        << "file,x,y,z,distance\nnear.png,0.4,0,0,distance.png\nmiddle.png,0,0,0,\n";
   }
   fs::path partial() const { return options_.report / "validation.partial"; }
   // As a run that ended after the first truth and the first connection error.
@@ -113,6 +122,7 @@ TEST_F(ResumedValidateTest, ChangedInputsAreMeasuredAnew) {
     return new_times;
   };
   EXPECT_FALSE(anew([] {}));
+  EXPECT_TRUE(anew([&] { list_with_distances(1000); })) << "other distances";
   EXPECT_TRUE(anew([&] { make_truth("near", {0.41, 0.0}, 64); })) << "another picture";
   EXPECT_TRUE(anew([&] { list("near.png,0.39,0,0\nmiddle.png,0,0,0\n"); })) << "another place";
   EXPECT_TRUE(anew([&] {

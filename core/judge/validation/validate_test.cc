@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -44,13 +45,11 @@ TEST_F(ValidateTest, WritesTheDocumentedMetrics) {
   ASSERT_EQ(all["views"].size(), 6U);
   EXPECT_EQ(keys_of(all["views"][0]),
             (std::set<std::string>{"name", "x_m", "z_m", "line_distance_m", "generation",
-                                   "connection", "k_deg", "layers", "enlargement", "psnr_db",
-                                   "ws_psnr_db", "ssim", "fsim", "best", "limited_corners",
-                                   "filled_share", "unseen_share", "empty_share", "render_ms"}));
+                                   "connection", "k_deg", "enlargement", "psnr_db", "ws_psnr_db",
+                                   "ssim", "fsim", "best", "limited_corners", "filled_share",
+                                   "unseen_share", "empty_share", "render_ms"}));
   EXPECT_EQ(all["views"][0]["name"], "near");
   EXPECT_EQ(all["views"][0]["x_m"], 0.4);
-  EXPECT_EQ(all["views"][0]["layers"], 0);
-  EXPECT_GT(all["views"][1]["layers"], 0);
   EXPECT_EQ(all["views"][5]["generation"], "two-sided");
   EXPECT_EQ(all["views"][5]["connection"], "hybrid");
   EXPECT_EQ(keys_of(all["means"]), (std::set<std::string>{"initial", "hlf-vd", "two-sided"}));
@@ -221,6 +220,44 @@ TEST_F(ValidateTest, MaskedPixelsOfATruthAreNotCompared) {
   }
 }
 
+// A silhouette straight ahead and one at the seam, as documented for gt.csv, of one of two truths.
+TEST_F(ValidateTest, SilhouettesAreScoredWhereATruthHasDistances) {
+  make_room({.overhang_m = 0.25, .width = 64});
+  make_two_truths();
+  const std::string without = validate(room_, options_);
+  EXPECT_THAT(without + page(), Not(HasSubstr("silhouettes")));
+  EXPECT_FALSE(metrics()["means"]["initial"].contains("specks_per_megapixel"));
+  cv::Mat distances(32, 64, CV_16UC1, cv::Scalar(1000));
+  distances.colRange(0, 32).setTo(0);
+  fs::create_directories(directory_ / "dist");
+  write_image(directory_ / "dist/near.png", distances);
+  std::ofstream(directory_ / "gt.csv")
+      << "file,x,y,z,distance\nnear.png,0.4,0,0,dist/near.png\nmiddle.png,0,0,0,\n";
+  const std::string said = validate(room_, options_);
+  const json all = metrics();
+  for (int mode = 0; mode < 3; ++mode) {
+    const json& view = all["views"][mode];
+    EXPECT_EQ(view["near_silhouettes_share"], 12.0 / 64.0);
+    const auto error = [&](const char* key) {
+      return std::pow(10.0, -0.1 * view[key].get<double>());
+    };
+    EXPECT_NEAR(
+        12.0 / 64.0 * error("psnr_near_silhouettes_db") + 52.0 / 64.0 * error("psnr_elsewhere_db"),
+        error("psnr_db"), 1e-12);
+    const json& mean = all["means"][view["generation"].get<std::string>()];
+    for (const char* key : {"psnr_near_silhouettes_db", "psnr_elsewhere_db",
+                            "near_silhouettes_share", "specks_per_megapixel"}) {
+      EXPECT_TRUE(view[key].is_number()) << key;
+      EXPECT_TRUE(all["views"][3 + mode][key].is_null()) << key;
+      EXPECT_EQ(mean[key], view[key]) << key;
+      EXPECT_EQ(all["modes"][mode][key], view[key]) << key;
+    }
+  }
+  EXPECT_THAT(said, HasSubstr("PSNR near silhouettes (18.8 % of the view)"));
+  EXPECT_EQ(markup_fault(page()), "");
+  EXPECT_THAT(page(), AllOf(HasSubstr("near silhouettes / dB"), HasSubstr("18.8")));
+}
+
 TEST_F(ValidateTest, ASingleLineIsValidatedWithItsEmptyShare) {
   make_room({.cells_z = 0, .overhang_m = 0.5, .width = 64});
   make_truth("before", {0.0, -0.25}, 64);
@@ -292,6 +329,22 @@ TEST_F(ValidateTest, RefusesAMaskThatDoesNotFitOrLeavesNothing) {
     std::ofstream(directory_ / "gt.csv") << "file,x,y,z,mask\nnear.png,0.4,0,0," << mask << '\n';
     EXPECT_THAT(run_error(), AllOf(HasSubstr("gt.csv:2"), HasSubstr(mask)));
     EXPECT_FALSE(fs::exists(options_.report)) << mask;
+  }
+}
+
+TEST_F(ValidateTest, RefusesTrueDistancesThatAreMissingOrDoNotFit) {
+  make_room({.width = 64});
+  make_two_truths();
+  write_image(directory_ / "small.png", cv::Mat(16, 32, CV_16UC1, cv::Scalar(1000)));
+  for (const auto& [file, message] :
+       {std::pair{"small.png", "is 32x16, but 64x32 is needed"}, std::pair{"gone.png", "gone.png"},
+        std::pair{"near.png", "16-bit grey"}}) {
+    std::ofstream(directory_ / "gt.csv")
+        << "file,x,y,z,distance\nnear.png,0.4,0,0," << file << '\n';
+    const std::string error = run_error();
+    EXPECT_THAT(error, AllOf(HasSubstr("gt.csv:2"), HasSubstr(file), HasSubstr(message)));
+    EXPECT_EQ(error.find('\n'), std::string::npos);
+    EXPECT_FALSE(fs::exists(options_.report)) << file;
   }
 }
 

@@ -23,10 +23,11 @@ std::string inputs_of(const RoomTask& task, const ConnectErrorOptions& options) 
   std::string text = room_fingerprint(task.room) + " " + text_of(task.unconnected, options) + "\n";
   for (const ViewMode& mode : task.modes) text += text_of(mode.options) + "\n";
   for (const TruthView& truth : task.truths) {
-    text += fmt::format("{} {} {} {} {}\n", truth.viewpoint.x_m,
+    text += fmt::format("{} {} {} {} {} {}\n", truth.viewpoint.x_m,
                         truth.height_m ? fmt::format("{}", *truth.height_m) : "",
                         truth.viewpoint.z_m, stamp_of(truth.file).text(),
-                        truth.mask.empty() ? "" : stamp_of(truth.mask).text());
+                        truth.mask.empty() ? "" : stamp_of(truth.mask).text(),
+                        truth.distances.empty() ? "" : stamp_of(truth.distances).text());
   }
   return text;
 }

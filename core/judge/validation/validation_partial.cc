@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 // Increment when views or scores change: results of another version are not found.
-constexpr int kResultsVersion = 1;
+constexpr int kResultsVersion = 2;
 constexpr const char* kLockFile = "lock";
 constexpr std::array kPictures{std::pair{"view", &ViewComparison::view},
                                std::pair{"overlay", &ViewComparison::overlay},
@@ -37,27 +37,15 @@ fs::path made_directory(const fs::path& directory) {
 // The keys of a view's report, for both writing and reading: visit(key, member).
 template <typename Report, typename Visit>
 void visit_members(Report& report, Visit&& visit) {
-  visit("layers", report.layers);
   visit("limited_corners", report.limited_corners);
   visit("filled_share", report.filled_share);
-  visit("stretched_share", report.stretched_share);
+  visit("unseen_share", report.unseen_share);
   visit("empty_share", report.empty_share);
-  visit("pixels", report.pixels);
-  visit("samples", report.work.samples);
-  visit("found", report.work.found);
-  visit("readings", report.work.readings);
-  visit("uncorrected", report.work.uncorrected);
-  visit("one_station", report.work.one_station);
-  visit("one_side", report.work.one_side);
-  visit("bytes_touched", report.bytes_touched);
   visit("render_ms", report.render_ms);
 }
 
 void read(const CheckedJson& json, int* value) { *value = json.integer(0); }
 void read(const CheckedJson& json, double* value) { *value = json.number(); }
-void read(const CheckedJson& json, std::int64_t* value) {
-  *value = static_cast<std::int64_t>(json.unsigned_integer());
-}
 
 std::string text_of(const MeasuredView& view) {
   ordered_json report;
@@ -67,10 +55,14 @@ std::string text_of(const MeasuredView& view) {
     quarters.push_back({quarter.line_distance_m, quarter.psnr_db, quarter.ssim, quarter.fsim});
   }
   const ViewScores& scores = view.scores;
-  const ordered_json json{{"report", report},
-                          {"scores", {scores.psnr_db, scores.ws_psnr_db, scores.ssim, scores.fsim}},
-                          {"quarters", quarters},
-                          {"shown", view.pictures.has_value()}};
+  const SilhouetteScores& edges = view.silhouettes;
+  const ordered_json json{
+      {"report", report},
+      {"scores", {scores.psnr_db, scores.ws_psnr_db, scores.ssim, scores.fsim}},
+      {"silhouettes",
+       {edges.near_psnr_db, edges.elsewhere_psnr_db, edges.near_share, edges.specks_per_mpx}},
+      {"quarters", quarters},
+      {"shown", view.pictures.has_value()}};
   return json.dump();
 }
 
@@ -81,6 +73,8 @@ MeasuredView view_from(const CheckedJson& json) {
   const auto number = [](const CheckedJson& value) { return value.number_or(std::nan("")); };
   const std::vector<CheckedJson> scores = json.at("scores").items(4);
   view.scores = {number(scores[0]), number(scores[1]), number(scores[2]), number(scores[3])};
+  const std::vector<CheckedJson> edges = json.at("silhouettes").items(4);
+  view.silhouettes = {number(edges[0]), number(edges[1]), number(edges[2]), number(edges[3])};
   for (const CheckedJson& quarter : json.at("quarters").items()) {
     const std::vector<CheckedJson> values = quarter.items(4);
     view.quarters.push_back(
@@ -121,9 +115,10 @@ ValidationPartial::~ValidationPartial() {
 
 std::string ValidationPartial::key_of(const TruthView& truth, bool shown) const {
   const std::string height = truth.height_m ? fmt::format("{} ", *truth.height_m) : "";
-  return sha256_hex(fmt::format("{} {} {}{} {} {} {}", room_fingerprint_, truth.viewpoint.x_m,
-                                height, truth.viewpoint.z_m, sha256_of_file(truth.file),
-                                truth.mask.empty() ? "" : sha256_of_file(truth.mask), shown));
+  return sha256_hex(fmt::format(
+      "{} {} {}{} {} {} {} {}", room_fingerprint_, truth.viewpoint.x_m, height, truth.viewpoint.z_m,
+      sha256_of_file(truth.file), truth.mask.empty() ? "" : sha256_of_file(truth.mask),
+      truth.distances.empty() ? "" : sha256_of_file(truth.distances), shown));
 }
 
 std::string ValidationPartial::key_of(const std::string& truth_key, const ViewOptions& options) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/files/file_lock.h"
+#include "core/judge/metrics/silhouettes.h"
 #include "core/judge/validation/comparison_pictures.h"
 #include "core/judge/validation/quarter_scores.h"
 #include "core/judge/validation/truth_views.h"
@@ -22,6 +23,7 @@ namespace raywalk {
 struct MeasuredView {
   ViewReport report{};
   ViewScores scores{};
+  SilhouetteScores silhouettes{};  // not measured where the truth has no distances
   std::vector<QuarterScore> quarters{};
   std::optional<ViewComparison> pictures{};  // where the report shows the view
 };

@@ -13,7 +13,18 @@ using nlohmann::ordered_json;
 
 constexpr double kHeadroom = 1.2;  // above the largest value of a plot with a given scale
 
-void add_headline(JsonPage page) {
+// A table of `list` after the columns that name its rows; nothing where no truth has distances.
+void add_silhouettes(const ordered_json& document, JsonPage page, const std::string& list,
+                     std::vector<JsonColumn> columns, const std::string& caption) {
+  if (document[list].empty() || !document[list][0].contains("specks_per_megapixel")) return;
+  columns.insert(columns.end(), {{"near silhouettes / dB", "{psnr_near_silhouettes_db:.2f}"},
+                                 {"elsewhere / dB", "{psnr_elsewhere_db:.2f}"},
+                                 {"share near", "{near_silhouettes_share:.1%}"},
+                                 {"specks per megapixel", "{specks_per_megapixel:.0f}"}});
+  page.table(list, columns, caption);
+}
+
+void add_headline(const ordered_json& document, JsonPage page) {
   page.within("best").facts({{"mean PSNR, {generation}", "{psnr_db:.2f dB}"},
                              {"gain over initial views", "{gain_db:+.2f dB}", "gain_db"},
                              {"mean SSIM", "{ssim:.4f}"},
@@ -33,6 +44,10 @@ void add_headline(JsonPage page) {
               {"FSIM", "{fsim:.4f}", "largest fsim"},
               {"median time / ms", "{median_render_ms:.0f}"}},
              "Mean over all views; the best of each column is emphasised");
+  add_silhouettes(document, page, "modes", {{"generation", "{generation}"}},
+                  "PSNR within 2 pixels of true silhouettes, where the distances of neighbouring "
+                  "pixels have a ratio above 1.15, and elsewhere; isolated wrong pixels (specks). "
+                  "Mean over the views with true distances");
 }
 
 HtmlFigure jpeg_figure(const cv::Mat& image, const JsonPage& view, const std::string& caption) {
@@ -120,7 +135,7 @@ void add_connections(const ordered_json& document, const JsonPage& page) {
       .figures(plots);
 }
 
-void add_views(JsonPage page) {
+void add_views(const ordered_json& document, JsonPage page) {
   page.section("Every view")
       .table("views",
              {{"view", "{name}"},
@@ -133,6 +148,8 @@ void add_views(JsonPage page) {
               {"SSIM", "{ssim:.4f}", "best.ssim"},
               {"FSIM", "{fsim:.4f}", "best.fsim"}},
              "The best generation of each view is emphasised");
+  add_silhouettes(document, page, "views", {{"view", "{name}"}, {"generation", "{generation}"}},
+                  "PSNR near true silhouettes and elsewhere, and specks, of every view");
   page.section("How the views were rendered");
   page.when("widest_truth_px > captured_width_px")
       .paragraph(
@@ -149,7 +166,6 @@ void add_views(JsonPage page) {
       .table("views",
              {{"view", "{name}"},
               {"generation", "{generation}"},
-              {"layers", "{layers}"},
               {"corners moved", "{limited_corners}"},
               {"filled", "{filled_share:.2%}"},
               {"unseen", "{unseen_share:.2%}"},
@@ -168,12 +184,12 @@ std::string validation_report(const ordered_json& document,
                     ? "connections of two rooms, without true views"
                     : "{truths:counted true viewpoint}, {modes:counted generation}");
   const JsonPage viewed = page.when("views");
-  add_headline(viewed);
+  add_headline(document, viewed);
   if (document.contains("before_after")) add_before_after(page.within("before_after"));
   for (const PictureSample& sample : samples) add_sample(sample, page);
   add_gains(viewed);
   add_connections(document, page);
-  add_views(viewed);
+  add_views(document, viewed);
   return page.html();
 }
 

@@ -5,11 +5,9 @@
 #include <opencv2/core/mat.hpp>
 #include <span>
 
-namespace raywalk {
+#include "core/judge/metrics/psnr.h"
 
-// PSNR of identical pictures is infinite, which JSON cannot represent and a mean cannot use: both
-// PSNRs are clamped to this. An 8-bit picture that differs at all is rarely above 90 dB.
-inline constexpr double kMaxPsnrDb = 100.0;
+namespace raywalk {
 
 struct ViewScores {
   double psnr_db = 0.0;     // over RGB, at most kMaxPsnrDb

@@ -181,7 +181,7 @@ function overhang(line: Line, corner: PlanPosition, centre: PlanPosition): numbe
 
 /**
  * A source's share among those of its column: inversely proportional to the distance of its line, so
- * that a line through the viewpoint is used alone (core/view/column_shares.cc).
+ * that a line through the viewpoint is used alone (core/view/column_sources.cc).
  */
 export function sharesOf(sources: readonly RaySource[]): number[] {
   const span_m = sources.reduce((sum, source) => sum + Math.abs(source.d_p_m), 0);

@@ -42,7 +42,7 @@ vec3 pictureAt(int layer, vec3 direction) {
 
 // Whether the station's own map shows something clearly nearer than a point in its direction: in one
 // of the four pixels around, because what a camera captures at a silhouette is in part the
-// foreground (core/view/station_visibility.h).
+// foreground (core/view/visibility.h).
 bool isHidden(int layer, vec3 seen, float omega, vec3 fromStation) {
   if (texelFetch(stations, ivec2(layer, 1), 0).x < 0.5) return false;
   vec2 size = vec2(textureSize(omegaMaps, 0).xy);

@@ -1,0 +1,132 @@
+#include "core/view/exposure.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "core/files/atomic_output.h"
+#include "core/view/test_room.h"
+
+namespace raywalk {
+namespace {
+
+// A room with gains, not all of them 1.
+class RoomWithGains {
+ public:
+  RoomWithGains(const SyntheticRoomSpec& spec,
+                const std::function<GainField(int line, int station)>& gains) {
+    const auto path = directory_ / "room.lf";
+    write_synthetic_room(spec, path);
+    RoomManifest manifest = read_manifest(path);
+    GainFields fields = unit_gain_fields(manifest.grid);
+    for (std::size_t line = 0; line < fields.size(); ++line) {
+      for (std::size_t station = 0; station < fields[line].size(); ++station) {
+        fields[line][station] = gains(static_cast<int>(line), static_cast<int>(station));
+      }
+    }
+    write_gain_fields(gains_path(path), manifest.grid, fields);
+    manifest.gains = {record_of_gains(gains_path(path))};
+    write_file_atomically(manifest_path(path), manifest_to_json(manifest));
+    room_ = Room::open(path);
+  }
+  const Room& room() const { return room_; }
+
+ private:
+  TestDirectory directory_;
+  Room room_;
+};
+
+GainField random_field(int line, int station) {
+  GainField field;
+  if (line == 0 && station == 0) return field;  // exactly 1
+  cv::RNG random(static_cast<std::uint64_t>(100 * line + station));
+  field.local.create(12, 6, CV_32FC3);
+  random.fill(field.local, cv::RNG::UNIFORM, 0.7, 1.3);
+  return field;
+}
+
+// Linear between the middles of the patches, around the seam, and constant beyond them at a pole.
+double gain_at(const cv::Mat& local, double u, double v, PanoramaSize size, int channel) {
+  const double x = (u + 0.5) / size.width * local.rows - 0.5;
+  const double y = std::clamp((v + 0.5) / size.height * local.cols - 0.5, 0.0, local.cols - 1.0);
+  double sum = 0.0;
+  for (const int right : {0, 1}) {
+    for (const int lower : {0, 1}) {
+      const auto column = static_cast<int>(std::floor(x)) + right;
+      const auto row = std::min(static_cast<int>(y) + lower, local.cols - 1);
+      const double across = x - std::floor(x), down = y - std::floor(y);
+      sum += (right == 1 ? across : 1 - across) * (lower == 1 ? down : 1 - down) *
+             local.at<cv::Vec3f>((column + 2 * local.rows) % local.rows, row)[channel];
+    }
+  }
+  return sum;
+}
+
+TEST(Exposure, IsThatOfTheRoomsGainsAnywhere) {
+  SyntheticRoomSpec spec = box_room(64);
+  spec.distances = false;
+  const RoomWithGains room(spec, random_field);
+  const Exposure exposure(room.room());
+  EXPECT_TRUE(exposure.is_one(0, 0));
+  EXPECT_FALSE(exposure.is_one(2, 3));
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> u(0.0f, 128.0f), v(0.0f, 31.0f);
+  const GainField& field = room.room().gains()[2][3];
+  for (int i = 0; i < 5000; ++i) {
+    const float at_u = u(random), at_v = v(random);
+    const cv::Vec4f factors = exposure.at(2, 3, at_u, at_v);
+    for (int c = 0; c < 3; ++c) {
+      ASSERT_NEAR(factors[c],
+                  field.whole[c] * gain_at(field.local, at_u, at_v, room.room().panorama(), c),
+                  1e-4)
+          << at_u << ", " << at_v;
+    }
+  }
+}
+
+// All lines with another exposure, and gains that undo it: the room as it is, up to rounding.
+TEST(Exposure, GainsUndoWhatLinesWereExposedBy) {
+  SyntheticRoomSpec spec = box_room(96);
+  const TestRoom plain(spec);
+  spec.line_gain = {{"x0", 0.8}, {"x1", 1.1}, {"z0", 0.7}, {"z1", 0.95}};
+  const RoomWithGains room(spec, [](int line, int) {
+    const float exposed = std::array{0.8f, 1.1f, 0.7f, 0.95f}[static_cast<std::size_t>(line)];
+    return GainField{.whole = ColourGain::all(1.0f / exposed)};
+  });
+  for (const Generation generation : kGenerations) {
+    for (const bool gains : {true, false}) {
+      const ViewOptions options{.generation = generation, .gains = gains};
+      const cv::Mat view = Renderer(room.room(), options).render(PlanPoint{0.1, -0.2}).image;
+      const cv::Mat expected = plain.image(options, {0.1, -0.2});
+      EXPECT_EQ(largest_difference(view, expected) <= 2.0, gains) << generation_name(generation);
+    }
+  }
+}
+
+// A seam of the panoramas is not a seam of their gains.
+TEST(Exposure, ViewsShowNoSeamOfTheGains) {
+  SyntheticRoomSpec spec = box_room(96);
+  spec.scene.contrast = 0.0;
+  const RoomWithGains room(spec, [](int, int) {
+    GainField field;
+    field.local.create(48, 24, CV_32FC3);
+    for (int theta = 0; theta < 48; ++theta) {
+      field.local.row(theta) = cv::Scalar::all(1.0 + 0.4 * std::cos((theta + 0.5) / 48 * kTwoPi));
+    }
+    return field;
+  });
+  for (const Generation generation : kGenerations) {
+    const cv::Mat view =
+        Renderer(room.room(), {.generation = generation}).render(PlanPoint{0.3, 0.31}).image;
+    cv::Mat before;
+    cv::hconcat(view.col(95), view.colRange(0, 95), before);
+    EXPECT_LE(largest_difference(view, before), 20.0) << generation_name(generation);
+  }
+}
+
+}  // namespace
+}  // namespace raywalk

@@ -1,0 +1,19 @@
+// Flat pictures, resampled from the part of a panorama that they show.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/view/view_options.h"
+#include "core/view/viewport.h"
+
+namespace raywalk {
+
+// Resamples a picture of viewport.height x viewport.width from a rendered part of a panorama.
+void resample_flat(const cv::Mat& rendered, const PanoramaPart& part, PanoramaSize panorama,
+                   const Viewport& viewport, Interpolation interpolation, cv::Mat* image);
+
+// How many times larger, to a side, a picture is resampled and then averaged down because it is
+// much coarser than the panorama.
+int flat_supersampling(const Viewport& viewport, PanoramaSize panorama);
+
+}  // namespace raywalk

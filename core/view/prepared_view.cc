@@ -1,0 +1,164 @@
+#include "core/view/prepared_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/base/huge_pages.h"
+#include "core/base/parallel.h"
+#include "core/geometry/panorama_pixels.h"
+#include "core/view/initial_view.h"
+#include "core/view/read_ahead.h"
+#include "core/view/station_mixing.h"
+
+namespace raywalk {
+namespace {
+
+constexpr int kFillStations = 32;  // searched for what the lines in use do not see
+constexpr int kFartherMaps = 32;   // and as many for what masks hide
+
+// Marks unread rows in an image whose first pixel is that of the part.
+void mark_unread(std::span<const UnreadRows> unread, const PanoramaPart& part, int width,
+                 cv::Mat1b image) {
+  for (const UnreadRows& rows : unread) {
+    const int column = wrapped_column(rows.column - part.first_column, width);
+    image.col(column).rowRange(rows.rows.begin - part.rows.begin, rows.rows.end - part.rows.begin) =
+        255;
+  }
+}
+
+}  // namespace
+
+void PreparedView::plan_eye(const Viewpoint& viewpoint, double eye_radius_m) {
+  const ConnectionRule rule{radians_from_degrees(options_.k_deg),
+                            radians_from_degrees(options_.overlap_deg)};
+  plan_ = std::make_unique<ViewPlan>(room_.grid(), viewpoint, rule, eye_radius_m);
+}
+
+std::vector<MapStation> PreparedView::choose_maps() {
+  const PlanPoint viewpoint = plan_->viewpoint();
+  const Eigen::Vector3d& viewpoint_m = plan_->eye().centre_m;
+  const MapSpread spread = map_spread(room_.grid(), viewpoint);
+  const auto lines = plan_->lines();
+  std::vector<MapStation> maps = nearest_maps(room_, lines, viewpoint_m, spread.gap_m,
+                                              spread.most_per_line, options_.distance_maps);
+  if (maps.empty()) {
+    throw Error(
+        fmt::format("{}: no line around viewpoint {},{} m has distances; estimate them with "
+                    "raywalk-build-lf depth, or give more to raywalk-build-lf pack --distance DIR",
+                    room_.directory().string(), viewpoint.x_m, viewpoint.z_m));
+  }
+  std::vector<MapStation> fill =
+      nearest_maps(room_, lines, viewpoint_m, spread.gap_m, kFillStations, kFillStations);
+  if (room_.masked()) {
+    const auto farther = farther_maps(room_, fill, viewpoint_m, kFartherMaps);
+    fill.insert(fill.end(), farther.begin(), farther.end());
+  }
+  fill_ = FillStations(room_, std::move(fill));
+  return maps;
+}
+
+void PreparedView::prepare(const Viewpoint& viewpoint) {
+  plan_eye(viewpoint, 0.0);
+  if (options_.generation == Generation::kInitial) return;
+  distances_.compute(choose_maps(), plan_->eye().centre_m);
+}
+
+void PreparedView::prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m,
+                                  PreparedView* left, PreparedView* right) {
+  left->plan_eye(viewpoint, 0.5 * eyes_apart_m);
+  right->plan_eye(viewpoint, -0.5 * eyes_apart_m);
+  if (left->options_.generation == Generation::kInitial) return;
+  const auto maps = left->choose_maps();
+  right->fill_ = left->fill_;
+  DistanceView::compute_stereo(maps, left->plan_->eye(), &left->distances_, &right->distances_);
+}
+
+void PreparedView::look_at(const PanoramaPart& part, Visibility::Sources sources) {
+  const bool fills_empty = !sources;
+  sources_ = sources ? std::move(sources) : [this](double theta_rad) {
+    return column_sources(plan_->column(theta_rad), options_);
+  };
+  if (options_.generation == Generation::kInitial) return;
+  constexpr int kMargin = 2;  // columns around are looked at too
+  const int width = distances_.size().width;
+  const double per_output = static_cast<double>(width) / output_.width;
+  const int first = static_cast<int>(std::floor(part.first_column * per_output)) - kMargin;
+  const int end =
+      static_cast<int>(std::ceil((part.first_column + part.columns) * per_output)) + kMargin;
+  const int count = std::min(end - first, width);
+  visibility_.compute(distances_, {wrapped_column(first, width), count, fills_empty}, sources_,
+                      plan_->lines(), plan_->above_lines_m(), options_.stations_mixed, fill_);
+  edges_.compute(distances_, wrapped_column(first, width), count);
+}
+
+void PreparedView::render(std::span<PreparedView* const> eyes, const PanoramaPart& part,
+                          cv::Mat* image, cv::Mat1b* unread, PixelCounts* counts) {
+  const PanoramaSize output = eyes.front()->output_;
+  const bool initial = eyes.front()->options_.generation == Generation::kInitial;
+  const int rows = part.rows.end - part.rows.begin;
+  image->create(static_cast<int>(eyes.size()) * rows, part.columns, CV_8UC3);
+  advise_huge_pages(image->data, image->step * static_cast<std::size_t>(image->rows));
+  unread->release();
+  std::vector<MixedView> mixed;
+  std::vector<InitialView> initial_views;
+  for (const PreparedView* eye : eyes) {
+    if (initial) {
+      initial_views.push_back({eye->room_, eye->options_, eye->exposure_, eye->sources_, output});
+    } else {
+      mixed.push_back({.room = eye->room_,
+                       .options = eye->options_,
+                       .distances = eye->distances_,
+                       .visibility = eye->visibility_,
+                       .edges = eye->edges_,
+                       .fill = eye->fill_,
+                       .exposure = eye->exposure_,
+                       .sources = eye->sources_,
+                       .output = output,
+                       .rows = RowMap(output.height, eye->distances_.size().height),
+                       .latitudes = Latitudes(output.height)});
+    }
+  }
+  for (const MixedView& view : mixed) read_ahead(view, part);
+  std::mutex mutex;  // of what follows
+  std::vector<std::vector<std::unique_ptr<StationMixing>>> idle(eyes.size());
+  parallel_for(0, part.columns, StationMixing::kColumns, [&](int begin, int end) {
+    for (std::size_t eye = 0; eye < eyes.size(); ++eye) {
+      const int top = static_cast<int>(eye) * rows;
+      cv::Mat block = (*image)(cv::Rect(begin, top, end - begin, rows));
+      std::vector<UnreadRows> unread_rows;
+      PixelCounts block_counts;
+      if (initial) {
+        render_initial(initial_views[eye], part.first_column + begin, end - begin, part.rows, block,
+                       &unread_rows, &block_counts);
+      } else {
+        std::unique_ptr<StationMixing> mixing;
+        {
+          const std::scoped_lock lock(mutex);
+          if (!idle[eye].empty()) {
+            mixing = std::move(idle[eye].back());
+            idle[eye].pop_back();
+          }
+        }
+        if (!mixing) mixing = std::make_unique<StationMixing>(mixed[eye]);
+        mixing->render(part.first_column + begin, end - begin, part.rows, block);
+        unread_rows = mixing->take_unread();
+        block_counts = mixing->take_counts();
+        const std::scoped_lock lock(mutex);
+        idle[eye].push_back(std::move(mixing));
+      }
+      const std::scoped_lock lock(mutex);
+      *counts += block_counts;
+      if (unread_rows.empty()) continue;
+      if (unread->empty()) *unread = cv::Mat1b::zeros(image->size());
+      mark_unread(unread_rows, part, output.width, unread->rowRange(top, top + rows));
+    }
+  });
+  if (!unread->empty()) counts->unseen = cv::countNonZero(*unread);
+}
+
+}  // namespace raywalk

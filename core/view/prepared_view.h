@@ -1,0 +1,70 @@
+// One eye's view, pass by pass (renderer.h lists them).
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <vector>
+
+#include "core/view/distance_view.h"
+#include "core/view/edges.h"
+#include "core/view/exposure.h"
+#include "core/view/fill_stations.h"
+#include "core/view/rendered_part.h"
+#include "core/view/view_options.h"
+#include "core/view/view_plan.h"
+#include "core/view/viewport.h"
+#include "core/view/visibility.h"
+
+namespace raywalk {
+
+class PreparedView {
+ public:
+  // References must outlive the object; `exposure` may be null.
+  PreparedView(const Room& room, const ViewOptions& options, const Exposure* exposure,
+               PanoramaSize output)
+      : room_(room),
+        options_(options),
+        exposure_(exposure),
+        output_(output),
+        distances_(room),
+        visibility_(room) {}
+
+  // Passes 1 and 2: plans a view and gathers its distances. Throws Error where the room cannot be
+  // rendered.
+  void prepare(const Viewpoint& viewpoint);
+  // The same of two eyes `eyes_apart_m` apart.
+  static void prepare_stereo(const Viewpoint& viewpoint, double eyes_apart_m, PreparedView* left,
+                             PreparedView* right);
+
+  // Of the columns of a part of the panorama: what stations see, and where distances have edges.
+  // `sources`: the lines of each column; none: those of the plan.
+  void look_at(const PanoramaPart& part, Visibility::Sources sources = {});
+
+  // The last passes, of several eyes at once, whose columns read nearly the same ones of the
+  // stations: each eye's part below that of the one before, CV_8UC3, bgr. Marks in `unread`, of the
+  // image's size and empty before, what could not be read; it stays empty where all was.
+  static void render(std::span<PreparedView* const> eyes, const PanoramaPart& part, cv::Mat* image,
+                     cv::Mat1b* unread, PixelCounts* counts);
+
+  const ViewPlan& plan() const { return *plan_; }
+  PanoramaSize output() const { return output_; }
+
+ private:
+  void plan_eye(const Viewpoint& viewpoint, double eye_radius_m);
+  // The maps that distances are gathered from, and those that show what no line sees.
+  std::vector<MapStation> choose_maps();
+
+  const Room& room_;
+  const ViewOptions& options_;
+  const Exposure* exposure_;
+  PanoramaSize output_;
+  std::unique_ptr<ViewPlan> plan_;
+  DistanceView distances_;
+  FillStations fill_;
+  Visibility visibility_;
+  Edges edges_;
+  Visibility::Sources sources_;
+};
+
+}  // namespace raywalk

@@ -1,0 +1,112 @@
+// Pass 4: the samples of the stations, mixed.
+//
+// A column of the output is read from the stations of its sources (column_sources.h). Where its
+// points lie in a station is computed for the points of the distances, whose columns and rows
+// several columns and rows of the output share, and interpolated between them where they show one
+// surface. Each station counts by its share among those that see the point; what none sees is read
+// from the station that pass 2 or a search found (fill_stations.h). At an edge of the distances
+// (edges.h) a pixel is the mean of this and of samples of its quarters: of all four where the
+// output is about as fine as the distances, else of the one that it lies in.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/room/room.h"
+#include "core/view/distance_view.h"
+#include "core/view/edges.h"
+#include "core/view/exposure.h"
+#include "core/view/fill_stations.h"
+#include "core/view/rendered_part.h"
+#include "core/view/row_map.h"
+#include "core/view/sampler.h"
+#include "core/view/view_options.h"
+#include "core/view/visibility.h"
+
+namespace raywalk {
+
+// All that the columns of one eye's view are made from. References must outlive it.
+struct MixedView {
+  const Room& room;
+  const ViewOptions& options;
+  const DistanceView& distances;
+  const Visibility& visibility;
+  const Edges& edges;
+  const FillStations& fill;
+  const Exposure* exposure = nullptr;  // null: all stations agree
+  Visibility::Sources sources{};
+  PanoramaSize output{};
+  RowMap rows{};          // of the output and the distances
+  Latitudes latitudes{};  // of the output's rows
+};
+
+// One per thread: it owns scratch memory.
+class StationMixing {
+ public:
+  static constexpr int kColumns = 64;  // at most, at once
+
+  explicit StationMixing(const MixedView& view);
+  ~StationMixing();
+
+  // Renders `count` columns of the output from `first` on, around the seam, and rows [rows.begin,
+  // rows.end), bgr, to `image` (CV_8UC3), whose upper left corner is that of the block.
+  void render(int first, int count, RowRun rows, cv::Mat image);
+
+  // What could not be read since the last call, and the counts since it.
+  std::vector<UnreadRows> take_unread() { return std::exchange(unread_, {}); }
+  PixelCounts take_counts() { return std::exchange(counts_, {}); }
+
+ private:
+  static constexpr int kRows = kMostRows;  // output rows of a tile, and samples at once
+  static constexpr int kStride = 3 * kColumns + 16;
+
+  // mixing_scratch.h has these.
+  struct Read;
+  struct Column;
+  struct Positions;
+  struct Points;
+  struct Scratch;
+
+  void prepare(int u, Column* column);
+  void add_reads(std::size_t source, Column* column) const;
+  const Positions& positions_of(int line, int station, int theta);
+  // Output rows [first, end) of a column.
+  void render_rows(const Column& column, RowRun rows, std::uint8_t* bgr);
+  // The weights of all stations in rows of the distances, and their totals.
+  void find_weights(const Column& column, RowRun around);
+  // The part of the k-th station in rows of the output, for the next one that is mixed; false where
+  // it has none.
+  bool find_parts_of_rows(std::size_t k, RowRun rows, RowRun around);
+  // The places of a station's samples, between those of the points of the distances; `above`: the
+  // first of their rows.
+  void place_rows(const Column& column, const Read& read, std::size_t k, RowRun rows, RowRun above);
+  // The places of a station's samples of points.
+  void place_points(const Points& points, const Read& read, std::size_t k);
+  // Mixes the samples that were placed of so many stations, without those that are masked.
+  void mix(bool any_masks, std::size_t count, int rows, std::uint8_t* bgr, int stride);
+  void remove_masked(std::size_t count, int rows);
+  void look_up_exposure(const Read& read, std::size_t k, int rows);
+
+  // mixing_fill.cc: reads what no line sees from other stations.
+  void fill_rows(const Column& column, RowRun rows, std::uint8_t* bgr);
+  int station_to_show(const Column& column, int row, std::size_t i);
+  void show_station(const Column& column, int station, RowRun rows, std::uint8_t* bgr);
+
+  // mixing_edges.cc: reads the pixels at edges of the distances once more.
+  void render_edges(const Column& column, RowRun rows, std::uint8_t* bgr);
+  void sample_quarters(const Column& column, double u, std::span<const EdgeQuarter* const> quarters,
+                       std::span<const float> rows);
+  void find_shares(const Column& column, std::span<const EdgeQuarter* const> quarters,
+                   std::span<const int> distance_rows);
+
+  const MixedView& view_;
+  std::unique_ptr<Scratch> scratch_;
+  std::vector<UnreadRows> unread_;
+  PixelCounts counts_;
+};
+
+}  // namespace raywalk
