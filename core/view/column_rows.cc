@@ -11,7 +11,7 @@ RAYWALK_VECTOR_CLONES void find_positions(const float* sin_phi, const float* cos
                                           PanoramaSize captured, float* from_column, float* v) {
   const float per_turn = static_cast<float>(captured.width) / static_cast<float>(kTwoPi);
   const float per_phi = static_cast<float>(captured.height) / static_cast<float>(kPi);
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < rows; ++i) {
     const SeenPoint seen = seen_from(sin_phi[i], cos_phi[i], inverse[i], to_eye);
     from_column[i] = seen.turn_rad * per_turn;
@@ -69,7 +69,7 @@ RAYWALK_INLINE void between_whole_rows(const float* at, const float* step, int i
 // Any number.
 RAYWALK_INLINE void between_any_rows(const float* at, const float* step, RowsBetween rows,
                                      float wild, float* out) {
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < rows.rows; ++i) {
     const int row = rows.upper[i] - rows.first_upper;
     const float change = at[row + 1] - at[row];
@@ -92,7 +92,7 @@ RAYWALK_VECTOR_CLONES void between_rows(const float* at, const float* step, Rows
   int before = 0;
   const bool whole = rows.per_row == 2 || rows.per_row == 4 || rows.per_row == 8;
   while (before < rows.rows &&
-         (!whole || rows.part[before] * rows.per_row > 0.75f || rows.part[before] == 0.0f)) {
+         (!whole || rows.part[before] * rows.per_row > 0.75f || rows.part[before] < 0.0f)) {
     ++before;
   }
   between_any_rows(at, step, part_of(rows, 0, before), wild, out);
@@ -108,20 +108,24 @@ RAYWALK_VECTOR_CLONES void between_rows(const float* at, const float* step, Rows
 }
 
 RAYWALK_VECTOR_CLONES void add_share(const std::uint8_t* occluded, StationOccluders by,
-                                     const float* trust, float share, int rows, float* weight,
-                                     float* total) {
+                                     const float* trust, StationShare share, int rows,
+                                     float* weight, float* total) {
+  // What no station seems to see counts after all, unless it is filled from another one.
+  constexpr float kTrace = 1e-8f;
   for (int i = 0; i < rows; ++i) {
     const float doubt = trust == nullptr ? 0.0f : 1.0f - trust[i];
-    weight[i] = share * (is_seen(occluded[i], by) ? 1.0f : doubt);
+    const float here = share.reliable + (share.unreliable - share.reliable) * doubt;
+    weight[i] = here * (is_seen(occluded[i], by) ? 1.0f : doubt + kTrace);
     total[i] += weight[i];
   }
 }
 
 RAYWALK_VECTOR_CLONES void normalise(const float* weight, const float* total, int rows,
                                      std::int16_t* part) {
+  constexpr float kToNearest = 0.5f;  // before truncation
   for (int i = 0; i < rows; ++i) {
     const float one = static_cast<float>(kWeightOne) / (total[i] > 1e-12f ? total[i] : 1e-12f);
-    part[i] = static_cast<std::int16_t>(weight[i] * one + 0.5f);
+    part[i] = static_cast<std::int16_t>(weight[i] * one + kToNearest);
   }
 }
 

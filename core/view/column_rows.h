@@ -43,10 +43,14 @@ struct RowsBetween {
 // nearer row.
 void between_rows(const float* at, const float* step, RowsBetween rows, float wild, float* out);
 
+// How much a station counts: its share, and that where distances are unreliable.
+struct StationShare {
+  float reliable = 1.0f, unreliable = 1.0f;
+};
 // The weight of a station, its share where it sees points; where distances are unreliable (`trust`
 // below 1; null: nowhere) it counts although it does not seem to. Adds the weights to `total`.
-void add_share(const std::uint8_t* occluded, StationOccluders by, const float* trust, float share,
-               int rows, float* weight, float* total);
+void add_share(const std::uint8_t* occluded, StationOccluders by, const float* trust,
+               StationShare share, int rows, float* weight, float* total);
 
 // The weights in 1/kWeightOne, as parts of the total.
 void normalise(const float* weight, const float* total, int rows, std::int16_t* part);

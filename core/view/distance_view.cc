@@ -44,7 +44,7 @@ RAYWALK_INLINE void project_points(const float* sin_phi, const float* cos_phi, D
   const float per_turn = width / static_cast<float>(kTwoPi);
   const float per_phi = static_cast<float>(view.height) / static_cast<float>(kPi);
   const float half = 0.5f * static_cast<float>(view.height) / static_cast<float>(column.rows);
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < column.rows; ++i) {
     const float w = column.inverse[i];
     const float ahead = cos_phi[i] + w * column.from_eye.ahead;
@@ -103,7 +103,7 @@ void draw(const DrawnPoints& points, PanoramaSize view, float* image) {
 // w <- what a map holds of the points at w; negative where it does not agree.
 RAYWALK_VECTOR_CLONES void refine(const float* sin_phi, const float* cos_phi, const float* drawn,
                                   int rows, ColumnLookup map, float tolerance, float* refined) {
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < rows; ++i) {
     const float w = drawn[i] < 0.0f ? 0.0f : drawn[i];
     const HeldPoint held = look_up_point(map, sin_phi[i], cos_phi[i], w, tolerance);
@@ -202,7 +202,12 @@ void DistanceView::gather(const EyeCircle& circle) {
   std::vector<TrustedMap> trusted;
   for (std::size_t i = 0; i < maps_.size(); ++i) trusted.push_back({&maps_[i]->trust, map_m_[i]});
   if (std::ranges::any_of(trusted, [](const auto& map) { return !map.trust->everywhere(); })) {
-    smooth_.compute(inverse_, size_, eye_, trusted);
+    // As the nearest map has it: of several unreliable maps the nearest surface is mostly wrong.
+    filled_ = inverse_;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      if (drawn_[i] >= 0.0f) filled_[i] = drawn_[i];
+    }
+    smooth_.compute(filled_, size_, eye_, trusted);
     unreliable_.resize(static_cast<std::size_t>(size_.width));
   }
 }

@@ -16,7 +16,8 @@ RAYWALK_VECTOR_CLONES void mark_steps(const float* left, const float* here, cons
     return std::fabs(a - b) > tolerance * (a > b ? a : b);
   };
   for (int v = 0; v < rows; ++v) {
-    step[v] = static_cast<std::uint8_t>(differ(here[v], left[v]) | differ(here[v], right[v]));
+    step[v] = static_cast<std::uint8_t>(static_cast<int>(differ(here[v], left[v])) |
+                                        static_cast<int>(differ(here[v], right[v])));
   }
   for (int v = 1; v < rows; ++v) {
     const auto below = static_cast<std::uint8_t>(differ(here[v - 1], here[v]));
@@ -29,7 +30,7 @@ RAYWALK_VECTOR_CLONES void mark_steps(const float* left, const float* here, cons
 RAYWALK_VECTOR_CLONES void look_up_points(ColumnLookup map, const float* sin_phi,
                                           const float* cos_phi, const float* inverse, int count,
                                           float tolerance, float* part, float* held) {
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const HeldPoint point = look_up_point(map, sin_phi[i], cos_phi[i], inverse[i], tolerance);
     part[i] = point.part;
@@ -43,7 +44,8 @@ struct PixelsAroundEdge {
   int row = 0, rows = 0;
 
   float at(int right, int down) const {
-    return column[static_cast<std::size_t>(right + 2)][std::clamp(row + down, 0, rows - 1)];
+    const int beside = right + 2;
+    return column[static_cast<std::size_t>(beside)][std::clamp(row + down, 0, rows - 1)];
   }
 };
 

@@ -27,8 +27,7 @@ cv::Vec4f Exposure::at(int line, int station, float u, float v) const {
   if (factors.empty()) return {1.0f, 1.0f, 1.0f, 0.0f};
   // From the middle of a pixel to that of a patch, which is 1 more because of the border.
   const float width = static_cast<float>(panorama_.width);
-  const float in_panorama = u >= width ? u - width : u;
-  const float theta = (in_panorama + 0.5f) / width * static_cast<float>(factors.rows - 2) + 0.5f;
+  const float theta = (u + 0.5f) / width * static_cast<float>(factors.rows - 2) + 0.5f;
   const float phi =
       (v + 0.5f) / static_cast<float>(panorama_.height) * static_cast<float>(factors.cols - 2) +
       0.5f;

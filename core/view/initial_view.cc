@@ -113,12 +113,13 @@ class Cut {
         std::copy_n(factors.val, 4, of.exposure.begin() + static_cast<std::ptrdiff_t>(4 * node));
       }
       samples[k].exposure = of.exposure.data();
+      samples[k].exposure_step = kExposureStep;
     }
     for (std::size_t k = 0; k < reads_.size(); ++k) {
       for (std::size_t i = 0; i < count_; ++i) {
         const float whole = std::max(total_[i], 1.0f);
         samples_[k].weight[i] = static_cast<std::int16_t>(
-            static_cast<float>(samples_[k].weight[i]) * kWeightOne / whole);
+            std::lround(static_cast<float>(samples_[k].weight[i]) * kWeightOne / whole));
       }
     }
     mix_exact(std::span(samples).first(reads_.size()), cubic, captured, static_cast<int>(count_),
@@ -188,7 +189,9 @@ void render_initial(const InitialView& view, int first, int count, RowRun rows, 
                   3 * static_cast<std::size_t>(count));
     }
   }
-  counts->all += static_cast<std::int64_t>(count) * (rows.end - rows.begin);
+  const std::int64_t height = rows.end - rows.begin;
+  counts->all += count * height;
+  for (const auto& of_column : reads) counts->empty += of_column.empty() ? height : 0;
 }
 
 }  // namespace raywalk

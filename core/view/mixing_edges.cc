@@ -74,7 +74,7 @@ void StationMixing::sample_quarters(const Column& column, double u,
       static_cast<float>(captured) / static_cast<float>(view_.distances.size().width);
   std::array<int, kRows> distance_rows;
   for (std::size_t i = 0; i < quarters.size(); ++i) {
-    const auto row = static_cast<int>(rows[i] + 0.5f);
+    const auto row = static_cast<int>(std::lround(rows[i]));
     const float down = rows[i] - static_cast<float>(row) +
                        quarters[i]->down_px * static_cast<float>(view_.rows.per_distance);
     const Latitude latitude = view_.latitudes.beside(row, down);
@@ -125,16 +125,17 @@ void StationMixing::find_shares(const Column& column, std::span<const EdgeQuarte
   for (std::size_t source = 0; source < column.sources.count; ++source) {
     const ColumnSource& of = column.sources.source[source];
     std::array<const std::uint8_t*, 3> occluded;
+    std::size_t i = 0;
     for (const int beside : {-1, 0, 1}) {
       const std::uint8_t* const other = view_.visibility.occluded_as(
           column.nearest, wrapped_column(column.nearest + beside, size.width), of.at.line,
           of.behind());
-      occluded[static_cast<std::size_t>(beside + 1)] =
-          other == nullptr ? column.occluded[source] : other;
+      occluded[i++] = other == nullptr ? column.occluded[source] : other;
     }
-    for (std::size_t i = 0; i < quarters.size(); ++i) {
-      const int row = std::clamp(distance_rows[i] + quarters[i]->down, 0, size.height - 1);
-      s.occluded[source][i] = occluded[static_cast<std::size_t>(quarters[i]->right + 1)][row];
+    for (std::size_t q = 0; q < quarters.size(); ++q) {
+      const int row = std::clamp(distance_rows[q] + quarters[q]->down, 0, size.height - 1);
+      const int beside = quarters[q]->right + 1;
+      s.occluded[source][q] = occluded[static_cast<std::size_t>(beside)][row];
     }
   }
   for (std::size_t i = 0; i < quarters.size() && column.trust != nullptr; ++i) {

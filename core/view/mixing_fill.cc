@@ -22,7 +22,7 @@ void StationMixing::fill_rows(const Column& column, RowRun rows, std::uint8_t* b
     if (std::all_of(fill + first, fill + last + 1, [](std::uint8_t by) { return by == 0; })) return;
   }
   const auto show = [&](int station, RowRun run) {
-    if (station == kNowhere) unread_.push_back({column.u, run});
+    if (station == kNowhere) leave_unread(column, run, bgr + (run.begin - rows.begin) * kStride);
     if (station >= 0) show_station(column, station, run, bgr + (run.begin - rows.begin) * kStride);
     if (empty) counts_.empty += run.end - run.begin;
   };
@@ -42,6 +42,13 @@ void StationMixing::fill_rows(const Column& column, RowRun rows, std::uint8_t* b
     run.end = row = end;
   }
   show(shown, run);
+}
+
+// Nothing of what must not be used stays in the picture, even if nothing can be filled in.
+void StationMixing::leave_unread(const Column& column, RowRun rows, std::uint8_t* bgr) {
+  unread_.push_back({column.u, rows});
+  for (int i = 0; i < rows.end - rows.begin; ++i)
+    std::fill_n(bgr + i * kStride, 3, std::uint8_t{0});
 }
 
 // The station of the i-th row of those just mixed.
@@ -92,7 +99,7 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
     const ViewPoint point =
         point_in(view_.distances, column.nearest, view_.rows.nearest[first + i]);
     if (check.valid(left, right) && view_.fill.is_left_out(map, point)) continue;
-    unread_.push_back({column.u, {row, row + 1}});
+    leave_unread(column, {row, row + 1}, bgr + (row - rows.begin) * kStride);
     --counts_.filled;
   }
 }

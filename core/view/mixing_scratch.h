@@ -5,6 +5,7 @@
 #include <array>
 #include <opencv2/core/matx.hpp>
 
+#include "core/view/column_rows.h"
 #include "core/view/sampler.h"
 #include "core/view/station_mixing.h"
 
@@ -14,7 +15,7 @@ namespace raywalk {
 struct StationMixing::Read {
   std::size_t source = 0;  // index of the column's source
   int line = 0, station = 0;
-  float share = 1.0f;  // of the column
+  StationShare share{};  // of the column
   StationOccluders by{};
   bool has_masks = false;
 };
@@ -57,13 +58,13 @@ struct StationMixing::Scratch {
     std::array<std::int32_t, kRows> left, right, part_u, part_v;
     std::array<float, kRows> u, v, weight;
     std::array<std::int16_t, kRows> part;
-    std::array<float, 4 * (kRows / kExposureStep + 2)> exposure;
+    std::array<float, 4 * (kRows + 2)> exposure;
     SamplePlaces places() { return {left.data(), right.data(), part_u.data(), part_v.data()}; }
   };
 
   explicit Scratch(int distance_rows)
       : nothing_occluded(static_cast<std::size_t>(distance_rows), 0),
-        parts(nothing_occluded.size()),
+        parts(nothing_occluded.size() + 1),
         inverse(parts.size()),
         step(parts.size()),
         from_column(parts.size()),

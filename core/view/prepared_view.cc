@@ -23,7 +23,7 @@ constexpr int kFartherMaps = 32;   // and as many for what masks hide
 
 // Marks unread rows in an image whose first pixel is that of the part.
 void mark_unread(std::span<const UnreadRows> unread, const PanoramaPart& part, int width,
-                 cv::Mat1b image) {
+                 const cv::Mat1b& image) {
   for (const UnreadRows& rows : unread) {
     const int column = wrapped_column(rows.column - part.first_column, width);
     image.col(column).rowRange(rows.rows.begin - part.rows.begin, rows.rows.end - part.rows.begin) =

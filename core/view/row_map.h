@@ -17,7 +17,7 @@ struct RowMap {
       const int row =
           std::clamp(static_cast<int>(std::floor(at)), 0, std::max(distance_rows - 2, 0));
       upper.push_back(row);
-      part.push_back(static_cast<float>(std::clamp(at - row, 0.0, 1.0)));
+      part.push_back(static_cast<float>(at - row));
       nearest.push_back(std::clamp(static_cast<int>(std::floor(at + 0.5)), 0, distance_rows - 1));
     }
     for (int row = 0; row <= distance_rows; ++row) {

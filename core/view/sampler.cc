@@ -15,6 +15,7 @@ namespace {
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Float4 = float __attribute__((vector_size(16)));
 
+constexpr float kToNearest = 0.5f;   // before truncation
 constexpr int kSampleOne = 1 << 14;  // a full level in what sample() returns
 
 RAYWALK_INLINE Int4 all(std::int32_t value) { return Int4{value, value, value, value}; }
@@ -107,9 +108,10 @@ RAYWALK_INLINE Float4 sample_cubic(const StationSamples& s, int i, PanoramaSize 
   return sum;
 }
 
-RAYWALK_INLINE Float4 load_exposure(const float* exposure, int row) {
-  const float* const node = exposure + row / kExposureStep * 4;
-  const float part = static_cast<float>(row % kExposureStep) / kExposureStep;
+RAYWALK_INLINE Float4 load_exposure(const StationSamples& s, int row) {
+  const float* const node = s.exposure + row / s.exposure_step * 4;
+  const float part =
+      static_cast<float>(row % s.exposure_step) / static_cast<float>(s.exposure_step);
   Float4 here, next;
   std::memcpy(&here, node, sizeof here);
   std::memcpy(&next, node + 4, sizeof next);
@@ -160,7 +162,7 @@ RAYWALK_VECTOR_CLONES void place_samples(const float* from_column, float* v, int
   const int bytes = 3 * captured.height;
   std::int32_t *const to_left = at.left, *const to_right = at.right;
   std::int32_t *const to_u = at.part_u, *const to_v = at.part_v;
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < rows; ++i) {
     float x = from_column[i] + column;
     x += x < 0.0f ? static_cast<float>(captured.width) : 0.0f;
@@ -173,9 +175,9 @@ RAYWALK_VECTOR_CLONES void place_samples(const float* from_column, float* v, int
     y = y > static_cast<float>(captured.height - 1) ? static_cast<float>(captured.height - 1) : y;
     int row = static_cast<int>(y);
     row = row > captured.height - 2 ? captured.height - 2 : row;
-    const int part_u = static_cast<int>((x - static_cast<float>(whole)) * 128.0f + 0.5f);
-    const int part_v = static_cast<int>((y - static_cast<float>(row)) * 128.0f + 0.5f);
-    u[i] = x;
+    const int part_u = static_cast<int>((x - static_cast<float>(whole)) * 128.0f + kToNearest);
+    const int part_v = static_cast<int>((y - static_cast<float>(row)) * 128.0f + kToNearest);
+    u[i] = static_cast<float>(left) + (x - static_cast<float>(whole));
     v[i] = y;
     to_left[i] = left * bytes + 3 * row;
     to_right[i] = right * bytes + 3 * row;
@@ -277,7 +279,7 @@ RAYWALK_VECTOR_CLONES void mix_exact(std::span<const StationSamples> samples, bo
       level.weight = static_cast<float>(s.weight[i]);
       level.rgb = cubic ? sample_cubic(s, i, captured)
                         : __builtin_convertvector(sample(s, i), Float4) * all(1.0f / kSampleOne);
-      if (s.exposure != nullptr) level.rgb *= load_exposure(s.exposure, i);
+      if (s.exposure != nullptr) level.rgb *= load_exposure(s, i);
     }
     Float4 rgb = mean_of({levels.data(), count}) + all(0.5f);
     for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(rgb[c], 0.0f, 255.0f);

@@ -27,12 +27,13 @@ struct SamplePlaces {
 struct StationSamples {
   const std::uint8_t* pixels = nullptr;  // rgb, [theta][phi]
   SamplePlaces at{};
-  const float* u = nullptr;  // the same places as pixel positions; u from 0 to twice the width
+  const float* u = nullptr;  // the same places as pixel positions, u below the width
   const float* v = nullptr;
   const std::int16_t* weight = nullptr;  // of each row, in 1/kWeightOne; of all stations 1
-  // The station's exposure correction at every kExposureStep-th row, rgb and a fourth value that is
-  // not used; null: 1.
+  // The station's exposure correction at every exposure_step-th row, rgb and a fourth value that is
+  // not used, linear between; null: 1.
   const float* exposure = nullptr;
+  int exposure_step = 1;
 };
 inline constexpr int kExposureStep = 8;
 inline constexpr int kWeightOne = 1 << 14;

@@ -25,7 +25,7 @@ void require_samples(const LineVolume& volume, int station, const SamplePlaces& 
                      bool cubic) {
   if (!volume.form().compressed()) return;
   const PanoramaSize size = volume.panorama();
-  const auto column_bytes = static_cast<std::size_t>(3 * size.height);
+  const std::size_t column_bytes = 3 * static_cast<std::size_t>(size.height);
   std::array<TileLayout::Bytes, 4> known{};  // of the columns around, one after the other
   const auto require = [&](int theta, TileLayout::Bytes* tile) {
     const std::size_t begin = column_bytes * static_cast<std::size_t>(theta);
@@ -105,15 +105,21 @@ void StationMixing::add_reads(std::size_t source, Column* column) const {
       view_.visibility.occluded(column->nearest, line, of.behind());
   column->occluded[source] = occluded == nullptr ? scratch_->nothing_occluded.data() : occluded;
   const int mixed = view_.options.stations_mixed;
-  const StationWindow window = stations_mixed(of.at, view_.room.volume(line).stations(), mixed);
+  // Where distances are unreliable a single station would show things out of place: the two
+  // neighbours are mixed by nearness.
+  const int most = column->trust == nullptr ? mixed : std::max(mixed, 2);
+  const StationWindow window = stations_mixed(of.at, view_.room.volume(line).stations(), most);
   const std::size_t first = column->reads.size();
-  float sum = 0.0f;
+  StationShare sum{0.0f, 0.0f};
   for (int station = window.first; station <= window.last; ++station) {
-    const float share =
-        station_share(static_cast<float>(station - of.at.station - of.at.fraction), mixed);
+    const auto from_met = static_cast<float>(station - of.at.station - of.at.fraction);
+    const StationShare share{
+        station_share(from_met, mixed),
+        mixed > 2 ? station_share(from_met, mixed) : std::max(1.0f - std::fabs(from_met), 0.0f)};
     constexpr float kNone = 1e-3f;
-    if (share < kNone) continue;
-    sum += share;
+    if (share.reliable < kNone && (column->trust == nullptr || share.unreliable < kNone)) continue;
+    sum.reliable += share.reliable;
+    sum.unreliable += share.unreliable;
     column->reads.push_back(
         {.source = source,
          .line = line,
@@ -123,7 +129,10 @@ void StationMixing::add_reads(std::size_t source, Column* column) const {
          .has_masks = has_masks(view_.room, line, station)});
     column->any_masks |= column->reads.back().has_masks;
   }
-  for (Read& read : std::span(column->reads).subspan(first)) read.share *= of.share / sum;
+  for (Read& read : std::span(column->reads).subspan(first)) {
+    read.share.reliable *= of.share / sum.reliable;
+    read.share.unreliable *= of.share / std::max(sum.unreliable, 1e-6f);
+  }
 }
 
 const StationMixing::Positions& StationMixing::positions_of(int line, int station, int theta) {
@@ -138,14 +147,17 @@ const StationMixing::Positions& StationMixing::positions_of(int line, int statio
   found.line = line;
   found.station = station;
   found.theta = theta;
-  found.from_column.resize(latitudes.sin_phi.size());
-  found.v.resize(latitudes.sin_phi.size());
+  // One more, the same again: maps of a single row have no other to interpolate to.
+  found.from_column.resize(latitudes.sin_phi.size() + 1);
+  found.v.resize(found.from_column.size());
   const double theta_rad = theta_of_column(theta, view_.distances.size().width);
   const Eigen::Vector3d to_eye_m =
       view_.distances.eye().position_m(theta_rad) - station_m(view_.room, line, station);
   find_positions(latitudes.sin_phi.data(), latitudes.cos_phi.data(), view_.distances.column(theta),
                  latitudes.rows(), offset_in_column(to_eye_m, theta_rad), view_.room.panorama(),
                  found.from_column.data(), found.v.data());
+  found.from_column.back() = found.from_column[latitudes.sin_phi.size() - 1];
+  found.v.back() = found.v[latitudes.sin_phi.size() - 1];
   return found;
 }
 
@@ -216,7 +228,7 @@ void StationMixing::place_rows(const Column& column, const Read& read, std::size
   const float* v = left->v.data() + around.begin;
   if (column.left != column.right) {
     const Positions& right = positions_of(read.line, read.station, column.right);
-    const int count = around.end - around.begin;
+    const int count = around.end - around.begin + 1;
     constexpr float kNever = 1e9f;
     between_columns(from_column, right.from_column.data() + around.begin, s.parts.data(), count,
                     width, s.from_column.data());
@@ -269,7 +281,8 @@ void StationMixing::mix(bool any_masks, std::size_t count, int rows, std::uint8_
                     .weight = station.part.data()};
     require_samples(volume, read.station, s.samples[k].at, rows, cubic);
     if (view_.exposure != nullptr && !view_.exposure->is_one(read.line, read.station)) {
-      look_up_exposure(read, k, rows);
+      // Rows of a column follow each other; other samples have nothing to do with each other.
+      look_up_exposure(read, k, rows, stride == kStride ? kExposureStep : 1);
       any_exposure = true;
     }
     if (stride == kStride) prefetch_samples(s.samples[k], rows, 3 * captured.height);
@@ -282,15 +295,16 @@ void StationMixing::mix(bool any_masks, std::size_t count, int rows, std::uint8_
   }
 }
 
-void StationMixing::look_up_exposure(const Read& read, std::size_t k, int rows) {
+void StationMixing::look_up_exposure(const Read& read, std::size_t k, int rows, int step) {
   Scratch::Station& station = scratch_->stations[k];
-  for (int node = 0; node <= rows / kExposureStep + 1; ++node) {
-    const auto row = static_cast<std::size_t>(std::min(node * kExposureStep, rows - 1));
+  for (int node = 0; node <= rows / step + 1; ++node) {
+    const auto row = static_cast<std::size_t>(std::min(node * step, rows - 1));
     const cv::Vec4f factors =
         view_.exposure->at(read.line, read.station, station.u[row], station.v[row]);
     std::copy_n(factors.val, 4, station.exposure.begin() + 4 * node);
   }
   scratch_->samples[k].exposure = station.exposure.data();
+  scratch_->samples[k].exposure_step = step;
 }
 
 void StationMixing::remove_masked(std::size_t count, int rows) {

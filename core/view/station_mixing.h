@@ -89,10 +89,11 @@ class StationMixing {
   // Mixes the samples that were placed of so many stations, without those that are masked.
   void mix(bool any_masks, std::size_t count, int rows, std::uint8_t* bgr, int stride);
   void remove_masked(std::size_t count, int rows);
-  void look_up_exposure(const Read& read, std::size_t k, int rows);
+  void look_up_exposure(const Read& read, std::size_t k, int rows, int step);
 
   // mixing_fill.cc: reads what no line sees from other stations.
   void fill_rows(const Column& column, RowRun rows, std::uint8_t* bgr);
+  void leave_unread(const Column& column, RowRun rows, std::uint8_t* bgr);
   int station_to_show(const Column& column, int row, std::size_t i);
   void show_station(const Column& column, int station, RowRun rows, std::uint8_t* bgr);
 

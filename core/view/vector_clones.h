@@ -11,4 +11,10 @@
 #else
 #define RAYWALK_VECTOR_CLONES
 #endif
+// Before a loop whose turns do not depend on each other, whatever its pointers point to.
+#if defined(__clang__)
+#define RAYWALK_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define RAYWALK_INDEPENDENT _Pragma("GCC ivdep")
+#endif
 #define RAYWALK_INLINE __attribute__((always_inline)) inline

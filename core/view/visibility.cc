@@ -29,7 +29,7 @@ RAYWALK_VECTOR_CLONES void mark_occluded(const float* sin_phi, const float* cos_
   const auto width = static_cast<float>(map.width);
   const float per_turn = width / static_cast<float>(kTwoPi);
   const float per_phi = static_cast<float>(map.rows) / static_cast<float>(kPi);
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < rows; ++i) {
     const SeenPoint seen = seen_from(sin_phi[i], cos_phi[i], inverse[i], map.to_eye);
     float u = map.column + seen.turn_rad * per_turn;
@@ -52,7 +52,7 @@ RAYWALK_VECTOR_CLONES void project_ring(const float* sin_phi, const float* cos_p
                                         const float* inverse, int rows, float ahead, float d_p,
                                         float below, std::int32_t* bin, float* from_met) {
   const float per_phi = static_cast<float>(rows) / static_cast<float>(kPi);
-#pragma GCC ivdep
+  RAYWALK_INDEPENDENT
   for (int i = 0; i < rows; ++i) {
     const float x = ahead * cos_phi[i] - inverse[i] * d_p;
     const float y = sin_phi[i] + inverse[i] * below;
@@ -206,7 +206,7 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   std::uint8_t* const occluded = occluded_[source].data() + first(theta);
   std::fill_n(occluded, rows_, std::uint8_t{0});
   const RaySource& at = column.sources.source[source].at;
-  if (at.d_p_m != 0.0) {
+  if (at.d_p_m != 0.0 || above_lines_m_ != 0.0) {  // else the line sees what the eye does
     ring->mark(*distances_, theta, static_cast<float>(at.d_p_m), static_cast<float>(above_lines_m_),
                occluded);
   }
@@ -227,7 +227,8 @@ void Visibility::find_occluded(int theta, const Column& column, std::size_t sour
   const Latitudes& latitudes = distances_->latitudes();
   for (int bit = 0; bit < kMapsOfSource; ++bit) {
     if ((wanted & (1 << bit)) == 0) continue;
-    const auto index = static_cast<std::size_t>(column.first_map[source] + bit);
+    const int map_index = column.first_map[source] + bit;
+    const auto index = static_cast<std::size_t>(map_index);
     const OccluderMap& map = *maps_[static_cast<std::size_t>(at.line)][index];
     const Eigen::Vector3d to_eye_m =
         eye_m - line.stations[static_cast<std::size_t>(stations[index])].position_m;

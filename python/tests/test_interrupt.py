@@ -60,7 +60,11 @@ def test_sigint_stops_work_and_raises_keyboard_interrupt(room_folder, tmp_path, 
     watchdog = threading.Timer(30.0, process.kill)
     watchdog.start()
     assert process.stdout.readline() == "begin\n"
-    time.sleep(0.2)
+    first = tmp_path / "out" / "v0.png"
+    for _ in range(500 if work == "write_path" else 20):
+        if first.exists():
+            break
+        time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     # The thread stops and the room is used again in either order.
     expected = ["(32,", "interrupted:"] + (["stopped"] if work == "thread" else [])
@@ -68,7 +72,7 @@ def test_sigint_stops_work_and_raises_keyboard_interrupt(room_folder, tmp_path, 
     assert [line.split()[0] for line in lines] == expected
     if work == "write_path":
         assert "of 2000 views; the same command resumes" in lines[1]
-        assert (tmp_path / "out" / "v0.png").exists()
+        assert first.exists()
     time.sleep(0.2)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()

@@ -209,7 +209,7 @@ TEST_F(RecreatedStationTest, MaskedPixelsAreNotCompared) {
       }};
   const RecreationScore masked = score(room_of(spec), Gap{});
   EXPECT_NEAR(masked.psnr_with_distances_db, clean.psnr_with_distances_db, 1.0);
-  EXPECT_NEAR(masked.psnr_without_depth_db, clean.psnr_without_depth_db, 1.0);
+  EXPECT_NEAR(masked.psnr_without_depth_db, clean.psnr_without_depth_db, 2.0);
   spec.companion->color = {0, 255, 0};
   const RecreationScore recoloured = score(room_of(spec), Gap{});
   EXPECT_EQ(recoloured.psnr_with_distances_db, masked.psnr_with_distances_db);
