@@ -2,9 +2,41 @@
 
 #include <cmath>
 
-#include "core/view/sampler.h"
-
 namespace raywalk {
+namespace {
+
+// From a to b, 0 where they are of different surfaces.
+RAYWALK_INLINE float change(float a, float b, float tolerance) {
+  const float larger = a > b ? a : b;
+  return std::fabs(a - b) > tolerance * larger ? 0.0f : b - a;
+}
+
+RAYWALK_INLINE float tame(float change, float wild) {
+  return std::fabs(change) > wild ? 0.0f : change;
+}
+
+// So many output rows for each row of the distances.
+template <int kPerRow>
+RAYWALK_INLINE void interpolate_whole(const float* at, const float* joined, int rows, float wild,
+                                      float* out) {
+  for (int i = 0; i < rows; ++i) {
+    const float up = joined[i - 1] * tame(at[i - 1] - at[i], wild);
+    const float down = joined[i] * tame(at[i + 1] - at[i], wild);
+    for (int k = 0; k < kPerRow; ++k) {
+      const float from_middle = static_cast<float>(2 * k + 1 - kPerRow) / (2 * kPerRow);
+      out[kPerRow * i + k] = at[i] + (from_middle < 0.0f ? -from_middle * up : from_middle * down);
+    }
+  }
+}
+
+template <int kPerRow>
+RAYWALK_INLINE void repeat_whole(const float* at, int rows, float* out) {
+  for (int i = 0; i < rows; ++i) {
+    for (int k = 0; k < kPerRow; ++k) out[kPerRow * i + k] = at[i];
+  }
+}
+
+}  // namespace
 
 RAYWALK_VECTOR_CLONES void find_positions(const float* sin_phi, const float* cos_phi,
                                           const float* inverse, int rows, Offset to_eye,
@@ -19,92 +51,47 @@ RAYWALK_VECTOR_CLONES void find_positions(const float* sin_phi, const float* cos
   }
 }
 
-RAYWALK_VECTOR_CLONES void find_parts(const float* a, const float* b, int rows, float part,
-                                      float tolerance, float* parts, float* inverse) {
-  const float nearer = part < 0.5f ? 0.0f : 1.0f;
+RAYWALK_VECTOR_CLONES void interpolate_columns(const float* nearest, const float* other, int rows,
+                                               float part, float tolerance, float* inverse) {
   for (int i = 0; i < rows; ++i) {
-    const float larger = a[i] > b[i] ? a[i] : b[i];
-    parts[i] = std::fabs(a[i] - b[i]) > tolerance * larger ? nearer : part;
-    inverse[i] = a[i] + (b[i] - a[i]) * parts[i];
+    inverse[i] = nearest[i] + part * change(nearest[i], other[i], tolerance);
   }
 }
 
-RAYWALK_VECTOR_CLONES void find_steps(const float* inverse, int rows, float tolerance,
-                                      float* step) {
-  for (int i = 0; i + 1 < rows; ++i) {
+RAYWALK_VECTOR_CLONES void find_joined(const float* inverse, int begin, int end, float tolerance,
+                                       float* joined) {
+  for (int i = begin; i < end; ++i) {
     const float larger = inverse[i] > inverse[i + 1] ? inverse[i] : inverse[i + 1];
-    step[i] = std::fabs(inverse[i] - inverse[i + 1]) > tolerance * larger ? 1.0f : 0.0f;
+    joined[i] = std::fabs(inverse[i] - inverse[i + 1]) > tolerance * larger ? 0.0f : 1.0f;
   }
 }
 
-RAYWALK_VECTOR_CLONES void between_columns(const float* a, const float* b, const float* part,
-                                           int rows, float turn, float* out) {
-  for (int i = 0; i < rows; ++i) {
-    float step = b[i] - a[i];
-    step -= step > 0.5f * turn ? turn : 0.0f;
-    step += step < -0.5f * turn ? turn : 0.0f;
-    out[i] = a[i] + step * part[i];
+RAYWALK_VECTOR_CLONES void interpolate_rows(const float* at, const float* joined, RowsBetween rows,
+                                            float wild, float* out) {
+  const int first = rows.nearest[0];
+  if (rows.per_row == 1) return repeat_whole<1>(at + first, rows.rows, out);
+  if (rows.per_row == 2) {
+    return interpolate_whole<2>(at + first, joined + first, rows.rows / 2, wild, out);
   }
-}
-
-namespace {
-
-// The same number of output rows for each row of the distances: kPerRow. Between the middles of two
-// rows are kPerRow output rows, the first of them after the middle of the upper one.
-template <int kPerRow>
-RAYWALK_INLINE void between_whole_rows(const float* at, const float* step, int intervals,
-                                       float wild, float* out) {
-  for (int i = 0; i < intervals; ++i) {
-    const float change = at[i + 1] - at[i];
-    const bool jumps = (step[i] != 0.0f) | (std::fabs(change) > wild);
-    const float slope = jumps ? 0.0f : change / kPerRow;
-    const float jump = jumps ? change : 0.0f;
-    for (int k = 0; k < kPerRow; ++k) {
-      out[kPerRow * i + k] =
-          at[i] + slope * (static_cast<float>(k) + 0.5f) + (2 * k < kPerRow ? 0.0f : jump);
-    }
+  if (rows.per_row == 4) {
+    return interpolate_whole<4>(at + first, joined + first, rows.rows / 4, wild, out);
   }
-}
-
-// Any number.
-RAYWALK_INLINE void between_any_rows(const float* at, const float* step, RowsBetween rows,
-                                     float wild, float* out) {
   RAYWALK_INDEPENDENT
   for (int i = 0; i < rows.rows; ++i) {
-    const int row = rows.upper[i] - rows.first_upper;
-    const float change = at[row + 1] - at[row];
-    const float nearer = rows.part[i] < 0.5f ? 0.0f : 1.0f;
-    const bool jumps = (step[row] != 0.0f) | (std::fabs(change) > wild);
-    out[i] = at[row] + change * (jumps ? nearer : rows.part[i]);
+    const int row = rows.nearest[i];
+    const float down = rows.down[i];
+    const float beside = down < 0.0f ? at[row - 1] : at[row + 1];
+    const float same = down < 0.0f ? joined[row - 1] : joined[row];
+    out[i] = at[row] + (down < 0.0f ? -down : down) * same * tame(beside - at[row], wild);
   }
 }
 
-// The part of `rows` from row `first` on, `count` of them.
-RAYWALK_INLINE RowsBetween part_of(RowsBetween rows, int first, int count) {
-  return {rows.upper + first, rows.part + first, rows.first_upper, rows.per_row, count};
-}
-
-}  // namespace
-
-RAYWALK_VECTOR_CLONES void between_rows(const float* at, const float* step, RowsBetween rows,
-                                        float wild, float* out) {
-  // The rows before the first whole interval between two rows of the distances.
-  int before = 0;
-  const bool whole = rows.per_row == 2 || rows.per_row == 4 || rows.per_row == 8;
-  while (before < rows.rows &&
-         (!whole || rows.part[before] * rows.per_row > 0.75f || rows.part[before] < 0.0f)) {
-    ++before;
-  }
-  between_any_rows(at, step, part_of(rows, 0, before), wild, out);
-  if (before == rows.rows) return;
-  const int intervals = (rows.rows - before) / rows.per_row;
-  const int row = rows.upper[before] - rows.first_upper;
-  float* const from = out + before;
-  if (rows.per_row == 2) between_whole_rows<2>(at + row, step + row, intervals, wild, from);
-  if (rows.per_row == 4) between_whole_rows<4>(at + row, step + row, intervals, wild, from);
-  if (rows.per_row == 8) between_whole_rows<8>(at + row, step + row, intervals, wild, from);
-  const int done = before + intervals * rows.per_row;
-  between_any_rows(at, step, part_of(rows, done, rows.rows - done), wild, out + done);
+RAYWALK_VECTOR_CLONES void repeat_rows(const float* at, RowsBetween rows, float* out) {
+  const float* const from = at + rows.nearest[0];
+  if (rows.per_row == 1) return repeat_whole<1>(from, rows.rows, out);
+  if (rows.per_row == 2) return repeat_whole<2>(from, rows.rows / 2, out);
+  if (rows.per_row == 4) return repeat_whole<4>(from, rows.rows / 4, out);
+  for (int i = 0; i < rows.rows; ++i) out[i] = at[rows.nearest[i]];
 }
 
 RAYWALK_VECTOR_CLONES void add_share(const std::uint8_t* occluded, StationOccluders by,
@@ -120,13 +107,16 @@ RAYWALK_VECTOR_CLONES void add_share(const std::uint8_t* occluded, StationOcclud
   }
 }
 
-RAYWALK_VECTOR_CLONES void normalise(const float* weight, const float* total, int rows,
-                                     std::int16_t* part) {
-  constexpr float kToNearest = 0.5f;  // before truncation
+RAYWALK_VECTOR_CLONES bool normalise(const float* weight, const float* total, int rows,
+                                     float* part) {
+  constexpr float kNone = 1e-5f;  // less than a 16th of a level
+  int any = 0;
   for (int i = 0; i < rows; ++i) {
-    const float one = static_cast<float>(kWeightOne) / (total[i] > 1e-12f ? total[i] : 1e-12f);
-    part[i] = static_cast<std::int16_t>(weight[i] * one + kToNearest);
+    const float of = weight[i] / (total[i] > 1e-12f ? total[i] : 1e-12f);
+    part[i] = of < kNone ? 0.0f : of;
+    any |= static_cast<int>(part[i] > 0.0f);
   }
+  return any != 0;
 }
 
 }  // namespace raywalk

@@ -1,5 +1,5 @@
-// Pass 4, loops over the rows of a column: where they are read in the stations, and how much each
-// station counts.
+// Pass 4, loops over the rows of a column: the distances of output rows, where they are read in the
+// stations, and how much each station counts.
 #pragma once
 
 #include <cstdint>
@@ -15,33 +15,29 @@ namespace raywalk {
 void find_positions(const float* sin_phi, const float* cos_phi, const float* inverse, int rows,
                     Offset to_eye, PanoramaSize captured, float* from_column, float* v);
 
-// The part of the way from column a to column b of the distances at which a row is read: that of
-// the output column, or the nearer end where the two show different surfaces. And the distance
-// there.
-void find_parts(const float* a, const float* b, int rows, float part, float tolerance, float* parts,
-                float* inverse);
+// The inverse distances `part` of the way from a column to another one, or in it where the two show
+// different surfaces.
+void interpolate_columns(const float* nearest, const float* other, int rows, float part,
+                         float tolerance, float* inverse);
 
-// 1 where a row and the next show different surfaces.
-void find_steps(const float* inverse, int rows, float tolerance, float* step);
-
-// Values between those of two columns. What is between the eye and a station is behind the station,
-// on its left in one column and on its right in the next: `turn` is after how much values go round.
-void between_columns(const float* a, const float* b, const float* part, int rows, float turn,
-                     float* out);
-
-// How rows of the output lie between those of the distances: `upper`, counted like `first_upper`,
-// is the first of the two around each, `part` that of the way to the second. `per_row`: how many
-// there are for each row of the distances; 0: not a whole number.
+// Rows of the output, each between the row of the distances it is nearest to and the one before or
+// after it. `nearest` and `down` as in RowMap. `per_row`: how many there are for each row of the
+// distances, from its first one on; 0: not a whole number, or not from the first one on.
 struct RowsBetween {
-  const int* upper;
-  const float* part;
-  int first_upper;
+  const int* nearest;
+  const float* down;
   int per_row;
   int rows;
 };
-// Values of output rows. Across a step, and where values jump by more than `wild`, those of the
-// nearer row.
-void between_rows(const float* at, const float* step, RowsBetween rows, float wild, float* out);
+// 1 where rows [begin, end) and the next one show one surface, else 0.
+void find_joined(const float* inverse, int begin, int end, float tolerance, float* joined);
+// Values of output rows between those of two rows that are joined and do not differ by `wild`, else
+// that of the nearest row. `at` and `joined` are of row 0, and readable one row before and after
+// those that are nearest.
+void interpolate_rows(const float* at, const float* joined, RowsBetween rows, float wild,
+                      float* out);
+// Values of the nearest rows.
+void repeat_rows(const float* at, RowsBetween rows, float* out);
 
 // How much a station counts: its share, and that where distances are unreliable.
 struct StationShare {
@@ -52,7 +48,7 @@ struct StationShare {
 void add_share(const std::uint8_t* occluded, StationOccluders by, const float* trust,
                StationShare share, int rows, float* weight, float* total);
 
-// The weights in 1/kWeightOne, as parts of the total.
-void normalise(const float* weight, const float* total, int rows, std::int16_t* part);
+// Weights as parts of their total; whether any is above 0.
+bool normalise(const float* weight, const float* total, int rows, float* part);
 
 }  // namespace raywalk

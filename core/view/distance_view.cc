@@ -1,8 +1,8 @@
 #include "core/view/distance_view.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/parallel.h"
@@ -13,17 +13,21 @@ namespace {
 
 constexpr float kUnseen = -1.0f;
 
-// Where the points of a column of a map are in the view, and how far the pixels reach that they
-// cover.
+// The points of a column of a map in the view.
 struct DrawnPoints {
   explicit DrawnPoints(int rows)
-      : pixel(static_cast<std::size_t>(rows)),
-        inverse(pixel.size()),
-        reach_u(pixel.size()),
-        reach_v(pixel.size()) {}
+      : pixel(static_cast<std::size_t>(rows)), inverse(pixel.size()), wide(pixel.size()) {}
   std::vector<std::int32_t> pixel;
-  std::vector<float> inverse, reach_u, reach_v;
+  std::vector<float> inverse;
+  std::vector<std::uint8_t> wide;  // whether a point covers more than what is closed afterwards
 };
+
+constexpr float kWide = 1.5f;  // pixels from a point's middle; less is closed afterwards
+
+// Half of a map's pixel in pixels of the view, from the map's station.
+float half_size(PanoramaSize view, int map_rows) {
+  return 0.5f * static_cast<float>(view.height) / static_cast<float>(map_rows);
+}
 
 struct DrawnColumn {
   const float* inverse;
@@ -39,11 +43,11 @@ struct DrawnColumn {
 template <bool kOnCircle>
 RAYWALK_INLINE void project_points(const float* sin_phi, const float* cos_phi, DrawnColumn column,
                                    PanoramaSize view, std::int32_t* pixel, float* inverse,
-                                   float* reach_u, float* reach_v) {
+                                   std::uint8_t* wide) {
   const auto width = static_cast<float>(view.width);
   const float per_turn = width / static_cast<float>(kTwoPi);
   const float per_phi = static_cast<float>(view.height) / static_cast<float>(kPi);
-  const float half = 0.5f * static_cast<float>(view.height) / static_cast<float>(column.rows);
+  const float half = half_size(view, column.rows);
   RAYWALK_INDEPENDENT
   for (int i = 0; i < column.rows; ++i) {
     const float w = column.inverse[i];
@@ -64,45 +68,56 @@ RAYWALK_INLINE void project_points(const float* sin_phi, const float* cos_phi, D
                (y > view.height - 1 ? view.height - 1 : y);
     // What is inside the circle no eye sees.
     inverse[i] = leg >= 0.0f ? w / length : kUnseen;
-    reach_v[i] = half / length;
-    reach_u[i] = half * cos_phi[i] / (plan + 1e-6f);
+    const float reach = cos_phi[i] * length > plan ? cos_phi[i] * length : plan;
+    wide[i] = static_cast<std::uint8_t>(half * reach >= kWide * plan * length);
   }
 }
 
 RAYWALK_VECTOR_CLONES void project(const float* sin_phi, const float* cos_phi, DrawnColumn column,
                                    PanoramaSize view, std::int32_t* pixel, float* inverse,
-                                   float* reach_u, float* reach_v) {
+                                   std::uint8_t* wide) {
   if (column.radius_m == 0.0f) {
-    project_points<false>(sin_phi, cos_phi, column, view, pixel, inverse, reach_u, reach_v);
+    project_points<false>(sin_phi, cos_phi, column, view, pixel, inverse, wide);
   } else {
-    project_points<true>(sin_phi, cos_phi, column, view, pixel, inverse, reach_u, reach_v);
+    project_points<true>(sin_phi, cos_phi, column, view, pixel, inverse, wide);
   }
 }
 
 // Draws the points of a column, the nearest surface staying.
-void draw(const DrawnPoints& points, PanoramaSize view, float* image) {
-  const auto mark = [](float inverse, float* pixel) { *pixel = std::max(*pixel, inverse); };
+void draw(const DrawnPoints& points, float* image) {
   for (std::size_t i = 0; i < points.pixel.size(); ++i) {
-    const float w = points.inverse[i];
-    mark(w, image + points.pixel[i]);
-    constexpr float kWide = 1.5f;  // less is closed afterwards
-    if (w < 0.0f || (points.reach_u[i] < kWide && points.reach_v[i] < kWide)) continue;
-    const int across =
-        static_cast<int>(std::min(points.reach_u[i], static_cast<float>(view.width) / 16.0f));
-    const int down = static_cast<int>(std::min(points.reach_v[i], 8.0f));
+    float& pixel = image[points.pixel[i]];
+    pixel = std::max(pixel, points.inverse[i]);
+  }
+}
+
+// Draws those that cover several pixels.
+void draw_wide(const DrawnPoints& points, const Latitudes& latitudes, DrawnColumn column,
+               PanoramaSize view, float* image) {
+  const auto next = [&](auto from) { return std::find(from, points.wide.end(), std::uint8_t{1}); };
+  for (auto at = next(points.wide.begin()); at != points.wide.end(); at = next(at + 1)) {
+    const auto i = static_cast<std::size_t>(at - points.wide.begin());
+    if (points.inverse[i] < 0.0f) continue;
+    const float half = half_size(view, column.rows), w = column.inverse[i];
+    const float length = w / points.inverse[i];
     const int u = points.pixel[i] / view.height, v = points.pixel[i] % view.height;
-    for (int column = u - across; column <= u + across; ++column) {
-      float* const pixels = image + wrapped_column(column, view.width) * view.height;
-      for (int row = std::max(0, v - down); row <= std::min(view.height - 1, v + down); ++row) {
-        mark(w, pixels + row);
+    const float plan = std::hypot(latitudes.cos_phi[i] + w * column.from_eye.ahead,
+                                  w * column.from_eye.aside);
+    const auto across = static_cast<int>(std::min(half * latitudes.cos_phi[i] / (plan + 1e-6f),
+                                                  static_cast<float>(view.width) / 16.0f));
+    const auto down = static_cast<int>(std::min(half / length, 8.0f));
+    for (int x = u - across; x <= u + across; ++x) {
+      float* const pixels = image + wrapped_column(x, view.width) * view.height;
+      for (int y = std::max(0, v - down); y <= std::min(view.height - 1, v + down); ++y) {
+        pixels[y] = std::max(pixels[y], points.inverse[i]);
       }
     }
   }
 }
 
 // w <- what a map holds of the points at w; negative where it does not agree.
-RAYWALK_VECTOR_CLONES void refine(const float* sin_phi, const float* cos_phi, const float* drawn,
-                                  int rows, ColumnLookup map, float tolerance, float* refined) {
+RAYWALK_VECTOR_CLONES void look_up(const float* sin_phi, const float* cos_phi, const float* drawn,
+                                   int rows, ColumnLookup map, float tolerance, float* refined) {
   RAYWALK_INDEPENDENT
   for (int i = 0; i < rows; ++i) {
     const float w = drawn[i] < 0.0f ? 0.0f : drawn[i];
@@ -110,6 +125,38 @@ RAYWALK_VECTOR_CLONES void refine(const float* sin_phi, const float* cos_phi, co
     refined[i] = drawn[i] < 0.0f ? kUnseen : held.inverse;
   }
 }
+
+// The rows of a column that no map has refined yet.
+struct UnrefinedRows {
+  void reset(const Latitudes& latitudes, std::span<const float> column) {
+    row.resize(column.size());
+    std::iota(row.begin(), row.end(), 0);
+    sin_phi = latitudes.sin_phi;
+    cos_phi = latitudes.cos_phi;
+    drawn.assign(column.begin(), column.end());
+    refined.resize(column.size());
+  }
+  // Takes those out that a map agrees with.
+  void refine(const ColumnLookup& map, float tolerance, float* inverse) {
+    look_up(sin_phi.data(), cos_phi.data(), drawn.data(), static_cast<int>(row.size()), map,
+            tolerance, refined.data());
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      if (refined[i] >= 0.0f) {
+        inverse[row[i]] = refined[i];
+        continue;
+      }
+      row[left] = row[i];
+      sin_phi[left] = sin_phi[i];
+      cos_phi[left] = cos_phi[i];
+      drawn[left++] = drawn[i];
+    }
+    row.resize(left);
+  }
+
+  std::vector<int> row;
+  std::vector<float> sin_phi, cos_phi, drawn, refined;
+};
 
 }  // namespace
 
@@ -186,9 +233,9 @@ void DistanceView::gather(const EyeCircle& circle) {
             .u = (static_cast<float>(theta) + 0.5f) * static_cast<float>(size_.width) /
                  static_cast<float>(map.size.width)};
         project(latitudes.sin_phi.data(), latitudes.cos_phi.data(), column, size_,
-                points.pixel.data(), points.inverse.data(), points.reach_u.data(),
-                points.reach_v.data());
-        draw(points, size_, image);
+                points.pixel.data(), points.inverse.data(), points.wide.data());
+        draw(points, image);
+        draw_wide(points, latitudes, column, size_, image);
       }
     }
   });
@@ -215,7 +262,6 @@ void DistanceView::gather(const EyeCircle& circle) {
 // Columns [begin, end): the nearest of what the maps drew, without cracks, read where it is.
 void DistanceView::close_and_refine(int begin, int end) {
   constexpr int kMargin = 2;  // two steps of a 3 x 3 filter
-  constexpr int kRowsAtOnce = 32;
   const auto rows = static_cast<std::size_t>(size_.height);
   cv::Mat1f drawn(end - begin + 2 * kMargin, size_.height);
   for (int u = begin - kMargin; u < end + kMargin; ++u) {
@@ -229,32 +275,21 @@ void DistanceView::close_and_refine(int begin, int end) {
     }
   }
   cv::morphologyEx(drawn, drawn, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
-  std::array<float, kRowsAtOnce> refined;
+  UnrefinedRows unknown;
   for (int theta = begin; theta < end; ++theta) {
-    const auto lookups = this->lookups(theta_of_column(theta, size_.width));
     const float* const column = drawn[theta - begin + kMargin];
     float* const inverse = inverse_.data() + first(theta);
+    unknown.reset(latitudes_, {column, rows});
+    for (const ColumnLookup& map : lookups(theta_of_column(theta, size_.width))) {
+      unknown.refine(map, tolerance_, inverse);
+      if (unknown.row.empty()) break;
+    }
+    // Drawn by a map that does not agree there: as it was drawn.
+    for (const int row : unknown.row) inverse[row] = column[row];
     int unseen = 0;
-    for (int from = 0; from < size_.height; from += kRowsAtOnce) {
-      const int count = std::min(kRowsAtOnce, size_.height - from);
-      std::fill_n(inverse + from, count, kUnseen);
-      bool all_known = false;
-      for (std::size_t i = 0; i < lookups.size() && !all_known; ++i) {
-        refine(latitudes_.sin_phi.data() + from, latitudes_.cos_phi.data() + from, column + from,
-               count, lookups[i], tolerance_, refined.data());
-        all_known = true;
-        for (int row = 0; row < count; ++row) {
-          float& w = inverse[from + row];
-          w = w < 0.0f ? refined[static_cast<std::size_t>(row)] : w;
-          all_known &= w >= 0.0f;
-        }
-      }
-      for (int row = from; row < from + count; ++row) {
-        // Drawn by a map that does not agree there: as it was drawn.
-        if (inverse[row] < 0.0f) inverse[row] = column[row] < 0.0f ? kUnseen : column[row];
-        unseen_[first(theta) + static_cast<std::size_t>(row)] = inverse[row] < 0.0f ? 1 : 0;
-        unseen += inverse[row] < 0.0f ? 1 : 0;
-      }
+    for (std::size_t row = 0; row < rows; ++row) {
+      unseen_[first(theta) + row] = inverse[row] < 0.0f ? 1 : 0;
+      unseen += inverse[row] < 0.0f ? 1 : 0;
     }
     unseen_count_[static_cast<std::size_t>(theta)] = unseen;
   }

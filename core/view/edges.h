@@ -5,10 +5,6 @@
 // the distances is divided into 2 x 2, and each quarter gets the distance of one of the surfaces
 // around it: the nearer one where the nearest map that shows either shows that one, to more than
 // half by bilinear weight. Pass 4 averages the quarters' samples.
-//
-// The stations' pixels at a silhouette are mixed as well, with whatever is behind it from there. So
-// a quarter's sample is displaced a little away from the edge, towards the middle of those pixels
-// around that are on its surface.
 #pragma once
 
 #include <array>
@@ -22,11 +18,8 @@ namespace raywalk {
 
 // A quarter of a pixel of the distances.
 struct EdgeQuarter {
-  float inverse = 0.0f;   // distance from the eye, 1/m
-  float right_px = 0.0f;  // displacement of its sample, in pixels of the distances
-  float down_px = 0.0f;
-  std::int8_t right = 0;  // the pixel around it, -1 to 1, whose surface it is on
-  std::int8_t down = 0;
+  float inverse = 0.0f;             // distance from the eye, 1/m
+  std::int8_t right = 0, down = 0;  // the pixel around it, -1 to 1, whose surface it is on
 };
 
 struct EdgePixel {

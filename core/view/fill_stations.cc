@@ -16,10 +16,14 @@ Eigen::Vector3d direction_from(const MapStation& map, const ViewPoint& point) {
 }  // namespace
 
 ViewPoint point_in(const DistanceView& distances, int theta, int row) {
-  const SphereAngles angles = angles_from_pixel({double(theta), double(row)}, distances.size());
+  const double theta_rad = theta_of_column(theta, distances.size().width);
+  const auto sin_theta = static_cast<float>(std::sin(theta_rad));
+  const auto cos_theta = static_cast<float>(std::cos(theta_rad));
+  const auto i = static_cast<std::size_t>(row);
+  const float sin_phi = distances.latitudes().sin_phi[i], cos_phi = distances.latitudes().cos_phi[i];
   const float* const trust = distances.trust(theta);
-  return {.eye_m = distances.eye().position_m(angles.theta_rad),
-          .direction = direction_from_angles(angles).cast<float>(),
+  return {.eye_m = distances.eye().position_m(theta_rad),
+          .direction = {cos_phi * sin_theta, sin_phi, cos_phi * cos_theta},
           .inverse = distances.column(theta)[row],
           .trust = trust == nullptr ? 1.0f : trust[row]};
 }

@@ -26,15 +26,13 @@ struct CutSamples {
   explicit CutSamples(std::size_t rows)
       : left(rows),
         right(rows),
-        part_u(rows),
-        part_v(rows),
+        across(rows),
         u(rows),
         v(rows),
         weight(rows),
         exposure(4 * (rows / kExposureStep + 2)) {}
-  std::vector<std::int32_t> left, right, part_u, part_v;
-  std::vector<float> u, v;
-  std::vector<std::int16_t> weight;
+  std::vector<std::int32_t> left, right, across;
+  std::vector<float> u, v, weight;
   std::vector<float> exposure;
 };
 
@@ -69,7 +67,7 @@ class Cut {
       columns[k] = {
           view_.room.volume(reads_[k].line).column(reads_[k].station, u).data() + 3 * rows_.begin,
           3 * view_.output.height,
-          static_cast<std::int16_t>(std::lround(reads_[k].share * kWeightOne))};
+          static_cast<std::int16_t>(std::lround(reads_[k].share * kDownOne))};
     }
     mix_columns(std::span(columns).first(reads_.size()), static_cast<int>(3 * count_),
                 mixed_.data());
@@ -92,14 +90,14 @@ class Cut {
                                          captured.height / view_.output.height -
                                      0.5);
       }
-      const SamplePlaces at{of.left.data(), of.right.data(), of.part_u.data(), of.part_v.data()};
+      const SamplePlaces at{of.left.data(), of.right.data(), of.across.data(), nullptr};
       place_samples(of.u.data(), of.v.data(), static_cast<int>(count_), column, captured,
                     of.u.data(), at);
       MaskCheck check(view_.room, read.line, read.station, cubic ? 1 : 0);
       for (std::size_t i = 0; i < count_; ++i) {
         const bool valid =
             !view_.room.volume(read.line).masked() || check.valid(of.left[i], of.right[i]);
-        of.weight[i] = static_cast<std::int16_t>(valid ? std::lround(read.share * kWeightOne) : 0);
+        of.weight[i] = valid ? read.share : 0.0f;
         total_[i] += of.weight[i];
       }
       const LineVolume& volume = view_.room.volume(read.line);
@@ -114,13 +112,6 @@ class Cut {
       }
       samples[k].exposure = of.exposure.data();
       samples[k].exposure_step = kExposureStep;
-    }
-    for (std::size_t k = 0; k < reads_.size(); ++k) {
-      for (std::size_t i = 0; i < count_; ++i) {
-        const float whole = std::max(total_[i], 1.0f);
-        samples_[k].weight[i] = static_cast<std::int16_t>(
-            std::lround(static_cast<float>(samples_[k].weight[i]) * kWeightOne / whole));
-      }
     }
     mix_exact(std::span(samples).first(reads_.size()), cubic, captured, static_cast<int>(count_),
               bgr, stride);

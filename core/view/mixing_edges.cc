@@ -70,18 +70,13 @@ void StationMixing::sample_quarters(const Column& column, double u,
                                     std::span<const float> rows) {
   Scratch& s = *scratch_;
   const int captured = view_.room.panorama().width;
-  const auto captured_per_distance =
-      static_cast<float>(captured) / static_cast<float>(view_.distances.size().width);
   std::array<int, kRows> distance_rows;
   for (std::size_t i = 0; i < quarters.size(); ++i) {
     const auto row = static_cast<int>(std::lround(rows[i]));
-    const float down = rows[i] - static_cast<float>(row) +
-                       quarters[i]->down_px * static_cast<float>(view_.rows.per_distance);
-    const Latitude latitude = view_.latitudes.beside(row, down);
+    const Latitude latitude = view_.latitudes.beside(row, rows[i] - static_cast<float>(row));
     s.sin_phi[i] = latitude.sin_phi;
     s.cos_phi[i] = latitude.cos_phi;
     s.point_inverse[i] = quarters[i]->inverse;
-    s.right_px[i] = quarters[i]->right_px * captured_per_distance;
     distance_rows[i] =
         std::clamp(static_cast<int>(std::floor((rows[i] + 0.5) / view_.rows.per_distance)), 0,
                    view_.distances.size().height - 1);
@@ -95,21 +90,15 @@ void StationMixing::sample_quarters(const Column& column, double u,
                       .count = count,
                       .sin_phi = s.sin_phi.data(),
                       .cos_phi = s.cos_phi.data(),
-                      .inverse = s.point_inverse.data(),
-                      .right_px = s.right_px.data()};
-  std::size_t stations = 0;
+                      .inverse = s.point_inverse.data()};
+  s.points.count = 0;
   for (std::size_t k = 0; k < column.reads.size(); ++k) {
-    Scratch::Station& station = s.stations[stations];
-    normalise(s.stations[k].weight.data(), s.total.data(), count, station.part.data());
-    const std::span part(station.part.data(), quarters.size());
-    if (std::ranges::all_of(part, [](std::int16_t weight) { return weight == 0; })) continue;
-    place_points(points, column.reads[k], stations);
-    s.read[stations++] = &column.reads[k];
+    if (!normalise(s.weight[k].data(), s.total.data(), count, s.part_of_point.data())) continue;
+    place_points(points, s.part_of_point.data(), column.reads[k], &s.points);
   }
-  mix(column.any_masks, stations, count, s.colour.data(), 4);
+  mix(column.any_masks, count, &s.points, nullptr, s.colour.data(), 4);
   for (std::size_t i = 0; i < quarters.size(); ++i) {
-    constexpr float kNone = 1e-9f;
-    if (s.total[i] < kNone) continue;
+    if (column.any_masks && s.points.total[i] == 0.0f) continue;
     const std::uint8_t* const bgr = s.colour.data() + 4 * i;
     s.sum[i] += cv::Vec4i(bgr[0], bgr[1], bgr[2], 1);
   }
@@ -121,33 +110,29 @@ void StationMixing::find_shares(const Column& column, std::span<const EdgeQuarte
                                 std::span<const int> distance_rows) {
   Scratch& s = *scratch_;
   const PanoramaSize size = view_.distances.size();
-  const auto count = static_cast<int>(quarters.size());
   for (std::size_t source = 0; source < column.sources.count; ++source) {
     const ColumnSource& of = column.sources.source[source];
-    std::array<const std::uint8_t*, 3> occluded;
+    std::array<const std::uint8_t*, 3> around;
     std::size_t i = 0;
     for (const int beside : {-1, 0, 1}) {
       const std::uint8_t* const other = view_.visibility.occluded_as(
           column.nearest, wrapped_column(column.nearest + beside, size.width), of.at.line,
           of.behind());
-      occluded[i++] = other == nullptr ? column.occluded[source] : other;
+      around[i++] = other == nullptr ? column.occluded[source] : other;
     }
     for (std::size_t q = 0; q < quarters.size(); ++q) {
       const int row = std::clamp(distance_rows[q] + quarters[q]->down, 0, size.height - 1);
       const int beside = quarters[q]->right + 1;
-      s.occluded[source][q] = occluded[static_cast<std::size_t>(beside)][row];
+      s.occluded[source][q] = around[static_cast<std::size_t>(beside)][row];
     }
   }
   for (std::size_t i = 0; i < quarters.size() && column.trust != nullptr; ++i) {
     s.trust[i] = column.trust[distance_rows[i]];
   }
-  std::fill_n(s.total.begin(), count, 0.0f);
-  for (std::size_t k = 0; k < column.reads.size(); ++k) {
-    const Read& read = column.reads[k];
-    add_share(s.occluded[read.source].data(), read.by,
-              column.trust == nullptr ? nullptr : s.trust.data(), read.share, count,
-              s.stations[k].weight.data(), s.total.data());
-  }
+  std::array<const std::uint8_t*, kMaxSources> occluded{};
+  for (std::size_t i = 0; i < column.sources.count; ++i) occluded[i] = s.occluded[i].data();
+  find_weights(column, occluded, column.trust == nullptr ? nullptr : s.trust.data(),
+               static_cast<int>(quarters.size()));
 }
 
 }  // namespace raywalk

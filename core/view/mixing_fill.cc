@@ -11,16 +11,13 @@ constexpr int kNowhere = -1, kItsLines = -2;
 
 }  // namespace
 
-void StationMixing::fill_rows(const Column& column, RowRun rows, std::uint8_t* bgr) {
+void StationMixing::fill_rows(const Column& column, RowRun rows, const float* total,
+                              std::uint8_t* bgr) {
   const bool empty = column.sources.count == 0;
   if (!empty && !column.any_masks && !view_.visibility.any_filled(column.nearest)) return;
   const auto& nearest = view_.rows.nearest;
-  if (!empty && !column.any_masks) {
-    const std::uint8_t* const fill = view_.visibility.fill(column.nearest);
-    const int first = nearest[static_cast<std::size_t>(rows.begin)];
-    const int last = nearest[static_cast<std::size_t>(rows.end - 1)];
-    if (std::all_of(fill + first, fill + last + 1, [](std::uint8_t by) { return by == 0; })) return;
-  }
+  const std::uint8_t* const fill = view_.visibility.fill(column.nearest);
+  const int last = nearest[static_cast<std::size_t>(rows.end - 1)];
   const auto show = [&](int station, RowRun run) {
     if (station == kNowhere) leave_unread(column, run, bgr + (run.begin - rows.begin) * kStride);
     if (station >= 0) show_station(column, station, run, bgr + (run.begin - rows.begin) * kStride);
@@ -29,11 +26,19 @@ void StationMixing::fill_rows(const Column& column, RowRun rows, std::uint8_t* b
   RowRun run{rows.begin, rows.begin};  // of rows shown from one place
   int shown = kItsLines;
   for (int row = rows.begin; row < rows.end;) {
-    const auto distance_row = static_cast<std::size_t>(nearest[static_cast<std::size_t>(row)]);
-    // Masks end anywhere; otherwise the rows of a pixel of the distances are alike.
-    const int end =
-        column.any_masks ? row + 1 : std::min(view_.rows.first[distance_row + 1], rows.end);
-    const int station = station_to_show(column, row, static_cast<std::size_t>(row - rows.begin));
+    const int distance_row = nearest[static_cast<std::size_t>(row)];
+    // Masks end anywhere; otherwise the rows of a pixel of the distances are alike, as are all that
+    // are not filled.
+    int end = row + 1, station = kItsLines;
+    if (column.any_masks || empty || fill[distance_row] != 0) {
+      station = station_to_show(column, row, total + (row - rows.begin));
+      if (!column.any_masks) end = view_.rows.first[static_cast<std::size_t>(distance_row) + 1];
+    } else {
+      const std::uint8_t* const next =
+          std::find_if(fill + distance_row, fill + last + 1, [](std::uint8_t by) { return by != 0; });
+      end = view_.rows.first[static_cast<std::size_t>(next - fill)];
+    }
+    end = std::min(end, rows.end);
     if (station != shown) {
       show(shown, run);
       run.begin = row;
@@ -51,13 +56,13 @@ void StationMixing::leave_unread(const Column& column, RowRun rows, std::uint8_t
     std::fill_n(bgr + i * kStride, 3, std::uint8_t{0});
 }
 
-// The station of the i-th row of those just mixed.
-int StationMixing::station_to_show(const Column& column, int row, std::size_t i) {
+// The station of a row; `total`: of its weights, where stations have masks.
+int StationMixing::station_to_show(const Column& column, int row, const float* total) {
   const int distance_row = view_.rows.nearest[static_cast<std::size_t>(row)];
   const std::uint8_t fill = view_.visibility.fill(column.nearest)[distance_row];
   if (fill == kNoStation) return kNowhere;
   if (fill != 0 && fill != kReadUnseen) return fill - 1;
-  if (!column.any_masks || scratch_->total[i] > 0.0f) return kItsLines;
+  if (!column.any_masks || *total > 0.0f) return kItsLines;
   const int station =
       view_.fill.find(view_.distances, point_in(view_.distances, column.nearest, distance_row));
   return station == FillStations::kNone ? kNowhere : station;
@@ -75,6 +80,8 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     s.point_inverse[i] = view_.distances.column(column.nearest)[view_.rows.nearest[first + i]];
   }
+  s.points.count = 0;
+  s.part_of_point.fill(1.0f);
   place_points({.theta_rad = column.theta_rad,
                 .eye_m = column.eye_m,
                 .captured = column.captured,
@@ -82,10 +89,8 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
                 .sin_phi = view_.latitudes.sin_phi.data() + first,
                 .cos_phi = view_.latitudes.cos_phi.data() + first,
                 .inverse = s.point_inverse.data()},
-               read, 0);
-  s.stations[0].part.fill(kWeightOne);
-  s.read[0] = &read;
-  mix(false, 1, count, bgr, kStride);
+               s.part_of_point.data(), read, &s.points);
+  mix(false, count, &s.points, nullptr, bgr, kStride);
   counts_.filled += count;
   if (!read.has_masks) return;
   // A sample may be masked where its distance differs from those around. What moved is shown where
@@ -94,7 +99,8 @@ void StationMixing::show_station(const Column& column, int station, RowRun rows,
   MaskCheck check(view_.room, read.line, read.station, beyond);
   for (int row = rows.begin; row < rows.end; ++row) {
     const auto i = static_cast<std::size_t>(row - rows.begin);
-    const std::int32_t left = s.stations[0].left[i], right = s.stations[0].right[i];
+    const std::int32_t left = s.points.stations[0].left[i],
+                       right = s.points.stations[0].right[i];
     if (check.usable(left, right)) continue;
     const ViewPoint point =
         point_in(view_.distances, column.nearest, view_.rows.nearest[first + i]);

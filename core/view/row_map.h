@@ -14,11 +14,8 @@ struct RowMap {
       : per_distance(static_cast<double>(output_rows) / distance_rows) {
     for (int i = 0; i < output_rows; ++i) {
       const double at = (i + 0.5) / per_distance - 0.5;
-      const int row =
-          std::clamp(static_cast<int>(std::floor(at)), 0, std::max(distance_rows - 2, 0));
-      upper.push_back(row);
-      part.push_back(static_cast<float>(at - row));
       nearest.push_back(std::clamp(static_cast<int>(std::floor(at + 0.5)), 0, distance_rows - 1));
+      down.push_back(static_cast<float>(at - nearest.back()));
     }
     for (int row = 0; row <= distance_rows; ++row) {
       first.push_back(static_cast<int>(std::ranges::lower_bound(nearest, row) - nearest.begin()));
@@ -32,11 +29,11 @@ struct RowMap {
   }
 
   double per_distance = 1.0;  // output rows per row of the distances
-  std::vector<int> upper;     // of the two rows around each output row
-  std::vector<float> part;    // of the way to the lower one
+  // Of each output row, the nearest row of the distances, and how far below its middle it is.
   std::vector<int> nearest;
-  std::vector<int>
-      first;  // of each row of the distances, the first row it is nearest to; and the end
+  std::vector<float> down;
+  // Of each row of the distances, the first output row that it is nearest to; and the end.
+  std::vector<int> first;
 };
 
 }  // namespace raywalk

@@ -54,19 +54,27 @@ StationMixing::~StationMixing() = default;
 void StationMixing::render(int first, int count, RowRun rows, cv::Mat image) {
   const TileReading reading;
   Scratch& s = *scratch_;
-  s.positions_used = 0;
   for (int i = 0; i < count; ++i) {
     prepare((first + i) % view_.output.width, &s.columns[static_cast<std::size_t>(i)]);
   }
   for (RowRun tile{rows.begin, 0}; tile.begin < rows.end; tile.begin = tile.end) {
-    tile.end = std::min(tile.begin + kRows, rows.end);
+    // Tiles begin with a row of the distances, if a whole number of rows lies in each.
+    tile.end = std::min((tile.begin / kRows + 1) * kRows, rows.end);
+    // A column is placed before the one in front of it is mixed, so that its pixels arrive in time.
+    place_rows(s.columns[0], tile, &s.placed[0]);
     for (int i = 0; i < count; ++i) {
       const Column& column = s.columns[static_cast<std::size_t>(i)];
-      render_rows(column, tile, s.tile.data() + 3 * i);
-      render_edges(column, tile, s.tile.data() + 3 * i);
+      const auto next = static_cast<std::size_t>(i) + 1;
+      if (i + 1 < count) place_rows(s.columns[next], tile, &s.placed[next % 2]);
+      Placed& placed = s.placed[static_cast<std::size_t>(i) % 2];
+      std::uint8_t* const bgr = s.tile.data() + static_cast<std::ptrdiff_t>(3 * i);
+      mix(column.any_masks, tile.end - tile.begin, &placed, i + 1 < count ? &s.placed[next % 2] : nullptr, bgr, kStride);
+      fill_rows(column, tile, placed.total.data(), bgr);
+      render_edges(column, tile, bgr);
     }
     for (int row = tile.begin; row < tile.end; ++row) {
-      std::memcpy(image.ptr(row - rows.begin), s.tile.data() + (row - tile.begin) * kStride,
+      std::memcpy(image.ptr(row - rows.begin),
+                  s.tile.data() + static_cast<std::ptrdiff_t>(row - tile.begin) * kStride,
                   3 * static_cast<std::size_t>(count));
     }
   }
@@ -82,20 +90,16 @@ void StationMixing::prepare(int u, Column* column) {
   c.eye_m = view_.distances.eye().position_m(c.theta_rad);
   c.captured = static_cast<float>((u + 0.5) * captured / view_.output.width - 0.5 + captured);
   const double at = (u + 0.5) * width / view_.output.width - 0.5;
-  c.left = wrapped_column(static_cast<int>(std::floor(at)), width);
-  c.part = static_cast<float>(at - std::floor(at));
-  constexpr float kNone = 1e-4f;
-  c.right = c.part > kNone ? (c.left + 1) % width : c.left;
-  c.nearest = c.part < 0.5f ? c.left : c.right;
+  c.nearest = wrapped_column(static_cast<int>(std::floor(at + 0.5)), width);
+  const auto right = static_cast<float>(at - std::floor(at + 0.5));
+  c.other = wrapped_column(c.nearest + (right < 0.0f ? -1 : 1), width);
+  c.part = std::fabs(right);
   c.trust = view_.distances.trust(c.nearest);
   c.edges = view_.edges.column(c.nearest);
   c.sources = view_.sources(c.theta_rad);
   c.reads.clear();
   c.any_masks = false;
   for (std::size_t i = 0; i < c.sources.count; ++i) add_reads(i, column);
-  if (scratch_->stations.size() < std::max(c.reads.size(), std::size_t{1})) {
-    scratch_->stations.resize(std::max(c.reads.size(), std::size_t{1}));
-  }
 }
 
 void StationMixing::add_reads(std::size_t source, Column* column) const {
@@ -135,195 +139,158 @@ void StationMixing::add_reads(std::size_t source, Column* column) const {
   }
 }
 
-const StationMixing::Positions& StationMixing::positions_of(int line, int station, int theta) {
+void StationMixing::place_rows(const Column& column, RowRun rows, Placed* placed) {
   Scratch& s = *scratch_;
-  for (std::size_t i = s.positions_used; i-- > 0;) {
-    const Positions& known = s.positions[i];
-    if (known.line == line && known.station == station && known.theta == theta) return known;
-  }
-  if (s.positions_used == s.positions.size()) s.positions.emplace_back();
-  Positions& found = s.positions[s.positions_used++];
-  const Latitudes& latitudes = view_.distances.latitudes();
-  found.line = line;
-  found.station = station;
-  found.theta = theta;
-  // One more, the same again: maps of a single row have no other to interpolate to.
-  found.from_column.resize(latitudes.sin_phi.size() + 1);
-  found.v.resize(found.from_column.size());
-  const double theta_rad = theta_of_column(theta, view_.distances.size().width);
-  const Eigen::Vector3d to_eye_m =
-      view_.distances.eye().position_m(theta_rad) - station_m(view_.room, line, station);
-  find_positions(latitudes.sin_phi.data(), latitudes.cos_phi.data(), view_.distances.column(theta),
-                 latitudes.rows(), offset_in_column(to_eye_m, theta_rad), view_.room.panorama(),
-                 found.from_column.data(), found.v.data());
-  found.from_column.back() = found.from_column[latitudes.sin_phi.size() - 1];
-  found.v.back() = found.v[latitudes.sin_phi.size() - 1];
-  return found;
-}
-
-void StationMixing::render_rows(const Column& column, RowRun rows, std::uint8_t* bgr) {
-  Scratch& s = *scratch_;
-  // The rows of the distances around.
-  const RowRun around{view_.rows.upper[static_cast<std::size_t>(rows.begin)],
-                      std::min(view_.rows.upper[static_cast<std::size_t>(rows.end - 1)] + 2,
-                               view_.distances.size().height)};
-  const int count = around.end - around.begin;
-  // A single station is read everywhere, and what it does not see is filled afterwards.
-  const bool single = column.reads.size() == 1 && !column.any_masks;
-  if (single) {
-    s.stations[0].part.fill(kWeightOne);
-  } else {
-    find_weights(column, around);
-  }
+  placed->count = 0;
+  const auto begin = static_cast<std::size_t>(rows.begin);
+  const int per_row = view_.rows.per_row();
+  const bool whole = per_row != 0 && rows.begin % per_row == 0 && rows.end % per_row == 0;
+  const RowsBetween between{view_.rows.nearest.data() + begin, view_.rows.down.data() + begin,
+                            whole ? per_row : 0, rows.end - rows.begin};
+  const int first = between.nearest[0], last = between.nearest[between.rows - 1];
+  const int height = view_.distances.size().height;
   const float tolerance = view_.distances.surface_tolerance();
-  const float* inverse = view_.distances.column(column.left) + around.begin;
-  if (column.left != column.right) {
-    find_parts(inverse, view_.distances.column(column.right) + around.begin, count, column.part,
-               tolerance, s.parts.data(), s.inverse.data());
-    inverse = s.inverse.data();
+
+  // The distances, with a row before and after them; beyond a pole its own row is repeated.
+  const int above = std::max(first - 1, 0), below = std::min(last + 1, height - 1);
+  const float* const nearest = view_.distances.column(column.nearest);
+  const float* const other = view_.distances.column(column.other);
+  interpolate_columns(nearest + above, other + above, below - above + 1, column.part, tolerance,
+                      s.inverse.data() + above);
+  find_joined(s.inverse.data(), above, below, tolerance, s.joined.data() + 1);
+  if (first == 0) s.joined[0] = 0.0f;
+  if (last == height - 1) s.joined[static_cast<std::size_t>(height)] = 0.0f;
+
+  const auto place = [&](const float* weight, const Read& read) {
+    Placed::Station& station = placed->add(read);
+    const Latitudes& latitudes = view_.distances.latitudes();
+    const auto of = static_cast<std::size_t>(above);
+    float *const u = s.u.data() + 1, *const v = s.v.data() + 1;  // of row 0
+    const PanoramaSize captured = view_.room.panorama();
+    find_positions(latitudes.sin_phi.data() + of, latitudes.cos_phi.data() + of,
+                   s.inverse.data() + of, below - above + 1,
+                   offset_in_column(column.eye_m - station_m(view_.room, read.line, read.station),
+                                    column.theta_rad),
+                   captured, u + of, v + of);
+    // Behind a station its columns jump by the width.
+    const float wild = static_cast<float>(captured.width) / 8.0f;
+    interpolate_rows(u, s.joined.data() + 1, between, wild, station.u.data());
+    interpolate_rows(v, s.joined.data() + 1, between, wild, station.v.data());
+    place_samples(station.u.data(), station.v.data(), between.rows, column.captured, captured,
+                  station.u.data(), station.places());
+    std::copy_n(weight, between.rows, station.weight.begin());
+    weigh_samples(station.v.data(), weight, between.rows, captured, station.down.data());
+  };
+  // A single station is read everywhere, and what it does not see is filled afterwards.
+  static constexpr auto kOne = [] {
+    std::array<float, kRows> one{};
+    one.fill(1.0f);
+    return one;
+  }();
+  if (column.reads.size() == 1) {
+    place(kOne.data(), column.reads[0]);
+  } else {
+    const int count = last + 1 - first;
+    std::array<const std::uint8_t*, kMaxSources> occluded{};
+    for (std::size_t i = 0; i < column.sources.count; ++i) occluded[i] = column.occluded[i] + first;
+    find_weights(column, occluded, column.trust == nullptr ? nullptr : column.trust + first, count);
+    std::array<float, kRows> weight;
+    for (std::size_t k = 0; k < column.reads.size(); ++k) {
+      if (!normalise(s.weight[k].data(), s.total.data(), count, s.part.data())) continue;
+      repeat_rows(s.part.data() - first, between, weight.data());
+      place(weight.data(), column.reads[k]);
+    }
   }
-  find_steps(inverse, count, tolerance, s.step.data());
-  s.count = 0;
-  for (std::size_t k = 0; k < column.reads.size(); ++k) {
-    if (!single && !find_parts_of_rows(k, rows, around)) continue;
-    place_rows(column, column.reads[k], s.count, rows, around);
-    s.read[s.count++] = &column.reads[k];
-  }
-  mix(column.any_masks, s.count, rows.end - rows.begin, bgr, kStride);
-  fill_rows(column, rows, bgr);
 }
 
-void StationMixing::find_weights(const Column& column, RowRun around) {
+void StationMixing::find_weights(const Column& column,
+                                 const std::array<const std::uint8_t*, kMaxSources>& occluded,
+                                 const float* trust, int count) {
   Scratch& s = *scratch_;
-  const int count = around.end - around.begin;
   std::fill_n(s.total.begin(), count, 0.0f);
   for (std::size_t k = 0; k < column.reads.size(); ++k) {
     const Read& read = column.reads[k];
-    add_share(column.occluded[read.source] + around.begin, read.by,
-              column.trust == nullptr ? nullptr : column.trust + around.begin, read.share, count,
-              s.weight[k].data(), s.total.data());
+    add_share(occluded[read.source], read.by, trust, read.share, count, s.weight[k].data(),
+              s.total.data());
   }
 }
 
-bool StationMixing::find_parts_of_rows(std::size_t k, RowRun rows, RowRun around) {
-  Scratch& s = *scratch_;
-  const std::span part(s.part.data(), static_cast<std::size_t>(around.end - around.begin));
-  normalise(s.weight[k].data(), s.total.data(), static_cast<int>(part.size()), part.data());
-  if (std::ranges::all_of(part, [](std::int16_t weight) { return weight == 0; })) return false;
-  std::int16_t* const of_rows = s.stations[s.count].part.data();
-  const int* const nearest = view_.rows.nearest.data() + rows.begin;
-  for (int i = 0; i < rows.end - rows.begin; ++i) {
-    of_rows[i] = part[static_cast<std::size_t>(nearest[i] - around.begin)];
-  }
-  return true;
-}
-
-void StationMixing::place_rows(const Column& column, const Read& read, std::size_t k, RowRun rows,
-                               RowRun around) {
-  Scratch& s = *scratch_;
-  const PanoramaSize captured = view_.room.panorama();
-  const auto width = static_cast<float>(captured.width);
-  const Positions* const left = &positions_of(read.line, read.station, column.left);
-  const float* from_column = left->from_column.data() + around.begin;
-  const float* v = left->v.data() + around.begin;
-  if (column.left != column.right) {
-    const Positions& right = positions_of(read.line, read.station, column.right);
-    const int count = around.end - around.begin + 1;
-    constexpr float kNever = 1e9f;
-    between_columns(from_column, right.from_column.data() + around.begin, s.parts.data(), count,
-                    width, s.from_column.data());
-    between_columns(v, right.v.data() + around.begin, s.parts.data(), count, kNever, s.v.data());
-    from_column = s.from_column.data();
-    v = s.v.data();
-  }
-  Scratch::Station& station = s.stations[k];
-  const RowsBetween between{view_.rows.upper.data() + rows.begin,
-                            view_.rows.part.data() + rows.begin, around.begin, view_.rows.per_row(),
-                            rows.end - rows.begin};
-  const float wild = width / 8.0f;
-  between_rows(from_column, s.step.data(), between, wild, station.u.data());
-  between_rows(v, s.step.data(), between, wild, station.v.data());
-  place_samples(station.u.data(), station.v.data(), between.rows, column.captured, captured,
-                station.u.data(), station.places());
-}
-
-void StationMixing::place_points(const Points& points, const Read& read, std::size_t k) {
-  Scratch::Station& station = scratch_->stations[k];
+void StationMixing::place_points(const Points& points, const float* weight, const Read& read,
+                                 Placed* placed) {
+  Placed::Station& station = placed->add(read);
   const PanoramaSize captured = view_.room.panorama();
   const Eigen::Vector3d to_eye_m = points.eye_m - station_m(view_.room, read.line, read.station);
   find_positions(points.sin_phi, points.cos_phi, points.inverse, points.count,
                  offset_in_column(to_eye_m, points.theta_rad), captured, station.u.data(),
                  station.v.data());
-  if (points.right_px != nullptr) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(points.count); ++i) {
-      station.u[i] += points.right_px[i];
-    }
-  }
   place_samples(station.u.data(), station.v.data(), points.count, points.captured, captured,
                 station.u.data(), station.places());
+  std::copy_n(weight, points.count, station.weight.begin());
+  weigh_samples(station.v.data(), weight, points.count, captured, station.down.data());
 }
 
-void StationMixing::mix(bool any_masks, std::size_t count, int rows, std::uint8_t* bgr,
+void StationMixing::mix(bool any_masks, int rows, Placed* placed, Placed* next, std::uint8_t* bgr,
                         int stride) {
   Scratch& s = *scratch_;
   const PanoramaSize captured = view_.room.panorama();
   const bool cubic = view_.options.interpolation == Interpolation::kCubic;
-  if (any_masks) remove_masked(count, rows);
+  if (any_masks) remove_masked(rows, placed);
   bool any_exposure = false;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Read& read = *s.read[k];
-    Scratch::Station& station = s.stations[k];
+  for (std::size_t k = 0; k < placed->count; ++k) {
+    Placed::Station& station = placed->stations[k];
+    const Read& read = station.read;
     const LineVolume& volume = view_.room.volume(read.line);
     s.samples[k] = {.pixels = volume.rays(read.station),
                     .at = station.places(),
                     .u = station.u.data(),
                     .v = station.v.data(),
-                    .weight = station.part.data()};
+                    .weight = station.weight.data()};
     require_samples(volume, read.station, s.samples[k].at, rows, cubic);
     if (view_.exposure != nullptr && !view_.exposure->is_one(read.line, read.station)) {
       // Rows of a column follow each other; other samples have nothing to do with each other.
-      look_up_exposure(read, k, rows, stride == kStride ? kExposureStep : 1);
+      const int step = stride == kStride ? kExposureStep : 1;
+      for (int node = 0; node <= rows / step + 1; ++node) {
+        const auto row = static_cast<std::size_t>(std::min(node * step, rows - 1));
+        const cv::Vec4f factors =
+            view_.exposure->at(read.line, read.station, station.u[row], station.v[row]);
+        std::copy_n(factors.val, 4, station.exposure.begin() + static_cast<std::ptrdiff_t>(4 * node));
+      }
+      s.samples[k].exposure = station.exposure.data();
+      s.samples[k].exposure_step = step;
       any_exposure = true;
     }
-    if (stride == kStride) prefetch_samples(s.samples[k], rows, 3 * captured.height);
   }
-  const std::span samples(s.samples.data(), count);
+  const std::span samples(s.samples.data(), placed->count);
   if (cubic || any_exposure) {
     mix_exact(samples, cubic, captured, rows, bgr, stride);
   } else {
-    mix_linear(samples, rows, bgr, stride);
+    std::size_t ahead = 0;
+    for (std::size_t k = 0; next != nullptr && k < next->count; ++k) {
+      Placed::Station& station = next->stations[k];
+      s.ahead[ahead++] = {view_.room.volume(station.read.line).rays(station.read.station), station.left.data(), station.right.data()};
+    }
+    mix_linear(samples, std::span(s.ahead.data(), ahead), rows, bgr, stride);
   }
 }
 
-void StationMixing::look_up_exposure(const Read& read, std::size_t k, int rows, int step) {
-  Scratch::Station& station = scratch_->stations[k];
-  for (int node = 0; node <= rows / step + 1; ++node) {
-    const auto row = static_cast<std::size_t>(std::min(node * step, rows - 1));
-    const cv::Vec4f factors =
-        view_.exposure->at(read.line, read.station, station.u[row], station.v[row]);
-    std::copy_n(factors.val, 4, station.exposure.begin() + 4 * node);
-  }
-  scratch_->samples[k].exposure = station.exposure.data();
-  scratch_->samples[k].exposure_step = step;
-}
-
-void StationMixing::remove_masked(std::size_t count, int rows) {
-  Scratch& s = *scratch_;
+void StationMixing::remove_masked(int rows, Placed* placed) {
   const int beyond = view_.options.interpolation == Interpolation::kCubic ? 1 : 0;
-  std::fill_n(s.total.begin(), rows, 0.0f);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Read& read = *s.read[k];
-    Scratch::Station& station = s.stations[k];
-    MaskCheck check(view_.room, read.line, read.station, beyond);
+  const PanoramaSize captured = view_.room.panorama();
+  const std::span used(placed->stations.data(), placed->count);
+  std::fill_n(placed->total.begin(), rows, 0.0f);
+  for (Placed::Station& station : used) {
+    MaskCheck check(view_.room, station.read.line, station.read.station, beyond);
     for (std::size_t i = 0; i < static_cast<std::size_t>(rows); ++i) {
-      const bool usable = station.part[i] != 0 &&
-                          (!read.has_masks || check.usable(station.left[i], station.right[i]));
-      station.weight[i] = usable ? station.part[i] : 0.0f;
-      s.total[i] += station.weight[i];
+      if (station.weight[i] > 0.0f && station.read.has_masks &&
+          !check.usable(station.left[i], station.right[i])) {
+        station.weight[i] = 0.0f;
+      }
+      placed->total[i] += station.weight[i];
     }
   }
-  for (std::size_t k = 0; k < count; ++k) {
-    normalise(s.stations[k].weight.data(), s.total.data(), rows, s.stations[k].part.data());
+  for (Placed::Station& station : used) {
+    normalise(station.weight.data(), placed->total.data(), rows, station.weight.data());
+    weigh_samples(station.v.data(), station.weight.data(), rows, captured, station.down.data());
   }
 }
 

@@ -1,9 +1,8 @@
 // Pass 4: the samples of the stations, mixed.
 //
-// A column of the output is read from the stations of its sources (column_sources.h). Where its
-// points lie in a station is computed for the points of the distances, whose columns and rows
-// several columns and rows of the output share, and interpolated between them where they show one
-// surface. Each station counts by its share among those that see the point; what none sees is read
+// A column of the output is read from the stations of its sources (column_sources.h). The distances
+// of its rows are interpolated where those around show one surface; each point is projected into
+// each station. A station counts by its share among those that see the point; what none sees is read
 // from the station that pass 2 or a search found (fill_stations.h). At an edge of the distances
 // (edges.h) a pixel is the mean of this and of samples of its quarters: of all four where the
 // output is about as fine as the distances, else of the one that it lies in.
@@ -67,34 +66,28 @@ class StationMixing {
   // mixing_scratch.h has these.
   struct Read;
   struct Column;
-  struct Positions;
   struct Points;
+  struct Placed;
   struct Scratch;
 
   void prepare(int u, Column* column);
   void add_reads(std::size_t source, Column* column) const;
-  const Positions& positions_of(int line, int station, int theta);
-  // Output rows [first, end) of a column.
-  void render_rows(const Column& column, RowRun rows, std::uint8_t* bgr);
-  // The weights of all stations in rows of the distances, and their totals.
-  void find_weights(const Column& column, RowRun around);
-  // The part of the k-th station in rows of the output, for the next one that is mixed; false where
-  // it has none.
-  bool find_parts_of_rows(std::size_t k, RowRun rows, RowRun around);
-  // The places of a station's samples, between those of the points of the distances; `above`: the
-  // first of their rows.
-  void place_rows(const Column& column, const Read& read, std::size_t k, RowRun rows, RowRun above);
-  // The places of a station's samples of points.
-  void place_points(const Points& points, const Read& read, std::size_t k);
-  // Mixes the samples that were placed of so many stations, without those that are masked.
-  void mix(bool any_masks, std::size_t count, int rows, std::uint8_t* bgr, int stride);
-  void remove_masked(std::size_t count, int rows);
-  void look_up_exposure(const Read& read, std::size_t k, int rows, int step);
+  // Places the samples of rows of a column in its stations.
+  void place_rows(const Column& column, RowRun rows, Placed* placed);
+  // Places the samples of points in a further station, with `weight`.
+  void place_points(const Points& points, const float* weight, const Read& read, Placed* placed);
+  // Mixes samples, without those that are masked.
+  void mix(bool any_masks, int rows, Placed* placed, Placed* next, std::uint8_t* bgr, int stride);
+  void remove_masked(int rows, Placed* placed);
+  // Sets Scratch::weight of the reads of a column whose sources' points are occluded as told.
+  void find_weights(const Column& column,
+                    const std::array<const std::uint8_t*, kMaxSources>& occluded,
+                    const float* trust, int count);
 
   // mixing_fill.cc: reads what no line sees from other stations.
-  void fill_rows(const Column& column, RowRun rows, std::uint8_t* bgr);
+  void fill_rows(const Column& column, RowRun rows, const float* total, std::uint8_t* bgr);
   void leave_unread(const Column& column, RowRun rows, std::uint8_t* bgr);
-  int station_to_show(const Column& column, int row, std::size_t i);
+  int station_to_show(const Column& column, int row, const float* total);
   void show_station(const Column& column, int station, RowRun rows, std::uint8_t* bgr);
 
   // mixing_edges.cc: reads the pixels at edges of the distances once more.
