@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <span>
 
 #include "core/room/tile_cache.h"
@@ -43,7 +42,7 @@ class Cut {
         rows_(rows),
         count_(static_cast<std::size_t>(rows.end - rows.begin)),
         total_(count_),
-        mixed_(3 * count_),
+        mixed_(3 * count_ + 1),
         stored_(view.output == view.room.panorama() && !view.room.masked() &&
                 view.exposure == nullptr),
         samples_(stored_ ? 0 : kCutReads, CutSamples(count_)) {}
@@ -174,11 +173,8 @@ void render_initial(const InitialView& view, int first, int count, RowRun rows, 
       cut.render((first + i) % view.output.width, reads[static_cast<std::size_t>(i)],
                  block.data() + 3 * i, static_cast<int>(stride), unread);
     }
-    for (int row = tile.begin; row < tile.end; ++row) {
-      std::memcpy(image.ptr(row - rows.begin),
-                  block.data() + stride * static_cast<std::size_t>(row - tile.begin),
-                  3 * static_cast<std::size_t>(count));
-    }
+    store_tile({block.data(), stride, 3 * static_cast<std::size_t>(count), tile.end - tile.begin},
+               image.ptr(tile.begin - rows.begin), image.step);
   }
   const std::int64_t height = rows.end - rows.begin;
   counts->all += count * height;

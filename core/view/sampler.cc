@@ -5,6 +5,9 @@
 #include <cstring>
 
 #include "core/view/vector_clones.h"
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 namespace raywalk {
 namespace {
@@ -198,10 +201,31 @@ RAYWALK_VECTOR_CLONES void mix_columns(std::span<const WeightedColumn> columns, 
   }
 }
 
+void store_tile(const TileRows& tile, std::uint8_t* to, std::size_t to_stride) {
+  const std::uint8_t* from = tile.from;
+  for (int row = 0; row < tile.rows; ++row, from += tile.stride, to += to_stride) {
+    std::size_t done = 0;
+#if defined(__SSE2__)
+    if (reinterpret_cast<std::uintptr_t>(to) % sizeof(__m128i) == 0) {
+      for (; done + sizeof(__m128i) <= tile.bytes; done += sizeof(__m128i)) {
+        _mm_stream_si128(reinterpret_cast<__m128i*>(to + done),
+                         _mm_loadu_si128(reinterpret_cast<const __m128i*>(from + done)));
+      }
+    }
+#endif
+    std::memcpy(to + done, from + done, tile.bytes - done);
+  }
+#if defined(__SSE2__)
+  _mm_sfence();
+#endif
+}
+
 void store_column(const std::uint8_t* rgb, int rows, std::uint8_t* bgr, int stride) {
   for (int i = 0; i < rows; ++i, rgb += 3, bgr += stride) {
-    const std::array<std::uint8_t, 4> pixel{rgb[2], rgb[1], rgb[0], 0};
-    std::memcpy(bgr, pixel.data(), pixel.size());
+    std::uint32_t pixel;
+    std::memcpy(&pixel, rgb, sizeof pixel);
+    pixel = __builtin_bswap32(pixel) >> 8;
+    std::memcpy(bgr, &pixel, sizeof pixel);
   }
 }
 

@@ -5,6 +5,7 @@
 // Transactions on Acoustics, Speech, and Signal Processing 29 (6), 1981) in float.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -74,7 +75,15 @@ struct WeightedColumn {
   std::int16_t weight;
 };
 void mix_columns(std::span<const WeightedColumn> columns, int bytes, std::uint8_t* rgb);
-// Stores a column as bgr pixels that are `stride` bytes apart; the byte after each is written too.
+// Copies a tile of a picture into it, past the processor's caches: nothing is read of it again.
+struct TileRows {
+  const std::uint8_t* from;
+  std::size_t stride, bytes;  // of a row
+  int rows;
+};
+void store_tile(const TileRows& tile, std::uint8_t* to, std::size_t to_stride);
+// Stores a column, after which a byte may be read, as bgr pixels that are `stride` bytes apart; the
+// byte after each is written too.
 void store_column(const std::uint8_t* rgb, int rows, std::uint8_t* bgr, int stride);
 
 }  // namespace raywalk

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "core/geometry/panorama_pixels.h"
 #include "core/room/tile_cache.h"
@@ -72,11 +71,8 @@ void StationMixing::render(int first, int count, RowRun rows, cv::Mat image) {
       fill_rows(column, tile, placed.total.data(), bgr);
       render_edges(column, tile, bgr);
     }
-    for (int row = tile.begin; row < tile.end; ++row) {
-      std::memcpy(image.ptr(row - rows.begin),
-                  s.tile.data() + static_cast<std::ptrdiff_t>(row - tile.begin) * kStride,
-                  3 * static_cast<std::size_t>(count));
-    }
+    store_tile({s.tile.data(), kStride, 3 * static_cast<std::size_t>(count), tile.end - tile.begin},
+               image.ptr(tile.begin - rows.begin), image.step);
   }
   counts_.all += static_cast<std::int64_t>(count) * (rows.end - rows.begin);
 }
